@@ -1,0 +1,16 @@
+"""The one exception that users are meant to read."""
+
+from difflib import get_close_matches
+from collections.abc import Iterable
+
+
+class WorkbenchError(Exception):
+    """Bad input, said in one sentence: what, where, and what to do about it."""
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
+    """Return the error for a `name` that is none of the `known` ones, with the nearest named."""
+    names = sorted(known)
+    near = get_close_matches(name, names, n=1)
+    hint = f"did you mean '{near[0]}'? " if near else ""
+    return WorkbenchError(f"unknown {kind} '{name}': {hint}known are {', '.join(names)}")

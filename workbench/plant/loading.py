@@ -1,0 +1,114 @@
+"""From a description file to the `Vehicle` record of what was understood."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.tree import RigidBody
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+
+from workbench.errors import WorkbenchError
+from workbench.plant.description import Description, read_description
+from workbench.plant.motor_model import MotorModel
+from workbench.plant.multibody import add_plant
+from workbench.plant.rotors import Rotor, allocation_matrix
+from workbench.plant.vehicle import Frame, Vehicle
+
+
+def load_vehicle(path: Path, args: Mapping[str, str] | None = None) -> Vehicle:
+    """Return the `Vehicle` record of a description file.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or cannot fly.
+    """
+    return make_vehicle(read_description(path, args))
+
+
+def make_vehicle(description: Description) -> Vehicle:
+    """Return the record of what was understood of a description.
+
+    Raises:
+        WorkbenchError: if it has fewer than four rotors or they cannot control it.
+    """
+    if len(description.motors) < 4:
+        raise WorkbenchError(
+            f"{description.source}: {len(description.motors)} rotors are declared, a multirotor "
+            "has four or more: add a motor-model plugin for each"
+        )
+    builder = DiagramBuilder()
+    plant, scene_graph = add_plant(builder, description, time_step=0.0)
+    diagram = builder.Build()
+    root_context = diagram.CreateDefaultContext()
+    context = plant.GetMyContextFromRoot(root_context)
+    base = plant.GetBodyByName(description.base_link)
+    bodies = [plant.get_body(i) for i in plant.GetBodyIndices(base.model_instance())]
+    inertia = plant.CalcSpatialInertia(
+        context, base.body_frame(), [body.index() for body in bodies]
+    )
+    p_BoBcm_B = inertia.get_com()
+    I_BBcm_B = inertia.Shift(p_BoBcm_B).CalcRotationalInertia().CopyToFullMatrix3()
+    X_WB = plant.EvalBodyPoseInWorld(context, base)
+    X_BF = {
+        body.name(): X_WB.inverse() @ plant.EvalBodyPoseInWorld(context, body) for body in bodies
+    }
+    rotors = tuple(_rotor(motor, X_BF[motor.link]) for motor in description.motors)
+    allocation_matrix(rotors, p_BoBcm_B)  # refuses rotors that cannot control the drone
+    return Vehicle(
+        name=description.name,
+        source=description.source,
+        base_link=description.base_link,
+        mass=float(inertia.get_mass()),
+        p_BoBcm_B=_triple(p_BoBcm_B),
+        I_BBcm_B=_rows(I_BBcm_B),
+        rotors=rotors,
+        frames=tuple(
+            Frame(name, _triple(X.translation()), _rows(X.rotation().matrix()))
+            for name, X in X_BF.items()
+        ),
+        ground_clearance=_ground_clearance(diagram, root_context, bodies, X_WB),
+    )
+
+
+def _rotor(motor: MotorModel, X_BR: RigidTransform) -> Rotor:
+    """Return a rotor from its plugin's tags and the pose of its link; thrust is along link z."""
+    return Rotor(
+        name=motor.joint,
+        joint=motor.joint,
+        link=motor.link,
+        p_BR=_triple(X_BR.translation()),
+        axis_B=_triple(X_BR.rotation().matrix()[:, 2]),
+        direction=motor.direction,
+        motor_constant=motor.motor_constant,
+        moment_constant=motor.moment_constant,
+        time_constant_up=motor.time_constant_up,
+        time_constant_down=motor.time_constant_down,
+        max_rot_velocity=motor.max_rot_velocity,
+        velocity_slowdown=motor.velocity_slowdown,
+    )
+
+
+def _ground_clearance(
+    diagram: Diagram, root_context: Context, bodies: list[RigidBody], X_WB: RigidTransform
+) -> float:
+    """Return how far below the base link's origin the lowest collision shape reaches [m]."""
+    scene_graph = diagram.GetSubsystemByName("scene_graph")
+    plant = diagram.GetSubsystemByName("plant")
+    query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(root_context))
+    lowest = [
+        box.pose().translation()[2]
+        - np.abs(box.pose().rotation().matrix()[2]) @ np.array(box.half_width())
+        for body in bodies
+        for geometry in plant.GetCollisionGeometriesForBody(body)
+        if (box := query.ComputeObbInWorld(geometry)) is not None
+    ]
+    return float(X_WB.translation()[2] - min(lowest, default=0.0))
+
+
+def _triple(values: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
+
+
+def _rows(matrix: np.ndarray) -> tuple[tuple[float, float, float], ...]:
+    return tuple(_triple(row) for row in matrix)

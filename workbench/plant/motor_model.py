@@ -1,0 +1,94 @@
+"""Gazebo's motor-model plugins, as RotorS and gz-sim read them from a description."""
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.errors import WorkbenchError
+
+_PLUGIN_FILES = ("gazebo_motor_model", "multicopter-motor-model")
+_DIRECTIONS = {"ccw": 1, "cw": -1}
+
+
+@dataclass(frozen=True)
+class MotorModel:
+    """The tags of one motor-model plugin that the dynamics use; units as in `Rotor`."""
+
+    number: int
+    joint: str
+    link: str
+    direction: int
+    motor_constant: float
+    moment_constant: float
+    time_constant_up: float
+    time_constant_down: float
+    max_rot_velocity: float
+    velocity_slowdown: float
+
+
+def read_motor_models(path: Path, robot: ET.Element) -> tuple[MotorModel, ...]:
+    """Return the motor models of a URDF's `<gazebo>` blocks, by motor number.
+
+    Raises:
+        WorkbenchError: if a tag is missing or no number, or names a joint or link not there.
+    """
+    plugins = [
+        plugin
+        for plugin in robot.findall("gazebo/plugin")
+        if any(name in plugin.get("filename", "") for name in _PLUGIN_FILES)
+    ]
+    motors = sorted((_read(path, plugin) for plugin in plugins), key=lambda motor: motor.number)
+    for motor in motors:
+        _check_name(path, robot, "joint", motor.joint)
+        _check_name(path, robot, "link", motor.link)
+    return tuple(motors)
+
+
+def _check_name(path: Path, robot: ET.Element, tag: str, name: str) -> None:
+    names = [element.get("name", "") for element in robot.findall(tag)]
+    if name not in names:
+        raise WorkbenchError(
+            f"{path}: a motor-model plugin names the {tag} '{name}', which is not there: "
+            f"{tag}s are {', '.join(names)}"
+        )
+
+
+def _read(path: Path, plugin: ET.Element) -> MotorModel:
+    """Return one plugin's tags."""
+
+    def text(tag: str) -> str:
+        value = plugin.findtext(tag)
+        if value is None:
+            raise WorkbenchError(f"{path}: motor-model plugin without <{tag}>: add it")
+        return value.strip()
+
+    def positive(tag: str) -> float:
+        try:
+            value = float(text(tag))
+        except ValueError:
+            value = math.nan
+        if not 0.0 < value < math.inf:
+            raise WorkbenchError(
+                f"{path}: motor-model plugin has <{tag}>{text(tag)}</{tag}>: "
+                "give it a positive number"
+            )
+        return value
+
+    direction = text("turningDirection")
+    if direction not in _DIRECTIONS:
+        raise WorkbenchError(
+            f"{path}: motor-model plugin has the turningDirection '{direction}': use cw or ccw"
+        )
+    return MotorModel(
+        number=int(text("motorNumber")),
+        joint=text("jointName"),
+        link=text("linkName"),
+        direction=_DIRECTIONS[direction],
+        motor_constant=positive("motorConstant"),
+        moment_constant=positive("momentConstant"),
+        time_constant_up=positive("timeConstantUp"),
+        time_constant_down=positive("timeConstantDown"),
+        max_rot_velocity=positive("maxRotVelocity"),
+        velocity_slowdown=float(plugin.findtext("rotorVelocitySlowdownSim", "10")),
+    )

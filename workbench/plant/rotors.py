@@ -1,0 +1,86 @@
+"""Rotors: what a description says of each, and how their thrusts make a wrench."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import WorkbenchError
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """One rotor, with the constants of Gazebo's motor model.
+
+    Attributes:
+        name: the joint's name, or another unique name.
+        joint: the joint that turns, or "" where the description has none.
+        link: the link that turns with it.
+        p_BR: position of the hub R in the body frame B [m].
+        axis_B: unit vector of thrust in B.
+        direction: +1 turns counter-clockwise seen from the tip of `axis_B`, -1 clockwise.
+        motor_constant: thrust over squared speed [N·s²].
+        moment_constant: drag torque over thrust [m].
+        time_constant_up: lag while speeding up [s].
+        time_constant_down: lag while slowing down [s].
+        max_rot_velocity: largest speed [rad/s].
+        velocity_slowdown: the picture turns slower than the rotor by this factor.
+    """
+
+    name: str
+    joint: str
+    link: str
+    p_BR: tuple[float, float, float]
+    axis_B: tuple[float, float, float]
+    direction: int
+    motor_constant: float
+    moment_constant: float
+    time_constant_up: float
+    time_constant_down: float
+    max_rot_velocity: float
+    velocity_slowdown: float = 10.0
+
+    @property
+    def max_thrust(self) -> float:
+        """Thrust at the largest speed [N]."""
+        return self.motor_constant * self.max_rot_velocity**2
+
+
+def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
+    """Return the 6 x n matrix from thrusts [N] to force and moment about the centre of mass, in B.
+
+    The air's drag turns the body against the rotor: the moment of a counter-clockwise rotor
+    (direction +1) is -moment_constant times its thrust along its axis.
+    """
+    columns = []
+    for rotor in rotors:
+        axis = np.array(rotor.axis_B)
+        arm = np.array(rotor.p_BR) - np.array(p_BoBcm_B)
+        drag = -rotor.direction * rotor.moment_constant * axis
+        columns.append(np.concatenate([axis, np.cross(arm, axis) + drag]))
+    return np.array(columns).T
+
+
+def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
+    """Return the n x 4 matrix from (force along z [N], moments x, y, z [N·m]) to thrusts [N].
+
+    It is the pseudo-inverse of the wrench matrix' last four rows: of all thrusts that make the
+    wrench, the smallest.
+
+    Raises:
+        WorkbenchError: if the rotors cannot make the four independently.
+    """
+    rows = wrench_matrix(rotors, p_BoBcm_B)[2:]
+    rank = int(np.linalg.matrix_rank(rows, tol=1e-9 * max(1.0, float(np.abs(rows).max()))))
+    if rank < 4:
+        raise WorkbenchError(
+            f"the {len(rotors)} rotors cannot control thrust, roll, pitch and yaw independently "
+            f"(rank {rank} of 4): check rotor positions and turning directions"
+        )
+    allocation = np.linalg.pinv(rows)
+    if allocation[:, 0].min() <= 0.0:
+        raise WorkbenchError(
+            "some rotors would have to push downwards to hover: check the rotors' axes and that "
+            "the centre of mass lies between them"
+        )
+    return allocation

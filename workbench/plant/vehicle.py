@@ -1,0 +1,78 @@
+"""The `Vehicle` record: everything about a drone that its controller and its tools need."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import unknown_name
+from workbench.plant.rotors import Rotor, allocation_matrix
+
+GRAVITY = 9.81
+"""Magnitude of gravity [m/s²], as Drake's plant and the paper have it."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A named frame F fixed to the body: a link of the description.
+
+    Attributes:
+        name: the link's name.
+        p_BF: position of its origin in the body frame [m].
+        R_BF: its orientation, rows of the rotation matrix.
+    """
+
+    name: str
+    p_BF: tuple[float, float, float]
+    R_BF: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """What was understood of a drone description; nothing else in the project repeats it.
+
+    Attributes:
+        name: the robot's name in its description.
+        source: the file it came from.
+        base_link: the link whose frame is the body frame B.
+        mass: all-up mass [kg].
+        p_BoBcm_B: the centre of mass in B [m].
+        I_BBcm_B: inertia about the centre of mass in B, rows [kg·m²]; rotors at standstill count
+            as part of the body.
+        rotors: in the order in which every thrust or speed vector of the project lists them.
+        frames: all links, base link first.
+        ground_clearance: height of the base link's origin above the ground at rest, upright [m].
+    """
+
+    name: str
+    source: Path
+    base_link: str
+    mass: float
+    p_BoBcm_B: tuple[float, float, float]
+    I_BBcm_B: tuple[tuple[float, float, float], ...]
+    rotors: tuple[Rotor, ...]
+    frames: tuple[Frame, ...]
+    ground_clearance: float
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Inertia about the centre of mass in B, 3 x 3 [kg·m²]."""
+        return np.array(self.I_BBcm_B)
+
+    @property
+    def hover_speeds(self) -> np.ndarray:
+        """Rotor speeds that hold the drone still, n [rad/s]."""
+        wrench = [self.mass * GRAVITY, 0.0, 0.0, 0.0]
+        thrusts = allocation_matrix(self.rotors, self.p_BoBcm_B) @ wrench
+        return np.sqrt(thrusts / [rotor.motor_constant for rotor in self.rotors])
+
+    def frame(self, name: str) -> Frame:
+        """Return the frame of a link.
+
+        Raises:
+            WorkbenchError: if there is no such link.
+        """
+        for frame in self.frames:
+            if frame.name == name:
+                return frame
+        raise unknown_name("frame", name, [frame.name for frame in self.frames])

@@ -1,0 +1,66 @@
+"""Where the shipped models, gains, scenarios and worlds are found."""
+
+from pathlib import Path
+
+from workbench.errors import WorkbenchError, unknown_name
+
+_PACKAGE = Path(__file__).parent
+
+
+def models_dir() -> Path:
+    """Return the folder of shipped models: inside an installed package, else beside the source."""
+    installed = _PACKAGE / "models"
+    return installed if installed.is_dir() else _PACKAGE.parent / "models"
+
+
+def find_model(name_or_path: str) -> Path:
+    """Return the description file for a shipped model's name or for a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    return _find(name_or_path, "model", models_dir(), "{}/drone.urdf.xacro")
+
+
+def find_scenario(name_or_path: str) -> Path:
+    """Return the YAML file for a shipped scenario's name or for a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    return _find(name_or_path, "scenario", models_dir() / "scenarios", "{}.yaml")
+
+
+def find_gains(path: str) -> Path:
+    """Return the gain file at a path.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    file = Path(path).expanduser()
+    if not file.is_file():
+        raise WorkbenchError(f"{file}: no such gain file")
+    return file.resolve()
+
+
+def list_models() -> list[str]:
+    """Return the names of the shipped models."""
+    return sorted(path.parent.name for path in models_dir().glob("*/drone.urdf.xacro"))
+
+
+def list_scenarios() -> list[str]:
+    """Return the names of the shipped scenarios."""
+    return sorted(path.stem for path in (models_dir() / "scenarios").glob("*.yaml"))
+
+
+def _find(name_or_path: str, kind: str, folder: Path, pattern: str) -> Path:
+    """Return the file that `pattern` makes of a shipped name, or the path itself if it is a file."""
+    shipped = folder / pattern.format(name_or_path)
+    if "/" not in name_or_path and shipped.is_file():
+        return shipped
+    path = Path(name_or_path).expanduser()
+    if path.is_file():
+        return path.resolve()
+    names = list_models() if kind == "model" else list_scenarios()
+    error = unknown_name(kind, name_or_path, names)
+    raise WorkbenchError(f"{error}; it is no file either (looked for '{path}')")
