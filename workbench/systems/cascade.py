@@ -1,0 +1,222 @@
+"""The control law: velocity PD, attitude PD and yaw rate, as pure functions of scalars.
+
+Written in components, with plain arithmetic, powers and comparisons only, so that one source
+runs with floats, converts to AutoDiffXd for exact linear models, and compiles with numba. Gains
+are normalised by mass and inertia (they are 1/s or 1/s², not newtons), so that a set of gains
+carries from one vehicle to another.
+
+A vector is a sequence of three scalars, a rotation nine scalars row by row; the named tuples name
+the places of longer ones, and any sequence of that order will do. Frames as in `plant`.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+Scalar = Any
+"""float, AutoDiffXd, or what numba makes of it."""
+Vector = Sequence[Scalar]
+
+GRAVITY = 9.81
+LEAST_LIFT = 0.3 * GRAVITY
+"""The wanted specific force never points below this much upwards [m/s²]: no flying on its back."""
+
+
+class Gains(NamedTuple):
+    """Gains and limits of the law; `workbench params` lists meaning, unit and range of each."""
+
+    kp_position_xy: Scalar
+    kp_position_z: Scalar
+    kp_velocity_x: Scalar
+    kp_velocity_y: Scalar
+    kp_velocity_z: Scalar
+    kd_velocity_x: Scalar
+    kd_velocity_y: Scalar
+    kd_velocity_z: Scalar
+    kp_roll: Scalar
+    kp_pitch: Scalar
+    kd_roll: Scalar
+    kd_pitch: Scalar
+    kp_yaw_rate: Scalar
+    max_speed: Scalar
+    max_climb_rate: Scalar
+    max_height: Scalar
+    max_tilt: Scalar
+    max_yaw_rate: Scalar
+
+
+class Reference(NamedTuple):
+    """What the pilot or a path asks for, in W [m/s, rad/s, m]; `follow` 1 means go to p."""
+
+    v_x: Scalar
+    v_y: Scalar
+    v_z: Scalar
+    yaw_rate: Scalar
+    p_x: Scalar
+    p_y: Scalar
+    p_z: Scalar
+    follow: Scalar
+
+
+class Guidance(NamedTuple):
+    """What the flight mode allows and adds; weights are 0 or 1.
+
+    `motors` 0 stops the rotors; `lift` 0 lets them idle; `authority` 0 takes no reference;
+    `climb` is the mode's own vertical velocity [m/s]; `hold_xy` and `hold_z` keep the point p [m]
+    while the reference asks for nothing.
+    """
+
+    motors: Scalar
+    lift: Scalar
+    authority: Scalar
+    climb: Scalar
+    hold_xy: Scalar
+    hold_z: Scalar
+    p_x: Scalar
+    p_y: Scalar
+    p_z: Scalar
+
+
+def wanted_velocity(
+    p_WB: Vector, reference: Vector, guidance: Vector, gains: Vector
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return velocity (x, y, z) in W and yaw rate: the reference within limits, or the hold.
+
+    Args:
+        p_WB: position [m].
+        reference: see `Reference`.
+        guidance: see `Guidance`.
+        gains: see `Gains`.
+    """
+    x, y, z = p_WB
+    v_x, v_y, v_z, yaw_rate, p_x, p_y, p_z, follow = reference
+    _, _, authority, climb, hold_xy, hold_z, hold_x, hold_y, hold_height = guidance
+    kp_xy, kp_z, _, _, _, _, _, _, _, _, _, _, _, v_max, climb_max, height_max, _, yaw_max = gains
+    if v_x * v_x + v_y * v_y + v_z * v_z + follow > 0.0:
+        # a pilot who steers is not pulled back while the mode has yet to notice
+        hold_xy = 0.0
+        hold_z = 0.0
+    v_x = authority * (v_x + follow * kp_xy * (p_x - x)) + hold_xy * kp_xy * (hold_x - x)
+    v_y = authority * (v_y + follow * kp_xy * (p_y - y)) + hold_xy * kp_xy * (hold_y - y)
+    v_z = authority * (v_z + follow * kp_z * (p_z - z)) + hold_z * kp_z * (hold_height - z) + climb
+    yaw_rate = authority * yaw_rate
+
+    speed_squared = v_x * v_x + v_y * v_y
+    if speed_squared > v_max * v_max:
+        shrink = v_max / speed_squared**0.5
+        v_x = v_x * shrink
+        v_y = v_y * shrink
+    if v_z > climb_max:
+        v_z = climb_max
+    if v_z < -climb_max:
+        v_z = -climb_max
+    ceiling = kp_z * (height_max - z)
+    if v_z > ceiling:
+        v_z = ceiling
+    if yaw_rate > yaw_max:
+        yaw_rate = yaw_max
+    if yaw_rate < -yaw_max:
+        yaw_rate = -yaw_max
+    return v_x, v_y, v_z, yaw_rate
+
+
+def wanted_specific_force(
+    v_WB: Vector, a_WB: Vector, wanted: Vector, gains: Vector
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Return force over mass [m/s²] in W: velocity PD plus gravity, tilted no more than allowed.
+
+    Args:
+        v_WB: velocity [m/s].
+        a_WB: acceleration estimate for the derivative terms [m/s²].
+        wanted: velocity [m/s] and yaw rate from `wanted_velocity`.
+        gains: see `Gains`.
+    """
+    v_x, v_y, v_z = v_WB
+    a_x, a_y, a_z = a_WB
+    wanted_x, wanted_y, wanted_z, _ = wanted
+    _, _, kp_x, kp_y, kp_z, kd_x, kd_y, kd_z, _, _, _, _, _, _, _, _, max_tilt, _ = gains
+    f_x = kp_x * (wanted_x - v_x) - kd_x * a_x
+    f_y = kp_y * (wanted_y - v_y) - kd_y * a_y
+    f_z = kp_z * (wanted_z - v_z) - kd_z * a_z + GRAVITY
+    if f_z < LEAST_LIFT:
+        f_z = LEAST_LIFT
+    level_squared = f_x * f_x + f_y * f_y
+    level_max = tangent(max_tilt) * f_z
+    if level_squared > level_max * level_max:
+        shrink = level_max / level_squared**0.5
+        f_x = f_x * shrink
+        f_y = f_y * shrink
+    return f_x, f_y, f_z
+
+
+def wanted_wrench(
+    q_WB: Vector,
+    w_WB_W: Vector,
+    f_W: Vector,
+    yaw_rate: Scalar,
+    mass: float,
+    inertia: Sequence[float],
+    gains: Vector,
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the force along body z [N] and the moment about the centre of mass in B [N·m].
+
+    The tilt error is the shortest rotation from body z to the wanted force, as axis times twice
+    the sine of half its angle: it grows up to half a turn, so the law holds at any attitude.
+
+    Args:
+        q_WB: orientation, a quaternion w, x, y, z of any length but zero.
+        w_WB_W: angular velocity in W [rad/s].
+        f_W: wanted specific force in W [m/s²], never zero.
+        yaw_rate: wanted turn about world z [rad/s].
+        mass: all-up mass [kg].
+        inertia: I_BBcm_B as xx, xy, xz, yy, yz, zz [kg·m²].
+        gains: see `Gains`.
+    """
+    w, x, y, z = q_WB
+    s = 2.0 / (w * w + x * x + y * y + z * z)  # Drake's quaternions need not have unit length
+    r00 = 1.0 - s * (y * y + z * z)
+    r01 = s * (x * y - w * z)
+    r02 = s * (x * z + w * y)
+    r10 = s * (x * y + w * z)
+    r11 = 1.0 - s * (x * x + z * z)
+    r12 = s * (y * z - w * x)
+    r20 = s * (x * z - w * y)
+    r21 = s * (y * z + w * x)
+    r22 = 1.0 - s * (x * x + y * y)
+    w_Wx, w_Wy, w_Wz = w_WB_W
+    w_x = r00 * w_Wx + r10 * w_Wy + r20 * w_Wz
+    w_y = r01 * w_Wx + r11 * w_Wy + r21 * w_Wz
+    w_z = r02 * w_Wx + r12 * w_Wy + r22 * w_Wz
+    f_Wx, f_Wy, f_Wz = f_W
+    f_x = r00 * f_Wx + r10 * f_Wy + r20 * f_Wz
+    f_y = r01 * f_Wx + r11 * f_Wy + r21 * f_Wz
+    f_z = r02 * f_Wx + r12 * f_Wy + r22 * f_Wz
+    length = (f_x * f_x + f_y * f_y + f_z * f_z) ** 0.5
+
+    upright = 1.0 + f_z / length  # 2 when body z points along the force, 0 when against it
+    if upright < 1e-6:  # exactly upside down every tilt axis is as short: take roll
+        e_x = 2.0
+        e_y = 0.0
+    else:
+        scale = (2.0 / upright) ** 0.5 / length
+        e_x = -scale * f_y
+        e_y = scale * f_x
+
+    _, _, _, _, _, _, _, _, kp_roll, kp_pitch, kd_roll, kd_pitch, kp_yaw, _, _, _, _, _ = gains
+    a_x = kp_roll * e_x + kd_roll * (r20 * yaw_rate - w_x)
+    a_y = kp_pitch * e_y + kd_pitch * (r21 * yaw_rate - w_y)
+    a_z = kp_yaw * (r22 * yaw_rate - w_z)
+
+    xx, xy, xz, yy, yz, zz = inertia
+    h_x = xx * w_x + xy * w_y + xz * w_z
+    h_y = xy * w_x + yy * w_y + yz * w_z
+    h_z = xz * w_x + yz * w_y + zz * w_z
+    m_x = xx * a_x + xy * a_y + xz * a_z + w_y * h_z - w_z * h_y
+    m_y = xy * a_x + yy * a_y + yz * a_z + w_z * h_x - w_x * h_z
+    m_z = xz * a_x + yz * a_y + zz * a_z + w_x * h_y - w_y * h_x
+    return mass * f_z, m_x, m_y, m_z
+
+
+def tangent(angle: Scalar) -> Scalar:
+    """Return tan(angle) within 1e-8 for |angle| <= 1.2 rad, by Lambert's continued fraction."""
+    s = angle * angle
+    return angle / (1.0 - s / (3.0 - s / (5.0 - s / (7.0 - s / (9.0 - s / (11.0 - s / 13.0))))))

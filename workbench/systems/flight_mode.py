@@ -1,0 +1,189 @@
+"""The flight mode: which mode follows which, and what each lets the controller do.
+
+Pure functions of plain numbers; `mode_manager` runs them as a Drake system.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from workbench.systems.cascade import Guidance, Reference
+
+SPOOL_UP_TIME = 0.5
+"""Rotors idle this long before a take-off leaves the ground [s]."""
+SLOW = 0.2
+"""Below this speed a drone counts as standing in the air [m/s]."""
+STOPPING_TIME = 0.25
+"""A drone that begins to hold keeps the point it reaches in this time [s]."""
+TOUCH_DOWN_SPEED = 0.05
+TOUCH_DOWN_TIME = 0.5
+"""A landing drone slower than this for this long stands on the ground [m/s, s]."""
+
+
+class FlightMode(IntEnum):
+    """Modes in the order in which a flight passes them; the paper's conditions are among them."""
+
+    OFF = 0
+    ARMED = 1
+    TAKING_OFF = 2
+    HOVERING = 3
+    ASCENDING = 4
+    DESCENDING = 5
+    CRUISING = 6
+    LANDING = 7
+
+    @property
+    def label(self) -> str:
+        """The mode in words."""
+        return self.name.lower().replace("_", " ")
+
+
+class Request(IntEnum):
+    """What a pilot may ask of the flight mode."""
+
+    NONE = 0
+    ARM = 1
+    TAKE_OFF = 2
+    LAND = 3
+    STOP = 4
+
+
+class Settings(NamedTuple):
+    """Live numbers of the flight mode."""
+
+    take_off_speed: float
+    landing_speed: float
+    battery_reserve: float
+
+
+class ModeState(NamedTuple):
+    """What the flight mode remembers; all numbers, so that it is a Drake state vector.
+
+    `serial` counts requests seen; `since` is when the mode began [s]; `still_since` when the
+    drone last moved [s]; `target` the take-off height [m]; `holding` 1 while (x, y, z) is kept [m].
+    """
+
+    mode: float
+    serial: float
+    since: float
+    still_since: float
+    target: float
+    holding: float
+    x: float
+    y: float
+    z: float
+
+
+class Situation(NamedTuple):
+    """What the flight mode sees at an update; frames and units as in `cascade`."""
+
+    time: float
+    p_WB: list[float]
+    v_WB: list[float]
+    reference: Reference
+    request: int
+    serial: float
+    height: float
+    charge: float
+
+
+def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
+    """Return the state of a flight that begins in a mode at a place."""
+    holding = float(mode is FlightMode.HOVERING)
+    return ModeState(float(mode), 0.0, 0.0, 0.0, 0.0, holding, *p_WB)
+
+
+def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeState:
+    """Return the state after one update."""
+    request = Request(now.request) if now.serial != state.serial else Request.NONE
+    state = state._replace(serial=now.serial)
+    mode = FlightMode(int(state.mode))
+    if request is Request.STOP or (now.charge <= 0.0 and mode is not FlightMode.OFF):
+        return _enter(FlightMode.OFF, state, now)
+    if mode in (FlightMode.OFF, FlightMode.ARMED):
+        return _on_the_ground(mode, request, state, now)
+    if mode is FlightMode.TAKING_OFF:
+        return _taking_off(request, state, now, settings)
+    if mode is FlightMode.LANDING:
+        return _landing(state, now)
+    if request is Request.LAND or now.charge <= settings.battery_reserve:
+        return _enter(FlightMode.LANDING, state, now)
+    return _flying(state, now)
+
+
+def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidance:
+    """Return what the state lets the controller do."""
+    mode = FlightMode(int(state.mode))
+    motors = float(mode is not FlightMode.OFF)
+    if mode in (FlightMode.OFF, FlightMode.ARMED):
+        return Guidance(motors, 0.0, 0.0, 0.0, 0.0, 0.0, state.x, state.y, state.z)
+    if mode is FlightMode.TAKING_OFF:
+        climb = min(settings.take_off_speed, 1.5 * (state.target - p_WB[2]))
+        return Guidance(motors, 1.0, 0.0, climb, 1.0, 0.0, state.x, state.y, state.z)
+    if mode is FlightMode.LANDING:
+        sink = -settings.landing_speed
+        return Guidance(motors, 1.0, 0.0, sink, 1.0, 0.0, state.x, state.y, state.z)
+    hold = state.holding
+    return Guidance(motors, 1.0, 1.0, 0.0, hold, hold, state.x, state.y, state.z)
+
+
+def _enter(mode: FlightMode, state: ModeState, now: Situation) -> ModeState:
+    """Begin a mode here and now."""
+    x, y, z = now.p_WB
+    return ModeState(float(mode), state.serial, now.time, now.time, 0.0, 0.0, x, y, z)
+
+
+def _on_the_ground(
+    mode: FlightMode, request: Request, state: ModeState, now: Situation
+) -> ModeState:
+    if request is Request.TAKE_OFF:
+        armed = state if mode is FlightMode.ARMED else _enter(FlightMode.ARMED, state, now)
+        return armed._replace(target=now.height)
+    if request is Request.ARM and mode is FlightMode.OFF:
+        return _enter(FlightMode.ARMED, state, now)
+    if request is Request.LAND:
+        return _enter(FlightMode.OFF, state, now)
+    if state.target > 0.0 and now.time - state.since >= SPOOL_UP_TIME:
+        return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=state.target)
+    return state
+
+
+def _taking_off(
+    request: Request, state: ModeState, now: Situation, settings: Settings
+) -> ModeState:
+    if request is Request.LAND or now.charge <= settings.battery_reserve:
+        return _enter(FlightMode.LANDING, state, now)
+    arrived = abs(now.p_WB[2] - state.target) < 0.05 and abs(now.v_WB[2]) < SLOW
+    if arrived:
+        return _enter(FlightMode.HOVERING, state, now)._replace(
+            holding=1.0, x=state.x, y=state.y, z=state.target
+        )
+    return state
+
+
+def _landing(state: ModeState, now: Situation) -> ModeState:
+    if abs(now.v_WB[2]) > TOUCH_DOWN_SPEED or now.time - state.since < 2.0 * TOUCH_DOWN_TIME:
+        return state._replace(still_since=now.time)
+    if now.time - state.still_since >= TOUCH_DOWN_TIME:
+        return _enter(FlightMode.OFF, state, now)
+    return state
+
+
+def _flying(state: ModeState, now: Situation) -> ModeState:
+    """Tell the flying modes apart, and hold the place while nothing is asked."""
+    v_x, v_y, v_z = now.v_WB
+    level = (v_x * v_x + v_y * v_y) ** 0.5
+    mode = FlightMode.HOVERING
+    if level > SLOW and level >= abs(v_z):
+        mode = FlightMode.CRUISING
+    elif abs(v_z) > SLOW:
+        mode = FlightMode.ASCENDING if v_z > 0.0 else FlightMode.DESCENDING
+    since = state.since if mode == int(state.mode) else now.time
+    state = state._replace(mode=float(mode), since=since)
+    reference = now.reference
+    asked = any((reference.v_x, reference.v_y, reference.v_z, reference.follow))
+    if asked:
+        return state._replace(holding=0.0)
+    if mode is FlightMode.HOVERING and not state.holding:
+        x, y, z = (p + STOPPING_TIME * v for p, v in zip(now.p_WB, now.v_WB, strict=True))
+        return state._replace(holding=1.0, x=x, y=y, z=z)
+    return state

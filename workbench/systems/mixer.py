@@ -1,0 +1,90 @@
+"""The mixer: from a wanted force and moment to rotor thrusts within what rotors can give.
+
+Pure arithmetic on scalars, so that the same source serves floats, AutoDiffXd and numba.
+"""
+
+from collections.abc import MutableSequence, Sequence
+from typing import Any
+
+Scalar = Any
+"""float, AutoDiffXd, or what numba makes of it."""
+
+
+def mix(
+    force: Scalar,
+    moment_x: Scalar,
+    moment_y: Scalar,
+    moment_z: Scalar,
+    allocation: Sequence[Sequence[float]],
+    thrust_min: Sequence[float],
+    thrust_max: Sequence[float],
+    thrusts: MutableSequence[Scalar],
+) -> None:
+    """Write the thrusts [N] that make a wrench into `thrusts`, as nearly as the rotors can.
+
+    Where rotors saturate, tilting moments come first (they keep the drone upright), then force,
+    and yaw takes what is left. The tilting moment keeps its direction and only shrinks.
+
+    Args:
+        force: along body z [N].
+        moment_x: about the centre of mass, in B [N·m]; so `moment_y`, `moment_z`.
+        moment_y: see `moment_x`.
+        moment_z: see `moment_x`.
+        allocation: n rows of 4, from `plant.rotors.allocation_matrix`.
+        thrust_min: n limits [N].
+        thrust_max: n limits [N].
+        thrusts: n places to write to.
+    """
+    saturated = False
+    for i in range(len(allocation)):
+        lift, roll, pitch, yaw = allocation[i]
+        thrust = lift * force + roll * moment_x + pitch * moment_y + yaw * moment_z
+        if thrust > thrust_max[i] or thrust < thrust_min[i]:
+            saturated = True
+        thrusts[i] = thrust
+    if saturated:
+        tilt = _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max)
+        for i in range(len(allocation)):  # thrusts of the tilting moment alone, for now
+            thrusts[i] = tilt * (allocation[i][1] * moment_x + allocation[i][2] * moment_y)
+        _add_force(force, allocation, thrust_min, thrust_max, thrusts)
+        _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts)
+
+
+def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):  # type: ignore[no-untyped-def]
+    """Return the largest share of the tilting moment that some collective force can carry."""
+    tilt = 1.0
+    for high in range(len(allocation)):
+        for low in range(len(allocation)):
+            a = allocation[high]
+            b = allocation[low]
+            spread = (a[1] * moment_x + a[2] * moment_y) * b[0]
+            spread = spread - (b[1] * moment_x + b[2] * moment_y) * a[0]
+            room = thrust_max[high] * b[0] - thrust_min[low] * a[0]
+            if tilt * spread > room:
+                tilt = room / spread
+    return tilt
+
+
+def _add_force(force, allocation, thrust_min, thrust_max, thrusts):  # type: ignore[no-untyped-def]
+    """Add the force nearest to the wanted one that keeps every rotor within its limits."""
+    for i in range(len(allocation)):
+        if allocation[i][0] * force + thrusts[i] > thrust_max[i]:
+            force = (thrust_max[i] - thrusts[i]) / allocation[i][0]
+    for i in range(len(allocation)):
+        if allocation[i][0] * force + thrusts[i] < thrust_min[i]:
+            force = (thrust_min[i] - thrusts[i]) / allocation[i][0]
+    for i in range(len(allocation)):
+        thrusts[i] = thrusts[i] + allocation[i][0] * force
+
+
+def _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts):  # type: ignore[no-untyped-def]
+    """Add as much of the yaw moment as the room left over allows."""
+    yaw = 1.0
+    for i in range(len(allocation)):
+        own = allocation[i][3] * moment_z
+        if thrusts[i] + yaw * own > thrust_max[i]:
+            yaw = (thrust_max[i] - thrusts[i]) / own
+        if thrusts[i] + yaw * own < thrust_min[i]:
+            yaw = (thrust_min[i] - thrusts[i]) / own
+    for i in range(len(allocation)):
+        thrusts[i] = thrusts[i] + yaw * allocation[i][3] * moment_z

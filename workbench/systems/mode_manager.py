@@ -1,0 +1,67 @@
+"""The flight mode as a LeafSystem: a slow, sampled state machine beside the fast controller."""
+
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from workbench.systems.cascade import Guidance, Reference
+from workbench.systems.flight_mode import (
+    ModeState,
+    Settings,
+    Situation,
+    guidance,
+    next_state,
+)
+
+
+class ModeManager(LeafSystem):
+    """Runs `flight_mode` once a period; its outputs are its state, so they cost nothing between.
+
+    Input ports:
+        state (13): of the plant.
+        reference (8): see `cascade.Reference`.
+        request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
+        charge (1): of the battery, 0 .. 1.
+    Output ports:
+        guidance (9): see `cascade.Guidance`.
+        mode (9): see `flight_mode.ModeState`.
+    Numeric parameter 0: `flight_mode.Settings`.
+    """
+
+    def __init__(self, *, period: float, settings: Settings) -> None:
+        super().__init__()
+        self.DeclareNumericParameter(BasicVector(list(settings)))
+        self._state = self.DeclareVectorInputPort("state", 13)
+        self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
+        self._request = self.DeclareVectorInputPort("request", 3)
+        self._charge = self.DeclareVectorInputPort("charge", 1)
+        self.guidance_index = self.DeclareDiscreteState(len(Guidance._fields))
+        self.mode_index = self.DeclareDiscreteState(len(ModeState._fields))
+        self.DeclareStateOutputPort("guidance", self.guidance_index)
+        self.DeclareStateOutputPort("mode", self.mode_index)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def set_mode(self, context: Context, state: ModeState, p_WB: list[float]) -> None:
+        """Put a mode state, and the guidance that follows from it, into a Context."""
+        settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
+        context.SetDiscreteState(self.mode_index, list(state))
+        context.SetDiscreteState(self.guidance_index, list(guidance(state, p_WB, settings)))
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
+        state = ModeState(*context.get_discrete_state(self.mode_index).CopyToVector().tolist())
+        plant_state = self._state.Eval(context).tolist()
+        request, serial, height = self._request.Eval(context).tolist()
+        now = Situation(
+            time=context.get_time(),
+            p_WB=plant_state[4:7],
+            v_WB=plant_state[10:13],
+            reference=Reference(*self._reference.Eval(context).tolist()),
+            request=int(request),
+            serial=serial,
+            height=height,
+            charge=float(self._charge.Eval(context)[0]),
+        )
+        state = next_state(state, now, settings)
+        discrete_state.set_value(self.mode_index, list(state))
+        discrete_state.set_value(
+            self.guidance_index, list(guidance(state, now.p_WB, settings))
+        )

@@ -1,0 +1,66 @@
+"""The reference: what the pilot asks for plus what a path asks for, in one vector.
+
+The pilot is a source whose value is a live parameter; a path is a trajectory fixed beforehand.
+Both are `cascade.Reference` vectors, and are added.
+"""
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import Adder, ConstantVectorSource, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from workbench.systems.cascade import Reference
+
+SIZE = len(Reference._fields)
+
+
+def add_reference(
+    builder: DiagramBuilder, path: PiecewisePolynomial
+) -> tuple[ConstantVectorSource, OutputPort]:
+    """Add pilot and path; return the pilot's source and the port of their sum."""
+    pilot = builder.AddNamedSystem("pilot", ConstantVectorSource(np.zeros(SIZE)))
+    course = builder.AddNamedSystem("path", TrajectorySource(path))
+    both = builder.AddNamedSystem("reference", Adder(2, SIZE))
+    builder.Connect(pilot.get_output_port(), both.get_input_port(0))
+    builder.Connect(course.get_output_port(), both.get_input_port(1))
+    return pilot, both.get_output_port()
+
+
+def no_path() -> PiecewisePolynomial:
+    """Return a path that asks for nothing."""
+    return PiecewisePolynomial(np.zeros((SIZE, 1)))
+
+
+def figure_eight(
+    center: list[float], length: float, width: float, period: float, laps: int
+) -> PiecewisePolynomial:
+    """Return a figure of eight along x, begun and ended at its centre and at rest.
+
+    x = length/2 sin(a), y = width/2 sin(2a), where the angle a runs smoothly from 0 to 2 pi laps.
+
+    Args:
+        center: its centre in W [m].
+        length: along x [m].
+        width: along y [m].
+        period: of a lap at full pace [s]; the first and last half period are slower.
+        laps: how many.
+    """
+    rate = 2.0 * math.pi / period
+    ramp = 0.5 * period
+    end = laps * period + ramp
+    times = np.arange(0.0, end + 1e-9, 1.0 / 64.0)
+    pace = np.clip(np.minimum(times, end - times) / ramp, 0.0, 1.0)
+    pace = pace * pace * (3.0 - 2.0 * pace)
+    a_dot = rate * pace
+    a = np.concatenate([[0.0], np.cumsum(0.5 * (a_dot[1:] + a_dot[:-1]) / 64.0)])
+    a *= 2.0 * math.pi * laps / a[-1]
+    samples = np.zeros((SIZE, len(times)))
+    samples[0] = 0.5 * length * np.cos(a) * a_dot
+    samples[1] = width * np.cos(2.0 * a) * a_dot
+    samples[4] = center[0] + 0.5 * length * np.sin(a)
+    samples[5] = center[1] + 0.5 * width * np.sin(2.0 * a)
+    samples[6] = center[2]
+    samples[7] = 1.0
+    return PiecewisePolynomial.FirstOrderHold(times, samples)

@@ -1,0 +1,37 @@
+"""Rotor thrust and drag torque act on the plant, through Drake's `Propeller`."""
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant, Propeller, PropellerInfo
+from pydrake.systems.framework import DiagramBuilder
+
+from workbench.plant.rotors import Rotor
+from workbench.plant.vehicle import Vehicle
+
+
+def add_rotor_forces(
+    builder: DiagramBuilder, plant: MultibodyPlant, vehicle: Vehicle
+) -> Propeller:
+    """Add a `Propeller` for the vehicle's rotors, fed with thrusts (n) [N], and connect the plant.
+
+    The moment about each rotor's axis is -direction moment_constant thrust.
+    """
+    base = plant.GetBodyByName(vehicle.base_link).index()
+    infos = [
+        PropellerInfo(
+            base, _pose(rotor), thrust_ratio=1.0, moment_ratio=-rotor.direction * rotor.moment_constant
+        )
+        for rotor in vehicle.rotors
+    ]
+    propeller = builder.AddNamedSystem("rotor_forces", Propeller(infos))
+    builder.Connect(plant.get_body_poses_output_port(), propeller.get_body_poses_input_port())
+    builder.Connect(
+        propeller.get_spatial_forces_output_port(), plant.get_applied_spatial_force_input_port()
+    )
+    return propeller
+
+
+def _pose(rotor: Rotor) -> RigidTransform:
+    """Return X_BR with z along the rotor's axis."""
+    R_BR = RotationMatrix.MakeFromOneVector(np.array(rotor.axis_B), axis_index=2)
+    return RigidTransform(R_BR, np.array(rotor.p_BR))
