@@ -1,0 +1,171 @@
+"""Fly one step of velocity or yaw rate from hover, on the full diagram."""
+
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.step_metrics import StepMetrics, step_metrics
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.parameters import Parameter, find_parameter
+from workbench.recording import Recording
+from workbench.scenario import Action, Rates, Scenario, Start
+from workbench.session import Session
+
+AXES = ("x", "y", "z", "yaw")
+UNITS = {"x": "m/s", "y": "m/s", "z": "m/s", "yaw": "rad/s"}
+EDGE = 1.0
+"""The command steps after hovering for this long [s]."""
+START_HEIGHT = 10.0
+"""Room enough for a step down [m]."""
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """How far the axes that were not commanded strayed from where they were, at most."""
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """A flown step.
+
+    Attributes:
+        axis: x, y, z (velocity in W [m/s]) or yaw (rate [rad/s]).
+        amplitude: of the command.
+        recording: the whole flight; the command steps at `EDGE`.
+        metrics: of the response from the edge on.
+        peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
+        coupling: on the other axes, [m] and [rad]; the commanded one is 0.
+    """
+
+    axis: str
+    amplitude: float
+    recording: Recording
+    metrics: StepMetrics
+    peak_rotor_use: float
+    coupling: Coupling
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time from the edge on [s]."""
+        return self.recording.between(EDGE, np.inf).time - EDGE
+
+    @property
+    def response(self) -> np.ndarray:
+        """Velocity or yaw rate from the edge on."""
+        return axis_velocity(self.recording.between(EDGE, np.inf), self.axis)
+
+
+def fly_step(
+    axis: str,
+    amplitude: float,
+    *,
+    duration: float = 5.0,
+    scenario: Scenario | None = None,
+    settings: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> StepResponse:
+    """Fly one step and measure it.
+
+    Args:
+        axis: x, y, z or yaw.
+        amplitude: of the command, [m/s] or [rad/s].
+        duration: flown after the edge [s].
+        scenario: its vehicle and rates are used; start and script are the step's own.
+        settings: parameter values for this flight.
+        progress: called with the flown share, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if axis, amplitude or duration make no step, or it cannot be flown.
+    """
+    if axis not in AXES:
+        raise unknown_name("axis", axis, AXES)
+    flight = copy.deepcopy(scenario or Scenario())
+    flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
+    flight.figure_eight = None
+    flight.duration = EDGE + duration
+    flight.rates.record_period = max(flight.rates.physics_step, flight.rates.control_period)
+    flight.script = [_command(axis, amplitude)]
+    session = Session(flight, settings)
+    _check_within_limit(session, axis, amplitude)
+    session.run(progress)
+    recording = session.recording()
+    after = recording.between(EDGE, np.inf)
+    response = axis_velocity(after, axis)
+    return StepResponse(
+        axis=axis,
+        amplitude=amplitude,
+        recording=recording,
+        metrics=step_metrics(after.time - EDGE, response, amplitude),
+        peak_rotor_use=float(after.rotor_use.max()),
+        coupling=_coupling(after, axis),
+    )
+
+
+def axis_velocity(recording: Recording, axis: str) -> np.ndarray:
+    """Return the velocity along an axis of W [m/s], or the yaw rate [rad/s]."""
+    if axis == "yaw":
+        return recording.w_WB[:, 2]
+    return recording.v_WB[:, AXES.index(axis)]
+
+
+def axis_acceleration(recording: Recording, axis: str) -> np.ndarray:
+    """Return the acceleration along an axis of W [m/s²], or about z [rad/s²]."""
+    if axis == "yaw":
+        return recording.wdot_WB[:, 2]
+    return recording.vdot_WB[:, AXES.index(axis)]
+
+
+def axis_force(recording: Recording, axis: str) -> np.ndarray:
+    """Return what drives an axis, as the paper counts it.
+
+    For z the total rotor thrust [N]; for x and y the horizontal component of the rotor thrust
+    along the axis [N]; for yaw the torque about body z [N·m].
+    """
+    if axis == "yaw":
+        return recording.moment_B[:, 2]
+    if axis == "z":
+        return recording.total_thrust
+    return recording.force_W[:, AXES.index(axis)]
+
+
+def _command(axis: str, amplitude: float) -> Action:
+    if axis == "yaw":
+        return Action(at=EDGE, yaw_rate=amplitude)
+    velocity = [0.0, 0.0, 0.0]
+    velocity[AXES.index(axis)] = amplitude
+    return Action(at=EDGE, velocity=velocity)
+
+
+def _check_within_limit(session: Session, axis: str, amplitude: float) -> None:
+    """Refuse a step that the limits would cut, as its metrics would mean nothing."""
+    names = {"z": "max_climb_rate", "yaw": "max_yaw_rate"}
+    limit: Parameter = find_parameter(names.get(axis, "max_speed"))
+    most = session.get(limit.name)
+    if not 0.0 < abs(amplitude) <= most:
+        raise WorkbenchError(
+            f"a step of {amplitude:g} {UNITS[axis]} along {axis} cannot be flown: use an amplitude "
+            f"within ±{most:g} and not 0, or raise {limit.name}"
+        )
+
+
+def _coupling(after: Recording, axis: str) -> Coupling:
+    """Return the largest excursions of the axes that were not commanded."""
+    yaw = _unwrapped_yaw(after.q_WB)
+    strayed = {
+        name: float(np.abs(values - values[0]).max())
+        for name, values in zip(AXES, (*after.p_WB.T, yaw), strict=True)
+    }
+    strayed[axis] = 0.0
+    return Coupling(**strayed)
+
+
+def _unwrapped_yaw(q_WB: np.ndarray) -> np.ndarray:
+    w, x, y, z = q_WB.T
+    return np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))

@@ -1,0 +1,308 @@
+"""A session: one diagram and its simulator, flown in slices of any size.
+
+It has no threads and no Qt. Time goes in whole physics steps, and whatever a pilot does takes
+effect between steps, so that equal scenarios give equal flights, to the bit.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context
+
+from workbench.diagram import Workbench, make_workbench
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.gains import load_gains, vehicle_gains
+from workbench.parameters import Parameter, checked, find_parameter, parameters_of
+from workbench.plant.description import read_description
+from workbench.plant.loading import make_vehicle
+from workbench.plant.vehicle import Vehicle
+from workbench.recording import Recording
+from workbench.resources import find_gains, find_model
+from workbench.scenario import REQUESTS, Action, Scenario, Start, check_scenario
+from workbench.systems.cascade import Reference
+from workbench.systems.flight_mode import FlightMode, Request, initial_state
+from workbench.systems.reference import figure_eight, no_path
+
+START_HEIGHT = 1.5
+"""Where a flight begins that starts hovering and says no place [m]."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A frozen copy of the present, for a screen; frames and units as in `Recording`."""
+
+    time: float
+    p_WB: tuple[float, ...]
+    q_WB: tuple[float, ...]
+    v_WB: tuple[float, ...]
+    w_WB: tuple[float, ...]
+    thrusts: tuple[float, ...]
+    reference: tuple[float, ...]
+    mode: FlightMode
+    charge: float
+
+
+class Session:
+    """Builds a scenario's diagram and flies it.
+
+    Args:
+        scenario: what to fly; the default one hovers.
+        settings: parameter values that override those of the scenario's gains.
+
+    Raises:
+        WorkbenchError: if the scenario cannot be built.
+    """
+
+    def __init__(
+        self, scenario: Scenario | None = None, settings: Mapping[str, float] | None = None
+    ) -> None:
+        self.scenario = scenario or Scenario()
+        check_scenario(self.scenario)
+        model = find_model(self.scenario.vehicle.model)
+        description = read_description(model, self.scenario.vehicle.args)
+        self.vehicle: Vehicle = make_vehicle(description)
+        values = vehicle_gains(model)
+        if self.scenario.vehicle.gains:
+            values |= load_gains(find_gains(self.scenario.vehicle.gains)).gains
+        values |= checked(settings or {})
+        eight = self.scenario.figure_eight
+        path = (
+            figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)
+            if eight
+            else no_path()
+        )
+        self._bench: Workbench = make_workbench(
+            description, self.vehicle, values, self.scenario.rates, path
+        )
+        self._script = sorted(self.scenario.script, key=lambda action: action.at)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin again from the scenario's start, with the values it was built with."""
+        self._simulator = Simulator(self._bench.diagram)
+        self._steps = 0
+        self._due = 0.0
+        self._next_action = 0
+        self._requests = 0
+        self._start(self.scenario.start)
+        with _sentences("the flight could not begin"):
+            self._simulator.Initialize()
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self._simulator.get_context().get_time())
+
+    def command(
+        self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
+    ) -> None:
+        """Ask for a velocity in W [m/s] and a yaw rate [rad/s]; what is None stays as it was.
+
+        Raises:
+            WorkbenchError: if a number is not finite.
+        """
+        now = self._reference()
+        if velocity is not None:
+            v_x, v_y, v_z = _finite("velocity", velocity, 3)
+            now = now._replace(v_x=v_x, v_y=v_y, v_z=v_z, follow=0.0)
+        if yaw_rate is not None:
+            now = now._replace(yaw_rate=_finite("yaw rate", [yaw_rate], 1)[0])
+        self._set_reference(now)
+
+    def go_to(self, p_WB: Sequence[float]) -> None:
+        """Ask for a place in W [m] and stay there."""
+        p_x, p_y, p_z = _finite("position", p_WB, 3)
+        now = self._reference()
+        self._set_reference(Reference(0.0, 0.0, 0.0, now.yaw_rate, p_x, p_y, p_z, 1.0))
+
+    def request(self, what: str, height: float = START_HEIGHT) -> None:
+        """Ask the flight mode to arm, take_off (to a height [m]), land, or stop at once.
+
+        Raises:
+            WorkbenchError: if it is none of these.
+        """
+        if what not in REQUESTS:
+            raise unknown_name("request", what, REQUESTS)
+        self._requests += 1
+        if what == "land":
+            self.command([0.0, 0.0, 0.0], 0.0)
+        source = self._bench.request.get_mutable_source_value(self._context_of(self._bench.request))
+        source.set_value([float(Request[what.upper()]), float(self._requests), height])
+
+    def set(self, name: str, value: float) -> None:
+        """Give a live parameter a value; it takes effect at the next control update.
+
+        Raises:
+            WorkbenchError: if it is unknown or out of range.
+        """
+        row = find_parameter(name)
+        vector, index = self._parameter(row)
+        vector.SetAtIndex(index, row.check(value))
+
+    def get(self, name: str) -> float:
+        """Return the present value of a live parameter."""
+        vector, index = self._parameter(find_parameter(name))
+        return float(vector.GetAtIndex(index))
+
+    def tick(self, duration: float) -> None:
+        """Fly on for a time [s]; what does not make a whole physics step is owed to the next tick.
+
+        Raises:
+            WorkbenchError: if the simulation cannot go on.
+        """
+        if not 0.0 <= duration < math.inf:
+            raise WorkbenchError(f"cannot fly on for {duration} s: give it a positive time")
+        step = self.scenario.rates.physics_step
+        self._due += duration
+        target = math.floor(self._due / step + 1e-6)
+        while self._steps < target:
+            self._act()
+            self._advance(min(target, self._next_action_step()))
+
+    def run(self, progress: Callable[[float], None] | None = None) -> None:
+        """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
+        duration = self.scenario.duration
+        slices = max(1, math.ceil(4.0 * (duration - self.time)))
+        remaining = duration - self._due
+        for index in range(slices):
+            self.tick(remaining / slices)
+            if progress:
+                progress((index + 1) / slices)
+
+    def recording(self) -> Recording:
+        """Return everything flown since the start."""
+        context = self._simulator.get_context()
+        logs = {name: log.FindLog(context) for name, log in self._bench.logs.items()}
+        data = {name: log.data().T.copy() for name, log in logs.items()}
+        state, acceleration = data["state"], data["acceleration"]
+        return Recording(
+            vehicle=self.vehicle,
+            time=logs["state"].sample_times().copy(),
+            q_WB=state[:, 0:4] / np.linalg.norm(state[:, 0:4], axis=1, keepdims=True),
+            p_WB=state[:, 4:7],
+            w_WB=state[:, 7:10],
+            v_WB=state[:, 10:13],
+            wdot_WB=acceleration[:, 0:3],
+            vdot_WB=acceleration[:, 3:6],
+            commanded_speeds=data["rotor_speeds"],
+            thrusts=data["thrusts"],
+            reference=data["reference"],
+            mode=data["mode"][:, 0],
+            charge=data["charge"][:, 0],
+        )
+
+    def snapshot(self) -> Snapshot:
+        """Return the present as a frozen copy."""
+        ports = {name: log.get_input_port() for name, log in self._bench.logs.items()}
+        now = {
+            name: tuple(port.Eval(self._context_of(self._bench.logs[name])).tolist())
+            for name, port in ports.items()
+            if name != "acceleration"
+        }
+        state = now["state"]
+        return Snapshot(
+            time=self.time,
+            q_WB=state[0:4],
+            p_WB=state[4:7],
+            w_WB=state[7:10],
+            v_WB=state[10:13],
+            thrusts=now["thrusts"],
+            reference=now["reference"],
+            mode=FlightMode(int(now["mode"][0])),
+            charge=now["charge"][0],
+        )
+
+    def _act(self) -> None:
+        """Do what the script has for this step or before it."""
+        while self._next_action < len(self._script) and self._next_action_step() <= self._steps:
+            action = self._script[self._next_action]
+            self._next_action += 1
+            self._do(action)
+
+    def _do(self, action: Action) -> None:
+        for name, value in action.set.items():
+            self.set(name, value)
+        if action.velocity is not None or action.yaw_rate is not None:
+            self.command(action.velocity, action.yaw_rate)
+        if action.go_to is not None:
+            self.go_to(action.go_to)
+        if action.request is not None:
+            self.request(action.request, action.height)
+
+    def _next_action_step(self) -> int | float:
+        """Return the first step at or after the next action's time."""
+        if self._next_action == len(self._script):
+            return math.inf
+        at = self._script[self._next_action].at
+        return math.ceil(at / self.scenario.rates.physics_step - 1e-6)
+
+    def _advance(self, step: int | float) -> None:
+        """Simulate up to a step."""
+        with _sentences(f"the flight broke off after {self.time:.3f} s"):
+            self._simulator.AdvanceTo(step * self.scenario.rates.physics_step)
+        self._steps = int(step)
+
+    def _start(self, start: Start) -> None:
+        """Put a scenario's start into the Context."""
+        flying = start.mode == "hovering"
+        clearance = self.vehicle.ground_clearance
+        p_WB = start.position or [0.0, 0.0, START_HEIGHT if flying else clearance]
+        context = self._simulator.get_mutable_context()
+        plant = self._bench.core.airframe.plant
+        plant_context = plant.GetMyMutableContextFromRoot(context)
+        base = plant.GetBodyByName(self.vehicle.base_link)
+        pose = RigidTransform(RollPitchYaw(start.roll_pitch_yaw), np.array(p_WB))
+        plant.SetFreeBodyPose(plant_context, base, pose)
+        velocity = SpatialVelocity(np.array(start.angular_velocity), np.array(start.velocity))
+        plant.SetFreeBodySpatialVelocity(plant_context, base, velocity)
+        speeds = self.vehicle.hover_speeds if flying else np.zeros(len(self.vehicle.rotors))
+        core = self._bench.core
+        lag = core.airframe.rotor_lag.GetSubsystemByName("speeds")
+        self._context_of(core.rotor_speeds.get_system()).SetDiscreteState(speeds)
+        self._context_of(lag).SetDiscreteState(speeds)
+        self._context_of(core.estimate).SetDiscreteState(np.array(start.velocity))
+        mode = FlightMode.HOVERING if flying else FlightMode.OFF
+        modes = self._bench.modes
+        modes.set_mode(self._context_of(modes), initial_state(mode, p_WB), p_WB)
+
+    def _context_of(self, system: object) -> Context:
+        """Return a subsystem's part of the Context, to be written only here, between steps."""
+        return system.GetMyMutableContextFromRoot(  # type: ignore[attr-defined]
+            self._simulator.get_mutable_context()
+        )
+
+    def _reference(self) -> Reference:
+        context = self._context_of(self._bench.pilot)
+        return Reference(*self._bench.pilot.get_source_value(context).get_value().tolist())
+
+    def _set_reference(self, reference: Reference) -> None:
+        context = self._context_of(self._bench.pilot)
+        self._bench.pilot.get_mutable_source_value(context).set_value(list(reference))
+
+    def _parameter(self, row: Parameter) -> tuple[object, int]:
+        """Return the vector in the Context that has a parameter, and its place there."""
+        system = self._bench.diagram.GetSubsystemByName(row.system)
+        vector = self._context_of(system).get_mutable_numeric_parameter(0)
+        return vector, parameters_of(row.system).index(row)
+
+
+def _finite(what: str, values: Sequence[float], count: int) -> list[float]:
+    numbers = [float(value) for value in values]
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise WorkbenchError(f"{what} is {list(values)}: give it {count} finite number(s)")
+    return numbers
+
+
+@contextmanager
+def _sentences(what: str) -> Iterator[None]:
+    """Turn Drake's failures into a sentence; its failed assertions arrive as SystemExit."""
+    try:
+        yield
+    except (RuntimeError, SystemExit) as error:
+        raise WorkbenchError(f"{what}: {' '.join(str(error).split())}") from error
