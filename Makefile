@@ -1,0 +1,41 @@
+# Every target first sets up what it needs: .venv with the pinned packages, and system libraries.
+# Another Python: make PYTHON=python3.12 test
+
+# A .venv that stands keeps its Python unless another is named.
+PYTHON ?= $(shell test -x .venv/bin/python && echo .venv/bin/python || echo python3)
+BIN := .venv/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help setup run test format bench clean
+
+help: ## show this list
+	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
+	do printf '  %-12s %s\n' "$$name" "$$what"; done
+
+setup: ## make .venv and check the system's libraries; redone only where something changed
+	@command -v $(PYTHON) >/dev/null || { echo "There is no $(PYTHON) here: run" \
+	"\`sudo apt-get install $(PYTHON)\`, or name another as in \`make PYTHON=python3.12 test\`." >&2; exit 2; }
+	@$(PYTHON) tools/set_up.py
+	@$(BIN)/python tools/check_system.py
+
+run: setup ## open the app; without a screen, fly the published steps and write out/
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench app; \
+	else $(BIN)/workbench reproduce --output out; fi
+
+test: export QT_QPA_PLATFORM = offscreen
+test: setup ## lint, types and tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/pytest -n 2 --dist loadfile
+
+format: setup ## lay out the source and mend what the linter can
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: setup ## measure; compares within one run, so not part of test
+	$(BIN)/python benchmarks/run.py
+
+clean: ## remove .venv, build leftovers and caches; out/ stays
+	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,216 @@
+"""Who may import whom, how large a file may grow, and what a bare import may load.
+
+A room is a name directly under `workbench`: a folder or a single file.
+"""
+
+import ast
+import statistics
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "workbench"
+
+MAY_IMPORT = {
+    "errors": "",
+    "resources": "errors",
+    "yaml_files": "errors",
+    "parameters": "errors resources yaml_files",
+    "scenario": "errors resources yaml_files",
+    "gains": "errors resources yaml_files parameters",
+    "plant": "errors",
+    "link": "errors",
+    "recording": "errors plant",
+    "systems": "errors plant link",
+    "diagram": "errors resources parameters scenario plant systems",
+    "session": "errors recording gains parameters scenario plant systems diagram",
+    "design": "errors resources recording gains parameters scenario plant systems diagram session",
+    "gui": "errors parameters scenario link session design",
+    "commands": "errors resources yaml_files recording gains parameters scenario plant link "
+    "systems diagram session design",
+    "commands/app": "gui",
+    "cli": "errors commands",
+    "__main__": "cli",
+    "__init__": "errors scenario plant diagram session design",
+}
+"""What of ours a room may import besides itself. `room/file` is what one file of it may besides."""
+
+ONLY_INSIDE_FUNCTIONS = {("cli", "commands")}
+"""Imports that must not happen when the importing file is loaded."""
+
+ONLY_HERE = {"PyQt6": {"gui"}}
+"""Packages that belong to some rooms."""
+
+NEVER_HERE = {
+    "link": {"pydrake", "PyQt6"},
+    "gui": {"pydrake"},
+}
+"""Packages that a room does without."""
+
+NOWHERE = {"pydrake.all": "it loads all of Drake, slowly: import the modules in use"}
+
+MEDIAN_LINES = 125
+MOST_LINES = 320
+
+
+def find_violations(package: Path) -> list[str]:
+    """Return a sentence for each import that breaks a rule, and for each unknown room."""
+    found = []
+    for path in sorted(package.rglob("*.py")):
+        file = path.relative_to(package).with_suffix("")
+        where = path.relative_to(package.parent).as_posix()
+        if file.parts[0] not in MAY_IMPORT:
+            found.append(f"{where}: unknown room: add it to MAY_IMPORT in {Path(__file__).name}")
+            continue
+        found += [
+            f"{where}:{line}: imports {name}: {reason}"
+            for name, line, in_function in sorted(set(imports(path, package)))
+            if (reason := why_not(file, name, in_function))
+        ]
+    return found
+
+
+def why_not(file: Path, name: str, in_function: bool) -> str | None:
+    """Return why `file` may not import the module `name`, None if it may."""
+    room = file.parts[0]
+    for unwanted, reason in NOWHERE.items():
+        if name == unwanted or name.startswith(unwanted + "."):
+            return reason
+    top, *rest = name.split(".")
+    if top != "workbench":
+        if top in NEVER_HERE.get(room, ()):
+            return f"'{room}' does without {top}"
+        if room not in ONLY_HERE.get(top, {room}):
+            return f"only {', '.join(sorted(ONLY_HERE[top]))} may import {top}"
+        return None
+    target = rest[0] if rest else "__init__"
+    # The file's own row is looked up by `room/file`; a room that is one file has just one row.
+    rows = {room, file.as_posix()} & MAY_IMPORT.keys()
+    allowed = " ".join(MAY_IMPORT[row] for row in sorted(rows)).split()
+    if target not in (room, *allowed):
+        return f"'{room}' may import of ours only {', '.join(allowed) or 'nothing'}"
+    if (room, target) in ONLY_INSIDE_FUNCTIONS and not in_function:
+        return f"'{room}' imports '{target}' only inside the function that needs it"
+    return None
+
+
+def imports(path: Path, package: Path) -> Iterator[tuple[str, int, bool]]:
+    """Yield the full name, the line and whether it stands in a function, of each import."""
+    here = [package.name, *path.relative_to(package).parent.parts]
+    todo: list[tuple[ast.AST, bool]] = [(ast.parse(path.read_text(), str(path)), False)]
+    while todo:
+        node, in_function = todo.pop()
+        for name in imported_names(node, here, package):
+            yield name, node.lineno, in_function
+        inside = in_function or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        todo += [(child, inside) for child in ast.iter_child_nodes(node)]
+
+
+def imported_names(node: ast.AST, here: list[str], package: Path) -> list[str]:
+    """Return the full module names that one statement or call imports."""
+    match node:
+        case ast.Import(names=names):
+            return [alias.name for alias in names]
+        case ast.ImportFrom(module=module, names=names, level=level):
+            start = here[: len(here) - level + 1] if level else []
+            base = ".".join([*start, *([module] if module else [])])
+            # `from workbench import plant` means the room, `from workbench import Vehicle` does not
+            return [
+                f"{base}.{alias.name}" if is_module(base, alias.name, package) else base
+                for alias in names
+            ]
+        case ast.Call(func=func, args=[ast.Constant(value=str(name)), *_]):
+            called = getattr(func, "attr", getattr(func, "id", None))
+            return [name] if called in ("import_module", "__import__") else []
+    return []
+
+
+def is_module(base: str, name: str, package: Path) -> bool:
+    """Return whether `name` in `from base import name` is a module whose name matters here."""
+    if f"{base}.{name}" in NOWHERE:
+        return True
+    folder = package.parent.joinpath(*base.split("."), name)
+    return folder.is_dir() or folder.with_suffix(".py").is_file()
+
+
+def test_rooms_import_only_what_they_may():
+    violations = find_violations(PACKAGE)
+    assert not violations, "\n" + "\n".join(violations)
+
+
+@pytest.mark.parametrize(
+    ("file", "source", "said"),
+    [
+        ("plant/a.py", "from workbench.systems import b", "'plant' may import of ours only errors"),
+        ("plant/a.py", "from ..systems.b import C", "imports workbench.systems.b"),
+        ("plant/a.py", "from .. import systems", "imports workbench.systems:"),
+        ("plant/a.py", "from workbench import systems", "imports workbench.systems:"),
+        ("plant/a.py", "from workbench import Vehicle", "imports workbench:"),
+        ("errors.py", "import workbench.plant", "only nothing"),
+        ("systems/a.py", "def f():\n    import workbench.gui", "workbench/systems/a.py:2:"),
+        ("systems/a.py", "import_module('workbench.gui.b')", "imports workbench.gui.b"),
+        ("commands/fly.py", "def f():\n    from workbench.gui import b", "imports workbench.gui"),
+        ("cli.py", "from workbench.commands import b", "only inside the function"),
+        ("cli.py", "def f():\n    import workbench.session", "only errors, commands"),
+        ("session.py", "from PyQt6.QtCore import QObject", "only gui may import PyQt6"),
+        ("link/a.py", "import pydrake.math", "'link' does without pydrake"),
+        ("gui/a.py", "from pydrake import math", "'gui' does without pydrake"),
+        ("plant/a.py", "from pydrake.all import X", "loads all of Drake"),
+        ("plant/a.py", "from pydrake import all", "loads all of Drake"),
+        ("attic.py", "", "unknown room: add it"),
+    ],
+)
+def test_a_broken_rule_is_named(tmp_path, file, source, said):
+    package = make_package(tmp_path, file, source)
+    violations = find_violations(package)
+    assert len(violations) == 1
+    assert said in violations[0]
+
+
+@pytest.mark.parametrize(
+    ("file", "source"),
+    [
+        ("plant/a.py", "from workbench.errors import WorkbenchError"),
+        ("plant/a.py", "from . import b\nfrom .b import C\nimport workbench.plant.b"),
+        ("commands/app.py", "def f():\n    from workbench.gui import b"),
+        ("cli.py", "def f():\n    from workbench.commands import b"),
+        ("gui/a.py", "from PyQt6.QtCore import QObject"),
+    ],
+)
+def test_what_is_allowed_passes(tmp_path, file, source):
+    assert find_violations(make_package(tmp_path, file, source)) == []
+
+
+def make_package(folder: Path, file: str, source: str) -> Path:
+    """Return a package of that file and of empty ones for it to import."""
+    package = folder / "workbench"
+    for name in ("plant/b.py", "systems/b.py", "gui/b.py", "commands/b.py", file):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text("")
+    (package / file).write_text(source)
+    return package
+
+
+@pytest.mark.parametrize("module", ["workbench", "workbench.cli", "workbench.link"])
+def test_a_bare_import_stays_light(module):
+    code = f"import sys, {module}; print(*{{name.split('.')[0] for name in sys.modules}})"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    heavy = {"pydrake", "PyQt6", "matplotlib", "scipy", "control"} & set(done.stdout.split())
+    assert not heavy, f"`import {module}` also loads {', '.join(sorted(heavy))}"
+
+
+def test_files_are_small():
+    lines = {
+        path.relative_to(ROOT).as_posix(): len(path.read_text().splitlines())
+        for path in PACKAGE.rglob("*.py")
+    }
+    sizes = [f"{count} {name}" for name, count in sorted(lines.items(), key=lambda x: -x[1])]
+    large = [f"{name} has {count} lines" for name, count in lines.items() if count > MOST_LINES]
+    assert not large, f"more than {MOST_LINES} lines, split: {'; '.join(large)}"
+    median = statistics.median(lines.values())
+    assert median <= MEDIAN_LINES, f"half the files have over {median} lines: {sizes[:10]}"
