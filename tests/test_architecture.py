@@ -27,7 +27,7 @@ MAY_IMPORT = {
     "recording": "errors plant",
     "systems": "errors plant link",
     "diagram": "errors resources parameters scenario plant systems",
-    "session": "errors recording gains parameters scenario plant systems diagram",
+    "session": "errors resources recording gains parameters scenario plant systems diagram",
     "design": "errors resources recording gains parameters scenario plant systems diagram session",
     "gui": "errors parameters scenario link session design",
     "commands": "errors resources yaml_files recording gains parameters scenario plant link "

@@ -5,15 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydrake.geometry import SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
-from pydrake.systems.primitives import (
-    ConstantVectorSource,
-    LinearSystem,
-    LogVectorOutput,
-    Multiplexer,
-    VectorLogSink,
-)
+from pydrake.multibody.plant import MultibodyPlant, Propeller
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
+from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.parameters import parameters_of
@@ -24,36 +18,34 @@ from workbench.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
 from workbench.systems.battery import Battery
 from workbench.systems.cascade import Gains
-from workbench.systems.controller import INPUT_SIZES, CascadedController
+from workbench.systems.controller import CascadedController
+from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.flight_mode import Settings
 from workbench.systems.mode_manager import ModeManager
+from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.reference import add_reference
 from workbench.systems.rotor_forces import add_rotor_forces
-from workbench.systems.rotor_lag import make_rotor_lag
-from workbench.systems.sampling import add_hold
+from workbench.systems.rotor_lag import HeldRotors, make_continuous_lag
+from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
 
 
 @dataclass(frozen=True)
 class Airframe:
-    """The vehicle alone: plant, rotors, and the ports between which a controller goes."""
+    """The vehicle without its rotors' dynamics: plant, ground, and where thrusts act on it."""
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
-    commanded_speeds: InputPort
-    thrusts: OutputPort
-    state: OutputPort
-    rotor_lag: Diagram
+    forces: Propeller
 
+    @property
+    def state(self) -> OutputPort:
+        """State of the plant (13): q_WB, p_WB, w_WB_W, v_WB_W."""
+        return self.plant.get_state_output_port()
 
-@dataclass(frozen=True)
-class Core:
-    """An airframe and its controller; `reference` and `guidance` wait to be connected."""
-
-    airframe: Airframe
-    estimate: LinearSystem
-    rotor_speeds: OutputPort
-    reference: InputPort
-    guidance: InputPort
+    @property
+    def thrusts(self) -> InputPort:
+        """Thrusts of the rotors (n) [N]."""
+        return self.forces.get_command_input_port()
 
 
 @dataclass(frozen=True)
@@ -62,100 +54,85 @@ class Workbench:
 
     diagram: Diagram
     vehicle: Vehicle
-    core: Core
+    airframe: Airframe
+    computer: FlightComputer
     pilot: ConstantVectorSource
     request: ConstantVectorSource
     modes: ModeManager
-    logs: Mapping[str, VectorLogSink]
+    recorder: Recorder
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """The airframe under a table of rotor commands, without a controller."""
+
+    diagram: Diagram
+    airframe: Airframe
+    rotors: HeldRotors
+    recorder: Recorder
 
 
 def add_airframe(
     builder: DiagramBuilder, description: Description, vehicle: Vehicle, *, physics_step: float
 ) -> Airframe:
-    """Add plant, ground and rotors; 0 as `physics_step` makes all of it continuous."""
+    """Add plant, ground and rotor forces; 0 as `physics_step` makes a continuous plant."""
     plant, scene_graph = add_plant(builder, description, time_step=physics_step)
-    lag = builder.AddSystem(make_rotor_lag(vehicle.rotors, time_step=physics_step))
-    forces = add_rotor_forces(builder, plant, vehicle)
-    builder.Connect(lag.get_output_port(), forces.get_command_input_port())
-    return Airframe(
-        plant=plant,
-        scene_graph=scene_graph,
-        commanded_speeds=lag.get_input_port(),
-        thrusts=lag.get_output_port(),
-        state=plant.get_state_output_port(),
-        rotor_lag=lag,
+    return Airframe(plant, scene_graph, add_rotor_forces(builder, plant, vehicle))
+
+
+def make_flight_core(
+    description: Description, vehicle: Vehicle, gains: Mapping[str, float]
+) -> Diagram:
+    """Return plant, rotors and controller as one continuous diagram.
+
+    It converts to AutoDiffXd, and `Linearize` of it is exact.
+
+    Input ports: reference (8) and guidance (9), see `systems.cascade`.
+    Output ports: state (13), thrusts (n) [N], speeds (n) [rad/s].
+    """
+    builder = DiagramBuilder()
+    airframe = add_airframe(builder, description, vehicle, physics_step=0.0)
+    lag = builder.AddSystem(make_continuous_lag(vehicle.rotors))
+    estimate = builder.AddNamedSystem("acceleration_estimate", make_acceleration_estimate())
+    controller = builder.AddNamedSystem(
+        "controller",
+        CascadedController(vehicle=vehicle, gains=Gains(**_values("controller", gains))),
     )
+    builder.Connect(airframe.state, estimate.get_input_port())
+    builder.Connect(airframe.state, controller.GetInputPort("state"))
+    builder.Connect(estimate.get_output_port(), controller.GetInputPort("acceleration"))
+    builder.Connect(controller.get_output_port(), lag.get_input_port())
+    builder.Connect(lag.GetOutputPort("thrusts"), airframe.thrusts)
+    for name in ("reference", "guidance"):
+        builder.ExportInput(controller.GetInputPort(name), name)
+    builder.ExportOutput(airframe.state, "state")
+    for name in ("thrusts", "speeds"):
+        builder.ExportOutput(lag.GetOutputPort(name), name)
+    diagram = builder.Build()
+    diagram.set_name("flight_core")
+    return diagram
 
 
-def add_core(
+def add_sampled_core(
     builder: DiagramBuilder,
     description: Description,
     vehicle: Vehicle,
     gains: Mapping[str, float],
-    *,
-    physics_step: float,
-    control_period: float,
-) -> Core:
-    """Add the airframe and its controller, held at `control_period` or, where that is 0, not."""
-    airframe = add_airframe(builder, description, vehicle, physics_step=physics_step)
-    estimate = builder.AddNamedSystem(
-        "acceleration_estimate", make_acceleration_estimate(period=control_period)
+    rates: Rates,
+) -> tuple[Airframe, FlightComputer]:
+    """Add the same core as it flies: discrete plant, sampled controller, rotors held with it."""
+    airframe = add_airframe(builder, description, vehicle, physics_step=rates.physics_step)
+    computer = builder.AddNamedSystem(
+        "controller",
+        FlightComputer(
+            vehicle=vehicle,
+            gains=Gains(**_values("controller", gains)),
+            period=rates.control_period,
+        ),
     )
-    values = Gains(**_values("controller_gains", gains))
-    source = builder.AddNamedSystem("controller_gains", ConstantVectorSource(list(values)))
-    signals = builder.AddNamedSystem(
-        "controller_signals", Multiplexer(list(INPUT_SIZES.values()))
-    )
-    controller = builder.AddNamedSystem("controller", CascadedController(vehicle=vehicle))
-    ports = {name: signals.get_input_port(index) for index, name in enumerate(INPUT_SIZES)}
-    builder.Connect(airframe.state, estimate.get_input_port())
-    builder.Connect(airframe.state, ports["state"])
-    builder.Connect(estimate.get_output_port(), ports["acceleration"])
-    builder.Connect(source.get_output_port(), ports["gains"])
-    builder.Connect(signals.get_output_port(), controller.get_input_port())
-    speeds = add_hold(builder, controller.GetOutputPort("rotor_speeds"), control_period)
-    builder.Connect(speeds, airframe.commanded_speeds)
-    return Core(
-        airframe=airframe,
-        estimate=estimate,
-        rotor_speeds=speeds,
-        reference=ports["reference"],
-        guidance=ports["guidance"],
-    )
-
-
-def make_flight_core(
-    description: Description,
-    vehicle: Vehicle,
-    gains: Mapping[str, float],
-    *,
-    physics_step: float = 0.0,
-    control_period: float = 0.0,
-) -> Diagram:
-    """Return plant, rotors and controller as one diagram.
-
-    With both periods 0 it is continuous, converts to AutoDiffXd, and `Linearize` is exact.
-
-    Input ports: reference (8) and guidance (9), see `systems.cascade`.
-    Output ports: state (13), rotor_speeds (n) [rad/s], thrusts (n) [N].
-    """
-    builder = DiagramBuilder()
-    core = add_core(
-        builder,
-        description,
-        vehicle,
-        gains,
-        physics_step=physics_step,
-        control_period=control_period,
-    )
-    builder.ExportInput(core.reference, "reference")
-    builder.ExportInput(core.guidance, "guidance")
-    builder.ExportOutput(core.airframe.state, "state")
-    builder.ExportOutput(core.rotor_speeds, "rotor_speeds")
-    builder.ExportOutput(core.airframe.thrusts, "thrusts")
-    diagram = builder.Build()
-    diagram.set_name("flight_core")
-    return diagram
+    builder.Connect(airframe.state, computer.GetInputPort("state"))
+    builder.Connect(computer.GetOutputPort("thrusts"), airframe.thrusts)
+    return airframe, computer
 
 
 def make_workbench(
@@ -163,7 +140,7 @@ def make_workbench(
     vehicle: Vehicle,
     gains: Mapping[str, float],
     rates: Rates,
-    path: PiecewisePolynomial,
+    path: PiecewisePolynomial | None = None,
 ) -> Workbench:
     """Return the core with pilot, path, flight mode, battery and recorder around it.
 
@@ -172,17 +149,10 @@ def make_workbench(
         vehicle: its record.
         gains: a value for every row of the parameter table, by name.
         rates: periods of everything that is sampled.
-        path: `cascade.Reference` vectors over time, added to the pilot's.
+        path: `cascade.Reference` vectors over time, added to the pilot's, if there is one.
     """
     builder = DiagramBuilder()
-    core = add_core(
-        builder,
-        description,
-        vehicle,
-        gains,
-        physics_step=rates.physics_step,
-        control_period=rates.control_period,
-    )
+    airframe, computer = add_sampled_core(builder, description, vehicle, gains, rates)
     pilot, reference = add_reference(builder, path)
     request = builder.AddNamedSystem("request", ConstantVectorSource([0.0, 0.0, 0.0]))
     modes = builder.AddNamedSystem(
@@ -191,37 +161,53 @@ def make_workbench(
     battery = builder.AddNamedSystem(
         "battery", Battery(vehicle=vehicle, duration=gains["battery_duration"])
     )
-    builder.Connect(reference, core.reference)
-    builder.Connect(modes.GetOutputPort("guidance"), core.guidance)
-    builder.Connect(core.airframe.state, modes.GetInputPort("state"))
+    builder.Connect(reference, computer.GetInputPort("reference"))
+    builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
+    builder.Connect(airframe.state, modes.GetInputPort("state"))
     builder.Connect(reference, modes.GetInputPort("reference"))
     builder.Connect(request.get_output_port(), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
-    builder.Connect(core.airframe.thrusts, battery.GetInputPort("thrusts"))
-    signals = {
-        "state": core.airframe.state,
-        "acceleration": core.airframe.plant.get_generalized_acceleration_output_port(),
-        "rotor_speeds": core.rotor_speeds,
-        "thrusts": core.airframe.thrusts,
+    builder.Connect(computer.GetOutputPort("thrusts"), battery.GetInputPort("thrusts"))
+    signals = _airframe_signals(airframe, computer) | {
         "reference": reference,
         "mode": modes.GetOutputPort("mode"),
         "charge": battery.GetOutputPort("charge"),
     }
-    logs = _record(builder, signals, rates.record_period)
+    recorder = add_recorder(builder, signals, rates.record_period)
     diagram = builder.Build()
     diagram.set_name("workbench")
-    return Workbench(diagram, vehicle, core, pilot, request, modes, logs)
+    return Workbench(diagram, vehicle, airframe, computer, pilot, request, modes, recorder)
 
 
-def _record(
-    builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float
-) -> dict[str, VectorLogSink]:
-    """Add a log for every signal."""
-    logs = {}
-    for name, port in signals.items():
-        logs[name] = LogVectorOutput(port, builder, period)
-        logs[name].set_name(f"log_{name}")
-    return logs
+def make_open_loop(
+    description: Description, vehicle: Vehicle, rates: Rates, commands: RotorCommands
+) -> OpenLoop:
+    """Return the airframe with a table of rotor commands in the controller's place, and recorder.
+
+    Rotors take their commands at every physics step, as a table's rows may begin at any time.
+    """
+    builder = DiagramBuilder()
+    airframe = add_airframe(builder, description, vehicle, physics_step=rates.physics_step)
+    rotors = builder.AddNamedSystem(
+        "rotors", HeldRotors(rotors=vehicle.rotors, period=rates.physics_step)
+    )
+    playback = builder.AddNamedSystem("rotor_playback", make_rotor_playback(commands))
+    builder.Connect(playback.get_output_port(), rotors.get_input_port())
+    builder.Connect(rotors.GetOutputPort("thrusts"), airframe.thrusts)
+    recorder = add_recorder(builder, _airframe_signals(airframe, rotors), rates.record_period)
+    diagram = builder.Build()
+    diagram.set_name("open_loop")
+    return OpenLoop(diagram, airframe, rotors, recorder)
+
+
+def _airframe_signals(airframe: Airframe, rotors: System) -> dict[str, OutputPort]:
+    """Return what is recorded of every flight; `rotors` is the system that has them as state."""
+    return {
+        "state": airframe.state,
+        "acceleration": airframe.plant.get_generalized_acceleration_output_port(),
+        "thrusts": rotors.GetOutputPort("thrusts"),
+        "rotors": rotors.GetOutputPort("memory"),
+    }
 
 
 def _values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """The one exception that users are meant to read."""
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
-from collections.abc import Iterable
 
 
 class WorkbenchError(Exception):
@@ -14,3 +15,12 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     near = get_close_matches(name, names, n=1)
     hint = f"did you mean '{near[0]}'? " if near else ""
     return WorkbenchError(f"unknown {kind} '{name}': {hint}known are {', '.join(names)}")
+
+
+@contextmanager
+def sentences(what: str) -> Iterator[None]:
+    """Turn Drake's failures into a sentence; its failed assertions arrive as SystemExit."""
+    try:
+        yield
+    except (RuntimeError, SystemExit) as error:
+        raise WorkbenchError(f"{what}: {' '.join(str(error).split())}") from error

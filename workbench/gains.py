@@ -33,7 +33,9 @@ def load_gains(path: Path) -> GainFile:
             raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
     gains = file.data.get("gains")
     if not isinstance(gains, dict):
-        raise WorkbenchError(f"{file.where('gains')}a gain file has 'gains:' with NAME: VALUE lines")
+        raise WorkbenchError(
+            f"{file.where('gains')}a gain file has 'gains:' with NAME: VALUE lines"
+        )
     return GainFile(
         vehicle=str(file.data.get("vehicle", "")),
         origin=str(file.data.get("origin", "")),
@@ -42,7 +44,7 @@ def load_gains(path: Path) -> GainFile:
 
 
 def vehicle_gains(description: Path) -> dict[str, float]:
-    """Return all parameter values for a vehicle: defaults, then `gains.yaml` beside its description."""
+    """Return all values for a vehicle: defaults, then `gains.yaml` beside its description."""
     values = defaults()
     beside = description.parent / "gains.yaml"
     if beside.is_file():

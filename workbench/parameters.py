@@ -57,7 +57,7 @@ class Parameter:
 def _controller(
     name: str, unit: str, limits: tuple[float, float], default: float, help: str
 ) -> Parameter:
-    return Parameter(name, "controller_gains", unit, *limits, default, help)
+    return Parameter(name, "controller", unit, *limits, default, help)
 
 
 _RATE = (0.0, 30.0)
@@ -66,8 +66,12 @@ _STIFFNESS = (0.0, 2500.0)
 _ANGLE_RATE = (0.0, 150.0)
 
 PARAMETERS: tuple[Parameter, ...] = (
-    _controller("kp_position_xy", "1/s", (0.0, 5.0), 1.0, "pull to a held place or way-point, level"),
-    _controller("kp_position_z", "1/s", (0.0, 5.0), 1.5, "pull to a held place or way-point, height"),
+    _controller(
+        "kp_position_xy", "1/s", (0.0, 5.0), 1.0, "pull to a held place or way-point, level"
+    ),
+    _controller(
+        "kp_position_z", "1/s", (0.0, 5.0), 1.5, "pull to a held place or way-point, height"
+    ),
     _controller("kp_velocity_x", "1/s", _RATE, 3.0, "acceleration per velocity error along x"),
     _controller("kp_velocity_y", "1/s", _RATE, 3.0, "acceleration per velocity error along y"),
     _controller("kp_velocity_z", "1/s", _RATE, 4.0, "acceleration per velocity error along z"),
@@ -87,7 +91,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter("take_off_speed", "modes", "m/s", 0.1, 3.0, 1.0, "climb of a take-off"),
     Parameter("landing_speed", "modes", "m/s", 0.1, 0.5, 0.4, "descent of a landing"),
     Parameter("battery_reserve", "modes", "1", 0.0, 0.9, 0.15, "charge at which the drone lands"),
-    Parameter("battery_duration", "battery", "s", 1.0, 36000.0, 1200.0, "time a full battery hovers"),
+    Parameter(
+        "battery_duration", "battery", "s", 1.0, 36000.0, 1200.0, "time a full battery hovers"
+    ),
 )
 
 

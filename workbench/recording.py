@@ -1,7 +1,7 @@
 """The record of a flown flight: arrays over time, and what follows from them."""
 
 import csv
-import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -26,7 +26,8 @@ class Recording:
         vdot_WB: (N, 3) acceleration in W [m/s²].
         wdot_WB: (N, 3) angular acceleration in W [rad/s²].
         commanded_speeds: (N, n) rotor speeds asked for [rad/s].
-        thrusts: (N, n) rotor thrusts [N].
+        rotor_speeds: (N, n) of the rotors, at the end of the running control period [rad/s].
+        thrusts: (N, n) of the rotors, mean over the running control period [N].
         reference: (N, 8) what the pilot asked for, see `systems.cascade.Reference`.
         mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
         charge: (N) of the battery, 0 .. 1.
@@ -41,16 +42,43 @@ class Recording:
     vdot_WB: np.ndarray
     wdot_WB: np.ndarray
     commanded_speeds: np.ndarray
+    rotor_speeds: np.ndarray
     thrusts: np.ndarray
     reference: np.ndarray
     mode: np.ndarray
     charge: np.ndarray
 
-    @property
-    def rotor_speeds(self) -> np.ndarray:
-        """Speeds of the rotors, (N, n) [rad/s]."""
-        constants = np.array([rotor.motor_constant for rotor in self.vehicle.rotors])
-        return np.sqrt(self.thrusts / constants)
+    @classmethod
+    def from_signals(
+        cls, vehicle: Vehicle, time: np.ndarray, signals: Mapping[str, np.ndarray]
+    ) -> "Recording":
+        """Return the recording of logged signals.
+
+        Args:
+            vehicle: what flew.
+            time: (N) [s].
+            signals: (N, size) each, as the recorder has them: state (13) and acceleration (6) of
+                the plant, rotors (speeds, commands, ...), thrusts (n), reference (8), mode
+                (mode, ...), charge (1).
+        """
+        state, acceleration, rotors = signals["state"], signals["acceleration"], signals["rotors"]
+        n = len(vehicle.rotors)
+        return cls(
+            vehicle=vehicle,
+            time=time,
+            q_WB=state[:, 0:4] / np.linalg.norm(state[:, 0:4], axis=1, keepdims=True),
+            p_WB=state[:, 4:7],
+            w_WB=state[:, 7:10],
+            v_WB=state[:, 10:13],
+            wdot_WB=acceleration[:, 0:3],
+            vdot_WB=acceleration[:, 3:6],
+            commanded_speeds=rotors[:, n : 2 * n],
+            rotor_speeds=rotors[:, 0:n],
+            thrusts=signals["thrusts"],
+            reference=signals["reference"],
+            mode=signals["mode"][:, 0],
+            charge=signals["charge"][:, 0],
+        )
 
     @property
     def z_axis_W(self) -> np.ndarray:
@@ -110,7 +138,7 @@ class Recording:
                 writer = csv.writer(file)
                 writer.writerow(columns)
                 writer.writerows(table.tolist())
-            os.replace(partial, path)
+            partial.replace(path)
         except OSError as error:
             partial.unlink(missing_ok=True)
             raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error

@@ -54,7 +54,7 @@ def list_scenarios() -> list[str]:
 
 
 def _find(name_or_path: str, kind: str, folder: Path, pattern: str) -> Path:
-    """Return the file that `pattern` makes of a shipped name, or the path itself if it is a file."""
+    """Return the file that `pattern` makes of a shipped name, or else the path itself."""
     shipped = folder / pattern.format(name_or_path)
     if "/" not in name_or_path and shipped.is_file():
         return shipped

@@ -30,8 +30,8 @@ class Rates:
     """Periods [s]; each a multiple of the physics step, and exact in binary."""
 
     physics_step: float = 1 / 1024
-    control_period: float = 1 / 256
-    mode_period: float = 1 / 32
+    control_period: float = 1 / 128
+    mode_period: float = 1 / 16
     record_period: float = 1 / 128
 
 
@@ -135,10 +135,10 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         if steps < 1.0 or not float(steps).is_integer():
             raise refuse(("rates", rate.name), f"must be a multiple of the physics step {step:g} s")
     for index, action in enumerate(scenario.script):
-        keys = ("script", index)
+        keys: tuple[str | int, ...] = ("script", index)
         if action.request is not None and action.request not in REQUESTS:
             raise refuse((*keys, "request"), f"must be one of {', '.join(REQUESTS)}")
-        if not 0.0 <= action.at:
+        if not action.at >= 0.0:
             raise refuse((*keys, "at"), "must be a time in seconds, 0 or later")
     for keys, vector in _vectors(scenario):
         if len(vector) != 3 or not all(map(math.isfinite, vector)):

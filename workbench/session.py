@@ -5,29 +5,27 @@ effect between steps, so that equal scenarios give equal flights, to the bit.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.multibody.math import SpatialVelocity
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import BasicVector, Context, System
 
 from workbench.diagram import Workbench, make_workbench
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.errors import WorkbenchError, sentences, unknown_name
 from workbench.gains import load_gains, vehicle_gains
 from workbench.parameters import Parameter, checked, find_parameter, parameters_of
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
+from workbench.plant.placing import place_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
 from workbench.resources import find_gains, find_model
 from workbench.scenario import REQUESTS, Action, Scenario, Start, check_scenario
 from workbench.systems.cascade import Reference
 from workbench.systems.flight_mode import FlightMode, Request, initial_state
-from workbench.systems.reference import figure_eight, no_path
+from workbench.systems.reference import figure_eight
 
 START_HEIGHT = 1.5
 """Where a flight begins that starts hovering and says no place [m]."""
@@ -75,7 +73,7 @@ class Session:
         path = (
             figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)
             if eight
-            else no_path()
+            else None
         )
         self._bench: Workbench = make_workbench(
             description, self.vehicle, values, self.scenario.rates, path
@@ -91,7 +89,7 @@ class Session:
         self._next_action = 0
         self._requests = 0
         self._start(self.scenario.start)
-        with _sentences("the flight could not begin"):
+        with sentences("the flight could not begin"):
             self._simulator.Initialize()
 
     @property
@@ -178,33 +176,15 @@ class Session:
     def recording(self) -> Recording:
         """Return everything flown since the start."""
         context = self._simulator.get_context()
-        logs = {name: log.FindLog(context) for name, log in self._bench.logs.items()}
-        data = {name: log.data().T.copy() for name, log in logs.items()}
-        state, acceleration = data["state"], data["acceleration"]
-        return Recording(
-            vehicle=self.vehicle,
-            time=logs["state"].sample_times().copy(),
-            q_WB=state[:, 0:4] / np.linalg.norm(state[:, 0:4], axis=1, keepdims=True),
-            p_WB=state[:, 4:7],
-            w_WB=state[:, 7:10],
-            v_WB=state[:, 10:13],
-            wdot_WB=acceleration[:, 0:3],
-            vdot_WB=acceleration[:, 3:6],
-            commanded_speeds=data["rotor_speeds"],
-            thrusts=data["thrusts"],
-            reference=data["reference"],
-            mode=data["mode"][:, 0],
-            charge=data["charge"][:, 0],
+        recorder = self._bench.recorder
+        return Recording.from_signals(
+            self.vehicle, recorder.times(context), recorder.signals(context)
         )
 
     def snapshot(self) -> Snapshot:
         """Return the present as a frozen copy."""
-        ports = {name: log.get_input_port() for name, log in self._bench.logs.items()}
-        now = {
-            name: tuple(port.Eval(self._context_of(self._bench.logs[name])).tolist())
-            for name, port in ports.items()
-            if name != "acceleration"
-        }
+        signals = self._bench.recorder.now(self._simulator.get_context())
+        now = {name: tuple(values.tolist()) for name, values in signals.items()}
         state = now["state"]
         return Snapshot(
             time=self.time,
@@ -244,38 +224,34 @@ class Session:
 
     def _advance(self, step: int | float) -> None:
         """Simulate up to a step."""
-        with _sentences(f"the flight broke off after {self.time:.3f} s"):
+        with sentences(f"the flight broke off after {self.time:.3f} s"):
             self._simulator.AdvanceTo(step * self.scenario.rates.physics_step)
         self._steps = int(step)
 
     def _start(self, start: Start) -> None:
         """Put a scenario's start into the Context."""
         flying = start.mode == "hovering"
-        clearance = self.vehicle.ground_clearance
-        p_WB = start.position or [0.0, 0.0, START_HEIGHT if flying else clearance]
-        context = self._simulator.get_mutable_context()
-        plant = self._bench.core.airframe.plant
-        plant_context = plant.GetMyMutableContextFromRoot(context)
-        base = plant.GetBodyByName(self.vehicle.base_link)
-        pose = RigidTransform(RollPitchYaw(start.roll_pitch_yaw), np.array(p_WB))
-        plant.SetFreeBodyPose(plant_context, base, pose)
-        velocity = SpatialVelocity(np.array(start.angular_velocity), np.array(start.velocity))
-        plant.SetFreeBodySpatialVelocity(plant_context, base, velocity)
+        p_WB = start_position(start, self.vehicle)
+        plant = self._bench.airframe.plant
+        place_vehicle(
+            plant,
+            self._context_of(plant),
+            self.vehicle,
+            p_WB=p_WB,
+            roll_pitch_yaw=start.roll_pitch_yaw,
+            v_WB=start.velocity,
+            w_WB=start.angular_velocity,
+        )
         speeds = self.vehicle.hover_speeds if flying else np.zeros(len(self.vehicle.rotors))
-        core = self._bench.core
-        lag = core.airframe.rotor_lag.GetSubsystemByName("speeds")
-        self._context_of(core.rotor_speeds.get_system()).SetDiscreteState(speeds)
-        self._context_of(lag).SetDiscreteState(speeds)
-        self._context_of(core.estimate).SetDiscreteState(np.array(start.velocity))
+        computer = self._bench.computer
+        computer.set_rotors(self._context_of(computer), speeds, np.array(start.velocity))
         mode = FlightMode.HOVERING if flying else FlightMode.OFF
         modes = self._bench.modes
         modes.set_mode(self._context_of(modes), initial_state(mode, p_WB), p_WB)
 
-    def _context_of(self, system: object) -> Context:
+    def _context_of(self, system: System) -> Context:
         """Return a subsystem's part of the Context, to be written only here, between steps."""
-        return system.GetMyMutableContextFromRoot(  # type: ignore[attr-defined]
-            self._simulator.get_mutable_context()
-        )
+        return system.GetMyMutableContextFromRoot(self._simulator.get_mutable_context())
 
     def _reference(self) -> Reference:
         context = self._context_of(self._bench.pilot)
@@ -285,11 +261,17 @@ class Session:
         context = self._context_of(self._bench.pilot)
         self._bench.pilot.get_mutable_source_value(context).set_value(list(reference))
 
-    def _parameter(self, row: Parameter) -> tuple[object, int]:
+    def _parameter(self, row: Parameter) -> tuple[BasicVector, int]:
         """Return the vector in the Context that has a parameter, and its place there."""
         system = self._bench.diagram.GetSubsystemByName(row.system)
         vector = self._context_of(system).get_mutable_numeric_parameter(0)
         return vector, parameters_of(row.system).index(row)
+
+
+def start_position(start: Start, vehicle: Vehicle) -> list[float]:
+    """Return where a flight begins [m]: as said, or standing, or hovering at `START_HEIGHT`."""
+    height = START_HEIGHT if start.mode == "hovering" else vehicle.ground_clearance
+    return start.position or [0.0, 0.0, height]
 
 
 def _finite(what: str, values: Sequence[float], count: int) -> list[float]:
@@ -297,12 +279,3 @@ def _finite(what: str, values: Sequence[float], count: int) -> list[float]:
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
         raise WorkbenchError(f"{what} is {list(values)}: give it {count} finite number(s)")
     return numbers
-
-
-@contextmanager
-def _sentences(what: str) -> Iterator[None]:
-    """Turn Drake's failures into a sentence; its failed assertions arrive as SystemExit."""
-    try:
-        yield
-    except (RuntimeError, SystemExit) as error:
-        raise WorkbenchError(f"{what}: {' '.join(str(error).split())}") from error

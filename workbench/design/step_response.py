@@ -10,11 +10,13 @@ from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.parameters import Parameter, find_parameter
 from workbench.recording import Recording
-from workbench.scenario import Action, Rates, Scenario, Start
+from workbench.scenario import Action, Scenario, Start
 from workbench.session import Session
 
 AXES = ("x", "y", "z", "yaw")
 UNITS = {"x": "m/s", "y": "m/s", "z": "m/s", "yaw": "rad/s"}
+ACCELERATION_UNITS = {"x": "m/s²", "y": "m/s²", "z": "m/s²", "yaw": "rad/s²"}
+FORCE_UNITS = {"x": "N", "y": "N", "z": "N", "yaw": "N·m"}
 EDGE = 1.0
 """The command steps after hovering for this long [s]."""
 START_HEIGHT = 10.0
@@ -90,7 +92,7 @@ def fly_step(
     flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
     flight.figure_eight = None
     flight.duration = EDGE + duration
-    flight.rates.record_period = max(flight.rates.physics_step, flight.rates.control_period)
+    flight.rates.record_period = flight.rates.control_period
     flight.script = [_command(axis, amplitude)]
     session = Session(flight, settings)
     _check_within_limit(session, axis, amplitude)
@@ -106,6 +108,11 @@ def fly_step(
         peak_rotor_use=float(after.rotor_use.max()),
         coupling=_coupling(after, axis),
     )
+
+
+def axis_command(recording: Recording, axis: str) -> np.ndarray:
+    """Return what was asked for along an axis of W [m/s], or as yaw rate [rad/s]."""
+    return recording.reference[:, AXES.index(axis)]
 
 
 def axis_velocity(recording: Recording, axis: str) -> np.ndarray:

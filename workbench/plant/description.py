@@ -96,12 +96,12 @@ def _check_links_and_joints(path: Path, root: ET.Element) -> None:
                     f"{path}: joint '{joint.get('name')}' has the {end} link '{link}', which is "
                     f"not there: links are {', '.join(links)}"
                 )
-    for link in root.findall("link"):
-        mass = link.find("inertial/mass")
+    for body in root.findall("link"):
+        mass = body.find("inertial/mass")
         text = "1" if mass is None else mass.get("value", "")
         if not _number(text) > 0.0:
             raise WorkbenchError(
-                f"{path}: link '{link.get('name')}' has the mass '{text}': give it a positive mass"
+                f"{path}: link '{body.get('name')}' has the mass '{text}': give it a positive mass"
             )
 
 

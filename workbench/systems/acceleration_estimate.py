@@ -1,4 +1,7 @@
-"""Estimate acceleration from velocity: the filtered derivative that PD control needs."""
+"""Estimate acceleration from velocity: the filtered derivative that PD control needs.
+
+It is s / (1 + s TIME_CONSTANT) applied to the velocity in W.
+"""
 
 import math
 
@@ -11,26 +14,18 @@ TIME_CONSTANT = 0.02
 _STATE_SIZE = 13
 
 
-def make_acceleration_estimate(*, period: float) -> LinearSystem:
-    """Return a system from the plant's state (13) to an acceleration in W (3) [m/s²].
-
-    It is s / (1 + s TIME_CONSTANT) applied to the velocity in W.
-
-    Args:
-        period: 0 for the continuous filter; else its discrete equivalent at that period [s],
-            exact for a steady acceleration.
-    """
+def make_acceleration_estimate() -> LinearSystem:
+    """Return a continuous system from the plant's state (13) to an acceleration in W (3) [m/s²]."""
     pick = np.hstack([np.zeros((3, _STATE_SIZE - 3)), np.eye(3)])  # v_WB out of the state
-    one = np.eye(3)
-    if period == 0.0:
-        rate = 1.0 / TIME_CONSTANT
-        return LinearSystem(A=-rate * one, B=rate * pick, C=-rate * one, D=rate * pick)
+    rate = 1.0 / TIME_CONSTANT
+    return LinearSystem(A=-rate * np.eye(3), B=rate * pick, C=-rate * np.eye(3), D=rate * pick)
+
+
+def sampled_estimate(period: float) -> tuple[float, float]:
+    """Return share and rate of the same filter sampled every `period` seconds.
+
+    With f the filtered velocity, the estimate is rate (v - f), then f becomes f + share (v - f);
+    for a steady acceleration it is exact.
+    """
     share = -math.expm1(-period / TIME_CONSTANT)
-    rate = share / period
-    return LinearSystem(
-        A=(1.0 - share) * one,
-        B=share * pick,
-        C=-rate * one,
-        D=rate * pick,
-        time_period=period,
-    )
+    return share, share / period

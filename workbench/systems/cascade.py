@@ -1,7 +1,8 @@
 """The control law: velocity PD, attitude PD and yaw rate, as pure functions of scalars.
 
 Written in components, with plain arithmetic, powers and comparisons only, so that one source
-runs with floats, converts to AutoDiffXd for exact linear models, and compiles with numba. Gains
+runs with floats, converts to AutoDiffXd for exact linear models, and compiles with numba
+(`register_jitable` leaves the functions as they are for Python, and lets numba call them). Gains
 are normalised by mass and inertia (they are 1/s or 1/s², not newtons), so that a set of gains
 carries from one vehicle to another.
 
@@ -12,9 +13,12 @@ the places of longer ones, and any sequence of that order will do. Frames as in 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from numba.extending import register_jitable
+
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""
-Vector = Sequence[Scalar]
+Vector = Any
+"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
 GRAVITY = 9.81
 LEAST_LIFT = 0.3 * GRAVITY
@@ -76,6 +80,7 @@ class Guidance(NamedTuple):
     p_z: Scalar
 
 
+@register_jitable
 def wanted_velocity(
     p_WB: Vector, reference: Vector, guidance: Vector, gains: Vector
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
@@ -119,6 +124,7 @@ def wanted_velocity(
     return v_x, v_y, v_z, yaw_rate
 
 
+@register_jitable
 def wanted_specific_force(
     v_WB: Vector, a_WB: Vector, wanted: Vector, gains: Vector
 ) -> tuple[Scalar, Scalar, Scalar]:
@@ -148,6 +154,7 @@ def wanted_specific_force(
     return f_x, f_y, f_z
 
 
+@register_jitable
 def wanted_wrench(
     q_WB: Vector,
     w_WB_W: Vector,
@@ -216,6 +223,7 @@ def wanted_wrench(
     return mass * f_z, m_x, m_y, m_z
 
 
+@register_jitable
 def tangent(angle: Scalar) -> Scalar:
     """Return tan(angle) within 1e-8 for |angle| <= 1.2 rad, by Lambert's continued fraction."""
     s = angle * angle

@@ -6,10 +6,13 @@ Pure arithmetic on scalars, so that the same source serves floats, AutoDiffXd an
 from collections.abc import MutableSequence, Sequence
 from typing import Any
 
+from numba.extending import register_jitable
+
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""
 
 
+@register_jitable
 def mix(
     force: Scalar,
     moment_x: Scalar,
@@ -50,6 +53,7 @@ def mix(
         _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts)
 
 
+@register_jitable
 def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):  # type: ignore[no-untyped-def]
     """Return the largest share of the tilting moment that some collective force can carry."""
     tilt = 1.0
@@ -65,6 +69,7 @@ def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):  # type
     return tilt
 
 
+@register_jitable
 def _add_force(force, allocation, thrust_min, thrust_max, thrusts):  # type: ignore[no-untyped-def]
     """Add the force nearest to the wanted one that keeps every rotor within its limits."""
     for i in range(len(allocation)):
@@ -77,6 +82,7 @@ def _add_force(force, allocation, thrust_min, thrust_max, thrusts):  # type: ign
         thrusts[i] = thrusts[i] + allocation[i][0] * force
 
 
+@register_jitable
 def _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts):  # type: ignore[no-untyped-def]
     """Add as much of the yaw moment as the room left over allows."""
     yaw = 1.0

@@ -62,6 +62,4 @@ class ModeManager(LeafSystem):
         )
         state = next_state(state, now, settings)
         discrete_state.set_value(self.mode_index, list(state))
-        discrete_state.set_value(
-            self.guidance_index, list(guidance(state, now.p_WB, settings))
-        )
+        discrete_state.set_value(self.guidance_index, list(guidance(state, now.p_WB, settings)))

@@ -17,20 +17,17 @@ SIZE = len(Reference._fields)
 
 
 def add_reference(
-    builder: DiagramBuilder, path: PiecewisePolynomial
+    builder: DiagramBuilder, path: PiecewisePolynomial | None
 ) -> tuple[ConstantVectorSource, OutputPort]:
-    """Add pilot and path; return the pilot's source and the port of their sum."""
+    """Add the pilot, and a path if there is one; return the pilot's source and the reference."""
     pilot = builder.AddNamedSystem("pilot", ConstantVectorSource(np.zeros(SIZE)))
+    if path is None:
+        return pilot, pilot.get_output_port()
     course = builder.AddNamedSystem("path", TrajectorySource(path))
     both = builder.AddNamedSystem("reference", Adder(2, SIZE))
     builder.Connect(pilot.get_output_port(), both.get_input_port(0))
     builder.Connect(course.get_output_port(), both.get_input_port(1))
     return pilot, both.get_output_port()
-
-
-def no_path() -> PiecewisePolynomial:
-    """Return a path that asks for nothing."""
-    return PiecewisePolynomial(np.zeros((SIZE, 1)))
 
 
 def figure_eight(

@@ -9,9 +9,7 @@ from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
 
 
-def add_rotor_forces(
-    builder: DiagramBuilder, plant: MultibodyPlant, vehicle: Vehicle
-) -> Propeller:
+def add_rotor_forces(builder: DiagramBuilder, plant: MultibodyPlant, vehicle: Vehicle) -> Propeller:
     """Add a `Propeller` for the vehicle's rotors, fed with thrusts (n) [N], and connect the plant.
 
     The moment about each rotor's axis is -direction moment_constant thrust.
@@ -19,7 +17,10 @@ def add_rotor_forces(
     base = plant.GetBodyByName(vehicle.base_link).index()
     infos = [
         PropellerInfo(
-            base, _pose(rotor), thrust_ratio=1.0, moment_ratio=-rotor.direction * rotor.moment_constant
+            base,
+            _pose(rotor),
+            thrust_ratio=1.0,
+            moment_ratio=-rotor.direction * rotor.moment_constant,
         )
         for rotor in vehicle.rotors
     ]

@@ -1,70 +1,79 @@
-"""Rotor speed follows its command with a lag, faster up than down, as Gazebo's motor model has it.
-
-Composed of Drake's own systems, because it runs at every physics step.
-"""
-
-import math
+"""Rotors as systems of their own: continuous for linear models, held for playback."""
 
 import numpy as np
-from pydrake.symbolic import Expression, Variable, sqrt
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import Saturation, SymbolicVectorSystem
+from pydrake.symbolic import Variable
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
+from pydrake.systems.primitives import Demultiplexer, SymbolicVectorSystem
 
 from workbench.plant.rotors import Rotor
-
-_BLEND = 1.0
-"""The two time constants blend over about this speed difference [rad/s], to be differentiable."""
+from workbench.systems.rotor_response import rotor_period, split_error, step_rotor
 
 
-def make_rotor_lag(rotors: tuple[Rotor, ...], *, time_step: float) -> Diagram:
-    """Return a diagram from commanded rotor speeds (n) [rad/s] to thrusts (n) [N].
+def make_continuous_lag(rotors: tuple[Rotor, ...]) -> Diagram:
+    """Return a diagram in which rotor speeds follow their commands; its state is the speeds.
 
-    Commands are limited to 0 .. max_rot_velocity. The speed w follows the command u with
-    dw/dt = (u - w) / time constant; at u = w, where the two meet, the rate is their mean.
-    Thrust is motor_constant w².
+    Commands are taken as they come: the controller keeps them within the rotors' limits.
 
-    Args:
-        rotors: whose constants to use.
-        time_step: 0 for a continuous lag; else its exact discrete equivalent at that step [s].
+    Input port:
+        commands (n) [rad/s].
+    Output ports:
+        thrusts (n) [N] and speeds (n) [rad/s].
     """
     n = len(rotors)
-    speeds = [Variable(f"w{i}") for i in range(n)]
-    commands = [Variable(f"u{i}") for i in range(n)]
-    lag = SymbolicVectorSystem(
-        state=speeds,
-        input=commands,
-        dynamics=[
-            _dynamics(w, u, rotor, time_step)
-            for w, u, rotor in zip(speeds, commands, rotors, strict=True)
-        ],
-        output=[rotor.motor_constant * w * w for w, rotor in zip(speeds, rotors, strict=True)],
-        time_period=time_step,
-    )
+    w = [Variable(f"w{index}") for index in range(n)]
+    u = [Variable(f"u{index}") for index in range(n)]
+    dynamics = []
+    for w_i, u_i, rotor in zip(w, u, rotors, strict=True):
+        up, down = split_error(u_i - w_i)
+        dynamics.append(up / rotor.time_constant_up + down / rotor.time_constant_down)
+    thrusts = [rotor.motor_constant * w_i * w_i for w_i, rotor in zip(w, rotors, strict=True)]
     builder = DiagramBuilder()
-    limits = builder.AddNamedSystem(
-        "speed_limits", Saturation(np.zeros(n), np.array([r.max_rot_velocity for r in rotors]))
+    lag = builder.AddNamedSystem(
+        "speeds", SymbolicVectorSystem(state=w, input=u, dynamics=dynamics, output=[*thrusts, *w])
     )
-    builder.AddNamedSystem("speeds", lag)
-    builder.Connect(limits.get_output_port(), lag.get_input_port())
-    builder.ExportInput(limits.get_input_port(), "commanded_speeds")
-    builder.ExportOutput(lag.get_output_port(), "thrusts")
+    split = builder.AddNamedSystem("split", Demultiplexer([n, n]))
+    builder.Connect(lag.get_output_port(), split.get_input_port())
+    builder.ExportInput(lag.get_input_port(), "commands")
+    builder.ExportOutput(split.get_output_port(0), "thrusts")
+    builder.ExportOutput(split.get_output_port(1), "speeds")
     diagram = builder.Build()
     diagram.set_name("rotor_lag")
     return diagram
 
 
-def _dynamics(w: Variable, u: Variable, rotor: Rotor, time_step: float) -> Expression:
-    """Return dw/dt, or w after one step of exact integration under a constant command."""
-    if time_step == 0.0:
-        return _approach(w, u, 1.0 / rotor.time_constant_up, 1.0 / rotor.time_constant_down)
-    up = -math.expm1(-time_step / rotor.time_constant_up)
-    down = -math.expm1(-time_step / rotor.time_constant_down)
-    return w + _approach(w, u, up, down)
+class HeldRotors(LeafSystem):
+    """Rotors whose commands are sampled and held; between samples they follow a closed form.
 
+    Input port:
+        commands (n) [rad/s].
+    Output ports, both of them state, as those of `FlightComputer`:
+        thrusts (n): mean over the running period [N].
+        memory (2 n): speeds at its end and commands held in it [rad/s].
+    """
 
-def _approach(w: Variable, u: Variable, up: float, down: float) -> Expression:
-    """Return up (u - w) for u > w and down (u - w) for u < w, smooth in between."""
-    error = u - w
-    mean = (up + down) / 2.0
-    half_difference = (up - down) / 2.0
-    return mean * error + half_difference * (sqrt(error * error + _BLEND**2) - _BLEND)
+    def __init__(self, *, rotors: tuple[Rotor, ...], period: float) -> None:
+        super().__init__()
+        n = len(rotors)
+        self._rotors = rotors
+        self._limits = [rotor.max_rot_velocity for rotor in rotors]
+        self._constants = [rotor_period(rotor, period) for rotor in rotors]
+        self._commands = self.DeclareVectorInputPort("commands", n)
+        self.DeclareStateOutputPort("thrusts", self.DeclareDiscreteState(n))
+        self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(2 * n))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def set_rotors(self, context: Context, speeds: np.ndarray) -> None:
+        """Let the rotors turn steadily at `speeds` (n) [rad/s]."""
+        constants = np.array([rotor.motor_constant for rotor in self._rotors])
+        context.SetDiscreteState(0, constants * speeds**2)
+        context.SetDiscreteState(1, np.concatenate([speeds, speeds]))
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        commands = np.clip(self._commands.Eval(context), 0.0, self._limits).tolist()
+        speeds = context.get_discrete_state(1).CopyToVector()[: len(commands)].tolist()
+        steps = [
+            step_rotor(command, speed, constants)
+            for command, speed, constants in zip(commands, speeds, self._constants, strict=True)
+        ]
+        discrete_state.set_value(0, [thrust for thrust, _ in steps])
+        discrete_state.set_value(1, [speed for _, speed in steps] + commands)

@@ -1,0 +1,71 @@
+"""A flight in a few numbers."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.recording import Recording
+from workbench.systems.flight_mode import FlightMode
+
+_CLOSE = 0.1
+"""A touch-down is measured from this height above the ground on [m]."""
+_TOUCHING = 0.005
+_RESTING = 0.05
+"""Within this height of the ground [m], and slower than this [m/s], a drone stands."""
+
+
+@dataclass(frozen=True)
+class FlightSummary:
+    """What one wants to know first of a flight; SI units, angles in rad.
+
+    Attributes:
+        duration: flown time [s].
+        distance: length of the path [m].
+        max_speed: [m/s].
+        max_height: of the base link above the ground [m].
+        max_tilt: [rad].
+        max_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
+        final_mode: the flight mode at the end, in words; "open loop" where there is none.
+        battery_used: share of the charge, 0 .. 1; NaN where there is no battery.
+        touch_down_speed: largest sinking speed in the last 0.1 m before the ground [m/s]; None if
+            the drone did not come down, or does not stand at the end.
+    """
+
+    duration: float
+    distance: float
+    max_speed: float
+    max_height: float
+    max_tilt: float
+    max_rotor_use: float
+    final_mode: str
+    battery_used: float
+    touch_down_speed: float | None
+
+
+def summarise(recording: Recording) -> FlightSummary:
+    """Return the summary of a flight."""
+    mode = float(recording.mode[-1])
+    return FlightSummary(
+        duration=float(recording.time[-1] - recording.time[0]),
+        distance=float(np.linalg.norm(np.diff(recording.p_WB, axis=0), axis=1).sum()),
+        max_speed=float(np.linalg.norm(recording.v_WB, axis=1).max()),
+        max_height=float(recording.p_WB[:, 2].max()),
+        max_tilt=float(recording.tilt.max()),
+        max_rotor_use=float(recording.rotor_use.max()),
+        final_mode="open loop" if math.isnan(mode) else FlightMode(int(mode)).label,
+        battery_used=float(recording.charge[0] - recording.charge[-1]),
+        touch_down_speed=_touch_down_speed(recording),
+    )
+
+
+def _touch_down_speed(recording: Recording) -> float | None:
+    height = recording.p_WB[:, 2] - recording.vehicle.ground_clearance
+    v_z = recording.v_WB[:, 2]
+    above = np.flatnonzero(height > _CLOSE)
+    if len(above) == 0 or height[-1] > _RESTING or abs(v_z[-1]) > _RESTING:
+        return None
+    last = above[-1]
+    touching = np.flatnonzero(height[last:] <= _TOUCHING)
+    end = last + (touching[0] if len(touching) else len(height) - last - 1)
+    return float(-v_z[last : end + 1].min())

@@ -1,0 +1,119 @@
+"""The sampled controller with the rotors it commands, as one LeafSystem.
+
+It is the same law as the continuous controller, estimate and rotor lag, in one update event. They
+are one system here because of what was measured: each entry into Python from Drake's step costs
+some 20 µs, each further system half a microsecond at every physics step.
+"""
+
+from typing import Any
+
+import numpy as np
+from pydrake.autodiffutils import AutoDiffXd
+from pydrake.systems.framework import BasicVector_, LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from workbench.plant.vehicle import Vehicle
+from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.cascade import Gains, Guidance, Reference
+from workbench.systems.compiled import compile_cached
+from workbench.systems.flight_law import (
+    control_update,
+    law_constants,
+    packed,
+    packed_update,
+)
+
+THRUSTS, MEMORY = range(2)
+"""Groups of the discrete state."""
+
+compiled_update = compile_cached(packed_update)
+
+
+@TemplateSystem.define("FlightComputer_", T_list=[float, AutoDiffXd])
+def FlightComputer_(T: Any) -> Any:
+    """Samples the state, runs the law, and steps the rotors along their closed form.
+
+    Input ports:
+        state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        reference (8): see `cascade.Reference`.
+        guidance (9): see `cascade.Guidance`.
+    Output ports, both of them state:
+        thrusts (n): mean over the running control period [N].
+        memory (2 n + 3): speeds of the rotors at its end and commands held in it [rad/s], and
+            the acceleration estimate's filtered velocity [m/s].
+    Numeric parameter 0: `cascade.Gains`.
+
+    With floats the law runs compiled, with AutoDiffXd as plain Python.
+    """
+
+    class Impl(LeafSystem_[T]):
+        def _construct(
+            self, *, vehicle: Vehicle, gains: Gains, period: float, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter)
+            self.vehicle = vehicle
+            self.gains = gains
+            self.period = period
+            self._n = len(vehicle.rotors)
+            self._constants = law_constants(vehicle, period)
+            self._body, self._rotors = packed(self._constants)
+            self._estimate = sampled_estimate(period)
+            self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
+            self._state = self.DeclareVectorInputPort("state", 13)
+            self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
+            self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
+            self.DeclareStateOutputPort("thrusts", self.DeclareDiscreteState(self._n))
+            self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(2 * self._n + 3))
+            update = self._update_compiled if T is float else self._update
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, update)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(
+                self,
+                vehicle=other.vehicle,
+                gains=other.gains,
+                period=other.period,
+                converter=converter,
+            )
+
+        def set_rotors(self, context: Any, speeds: np.ndarray, velocity: np.ndarray) -> None:
+            """Let the rotors turn steadily at `speeds` (n) [rad/s], flying at `velocity` [m/s]."""
+            constants = np.array(self._constants.motor_constants)
+            context.SetDiscreteState(THRUSTS, constants * speeds**2)
+            context.SetDiscreteState(MEMORY, np.concatenate([speeds, speeds, velocity]))
+
+        def _update_compiled(self, context: Any, discrete_state: Any) -> None:
+            compiled_update(
+                self._state.Eval(context),
+                self._reference.Eval(context),
+                self._guidance.Eval(context),
+                context.get_numeric_parameter(0).get_value(),
+                self._body,
+                self._rotors,
+                self._estimate,
+                context.get_discrete_state(MEMORY).get_value(),
+                discrete_state.get_mutable_value(THRUSTS),
+                discrete_state.get_mutable_value(MEMORY),
+            )
+
+        def _update(self, context: Any, discrete_state: Any) -> None:
+            thrusts: list[Any] = [0.0] * self._n
+            memory: list[Any] = [0.0] * (2 * self._n + 3)
+            control_update(
+                self._state.Eval(context).tolist(),
+                self._reference.Eval(context).tolist(),
+                self._guidance.Eval(context).tolist(),
+                context.get_numeric_parameter(0).CopyToVector().tolist(),
+                self._constants,
+                self._estimate,
+                context.get_discrete_state(MEMORY).CopyToVector().tolist(),
+                thrusts,
+                memory,
+            )
+            discrete_state.set_value(THRUSTS, [T(thrust) for thrust in thrusts])
+            discrete_state.set_value(MEMORY, [T(value) for value in memory])
+
+    return Impl
+
+
+FlightComputer = FlightComputer_[None]

@@ -1,0 +1,48 @@
+"""The recorder: every signal of a flight in one log, because each log costs time at every step."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """A log of stacked signals, and where in it each one lies."""
+
+    log: VectorLogSink
+    places: Mapping[str, slice]
+
+    def now(self, root_context: Context) -> dict[str, np.ndarray]:
+        """Return every signal's present value."""
+        context = self.log.GetMyContextFromRoot(root_context)
+        values = self.log.get_input_port().Eval(context)
+        return {name: values[place] for name, place in self.places.items()}
+
+    def times(self, root_context: Context) -> np.ndarray:
+        """Return when it recorded, (N) [s]."""
+        return self.log.FindLog(root_context).sample_times().copy()
+
+    def signals(self, root_context: Context) -> dict[str, np.ndarray]:
+        """Return everything recorded, (N, size) each."""
+        data = self.log.FindLog(root_context).data().T.copy()
+        return {name: data[:, place] for name, place in self.places.items()}
+
+
+def add_recorder(
+    builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float
+) -> Recorder:
+    """Add a log that records all `signals` every `period` seconds."""
+    sizes = [port.size() for port in signals.values()]
+    ends = np.cumsum(sizes).tolist()
+    stack = builder.AddNamedSystem("recorded_signals", Multiplexer(sizes))
+    for index, port in enumerate(signals.values()):
+        builder.Connect(port, stack.get_input_port(index))
+    log = LogVectorOutput(stack.get_output_port(), builder, period)
+    log.set_name("recorder")
+    places = {
+        name: slice(end - size, end) for name, size, end in zip(signals, sizes, ends, strict=True)
+    }
+    return Recorder(log, places)

@@ -1,0 +1,93 @@
+"""Rotor commands from a table, held between its rows: flight without a controller."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from workbench.errors import WorkbenchError
+from workbench.plant.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class RotorCommands:
+    """A table of M rows for n rotors.
+
+    Attributes:
+        time: (M) when a row begins to hold, rising from 0 [s].
+        speeds: (M, n) rotor speeds whose thrust, at rest, is the table's [rad/s].
+    """
+
+    time: np.ndarray
+    speeds: np.ndarray
+
+
+def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
+    """Read a CSV file with the columns t [s] and one thrust [N] a rotor; a first line may name them.
+
+    Raises:
+        WorkbenchError: naming file and line of what cannot be flown.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file)
+            lines = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise WorkbenchError(f"{path}: cannot be read as CSV: {error}") from error
+    if lines and not any(_is_number(cell) for cell in lines[0][1]):
+        lines = lines[1:]
+    if not lines:
+        raise WorkbenchError(f"{path}: holds no row: write t and one thrust in N a rotor in each")
+    table = np.array([_row(f"{path}:{line}: ", cells, vehicle) for line, cells in lines])
+    for index, (line, _) in enumerate(lines):
+        if index == 0 and table[0, 0] != 0.0:
+            raise WorkbenchError(
+                f"{path}:{line}: the first row is for {table[0, 0]:g} s: let it be 0"
+            )
+        if index > 0 and not table[index, 0] > table[index - 1, 0]:
+            raise WorkbenchError(
+                f"{path}:{line}: time goes from {table[index - 1, 0]:g} s to {table[index, 0]:g} s: "
+                "let it rise from row to row"
+            )
+    constants = [rotor.motor_constant for rotor in vehicle.rotors]
+    return RotorCommands(time=table[:, 0], speeds=np.sqrt(table[:, 1:] / constants))
+
+
+def make_rotor_playback(commands: RotorCommands) -> TrajectorySource:
+    """Return a source of rotor speeds (n) [rad/s]; the last row holds for ever."""
+    # A hold's last sample only ends the one before it, and a trajectory keeps its end value.
+    time = np.append(commands.time, commands.time[-1] + 1.0)
+    speeds = np.vstack([commands.speeds, commands.speeds[-1]])
+    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(time, speeds.T))
+
+
+def _row(where: str, cells: list[str], vehicle: Vehicle) -> list[float]:
+    """Return a row's numbers, or refuse it."""
+    rotors = vehicle.rotors
+    if len(cells) != 1 + len(rotors):
+        raise WorkbenchError(
+            f"{where}{len(cells)} columns: {vehicle.name} takes {1 + len(rotors)}, t and the "
+            f"thrusts of {len(rotors)} rotors"
+        )
+    for cell in cells:
+        if not _is_number(cell) or not np.isfinite(float(cell)):
+            raise WorkbenchError(f"{where}'{cell.strip()}' is no finite number")
+    numbers = [float(cell) for cell in cells]
+    for index, (thrust, rotor) in enumerate(zip(numbers[1:], rotors, strict=True), start=1):
+        if not 0.0 <= thrust <= rotor.max_thrust:
+            raise WorkbenchError(
+                f"{where}the thrust of rotor {index} is {thrust:g} N: keep it within "
+                f"0 .. {rotor.max_thrust:.4g} N"
+            )
+    return numbers
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,71 @@
+"""How a rotor answers its command: pure functions of scalars, as the control law is.
+
+The speed w follows the command u with dw/dt = (u - w) / time constant, faster up than down, as
+Gazebo's motor model has it; thrust is motor_constant w². Where u = w and the two time constants
+meet, the rate is their mean: they blend over about 1 rad/s, so that linear models of hover exist.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from numba.extending import register_jitable
+
+from workbench.plant.rotors import Rotor
+
+Scalar = Any
+"""float, AutoDiffXd, a symbolic Expression, or what numba makes of it."""
+
+
+def rotor_period(rotor: Rotor, period: float) -> list[float]:
+    """Return the constants of a rotor's answer over a control period [s], for `step_rotor`.
+
+    They are motor constant and largest speed; exp(-t / time constant) at the period's end, up
+    and down; its mean over the period, up and down; the mean of its square, up and down; and
+    the mean of the product of the two.
+    """
+    up = period / rotor.time_constant_up
+    down = period / rotor.time_constant_down
+    return [
+        rotor.motor_constant,
+        rotor.max_rot_velocity,
+        math.exp(-up),
+        math.exp(-down),
+        _mean(up),
+        _mean(down),
+        _mean(2.0 * up),
+        _mean(2.0 * down),
+        _mean(up + down),
+    ]
+
+
+@register_jitable
+def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
+    """Return max(error, 0) and min(error, 0), smooth around 0 and with the same sum."""
+    root = (error * error + 1.0) ** 0.5 - 1.0
+    return (error + root) / 2.0, (error - root) / 2.0
+
+
+@register_jitable
+def step_rotor(command: Scalar, speed: Scalar, constants: Sequence[float]) -> tuple[Scalar, Scalar]:
+    """Return the mean thrust [N] over a period with its command held, and the speed at its end.
+
+    Under a held command the speed has a closed form, along which this steps; the thrust is its
+    mean over the period, so that the impulse is exact.
+
+    Args:
+        command: wanted speed, within the rotor's limits [rad/s].
+        speed: at the beginning [rad/s].
+        constants: see `rotor_period`.
+    """
+    k, _, end_up, end_down, mean_up, mean_down, up_up, down_down, up_down = constants
+    up, down = split_error(command - speed)
+    end = command - up * end_up - down * end_down
+    square = command * command - 2.0 * command * (up * mean_up + down * mean_down)
+    square = square + up * up * up_up + down * down * down_down + 2.0 * up * down * up_down
+    return k * square, end
+
+
+def _mean(decay: float) -> float:
+    """Return the mean of exp(-x) for x from 0 to `decay`."""
+    return -math.expm1(-decay) / decay
