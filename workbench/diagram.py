@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydrake.geometry import SceneGraph
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant, Propeller
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 from pydrake.systems.primitives import ConstantVectorSource
@@ -22,11 +22,16 @@ from workbench.systems.controller import CascadedController
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.flight_mode import Settings
 from workbench.systems.mode_manager import ModeManager
+from workbench.systems.propeller_display import add_propeller_display
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.reference import add_reference
 from workbench.systems.rotor_forces import add_rotor_forces
 from workbench.systems.rotor_lag import HeldRotors, make_continuous_lag
 from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
+
+
+PICTURE_PERIOD = 1 / 32
+"""Between pictures in Meshcat [s]."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +146,7 @@ def make_workbench(
     gains: Mapping[str, float],
     rates: Rates,
     path: PiecewisePolynomial | None = None,
+    meshcat: Meshcat | None = None,
 ) -> Workbench:
     """Return the core with pilot, path, flight mode, battery and recorder around it.
 
@@ -150,6 +156,7 @@ def make_workbench(
         gains: a value for every row of the parameter table, by name.
         rates: periods of everything that is sampled.
         path: `cascade.Reference` vectors over time, added to the pilot's, if there is one.
+        meshcat: where to draw, if anywhere.
     """
     builder = DiagramBuilder()
     airframe, computer = add_sampled_core(builder, description, vehicle, gains, rates)
@@ -174,6 +181,8 @@ def make_workbench(
         "charge": battery.GetOutputPort("charge"),
     }
     recorder = add_recorder(builder, signals, rates.record_period)
+    if meshcat is not None:
+        _draw(builder, airframe, vehicle, computer, meshcat)
     diagram = builder.Build()
     diagram.set_name("workbench")
     return Workbench(diagram, vehicle, airframe, computer, pilot, request, modes, recorder)
@@ -198,6 +207,27 @@ def make_open_loop(
     diagram = builder.Build()
     diagram.set_name("open_loop")
     return OpenLoop(diagram, airframe, rotors, recorder)
+
+
+def _draw(
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    vehicle: Vehicle,
+    computer: FlightComputer,
+    meshcat: Meshcat,
+) -> None:
+    """Draw the scene, with propellers that turn."""
+    add_propeller_display(
+        builder,
+        airframe.plant,
+        airframe.scene_graph,
+        vehicle,
+        computer.GetOutputPort("memory"),
+        period=PICTURE_PERIOD,
+    )
+    MeshcatVisualizer.AddToBuilder(
+        builder, airframe.scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PICTURE_PERIOD)
+    )
 
 
 def _airframe_signals(airframe: Airframe, rotors: System) -> dict[str, OutputPort]:

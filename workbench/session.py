@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, System
 
@@ -52,13 +53,17 @@ class Session:
     Args:
         scenario: what to fly; the default one hovers.
         settings: parameter values that override those of the scenario's gains.
+        meshcat: where to draw, if anywhere.
 
     Raises:
         WorkbenchError: if the scenario cannot be built.
     """
 
     def __init__(
-        self, scenario: Scenario | None = None, settings: Mapping[str, float] | None = None
+        self,
+        scenario: Scenario | None = None,
+        settings: Mapping[str, float] | None = None,
+        meshcat: Meshcat | None = None,
     ) -> None:
         self.scenario = scenario or Scenario()
         check_scenario(self.scenario)
@@ -76,7 +81,7 @@ class Session:
             else None
         )
         self._bench: Workbench = make_workbench(
-            description, self.vehicle, values, self.scenario.rates, path
+            description, self.vehicle, values, self.scenario.rates, path, meshcat
         )
         self._script = sorted(self.scenario.script, key=lambda action: action.at)
         self.reset()

@@ -1,0 +1,128 @@
+"""Propellers that turn in the picture.
+
+The dynamics treat rotors as fixed to the body, so their shapes are taken off the plant's links
+and drawn by a geometry source of their own, turned as far as their speeds say.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.value import Value
+from pydrake.geometry import (
+    FrameId,
+    FramePoseVector,
+    GeometryFrame,
+    Role,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
+
+from workbench.plant.rotors import Rotor
+from workbench.plant.vehicle import Vehicle
+
+
+class PropellerDisplay(LeafSystem):
+    """Turns the propellers' shapes with the rotors' speeds.
+
+    Input ports:
+        state (13): of the plant.
+        speeds (m): whose first n are the rotors' speeds [rad/s].
+    Output port:
+        poses: a `FramePoseVector` for the scene graph.
+
+    Args:
+        vehicle: whose rotors to draw.
+        frames: the scene graph's frame for each of them.
+        size: of the speeds port, m.
+        period: between pictures [s].
+    """
+
+    def __init__(
+        self, *, vehicle: Vehicle, frames: list[FrameId], size: int, period: float
+    ) -> None:
+        super().__init__()
+        n = len(vehicle.rotors)
+        self._frames = frames
+        self._period = period
+        self._X_BR = [
+            RigidTransform(RotationMatrix(np.array(frame.R_BF)), np.array(frame.p_BF))
+            for frame in (vehicle.frame(rotor.link) for rotor in vehicle.rotors)
+        ]
+        self._turns = np.array([r.direction / r.velocity_slowdown for r in vehicle.rotors])
+        self._state = self.DeclareVectorInputPort("state", 13)
+        self._speeds = self.DeclareVectorInputPort("speeds", size)
+        self.DeclareDiscreteState(n)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclareAbstractOutputPort(
+            "poses",
+            lambda: Value(FramePoseVector()),
+            self._calc_poses,
+            {self._state.ticket(), self.xd_ticket()},
+        )
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        """Turn on by the present speeds, slowed down as the description asks."""
+        angles = context.get_discrete_state(0).CopyToVector()
+        speeds = self._speeds.Eval(context)[: len(angles)]
+        turned = angles + self._period * self._turns * speeds
+        discrete_state.set_value(np.fmod(turned, 2.0 * math.pi))
+
+    def _calc_poses(self, context: Context, output: Any) -> None:
+        q_WB, p_WB = np.split(self._state.Eval(context)[:7], [4])
+        X_WB = RigidTransform(Quaternion(q_WB / np.linalg.norm(q_WB)), p_WB)
+        poses = output.get_mutable_value()
+        for frame, X_BR, angle in zip(
+            self._frames, self._X_BR, context.get_discrete_state(0).CopyToVector(), strict=True
+        ):
+            poses.set_value(frame, X_WB @ X_BR @ RigidTransform(RotationMatrix.MakeZRotation(angle)))
+
+
+def add_propeller_display(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    vehicle: Vehicle,
+    speeds: OutputPort,
+    *,
+    period: float,
+) -> PropellerDisplay:
+    """Take the propellers' shapes off the plant and draw them turning.
+
+    Args:
+        builder: of the diagram.
+        plant: which has the shapes.
+        scene_graph: in which they are.
+        vehicle: whose rotors to draw.
+        speeds: see `PropellerDisplay`.
+        period: between pictures [s].
+    """
+    source = scene_graph.RegisterSource("propellers")
+    frames = [_move_shapes(plant, scene_graph, source, rotor) for rotor in vehicle.rotors]
+    display = builder.AddNamedSystem(
+        "propeller_display",
+        PropellerDisplay(vehicle=vehicle, frames=frames, size=speeds.size(), period=period),
+    )
+    builder.Connect(plant.get_state_output_port(), display.GetInputPort("state"))
+    builder.Connect(speeds, display.GetInputPort("speeds"))
+    builder.Connect(display.get_output_port(), scene_graph.get_source_pose_port(source))
+    return display
+
+
+def _move_shapes(
+    plant: MultibodyPlant, scene_graph: SceneGraph, source: Any, rotor: Rotor
+) -> FrameId:
+    """Copy a rotor link's drawn shapes to a frame of `source`, and draw the old ones no more."""
+    frame = scene_graph.RegisterFrame(source, GeometryFrame(rotor.name))
+    inspector = scene_graph.model_inspector()
+    body = plant.GetBodyByName(rotor.link)
+    for geometry in plant.GetVisualGeometriesForBody(body):
+        copy = inspector.CloneGeometryInstance(geometry)
+        copy.set_name(f"{rotor.name}_{inspector.GetName(geometry)}")
+        scene_graph.RegisterGeometry(source, frame, copy)
+        for role in (Role.kIllustration, Role.kPerception):
+            scene_graph.RemoveRole(plant.get_source_id(), geometry, role)
+    return frame
