@@ -117,10 +117,10 @@ def _row(name: str, times: list[float], floor: list[float]) -> SpeedRow:
     return SpeedRow(name, SLICE / min(times), median, low, high)
 
 
-def main() -> None:
+def show(rows: list[SpeedRow]) -> None:
     """Print the table."""
     print("diagram       best RTF   ratio to floor (median, quartiles)")
-    for row in measure():
+    for row in rows:
         print(
             f"{row.name:12s} {row.best_real_time_factor:9.1f}   {row.median_ratio:.3f}"
             f"  ({row.lower_quartile:.3f} .. {row.upper_quartile:.3f})"
@@ -128,4 +128,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    show(measure())

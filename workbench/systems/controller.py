@@ -57,7 +57,7 @@ def CascadedController_(T: Any) -> Any:
                 self._constants,
                 commands,
             )
-            output.SetFromVector([T(command) for command in commands])
+            output.SetFromVector(commands)
 
     return Impl
 

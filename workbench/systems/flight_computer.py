@@ -110,8 +110,10 @@ def FlightComputer_(T: Any) -> Any:
                 thrusts,
                 memory,
             )
-            discrete_state.set_value(THRUSTS, [T(thrust) for thrust in thrusts])
-            discrete_state.set_value(MEMORY, [T(value) for value in memory])
+            discrete_state.set_value(THRUSTS, thrusts)
+            # a command cut to its limit has become a plain number
+            memory = [value if isinstance(value, T) else T(value) for value in memory]
+            discrete_state.set_value(MEMORY, memory)
 
     return Impl
 
