@@ -3,8 +3,20 @@
 import re
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Diagram, InputPort, OutputPort, System
-from pydrake.systems.primitives import VectorLogSink
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import (
+    Diagram,
+    InputPortIndex,
+    OutputPortIndex,
+    System,
+)
+from pydrake.systems.primitives import Multiplexer, VectorLogSink
+
+RECORDER = "recorder"
+OUTPUTS = "outputs"
+NUMBERED = re.compile(r"[uy]\d+")
+"""How Drake names a port that nobody named."""
 
 
 @dataclass(frozen=True)
@@ -51,69 +63,103 @@ class BlockGraph:
 
 
 def read_block_graph(diagram: Diagram) -> BlockGraph:
-    """Return a diagram's top level; exported ports and the logs become blocks of their own."""
+    """Return a diagram's top level, as simple as an honest picture allows.
+
+    The scene graph is one block with its plant, and logs with what bundles signals for them are
+    the recorder. Exported ports become blocks.
+    """
+    homes = _homes(diagram)
     sinks: dict[Terminal, list[Terminal]] = {}
     sizes: dict[Terminal, int] = {}
 
     def connect(source: Terminal, sink: Terminal, size: int) -> None:
-        sinks.setdefault(source, []).append(sink)
-        sizes[source] = size
+        if source.block != sink.block:
+            sinks.setdefault(source, []).append(sink)
+            sizes[source] = size
 
-    for (system, index), (feeder, port) in diagram.connection_map().items():
-        output = feeder.get_output_port(port)
-        connect(_terminal(feeder, output), _terminal(system, system.get_input_port(index)), output.size())
+    for system, index, feeder, place in _connections(diagram):
+        output = feeder.get_output_port(place)
+        port = system.get_input_port(index).get_name()
+        source = Terminal(homes[feeder.get_name()], output.get_name())
+        home = homes[system.get_name()]
+        if home == RECORDER:
+            port = source.block if NUMBERED.fullmatch(source.port) else source.port
+        connect(source, Terminal(home, port), output.size())
     for index in range(diagram.num_input_ports()):
-        port = diagram.get_input_port(index)
-        for system, inner in diagram.GetInputPortLocators(index):
-            terminal = _terminal(system, system.get_input_port(inner))
-            connect(Terminal(port.get_name(), "in"), terminal, port.size())
+        outer = diagram.get_input_port(index)
+        for system, place in diagram.GetInputPortLocators(InputPortIndex(index)):
+            inner = Terminal(homes[system.get_name()], system.get_input_port(place).get_name())
+            connect(Terminal(outer.get_name(), "y0"), inner, outer.size())
     for index in range(diagram.num_output_ports()):
-        port = diagram.get_output_port(index)
-        system, inner = diagram.get_output_port_locator(index)
-        source = _terminal(system, system.get_output_port(inner))
-        connect(source, Terminal("outputs", port.get_name()), port.size())
+        outer = diagram.get_output_port(index)
+        system, place = diagram.get_output_port_locator(OutputPortIndex(index))
+        inner = Terminal(homes[system.get_name()], system.get_output_port(place).get_name())
+        connect(inner, Terminal(OUTPUTS, outer.get_name()), outer.size())
     nets = tuple(Net(source, tuple(ends), sizes[source]) for source, ends in sinks.items())
-    return BlockGraph(diagram.get_name(), _blocks(diagram, nets), nets)
+    return BlockGraph(diagram.get_name(), _blocks(diagram, nets, homes), nets)
 
 
-def _terminal(system: System, port: InputPort | OutputPort) -> Terminal:
-    if isinstance(system, VectorLogSink):
-        return Terminal("recorder", system.get_name().removeprefix("log_"))
-    return Terminal(system.get_name(), port.get_name())
+def _connections(diagram: Diagram) -> list[tuple[System, int, System, int]]:
+    """Return (listener, its port, feeder, its port) of each connection, in the systems' order."""
+    places = {system.get_name(): place for place, system in enumerate(diagram.GetSystems())}
+    connections = [
+        (system, int(index), feeder, int(place))
+        for (system, index), (feeder, place) in diagram.connection_map().items()
+    ]
+    return sorted(connections, key=lambda each: (places[each[0].get_name()], each[1]))
 
 
-def _blocks(diagram: Diagram, nets: tuple[Net, ...]) -> tuple[Block, ...]:
+def _homes(diagram: Diagram) -> dict[str, str]:
+    """Return the block that each system is drawn in, by name."""
+    systems = diagram.GetSystems()
+    homes = {system.get_name(): system.get_name() for system in systems}
+    feeds: dict[str, list[System]] = {}
+    for system, _, feeder, _ in _connections(diagram):
+        feeds.setdefault(feeder.get_name(), []).append(system)
+    for system in systems:
+        name = system.get_name()
+        listeners = feeds.get(name, [])
+        bundles = isinstance(system, Multiplexer) and len(listeners) == 1
+        if isinstance(system, VectorLogSink) or (
+            bundles and isinstance(listeners[0], VectorLogSink)
+        ):
+            homes[name] = RECORDER
+        if isinstance(system, SceneGraph):
+            plants = [each for each in listeners if isinstance(each, MultibodyPlant)]
+            homes |= {
+                each: f"{plants[0].get_name()} + {name}" for each in (name, plants[0].get_name())
+            }
+    return homes
+
+
+def _blocks(diagram: Diagram, nets: tuple[Net, ...], homes: dict[str, str]) -> tuple[Block, ...]:
     """Return every block that a net touches, systems in the diagram's order."""
-    kinds = {
-        system.get_name(): _kind(system)
-        for system in diagram.GetSystems()
-        if not isinstance(system, VectorLogSink)
-    }
+    kinds: dict[str, list[str]] = {home: [] for home in homes.values()}
+    for system in diagram.GetSystems():
+        kinds[homes[system.get_name()]].append(_kind(system))
+    kinds |= {RECORDER: ["logs"], OUTPUTS: ["output ports"]}
     inputs: dict[str, list[str]] = {name: [] for name in kinds}
     outputs: dict[str, list[str]] = {name: [] for name in kinds}
     for net in nets:
         outputs.setdefault(net.source.block, []).append(net.source.port)
         for sink in net.sinks:
             inputs.setdefault(sink.block, []).append(sink.port)
-    names = dict.fromkeys([*inputs, *outputs])
     return tuple(
         Block(
             name,
-            kinds.get(name, _PSEUDO_KINDS.get(name, "input port")),
+            ", ".join(kinds.get(name, ["input port"])),
             tuple(inputs.get(name, ())),
             tuple(outputs.get(name, ())),
         )
-        for name in names
+        for name in dict.fromkeys([*inputs, *outputs])
+        if inputs.get(name) or outputs.get(name)
     )
-
-
-_PSEUDO_KINDS = {"recorder": "logs", "outputs": "output ports"}
 
 
 def _kind(system: System) -> str:
     """Return a system's class without its scalar type, and its period if it has one."""
     kind = re.sub(r"_?\U0001d4e3.*", "", type(system).__name__)
-    timing = None if isinstance(system, Diagram) else system.GetUniquePeriodicDiscreteUpdateAttribute()
-    if timing is None:
+    if isinstance(system, Diagram):
         return kind
-    return f"{kind}, every {1000.0 * timing.period_sec():.3g} ms"
+    timing = system.GetUniquePeriodicDiscreteUpdateAttribute()
+    return kind if timing is None else f"{kind} ({1000.0 * timing.period_sec():.3g} ms)"

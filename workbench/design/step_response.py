@@ -1,6 +1,7 @@
 """Fly one step of velocity or yaw rate from hover, on the full diagram."""
 
 import copy
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -19,6 +20,8 @@ ACCELERATION_UNITS = {"x": "m/s²", "y": "m/s²", "z": "m/s²", "yaw": "rad/s²"
 FORCE_UNITS = {"x": "N", "y": "N", "z": "N", "yaw": "N·m"}
 EDGE = 1.0
 """The command steps after hovering for this long [s]."""
+LEAST_DURATION = 0.1
+"""Of a step after its edge [s]."""
 START_HEIGHT = 10.0
 """Room enough for a step down [m]."""
 
@@ -88,6 +91,12 @@ def fly_step(
     """
     if axis not in AXES:
         raise unknown_name("axis", axis, AXES)
+    if not LEAST_DURATION <= duration < math.inf:
+        raise WorkbenchError(
+            f"a step cannot be measured in {duration:g} s: give it {LEAST_DURATION:g} s or more"
+        )
+    if not 0.0 < abs(amplitude) < math.inf:
+        raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
     flight = copy.deepcopy(scenario or Scenario())
     flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
     flight.figure_eight = None

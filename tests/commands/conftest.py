@@ -1,0 +1,74 @@
+"""Commands are run through the real `main`."""
+
+import contextlib
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from workbench.cli import main
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a command returned and printed."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self):
+        return json.loads(self.out, parse_constant=_refuse)
+
+
+def _refuse(name):
+    raise AssertionError(f"{name} is no JSON")
+
+
+def _run(*command) -> Said:
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main([str(part) for part in command])
+    return Said(code, out.getvalue(), err.getvalue())
+
+
+@pytest.fixture(scope="session")
+def run():
+    return _run
+
+
+@pytest.fixture
+def refused(run):
+    """Run a command that must be refused, and return its sentence."""
+
+    def refuse(*command) -> str:
+        said = run(*command)
+        assert said.code == 2, said.err
+        assert said.out == ""
+        assert said.err.startswith("workbench: ")
+        assert said.err.count("\n") == 1, said.err
+        assert "Traceback" not in said.err
+        return said.err
+
+    return refuse
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write a file for a command to read, and return its path."""
+
+    def write_file(name: str, text: str) -> Path:
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write_file
+
+
+@pytest.fixture
+def out(tmp_path):
+    """Return a folder that is not there yet; what a refused command leaves would show in it."""
+    return tmp_path / "out" / "deep"

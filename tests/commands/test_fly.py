@@ -1,0 +1,177 @@
+"""`workbench fly`."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from workbench.resources import find_scenario, list_scenarios
+from workbench.scenario import load_scenario
+from workbench.session import Session
+
+SHIPPED = ["figure-eight", "full-speed", "hover", "paper-steps", "square", "take-off-and-land"]
+SUMMARY = [
+    "duration",
+    "distance",
+    "max_speed",
+    "max_height",
+    "max_tilt",
+    "max_rotor_use",
+    "final_mode",
+    "battery_used",
+    "touch_down_speed",
+]
+
+
+def columns(path):
+    """Return a log's columns by name."""
+    header, *rows = csv.reader(path.read_text().splitlines())
+    return dict(zip(header, np.array(rows, dtype=float).T, strict=True))
+
+
+def test_the_shipped_scenarios_are_listed_with_their_titles(run):
+    assert list_scenarios() == SHIPPED
+    said = run("fly", "--list")
+    assert said.code == 0
+    assert [line.split()[0] for line in said.out.splitlines()] == SHIPPED
+    titles = {
+        entry["name"]: entry["title"] for entry in run("fly", "--list", "--json").json["scenarios"]
+    }
+    assert all(titles[name] in said.out and titles[name] for name in SHIPPED)
+
+
+def test_json_sums_the_flight_up(run, out):
+    said = run("fly", "hover", "--duration", "0.5", "--output", out, "--json")
+    assert said.code == 0
+    assert list(said.json) == ["title", *SUMMARY, "files"]
+    assert said.json["duration"] == 0.5
+    assert said.json["max_height"] == pytest.approx(1.5, abs=1e-3)
+    assert said.json["final_mode"] == "hovering"
+    assert said.json["touch_down_speed"] is None
+    assert said.json["files"] == [str(out / "hover.csv"), str(out / "hover.png")]
+    assert {path.name for path in out.iterdir()} == {"hover.csv", "hover.png"}
+
+
+def test_csv_takes_the_log_elsewhere(run, out, tmp_path):
+    states = tmp_path / "new" / "states.csv"
+    said = run("fly", "hover", "--duration", "0.25", "--csv", states, "--output", out, "--no-plots")
+    assert said.code == 0
+    assert not out.exists()
+    log = columns(states)
+    assert log["t [s]"][-1] == pytest.approx(0.25)
+    assert log["p_W.z [m]"] == pytest.approx(1.5, abs=1e-3)
+
+
+def test_a_take_off_and_landing_is_summed_up_as_one(run, out):
+    said = run("fly", "take-off-and-land", "--output", out, "--no-plots")
+    assert said.code == 0
+    lines = {line[:16].strip(): line[16:].split() for line in said.out.splitlines()[1:]}
+    assert lines["final mode"] == ["off"]
+    assert 0.3 < float(lines["touch-down speed"][0]) <= 0.5
+
+
+def test_full_speed_is_eight_metres_a_second_in_all_directions(run, out):
+    said = run("fly", "full-speed", "--output", out, "--no-plots", "--json")
+    log = columns(out / "full-speed.csv")
+    speed = np.hypot(log["v_W.x [m/s]"], log["v_W.y [m/s]"])
+    for end in (8.0, 20.0, 33.0):
+        assert speed[log["t [s]"] == end] == pytest.approx(8.0, rel=0.01)
+    assert np.ptp(log["p_W.z [m]"]) <= 0.3
+    assert speed[-1] == pytest.approx(0.0, abs=0.02)
+    assert said.json["final_mode"] == "hovering"
+
+
+@pytest.mark.parametrize("name", ["figure-eight", "paper-steps", "square"])
+def test_shipped_scenarios_end_hovering(name):
+    session = Session(load_scenario(find_scenario(name)))
+    session.run()
+    end = session.snapshot()
+    assert end.mode.label == "hovering"
+    assert end.v_WB == pytest.approx([0.0, 0.0, 0.0], abs=0.02)
+
+
+def test_the_square_ends_where_it_began():
+    session = Session(load_scenario(find_scenario("square")))
+    session.run()
+    assert session.snapshot().p_WB == pytest.approx([0.0, 0.0, 1.5], abs=0.02)
+    corners = session.recording().p_WB
+    for corner in ([4.0, 0.0, 1.5], [4.0, 4.0, 1.5], [0.0, 4.0, 1.5]):
+        assert np.linalg.norm(corners - corner, axis=1).min() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "word"),
+    [
+        ("title: x\ndurtion: 3\n", 2, "did you mean 'duration'?"),
+        ("title: x\nduration: long\n", 2, "a number"),
+        ("title: x\nduration: -1\n", 2, "positive"),
+        ("title: x\nduration: .inf\n", 2, "positive"),
+        ("duration: 1\nduration: 2\n", 2, "second time"),
+        ("duration: 1\nstart: {mode: off}\n", 2, "in quotes"),
+        ("duration: 1\nstart: 3\n", 2, "key: value"),
+        ("duration: 1\nstart: {position: [0, 0, .nan]}\n", 2, "three finite numbers"),
+        ("duration: 1\nstart: {position: [0, 0, -1]}\n", 2, "below the ground"),
+        ("script: 5\n", 1, "a list"),
+        ("script:\n  - {at: 1, velocty: [0, 0, 0]}\n", 2, "did you mean 'velocity'?"),
+        ("script:\n  - {at: 1, velocity: [0, 0]}\n", 2, "three finite numbers"),
+        ("script:\n  - {at: 1, velocity: 3}\n", 2, "a list"),
+        ("script:\n  - {at: .nan}\n", 2, "time in seconds"),
+        ("script:\n  - {at: 1, yaw_rate: .inf}\n", 2, "finite"),
+        ("script:\n  - {at: 1, request: fly}\n", 2, "take_off"),
+        ("script:\n  - {at: 1, request: take_off, height: .nan}\n", 2, "height"),
+        ("script:\n  - at: 1\n    set: {kp_rol: 1}\n", 3, "did you mean 'kp_roll'?"),
+        ("script:\n  - at: 1\n    set: {kp_roll: 1e9}\n", 3, "a number"),
+        ("script:\n  - at: 1\n    set: {kp_roll: 99999}\n", 3, "0 .. 2500"),
+        ("figure_eight: {period: 0}\n", 1, "positive"),
+        ("figure_eight:\n  laps: 0\n", 2, "1 or more"),
+        ("figure_eight:\n  laps: 1.5\n", 2, "whole number"),
+        ("rates: {physics_step: 0}\n", 1, "physics_step"),
+        ("rates:\n  control_period: 0.003\n", 2, "multiple"),
+        ("vehicle: {model: dh_dron}\n", 1, "did you mean 'dh_drone'?"),
+        ("vehicle:\n  gains: gone.yaml\n", 2, "no such gain file"),
+        ("vehicle:\n  args: {mass: 2}\n", 2, "in quotes"),
+        ("- a\n- b\n", 1, "key: value"),
+        ("{", 1, "not YAML"),
+    ],
+)
+def test_a_bad_scenario_is_named_with_its_line(refused, write, out, text, line, word):
+    path = write("bad.yaml", text)
+    sentence = refused("fly", path, "--output", out)
+    assert f"{path}:{line}: " in sentence
+    assert word in sentence
+    assert not out.parent.exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "word"),
+    [
+        (["fly"], "workbench fly hover"),
+        (["fly", "hovr"], "did you mean 'hover'?"),
+        (["fly", "gone.yaml"], "gone.yaml"),
+        (["fly", "hover", "--duration", "-1"], "positive"),
+        (["fly", "hover", "--set", "kp_roll=-1"], "0 .. 2500"),
+        (["fly", "--set", "kp_roll=100", "hover"], "'hover' is no setting"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, command, word):
+    assert word in refused(*command, "--output", out)
+    assert not out.parent.exists()
+
+
+def test_no_file_is_left_where_the_flight_fails(refused, monkeypatch, out):
+    def fails(session, progress):
+        raise WorkbenchError("the flight broke off after 1.000 s: as a test")
+
+    from workbench.errors import WorkbenchError
+
+    monkeypatch.setattr(Session, "run", fails)
+    assert "broke off" in refused("fly", "hover", "--output", out)
+    assert not out.parent.exists()
+
+
+def test_a_log_in_a_folder_that_cannot_be_is_refused(refused, tmp_path, out):
+    blocker = tmp_path / "file"
+    blocker.write_text("in the way")
+    assert f"{blocker}/states.csv" in refused("fly", "hover", "--csv", blocker / "states.csv")
+    assert f"{tmp_path}: is a folder" in refused("fly", "hover", "--csv", tmp_path, "--output", out)
+    assert list(tmp_path.iterdir()) == [blocker]

@@ -1,0 +1,100 @@
+"""`workbench fly --rotor-commands`: physics by hand, and tables that cannot be flown."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from workbench.plant.loading import load_vehicle
+from workbench.resources import find_model
+
+GRAVITY = 9.81
+
+
+@pytest.fixture(scope="module")
+def vehicle():
+    return load_vehicle(find_model("dh_drone"))
+
+
+@pytest.fixture
+def table(write, vehicle):
+    """Write a table of shares of the hover thrust, equal for all rotors."""
+    constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
+    hover = constants * vehicle.hover_speeds**2
+
+    def write_table(*rows):
+        lines = [",".join(map(repr, [float(t), *(share * hover).tolist()])) for t, share in rows]
+        return write("table.csv", "\n".join(["t,f1,f2,f3,f4", *lines]) + "\n")
+
+    return write_table
+
+
+def fly(run, table, out, *options):
+    said = run("fly", "hover", "--rotor-commands", table, "--output", out, "--json", *options)
+    assert said.code == 0, said.err
+    header, *rows = csv.reader((out / "hover.csv").read_text().splitlines())
+    return said.json, dict(zip(header, np.array(rows, dtype=float).T, strict=True))
+
+
+def test_hover_thrust_hovers(run, table, out):
+    summary, log = fly(run, table((0.0, 1.0)), out, "--duration", "2")
+    assert log["p_W.z [m]"] == pytest.approx(1.5, abs=1e-6)
+    assert summary["final_mode"] == "open loop"
+    assert summary["battery_used"] is None
+    assert np.isnan(log["mode [1]"]).all()
+
+
+def test_a_tenth_more_thrust_accelerates_by_a_tenth_of_gravity_after_the_lag(
+    run, table, out, vehicle
+):
+    _, log = fly(run, table((0.0, 1.0), (0.5, 1.1)), out, "--duration", "2")
+    time, v_z = log["t [s]"], log["v_W.z [m/s]"]
+    assert v_z[time <= 0.5] == pytest.approx(0.0, abs=1e-9)
+    late = time > 1.0
+    slope = np.polyfit(time[late], v_z[late], 1)
+    assert slope[0] == pytest.approx(0.1 * GRAVITY, rel=1e-3)
+    # The line meets zero later by the rotors' lag, and a step of 1 ms of the sampled plant.
+    lag = -slope[1] / slope[0] - 0.5
+    assert 0.0 < lag - vehicle.rotors[0].time_constant_up < 2e-3
+
+
+def test_rotors_begin_at_the_first_rows_speeds(run, table, out, vehicle):
+    _, log = fly(run, table((0.0, 0.5)), out, "--duration", "0.1")
+    speed = vehicle.hover_speeds[0] * np.sqrt(0.5)
+    assert log["speed.1 [rad/s]"] == pytest.approx(speed, rel=1e-9)
+
+
+def test_the_scenarios_start_is_used(run, table, out, write):
+    scenario = write("hover.yaml", "duration: 0.25\nstart: {position: [1.0, 2.0, 7.0]}\n")
+    said = run("fly", scenario, "--rotor-commands", table((0.0, 1.0)), "--output", out, "--json")
+    assert said.json["max_height"] == pytest.approx(7.0, abs=1e-6)
+    assert said.json["duration"] == 0.25
+    assert "open loop, table.csv" in said.json["title"]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "word"),
+    [
+        ("t,f1,f2,f3,f4\n0,1,1,1\n", 2, "4 columns"),
+        ("t,f1,f2,f3,f4\n0,1,1,1,one\n", 2, "'one'"),
+        ("0,1,1,1,nan\n", 1, "'nan'"),
+        ("0,1,1,1,1\n1,1,-1,1,1\n", 2, "rotor 2"),
+        ("0,1,1,1,1\n1,1,1,1,1000\n", 2, "rotor 4"),
+        ("0,1,1,1,1\n0,1,1,1,1\n", 2, "rise"),
+        ("1,1,1,1,1\n", 1, "1 s"),
+    ],
+)
+def test_a_bad_table_is_named_with_its_line(refused, write, out, text, line, word):
+    path = write("table.csv", text)
+    sentence = refused("fly", "hover", "--rotor-commands", path, "--output", out)
+    assert f"{path}:{line}: " in sentence
+    assert word in sentence
+    assert not out.parent.exists()
+
+
+def test_a_missing_table_and_gains_without_a_controller_are_refused(refused, table, out, tmp_path):
+    gone = tmp_path / "gone.csv"
+    assert str(gone) in refused("fly", "hover", "--rotor-commands", gone, "--output", out)
+    assert "without a controller" in refused(
+        "fly", "hover", "--rotor-commands", table((0.0, 1.0)), "--set", "kp_roll=1", "--output", out
+    )

@@ -1,0 +1,74 @@
+"""Descriptions that cannot be flown: each is a sentence that names the file."""
+
+import re
+
+import pytest
+
+from workbench.plant.description import read_description
+from workbench.resources import find_model
+
+
+@pytest.fixture(scope="module")
+def urdf():
+    return read_description(find_model("dh_drone")).urdf
+
+
+XACRO = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
+
+
+@pytest.mark.parametrize(
+    ("pattern", "replacement", "word"),
+    [
+        (
+            '<link name="propeller1_link"',
+            '<link name="other"',
+            "'propeller1_link', which is not there",
+        ),
+        (
+            '<joint name="propeller1_joint"',
+            '<joint name="other"',
+            "'propeller1_joint', which is not",
+        ),
+        (r'<mass value="[^"]*"', '<mass value="0"', "positive mass"),
+        (r'<mass value="[^"]*"', '<mass value="-1"', "positive mass"),
+        (r'<mass value="[^"]*"', '<mass value="nan"', "positive mass"),
+        (r'ixx="[^"]*"', 'ixx="-5"', "inertia that no body can have"),
+        (r'ixx="[^"]*"', 'ixx="much"', "inertia that is no number"),
+        ("<motorConstant>[^<]*", "<motorConstant>-1", "motorConstant"),
+        ("<motorNumber>0", "<motorNumber>first", "motorNumber"),
+        ("<motorNumber>1", "<motorNumber>0", "motorNumber"),
+        ("</robot>", "", "not XML"),
+    ],
+)
+def test_a_broken_description_is_named(refused, write, out, urdf, pattern, replacement, word):
+    path = write("drone.urdf", re.sub(pattern, replacement, urdf, count=1))
+    sentence = refused("step", "--model", path, "--output", out)
+    assert str(path) in sentence
+    assert word in sentence
+    assert not out.parent.exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        (XACRO.format('<link name="${nosuch}"/>'), "nosuch"),
+        (XACRO.format('<xacro:include filename="gone.xacro"/>'), "gone.xacro"),
+        (XACRO.format("<xacro:nosuch/>"), "nosuch"),
+        (XACRO.format("<link"), ":1: not XML"),
+        (XACRO.format('<link name="a"/>'), "0 rotors"),
+    ],
+)
+def test_a_broken_xacro_is_named(refused, write, out, text, word):
+    path = write("drone.xacro", text)
+    sentence = refused("step", "--model", path, "--output", out)
+    assert str(path) in sentence
+    assert word in sentence
+
+
+def test_a_broken_file_spoils_nothing_for_the_next(refused, run, write, out):
+    path = write("drone.xacro", XACRO.format('<xacro:include filename="gone.xacro"/>'))
+    refused("step", "--model", path, "--output", out)
+    assert (
+        run("step", "--arg", "mass:=2", "--duration", "0.2", "--output", out, "--no-plots").code
+        == 0
+    )

@@ -1,0 +1,69 @@
+"""`workbench params`."""
+
+import pytest
+
+from workbench.gains import vehicle_gains
+from workbench.parameters import PARAMETERS
+from workbench.resources import find_model
+
+
+def test_the_table_has_a_line_for_every_parameter(run):
+    said = run("params")
+    assert said.code == 0
+    header, *lines = said.out.splitlines()
+    assert header.split() == ["name", "value", "unit", "min", "max", "default", "help"]
+    assert [line.split()[0] for line in lines] == [row.name for row in PARAMETERS]
+    assert max(map(len, lines)) < 160
+
+
+def test_columns_line_up(run):
+    header, *lines = run("params").out.splitlines()
+    assert {line[header.index("unit") - 1] for line in lines} == {" "}
+    assert {line[header.index("help") - 1] for line in lines} == {" "}
+
+
+def test_json_has_the_values_of_the_models_own_gains(run):
+    rows = run("params", "--json").json["parameters"]
+    values = vehicle_gains(find_model("dh_drone"))
+    assert {row["name"]: row["value"] for row in rows} == values
+    for row, parameter in zip(rows, PARAMETERS, strict=True):
+        assert (row["unit"], row["min"], row["max"], row["default"], row["help"]) == (
+            parameter.unit,
+            parameter.minimum,
+            parameter.maximum,
+            parameter.default,
+            parameter.help,
+        )
+
+
+def test_a_gain_file_goes_on_top(run, write):
+    gains = write("gains.yaml", "gains: {kp_roll: 123.0}\n")
+    rows = run("params", "--json", "--gains", gains).json["parameters"]
+    assert next(row["value"] for row in rows if row["name"] == "kp_roll") == 123.0
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "word"),
+    [
+        ("gains:\n  kp_roll: .nan\n", 2, "kp_roll"),
+        ("gains:\n  kp_roll: 100.0\n  kd_roll: 1000.0\n", 3, "0 .. 150 1/s"),
+        ("gains:\n  kp_rol: 1.0\n", 2, "did you mean 'kp_roll'?"),
+        ("gains:\n  kp_roll: much\n", 2, "number"),
+        ("gains:\n  kp_roll: 1.0\n  kp_roll: 2.0\n", 3, "second time"),
+        ("gains:\n  1: 2\n", 2, "unknown parameter '1'"),
+        ("gain:\n  kp_roll: 1.0\n", 1, "did you mean 'gains'?"),
+        ("gains: [1, 2\n", 2, "not YAML"),
+        ("gains: [1, 2]\n", 1, "NAME: VALUE"),
+        ("", 1, "key: value"),
+    ],
+)
+def test_a_bad_gain_file_is_named_with_its_line(refused, write, text, line, word):
+    path = write("bad.yaml", text)
+    sentence = refused("params", "--gains", path)
+    assert f"{path}:{line}: " in sentence
+    assert word in sentence
+
+
+def test_a_missing_gain_file_and_an_unknown_model_are_named(refused, tmp_path):
+    assert "gone.yaml: no such gain file" in refused("params", "--gains", tmp_path / "gone.yaml")
+    assert "dh_drone" in refused("params", "--model", "dh_dron")

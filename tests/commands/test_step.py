@@ -1,0 +1,100 @@
+"""`workbench step`."""
+
+import csv
+import dataclasses
+
+import pytest
+
+from workbench.design.step_metrics import StepMetrics
+from workbench.design.step_response import fly_step
+
+PNG = b"\x89PNG"
+
+
+def test_json_is_the_response_of_the_python_call(run, out):
+    said = run(
+        "step", "--axis", "x", "--amplitude", "1", "--duration", "1", "--output", out, "--json"
+    )
+    assert said.code == 0
+    found = said.json
+    response = fly_step("x", 1.0, duration=1.0)
+    metrics = {name: found[name] for name in StepMetrics.__dataclass_fields__}
+    assert metrics == dataclasses.asdict(response.metrics)
+    assert found["coupling"] == dataclasses.asdict(response.coupling)
+    assert found["peak_rotor_use"] == response.peak_rotor_use
+    assert (found["axis"], found["amplitude"]) == ("x", 1.0)
+
+
+def test_plot_and_log_are_written_and_nothing_else(run, out):
+    said = run("step", "--axis", "yaw", "--duration", "0.5", "--output", out)
+    assert said.code == 0
+    assert {path.name for path in out.iterdir()} == {"step-yaw.csv", "step-yaw.png"}
+    assert (out / "step-yaw.png").read_bytes()[:4] == PNG
+    rows = list(csv.reader((out / "step-yaw.csv").read_text().splitlines()))
+    assert rows[0][0] == "t [s]"
+    assert float(rows[-1][0]) == pytest.approx(1.5)
+    assert "step-yaw.png" in said.err
+
+
+def test_the_table_speaks_python_controls_words(run, out):
+    said = run("step", "--duration", "0.5", "--output", out, "--no-plots")
+    words = [line.split()[0] for line in said.out.splitlines()[1:]]
+    assert words[:8] == list(StepMetrics.__dataclass_fields__)
+    assert words[8:] == ["peak_rotor_use", "coupling", "coupling", "coupling"]
+    assert not list(out.glob("*.png"))
+
+
+def test_settings_gains_and_xacro_arguments_reach_the_flight(run, out, write):
+    gains = write("slow.yaml", "gains: {kp_velocity_z: 1.0}\n")
+    short = ("step", "--duration", "1", "--output", out, "--no-plots", "--json")
+    usual = run(*short).json["steady_state_value"]
+    slow = run(*short, "--gains", gains).json["steady_state_value"]
+    back = run(*short, "--gains", gains, "--set", "kp_velocity_z=4.4", "kd_velocity_z=0.05").json
+    light = run(*short, "--arg", "mass:=1.6").json
+    assert slow < 0.8 * usual
+    assert back["steady_state_value"] == pytest.approx(usual, abs=0.05)
+    assert light["peak_rotor_use"] < run(*short).json["peak_rotor_use"]
+
+
+def test_a_response_that_says_nothing_is_null_in_json(run, out):
+    said = run("step", "--set", "kp_velocity_z=0", "--duration", "0.5", "--output", out, "--json")
+    assert said.code == 0
+    assert said.json["settling_time"] is None or said.json["settling_time"] >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--amplitude", "0"], "amplitude"),
+        (["--amplitude", "nan"], "amplitude"),
+        (["--amplitude", "99"], "max_climb_rate"),
+        (["--axis", "yaw", "--amplitude", "1"], "max_yaw_rate"),
+        (["--duration", "0"], "0.1 s or more"),
+        (["--duration", "-1"], "0.1 s or more"),
+        (["--duration", "nan"], "0.1 s or more"),
+        (["--duration", "soon"], "soon"),
+        (["--set", "kp_roll"], "NAME=VALUE"),
+        (["--set", "kp_roll=nan"], "kp_roll"),
+        (["--set", "kp_roll=inf"], "0 .. 2500"),
+        (["--set", "kp_rol=1"], "did you mean 'kp_roll'?"),
+        (["--arg", "mass=2"], "NAME:=VALUE"),
+        (["--arg", "mas:=2"], "did you mean 'mass'?"),
+        (["--arg", "mass:=heavy"], ".xacro"),
+        (["--arg", "mass:=-1"], "Give a mass above"),
+        (["--arg", "mass:=50"], "too heavy"),
+        (["--model", "dh_dron"], "did you mean 'dh_drone'?"),
+        (["--model", "gone.urdf"], "gone.urdf"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
+    assert word in refused("step", "--output", out, *options)
+    assert not out.parent.exists()
+
+
+def test_a_place_where_nothing_can_be_written_is_refused_before_the_flight(refused, tmp_path):
+    blocker = tmp_path / "file"
+    blocker.write_text("in the way")
+    assert f"{blocker}/sub/step-z.csv: cannot be written" in refused(
+        "step", "--output", blocker / "sub"
+    )
+    assert list(tmp_path.iterdir()) == [blocker]

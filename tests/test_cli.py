@@ -1,0 +1,94 @@
+"""The console command as a whole: help, version, exit codes, and what it loads."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from workbench.cli import main
+from workbench.commands import params
+
+ROOT = Path(__file__).resolve().parent.parent
+COMMANDS = ("reproduce", "step", "fly", "params", "graph", "app")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_has_a_sentence_and_an_example(command, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main([command, "--help"])
+    assert stopped.value.code == 0
+    help_text = capsys.readouterr().out
+    assert ".\n" in help_text.split("options:")[0]
+    assert f"example:\n  workbench {command}" in help_text
+
+
+def test_help_lists_every_command(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    listed = capsys.readouterr().out
+    assert all(f"\n    {command}" in listed for command in COMMANDS)
+
+
+def test_without_a_command_help_goes_to_stderr(capsys):
+    assert main([]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "usage: workbench" in err
+
+
+@pytest.mark.parametrize("command", [["flie"], ["step", "--nonsense"], ["step", "--axis", "w"]])
+def test_what_the_command_line_does_not_have_is_refused_in_a_sentence(command, capsys):
+    assert main(command) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("workbench: ")
+    assert "--help" in err
+    assert err.count("\n") == 1
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["--version"])
+    assert stopped.value.code == 0
+    assert capsys.readouterr().out.startswith("workbench ")
+
+
+def test_an_interrupt_is_a_sentence_and_130(monkeypatch, capsys):
+    def interrupted(args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(params, "run", interrupted)
+    assert main(["params"]) == 130
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_a_reader_who_leaves_early_is_no_error():
+    command = f"{sys.executable} -m workbench params | head -1; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode in (0, 141)
+    assert done.stderr == ""
+
+
+def test_a_closed_stdout_is_no_traceback():
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [sys.executable, "-m", "workbench", "params"], cwd=ROOT, stdout=writer, stderr=-1, text=True
+    )
+    os.close(writer)
+    assert done.returncode == 141
+    assert done.stderr == ""
+
+
+def test_commands_load_nothing_heavy_before_they_run():
+    code = (
+        "import sys\nfrom workbench.cli import main\n"
+        "try: main(['--help'])\nexcept SystemExit: pass\n"
+        "print(*{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    heavy = {"pydrake", "matplotlib", "PyQt6", "numpy", "scipy", "control"}
+    assert not heavy & set(done.stderr.split())

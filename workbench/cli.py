@@ -1,0 +1,88 @@
+"""The console command `workbench`: read the command line, run one command, say what failed.
+
+Nothing heavy is imported here; a command imports what it needs when it runs.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib import metadata
+from typing import Any, NoReturn
+
+from workbench.errors import WorkbenchError
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+"""What a shell reports of a program ended by Ctrl-C (128 + SIGINT)."""
+READER_GONE = 141
+"""The same for SIGPIPE, as in `workbench params | head -1`."""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is one sentence, as every other bad input's is."""
+
+    def error(self, message: str) -> NoReturn:
+        raise WorkbenchError(f"{message} (see `{self.prog} --help`)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        argv: the command line without the program's name; None takes the process's own.
+
+    Returns:
+        0 done, 1 the result is not as demanded, 2 bad input, 130 interrupted.
+    """
+    parser = _parser()
+    try:
+        args = parser.parse_args(argv)
+        if args.command is None:
+            parser.print_help(sys.stderr)
+            return BAD_INPUT
+        code = int(args.run(args))
+        sys.stdout.flush()  # so that a reader who has gone is noticed here
+    except WorkbenchError as error:
+        print(f"workbench: {' '.join(str(error).split())}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("workbench: interrupted; nothing was written", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The interpreter flushes stdout once more at its end; let that go nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return READER_GONE
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    from workbench.commands import app, fly, graph, params, reproduce, step
+
+    parser = Parser(
+        prog="workbench",
+        description="Design a multirotor and its controller on Drake.",
+        epilog="example:\n  workbench fly hover\n\n"
+        "exit codes: 0 done, 1 the result is not as demanded, 2 bad input",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action=_Version, help="print the version and stop")
+    commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
+    for command in (reproduce, step, fly, params, graph, app):
+        command.add_parser(commands)
+    return parser
+
+
+class _Version(argparse.Action):
+    """Look the version up only when it is asked for."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(nargs=0, **options)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        try:
+            version = metadata.version("drake-drone-workbench")
+        except metadata.PackageNotFoundError:
+            version = "(not installed: run from its sources)"
+        print(f"workbench {version}")
+        parser.exit()

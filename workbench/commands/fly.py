@@ -1,0 +1,164 @@
+"""`workbench fly`: a scenario from its file, or a table of rotor commands from its start."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_output_options,
+    add_vehicle_options,
+    with_vehicle,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.progress import progress_bar
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.design.flight_summary import FlightSummary
+    from workbench.recording import Recording
+    from workbench.scenario import Scenario
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "fly",
+        "Fly a scenario, sum it up, and write its log and an overview of it.",
+        "workbench fly take-off-and-land --csv states.csv --set take_off_speed=0.5",
+        run,
+    )
+    parser.usage = "%(prog)s SCENARIO [options]"  # options with several values would swallow it
+    parser.add_argument(
+        "scenario", nargs="?", metavar="SCENARIO", help="shipped scenario, or a .yaml file"
+    )
+    parser.add_argument("--list", action="store_true", help="list the shipped scenarios and stop")
+    parser.add_argument(
+        "--duration",
+        type=float,
+        metavar="T",
+        help="fly this long instead of the scenario's time, in s",
+    )
+    parser.add_argument(
+        "--csv", type=Path, metavar="FILE", help="log of the states (default: DIR/SCENARIO.csv)"
+    )
+    parser.add_argument(
+        "--rotor-commands",
+        type=Path,
+        metavar="FILE.csv",
+        help="fly open loop: columns t [s] and one thrust [N] a rotor, held between rows",
+    )
+    add_output_options(parser)
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly, print the summary, write log and overview."""
+    from workbench.resources import find_scenario
+    from workbench.scenario import load_scenario
+
+    if args.list:
+        return _list(args)
+    if args.scenario is None:
+        raise WorkbenchError(
+            "no scenario is named: write it before any options, as in `workbench fly hover`; "
+            "`workbench fly --list` shows those that are shipped"
+        )
+    path = find_scenario(args.scenario)
+    scenario = with_vehicle(load_scenario(path), args)
+    title = scenario.title or path.stem
+    if args.rotor_commands is not None:
+        title = f"open loop, {args.rotor_commands.name} from the start of {path.stem}"
+    if args.duration is not None:
+        scenario.duration = args.duration
+    with Outputs() as outputs:
+        log = outputs.add(args.csv or args.output / f"{path.stem}.csv")
+        plot = None if args.no_plots else outputs.add(args.output / f"{path.stem}.png")
+        recording = _fly(scenario, path.stem, args)
+        recording.write_csv(log)
+        if plot:
+            from workbench.design.plots_flight import plot_flight
+
+            plot_flight(recording, f"{recording.vehicle.name}: {title}").savefig(plot)
+    _report(title, recording, outputs.files, args.json)
+    say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _fly(scenario: "Scenario", name: str, args: argparse.Namespace) -> "Recording":
+    """Fly closed loop, or open loop where a table is given."""
+    with progress_bar(f"flying {name}") as progress:
+        if args.rotor_commands is not None:
+            from workbench.open_loop import fly_open_loop
+
+            if args.set or args.gains:
+                raise WorkbenchError(
+                    "--rotor-commands flies without a controller: leave out --set and --gains"
+                )
+            return fly_open_loop(scenario, args.rotor_commands, progress)
+        from workbench.session import Session
+
+        session = Session(scenario, dict(args.set))
+        session.run(progress)
+        return session.recording()
+
+
+def _list(args: argparse.Namespace) -> int:
+    """Print the shipped scenarios with their titles."""
+    from workbench.resources import find_scenario, list_scenarios
+    from workbench.scenario import load_scenario
+
+    scenarios = {name: load_scenario(find_scenario(name)) for name in list_scenarios()}
+    if args.json:
+        print_json(
+            {
+                "scenarios": [
+                    {"name": name, "title": scenario.title, "duration": scenario.duration}
+                    for name, scenario in scenarios.items()
+                ]
+            }
+        )
+    else:
+        print_table(
+            [(name, f"{each.duration:g} s", each.title) for name, each in scenarios.items()],
+            left=(0, 2),
+        )
+    return ExitCode.DONE
+
+
+def _report(title: str, recording: "Recording", files: list[Path], as_json: bool) -> None:
+    """Print the summary."""
+    import dataclasses
+
+    from workbench.design.flight_summary import summarise
+
+    summary = summarise(recording)
+    if as_json:
+        print_json({"title": title, **dataclasses.asdict(summary), "files": files})
+        return
+    print(title)
+    print_table(_lines(summary), left=(0, 2))
+
+
+def _lines(summary: "FlightSummary") -> list[tuple[str, str, str]]:
+    """Return the summary's rows."""
+    lines = [
+        ("duration", f"{summary.duration:.2f}", "s"),
+        ("distance", f"{summary.distance:.2f}", "m"),
+        ("max speed", f"{summary.max_speed:.2f}", "m/s"),
+        ("max height", f"{summary.max_height:.2f}", "m"),
+        ("max tilt", f"{math.degrees(summary.max_tilt):.1f}", "deg"),
+        ("max rotor use", f"{100.0 * summary.max_rotor_use:.1f}", "% of the speed limit"),
+        ("final mode", summary.final_mode, ""),
+    ]
+    if not math.isnan(summary.battery_used):
+        lines.append(("battery used", f"{100.0 * summary.battery_used:.1f}", "%"))
+    if summary.touch_down_speed is not None:
+        lines.append(("touch-down speed", f"{summary.touch_down_speed:.2f}", "m/s"))
+    return lines

@@ -1,0 +1,86 @@
+"""`workbench graph`: the block diagram as SVG."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_vehicle_options,
+    with_vehicle,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, print_table, say_written
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Diagram
+
+    from workbench.design.block_graph import Net
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "graph",
+        "Draw the diagram that flies: its systems as boxes, its signals as lines.",
+        "workbench graph --output diagram.svg",
+        run,
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("out/diagram.svg"),
+        metavar="FILE.svg",
+        help="where to draw (default: out/diagram.svg)",
+    )
+    parser.add_argument(
+        "--core", action="store_true", help="the continuous flight core, as linearised, instead"
+    )
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Build the diagram, draw it and list its signals."""
+    from workbench.design.block_graph import read_block_graph
+    from workbench.design.block_svg import block_svg
+
+    with Outputs() as outputs:
+        file = outputs.add(args.output)
+        graph = read_block_graph(_diagram(args))
+        file.write_text(block_svg(graph), encoding="utf-8")
+    if args.json:
+        print_json(graph)
+    else:
+        print_table([_line(net) for net in graph.nets], left=(0, 2, 3))
+    say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _diagram(args: argparse.Namespace) -> "Diagram":
+    """Return the diagram of a vehicle."""
+    from workbench.diagram import make_flight_core
+    from workbench.gains import flight_gains
+    from workbench.plant.description import read_description
+    from workbench.plant.loading import make_vehicle
+    from workbench.resources import find_model
+    from workbench.scenario import Scenario
+    from workbench.session import Session
+
+    scenario = with_vehicle(Scenario(), args)
+    if not args.core:
+        return Session(scenario, dict(args.set)).diagram
+    model = find_model(scenario.vehicle.model)
+    description = read_description(model, scenario.vehicle.args)
+    values = flight_gains(model, scenario.vehicle.gains, dict(args.set))
+    return make_flight_core(description, make_vehicle(description), values)
+
+
+def _line(net: "Net") -> tuple[str, str, str, str]:
+    """Return a signal's row: from where, how many numbers, to where."""
+    size = str(net.size) if net.size else "-"
+    sinks = ", ".join(f"{sink.block}.{sink.port}" for sink in net.sinks)
+    return (f"{net.source.block}.{net.source.port}", size, "->", sinks)

@@ -1,0 +1,100 @@
+"""Options that several commands share, and what they make of a scenario."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.errors import WorkbenchError
+from workbench.parameters import parse_setting
+
+if TYPE_CHECKING:
+    from workbench.scenario import Scenario
+
+
+def add_command(
+    commands: Any, name: str, summary: str, example: str, run: Callable[[argparse.Namespace], int]
+) -> argparse.ArgumentParser:
+    """Add a subcommand with a sentence and an example in its help."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=summary,
+        description=summary,
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
+    """Add what chooses a vehicle and the values of its live parameters."""
+    group = parser.add_argument_group("vehicle")
+    group.add_argument(
+        "--model",
+        metavar="NAME|PATH",
+        help="shipped model, or a .xacro, .urdf file (default: dh_drone)",
+    )
+    group.add_argument(
+        "--arg",
+        action="extend",
+        nargs="+",
+        type=parse_argument,
+        default=[],
+        metavar="NAME:=VALUE",
+        help="argument of the xacro file, as mass:=2.1",
+    )
+    group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
+    group.add_argument(
+        "--set",
+        action="extend",
+        nargs="+",
+        type=parse_setting,
+        default=[],
+        metavar="NAME=VALUE",
+        help="value of a live parameter, as kp_velocity_z=6; `workbench params` lists them",
+    )
+
+
+def add_json_option(parser: argparse.ArgumentParser) -> None:
+    """Add --json."""
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+
+
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """Add --output for a folder, and --no-plots."""
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("out"),
+        metavar="DIR",
+        help="folder for plots and logs (default: out)",
+    )
+    parser.add_argument("--no-plots", action="store_true", help="write the logs only")
+
+
+def parse_argument(text: str) -> tuple[str, str]:
+    """Return name and value of a `NAME:=VALUE` text.
+
+    Raises:
+        WorkbenchError: if it is not of that form.
+    """
+    name, sign, value = text.partition(":=")
+    if not sign or not name.strip():
+        raise WorkbenchError(f"'{text}' is no xacro argument: write NAME:=VALUE, as mass:=2.1")
+    return name.strip(), value.strip()
+
+
+def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
+    """Give a scenario the vehicle that the command line names, and return it.
+
+    Another model comes without the scenario's arguments and gains, which were for its own.
+    """
+    from workbench.scenario import VehicleConfig
+
+    if args.model:
+        scenario.vehicle = VehicleConfig(model=args.model)
+    scenario.vehicle.args |= dict(args.arg)
+    if args.gains:
+        scenario.vehicle.gains = args.gains
+    return scenario

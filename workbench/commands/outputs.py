@@ -1,0 +1,89 @@
+"""Files that a command writes: all of them at its end, or none."""
+
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+
+from workbench.errors import WorkbenchError
+
+
+@dataclass
+class Outputs:
+    """A set of files that appear together when its `with` block ends without an exception.
+
+    A file is asked for before the work begins, so that a place where nothing can be written is
+    refused before minutes are spent; until the end its content stands beside it under another
+    name. If the block fails, that and every folder made for it go away again.
+    """
+
+    _partial: dict[Path, Path] = field(default_factory=dict)
+    _folders: list[Path] = field(default_factory=list)
+
+    def add(self, target: Path) -> Path:
+        """Return where to write what shall become `target`; the suffix is the same.
+
+        Raises:
+            WorkbenchError: if nothing can be written there.
+        """
+        if target.is_dir():
+            raise WorkbenchError(f"{target}: is a folder, and a file of that name is to be written")
+        try:
+            self._make_folder(target.parent)
+            handle, name = tempfile.mkstemp(
+                prefix=f".{target.stem}.", suffix=target.suffix, dir=target.parent
+            )
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise WorkbenchError(
+                f"{target}: cannot be written: {reason}; name another place"
+            ) from error
+        os.close(handle)
+        self._partial[target] = Path(name)
+        return self._partial[target]
+
+    @property
+    def files(self) -> list[Path]:
+        """What there will be."""
+        return list(self._partial)
+
+    def __enter__(self) -> "Outputs":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        try:
+            if kind is None:
+                for target, partial in self._partial.items():
+                    partial.chmod(0o666 & ~_umask())
+                    partial.replace(target)
+                self._folders.clear()
+        except OSError as failure:
+            raise WorkbenchError(
+                f"{failure.filename}: cannot be written: {failure.strerror}"
+            ) from (failure)
+        finally:
+            for partial in self._partial.values():
+                partial.unlink(missing_ok=True)
+            for folder in reversed(self._folders):
+                if not any(folder.iterdir()):
+                    folder.rmdir()
+
+    def _make_folder(self, folder: Path) -> None:
+        """Make a folder and those above it, and remember which were not there."""
+        missing = [each for each in (folder, *folder.parents) if not each.exists()]
+        for each in reversed(missing):
+            each.mkdir()
+            self._folders.append(each)
+
+
+def _umask() -> int:
+    """Return the process's file mode mask, which can be read only by setting it."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,45 @@
+"""`workbench params`: the table of live parameters."""
+
+import argparse
+from typing import Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import add_command, add_json_option
+from workbench.commands.printing import print_json, print_table
+
+_COLUMNS = ("name", "value", "unit", "min", "max", "default", "help")
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "params",
+        "List every live parameter with its value for a model, its unit, its limits and its use.",
+        "workbench params --model dh_drone",
+        run,
+    )
+    parser.add_argument("--model", default="dh_drone", metavar="NAME|PATH", help="whose gains")
+    parser.add_argument(
+        "--gains", metavar="FILE", help="gain file (YAML) on top of the model's own"
+    )
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the table."""
+    from workbench.gains import flight_gains
+    from workbench.parameters import PARAMETERS
+    from workbench.resources import find_model
+
+    values = flight_gains(find_model(args.model), args.gains or "")
+    rows = [
+        (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)
+        for row in PARAMETERS
+    ]
+    if args.json:
+        print_json({"parameters": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
+        return ExitCode.DONE
+    texts = [[f"{x:g}" if isinstance(x, float) else x for x in row] for row in rows]
+    print_table([_COLUMNS, *texts], left=(0, 2, 6))
+    return ExitCode.DONE

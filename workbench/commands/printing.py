@@ -1,0 +1,60 @@
+"""What a command says: results on stdout, everything else on stderr."""
+
+import dataclasses
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+
+def say(sentence: str) -> None:
+    """Print a message for the person at the terminal."""
+    print(f"workbench: {sentence}", file=sys.stderr)
+
+
+def say_written(files: Sequence[Path]) -> None:
+    """Say which files are there now."""
+    say(f"wrote {', '.join(map(str, files))}")
+
+
+def print_json(data: Any) -> None:
+    """Print data as strict JSON: dataclasses become objects, and what is not finite null."""
+    print(to_json(data))
+
+
+def to_json(data: Any) -> str:
+    """Return data as JSON text, see `print_json`."""
+    return json.dumps(_plain(data), indent=2, allow_nan=False, ensure_ascii=False)
+
+
+def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) -> None:
+    """Print rows of texts as aligned columns.
+
+    Args:
+        rows: all of one length.
+        left: columns to align left; the others align right, as numbers do.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = [
+            text.ljust(width) if index in left else text.rjust(width)
+            for index, (text, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        print("  ".join(cells).rstrip())
+
+
+def _plain(data: Any) -> Any:
+    """Return data made only of what JSON knows."""
+    if dataclasses.is_dataclass(data) and not isinstance(data, type):
+        return {f.name: _plain(getattr(data, f.name)) for f in dataclasses.fields(data)}
+    if isinstance(data, Mapping):
+        return {str(key): _plain(value) for key, value in data.items()}
+    if isinstance(data, Path):
+        return str(data)
+    if isinstance(data, float):
+        return float(data) if math.isfinite(data) else None
+    if isinstance(data, Sequence) and not isinstance(data, str):
+        return [_plain(item) for item in data]
+    return data

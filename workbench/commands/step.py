@@ -1,0 +1,117 @@
+"""`workbench step`: one step response, its metrics and its plot."""
+
+import argparse
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_output_options,
+    add_vehicle_options,
+    with_vehicle,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.progress import progress_bar
+
+if TYPE_CHECKING:
+    from workbench.design.step_response import StepResponse
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "step",
+        "Fly one step of velocity or yaw rate from hover and measure it in python-control's words.",
+        "workbench step --axis z --amplitude 1 --set kp_velocity_z=6",
+        run,
+    )
+    parser.add_argument("--axis", choices=("x", "y", "z", "yaw"), default="z", help="(default: z)")
+    parser.add_argument(
+        "--amplitude",
+        type=float,
+        metavar="A",
+        help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2)",
+    )
+    parser.add_argument(
+        "--duration",
+        type=float,
+        default=5.0,
+        metavar="T",
+        help="flown after the command's edge, in s (default: 5)",
+    )
+    add_output_options(parser)
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly the step, print its metrics, write plot and log."""
+    from workbench.design.reproduce import PAPER
+    from workbench.design.step_response import fly_step
+    from workbench.scenario import Scenario
+
+    paper = {figure.axis: figure.command for figure in PAPER}
+    amplitude = paper.get(args.axis, 1.0) if args.amplitude is None else args.amplitude
+    scenario = with_vehicle(Scenario(), args)
+    with Outputs() as outputs:
+        log = outputs.add(args.output / f"step-{args.axis}.csv")
+        plot = None if args.no_plots else outputs.add(args.output / f"step-{args.axis}.png")
+        with progress_bar(f"flying a step along {args.axis}") as progress:
+            response = fly_step(
+                args.axis,
+                amplitude,
+                duration=args.duration,
+                scenario=scenario,
+                settings=dict(args.set),
+                progress=progress,
+            )
+        response.recording.write_csv(log)
+        if plot:
+            from workbench.design.plots_step import plot_step
+
+            plot_step(response).savefig(plot)
+    if args.json:
+        print_json(
+            {
+                "axis": response.axis,
+                "amplitude": response.amplitude,
+                **dataclasses.asdict(response.metrics),
+                "peak_rotor_use": response.peak_rotor_use,
+                "coupling": response.coupling,
+                "files": outputs.files,
+            }
+        )
+    else:
+        _print(response)
+    say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _print(response: "StepResponse") -> None:
+    """Print the metrics with their units."""
+    from workbench.design.step_response import UNITS
+
+    unit = UNITS[response.axis]
+    metrics, coupling = response.metrics, response.coupling
+    print(f"step of {response.amplitude:g} {unit} along {response.axis}")
+    rows = [
+        ("rise_time", f"{metrics.rise_time:.3f}", "s", "10 % to 90 % of the steady state"),
+        ("settling_time", f"{metrics.settling_time:.3f}", "s", "until within 2 % for good"),
+        ("overshoot", f"{metrics.overshoot:.2f}", "%", ""),
+        ("undershoot", f"{metrics.undershoot:.2f}", "%", ""),
+        ("peak", f"{metrics.peak:.4f}", unit, ""),
+        ("peak_time", f"{metrics.peak_time:.3f}", "s", ""),
+        ("steady_state_value", f"{metrics.steady_state_value:.4f}", unit, ""),
+        ("steady_state_error", f"{metrics.steady_state_error:.3f}", "%", "of the command"),
+        ("peak_rotor_use", f"{100 * response.peak_rotor_use:.1f}", "%", "of the speed limit"),
+    ]
+    rows += [
+        (f"coupling {axis}", f"{value:.4f}", "rad" if axis == "yaw" else "m", "largest excursion")
+        for axis, value in dataclasses.asdict(coupling).items()
+        if axis != response.axis
+    ]
+    print_table(rows, left=(0, 2, 3))

@@ -1,0 +1,96 @@
+"""What all figures share: style, frames with titles and units, and legends outside the data."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+STYLE: Any = {
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.labelsize": 9,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "figure.dpi": 130,
+    "font.size": 9,
+    "grid.color": "0.88",
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+    "savefig.dpi": 130,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+}
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours that stay apart for every kind of colour vision; lines differ in dashes too."""
+
+    command: str = "0.25"
+    ours: str = "#0072B2"
+    mean: str = "#D55E00"
+    paper: str = "#7A3E9D"
+    window: str = "#F7EDCB"
+    limit: str = "#C0392B"
+    series: tuple[str, ...] = (
+        "#0072B2",
+        "#D55E00",
+        "#009E73",
+        "#AA4499",
+        "#E69F00",
+        "#56B4E9",
+        "#6B4C2A",
+        "#555555",
+    )
+
+
+PALETTE = Palette()
+styled = rc_context(STYLE)
+"""Decorates a function that makes a figure, and leaves the reader's own style alone."""
+
+
+def stacked(
+    title: str, panels: int, *, width: float = 8.2, height: float = 2.1
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure of panels, one below the other, that share their time axis [s].
+
+    Args:
+        title: over all of them.
+        panels: how many.
+        width: of the figure [inch].
+        height: of a panel [inch].
+    """
+    figure = Figure(figsize=(width, height * panels + 0.5), layout="constrained")
+    axes = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    axes[-1].set_xlabel("time since the command's edge [s]")
+    return figure, list(axes)
+
+
+def label(axes: Axes, title: str, quantity: str) -> None:
+    """Give a panel its title and the label, with unit, of its y axis."""
+    axes.set_title(title)
+    axes.set_ylabel(quantity)
+
+
+def legend(axes: Axes) -> None:
+    """Put the legend to the right of the data."""
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), borderaxespad=0.0)
+
+
+def widen(axes: Axes, *values: np.ndarray | float, least: float = 0.0) -> None:
+    """Set y limits that hold all values with a margin; they span `least` or more.
+
+    Numerical noise around a constant would otherwise fill the panel.
+    """
+    finite = [array[np.isfinite(array)] for array in map(np.atleast_1d, values)]
+    everything = np.concatenate([array for array in finite if len(array)] or [np.zeros(1)])
+    low, high = float(everything.min()), float(everything.max())
+    middle, half = 0.5 * (low + high), 0.5 * max(high - low, least)
+    axes.set_ylim(middle - 1.12 * half - 1e-9, middle + 1.12 * half + 1e-9)

@@ -1,0 +1,144 @@
+"""The overview of a flight: path from above, and height, mode, velocities, rotors over time."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from workbench.design.plots import PALETTE, label, legend, styled, widen
+from workbench.design.plots_panels import draw_rotor_use
+from workbench.recording import Recording
+from workbench.systems.cascade import Reference
+from workbench.systems.flight_mode import FlightMode
+
+_FOLLOW = Reference._fields.index("follow")
+"""Where a reference says whether it means its place, which stands in the three numbers before."""
+_MOST_POINTS = 20
+_LEAST_TIME = 0.1
+"""Shown even of a shorter flight [s]."""
+_LEAST_SPAN = 1.0
+"""The path's panel shows at least this much [m]: hovering is a point, not a map of noise."""
+
+
+@styled
+def plot_flight(recording: Recording, title: str) -> Figure:
+    """Return the overview of a flight."""
+    figure = Figure(figsize=(12.5, 8.4), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.35), height_ratios=(1, 1.2, 1, 1))
+    _draw_path(figure.add_subplot(grid[:3, 0]), recording)
+    height = figure.add_subplot(grid[0, 1])
+    velocity, yaw, rotors = (figure.add_subplot(grid[row, 1], sharex=height) for row in (1, 2, 3))
+    mode = figure.add_subplot(grid[3, 0], sharex=height)
+    _draw_height(height, recording)
+    _draw_velocities(velocity, recording)
+    _draw_yaw_rate(yaw, recording)
+    draw_rotor_use(rotors, recording.time, recording)
+    _draw_mode(mode, recording)
+    for axes in (velocity, yaw, rotors):
+        legend(axes)
+    for axes in (height, velocity, yaw):
+        axes.tick_params(labelbottom=False)
+    for axes in (rotors, mode):
+        axes.set_xlabel("time [s]")
+    begin = recording.time[0]
+    height.set_xlim(begin, max(recording.time[-1], begin + _LEAST_TIME))
+    figure.align_ylabels([height, velocity, yaw, rotors])
+    return figure
+
+
+def _draw_path(axes: Axes, recording: Recording) -> None:
+    """Draw the path from above, to scale."""
+    x, y, _ = recording.p_WB.T
+    _draw_way(axes, recording)
+    axes.plot(x, y, color=PALETTE.ours, label="flown")
+    axes.plot(x[0], y[0], "o", color=PALETTE.series[2], ms=8, label="start")
+    axes.plot(x[-1], y[-1], "s", color=PALETTE.mean, ms=5, label="end")
+    half = 0.55 * max(np.ptp(x), np.ptp(y), _LEAST_SPAN)
+    middle_x, middle_y = 0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())
+    axes.set_xlim(middle_x - half, middle_x + half)
+    axes.set_ylim(middle_y - half, middle_y + half)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_anchor("N")
+    axes.set_xlabel("x, east [m]")
+    label(axes, "path from above", "y, north [m]")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=4, borderaxespad=0.0)
+
+
+def _draw_way(axes: Axes, recording: Recording) -> None:
+    """Draw the places that the pilot or a path asked for: a few points, or a line."""
+    follows = recording.reference[:, _FOLLOW] == 1.0
+    asked = recording.reference[follows, _FOLLOW - 3 : _FOLLOW - 1]
+    points = np.unique(asked, axis=0)
+    if len(points) > _MOST_POINTS:
+        axes.plot(*asked.T, color=PALETTE.command, lw=0.9, label="asked for")
+    elif len(points):
+        axes.plot(*points.T, "x", color=PALETTE.command, ms=9, label="asked for")
+
+
+def _draw_height(axes: Axes, recording: Recording) -> None:
+    """Draw the height of the base link, and the ground where it is near."""
+    z = recording.p_WB[:, 2]
+    axes.plot(recording.time, z, color=PALETTE.ours)
+    widen(axes, z, 0.0, least=0.5)
+    label(axes, "height of the base link", "z [m]")
+
+
+def _draw_velocities(axes: Axes, recording: Recording) -> None:
+    """Draw velocities in W and their commands."""
+    commanded = np.isfinite(recording.reference).any()
+    for index, axis in enumerate("xyz"):
+        color = PALETTE.series[index]
+        # Thinner from axis to axis, so that equal curves show below each other.
+        axes.plot(
+            recording.time,
+            recording.v_WB[:, index],
+            color=color,
+            lw=2.6 - 0.8 * index,
+            label=f"along {axis}",
+        )
+        command = recording.reference[:, index]
+        if commanded:
+            axes.plot(
+                recording.time,
+                command,
+                "--",
+                color=color,
+                lw=1.0,
+                drawstyle="steps-post",
+                label=f"{axis} command",
+            )
+    widen(axes, recording.v_WB, recording.reference[:, :3], least=0.2)
+    label(axes, "velocity and command" if commanded else "velocity", "velocity [m/s]")
+
+
+def _draw_yaw_rate(axes: Axes, recording: Recording) -> None:
+    """Draw the yaw rate and its command."""
+    rate, command = recording.w_WB[:, 2], recording.reference[:, 3]
+    axes.plot(recording.time, rate, color=PALETTE.ours, label="yaw rate")
+    commanded = np.isfinite(command).any()
+    if commanded:
+        axes.plot(
+            recording.time,
+            command,
+            "--",
+            color=PALETTE.command,
+            lw=1.0,
+            drawstyle="steps-post",
+            label="command",
+        )
+    widen(axes, rate, command, least=0.1)
+    label(axes, "yaw rate and command" if commanded else "yaw rate", "yaw rate [rad/s]")
+
+
+def _draw_mode(axes: Axes, recording: Recording) -> None:
+    """Draw which flight mode was on when, by name."""
+    known = recording.mode[np.isfinite(recording.mode)].astype(int)
+    names = [FlightMode(mode).label for mode in sorted(set(known))]
+    places = np.searchsorted(sorted(set(known)), known)
+    if names:
+        axes.plot(recording.time, places, color=PALETTE.ours, drawstyle="steps-post", lw=2.0)
+    else:
+        axes.text(0.5, 0.5, "open loop", transform=axes.transAxes, ha="center", va="center")
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(-0.5, max(len(names), 1) - 0.5)
+    label(axes, "flight mode", "")
