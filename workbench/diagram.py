@@ -29,7 +29,6 @@ from workbench.systems.rotor_forces import add_rotor_forces
 from workbench.systems.rotor_lag import HeldRotors, make_continuous_lag
 from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
 
-
 PICTURE_PERIOD = 1 / 32
 """Between pictures in Meshcat [s]."""
 
@@ -226,7 +225,10 @@ def _draw(
         period=PICTURE_PERIOD,
     )
     MeshcatVisualizer.AddToBuilder(
-        builder, airframe.scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PICTURE_PERIOD)
+        builder,
+        airframe.scene_graph,
+        meshcat,
+        MeshcatVisualizerParams(publish_period=PICTURE_PERIOD),
     )
 
 

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from workbench.errors import WorkbenchError, unknown_name
-from workbench.parameters import defaults, find_parameter
-from workbench.yaml_files import YamlFile, read_yaml
+from workbench.parameters import checked, defaults, find_parameter
+from workbench.resources import find_gains
+from workbench.yaml_files import read_yaml
 
 _KEYS = ("vehicle", "origin", "gains")
 
@@ -36,10 +36,14 @@ def load_gains(path: Path) -> GainFile:
         raise WorkbenchError(
             f"{file.where('gains')}a gain file has 'gains:' with NAME: VALUE lines"
         )
+    values = {}
+    for name, value in gains.items():
+        where = file.where("gains", str(name))
+        values[name] = find_parameter(str(name), where).check(value, where)
     return GainFile(
         vehicle=str(file.data.get("vehicle", "")),
         origin=str(file.data.get("origin", "")),
-        gains={name: _checked(file, name, value) for name, value in gains.items()},
+        gains=values,
     )
 
 
@@ -52,10 +56,20 @@ def vehicle_gains(description: Path) -> dict[str, float]:
     return values
 
 
-def _checked(file: YamlFile, name: str, value: Any) -> float:
-    where = file.where("gains", name)
-    try:
-        parameter = find_parameter(name)
-    except WorkbenchError as error:
-        raise WorkbenchError(f"{where}{error}") from None
-    return parameter.check(value, where)
+def flight_gains(
+    description: Path, gains: str = "", settings: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Return all parameter values of a flight: the vehicle's, then a gain file's, then settings.
+
+    Args:
+        description: the vehicle's description file.
+        gains: a gain file's path, or "" for none.
+        settings: values by name.
+
+    Raises:
+        WorkbenchError: naming what is unknown or out of range, with file and line for a file.
+    """
+    values = vehicle_gains(description)
+    if gains:
+        values |= load_gains(find_gains(gains)).gains
+    return values | checked(settings or {})

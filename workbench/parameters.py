@@ -7,6 +7,7 @@ parameter never rebuilds the diagram; what would need that stands in the scenari
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 
 from workbench.errors import WorkbenchError, unknown_name
 
@@ -44,7 +45,7 @@ class Parameter:
         Raises:
             WorkbenchError: if it is no number or out of range.
         """
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+        if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
             raise WorkbenchError(f"{where}{self.name} is '{value}': give it a number")
         if not self.minimum <= value <= self.maximum:
             raise WorkbenchError(
@@ -97,8 +98,12 @@ PARAMETERS: tuple[Parameter, ...] = (
 )
 
 
-def find_parameter(name: str) -> Parameter:
+def find_parameter(name: str, where: str = "") -> Parameter:
     """Return the row of a name.
+
+    Args:
+        name: of the parameter.
+        where: file and line for the message, if any.
 
     Raises:
         WorkbenchError: if there is none.
@@ -106,7 +111,8 @@ def find_parameter(name: str) -> Parameter:
     for parameter in PARAMETERS:
         if parameter.name == name:
             return parameter
-    raise unknown_name("parameter", name, [parameter.name for parameter in PARAMETERS])
+    error = unknown_name("parameter", name, [parameter.name for parameter in PARAMETERS])
+    raise WorkbenchError(f"{where}{error}")
 
 
 def defaults() -> dict[str, float]:
@@ -120,7 +126,7 @@ def checked(values: Mapping[str, float], where: str = "") -> dict[str, float]:
     Raises:
         WorkbenchError: for the first that is not, prefixed with `where`.
     """
-    return {name: find_parameter(name).check(value, where) for name, value in values.items()}
+    return {name: find_parameter(name, where).check(value, where) for name, value in values.items()}
 
 
 def parameters_of(system: str) -> tuple[Parameter, ...]:

@@ -1,5 +1,6 @@
 """The record of a flown flight: arrays over time, and what follows from them."""
 
+import contextlib
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -140,7 +141,8 @@ class Recording:
                 writer.writerows(table.tolist())
             partial.replace(path)
         except OSError as error:
-            partial.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                partial.unlink()
             raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error
 
     def _columns(self) -> dict[str, np.ndarray]:

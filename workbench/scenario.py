@@ -2,15 +2,15 @@
 
 import dataclasses
 import math
-import typing
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.yaml_files import YamlFile, read_yaml
+from workbench.errors import WorkbenchError
+from workbench.parameters import checked
+from workbench.resources import find_gains, find_model
+from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 
 REQUESTS = ("arm", "take_off", "land", "stop")
 START_MODES = ("off", "hovering")
@@ -98,18 +98,29 @@ def load_scenario(path: Path) -> Scenario:
         WorkbenchError: naming file and line of what is wrong.
     """
     file = read_yaml(path)
-    _refuse_unknown_keys(file, file.data, Scenario, ())
+    check_schema(file, Scenario)
     try:
         scenario = yaml_load_typed(schema=Scenario, data=file.text, defaults=Scenario())
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     check_scenario(scenario, file)
+    _check_files(scenario.vehicle, file)
     return scenario
 
 
 def save_scenario(scenario: Scenario, path: Path) -> None:
-    """Write what differs from the default scenario to a YAML file."""
-    yaml_dump_typed(scenario, filename=str(path), defaults=Scenario())
+    """Write what differs from the default scenario to a YAML file.
+
+    Raises:
+        WorkbenchError: if it cannot be written; a file that was there stays as it was.
+    """
+    text = yaml_dump_typed(scenario, defaults=Scenario())
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error
 
 
 def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
@@ -119,9 +130,9 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         WorkbenchError: naming the key, and file and line where a file is given.
     """
 
-    def refuse(keys: tuple[str | int, ...], reason: str) -> WorkbenchError:
+    def refuse(keys: Keys, reason: str) -> WorkbenchError:
         where = file.where(*keys) if file else ""
-        return WorkbenchError(f"{where}{'.'.join(map(str, keys))} {reason}")
+        return WorkbenchError(f"{where}{dotted(keys)} {reason}")
 
     if not 0.0 < scenario.duration < math.inf:
         raise refuse(("duration",), "must be a positive time in seconds")
@@ -135,20 +146,46 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         if steps < 1.0 or not float(steps).is_integer():
             raise refuse(("rates", rate.name), f"must be a multiple of the physics step {step:g} s")
     for index, action in enumerate(scenario.script):
-        keys: tuple[str | int, ...] = ("script", index)
+        keys: Keys = ("script", index)
         if action.request is not None and action.request not in REQUESTS:
             raise refuse((*keys, "request"), f"must be one of {', '.join(REQUESTS)}")
-        if not action.at >= 0.0:
+        if not 0.0 <= action.at < math.inf:
             raise refuse((*keys, "at"), "must be a time in seconds, 0 or later")
+        if action.yaw_rate is not None and not math.isfinite(action.yaw_rate):
+            raise refuse((*keys, "yaw_rate"), "must be a finite number of rad/s")
+        if not 0.0 < action.height < math.inf:
+            raise refuse((*keys, "height"), "must be a height above the ground in m")
+        for name, value in action.set.items():
+            checked({name: value}, file.where(*keys, "set", name) if file else "")
     for keys, vector in _vectors(scenario):
         if len(vector) != 3 or not all(map(math.isfinite, vector)):
             raise refuse(keys, f"must be three finite numbers, is {vector}")
+    if scenario.start.position is not None and scenario.start.position[2] < 0.0:
+        raise refuse(("start", "position"), "is below the ground: its third number is the height")
+    eight = scenario.figure_eight
+    if eight is not None:
+        for size in ("length", "width", "period"):
+            if not 0.0 < getattr(eight, size) < math.inf:
+                raise refuse(("figure_eight", size), "must be a positive number")
+        if eight.laps < 1:
+            raise refuse(("figure_eight", "laps"), "must be 1 or more")
 
 
-def _vectors(scenario: Scenario) -> list[tuple[tuple[str | int, ...], list[float]]]:
+def _check_files(vehicle: VehicleConfig, file: YamlFile) -> None:
+    """Refuse a model or a gain file that is not there."""
+    for key, find in (("model", find_model), ("gains", find_gains)):
+        name = getattr(vehicle, key)
+        try:
+            if name:
+                find(name)
+        except WorkbenchError as error:
+            raise WorkbenchError(f"{file.where('vehicle', key)}{error}") from None
+
+
+def _vectors(scenario: Scenario) -> list[tuple[Keys, list[float]]]:
     """Return every vector of a scenario with its keys."""
     start = scenario.start
-    found: list[tuple[tuple[str | int, ...], list[float] | None]] = [
+    found: list[tuple[Keys, list[float] | None]] = [
         (("start", "position"), start.position),
         (("start", "roll_pitch_yaw"), start.roll_pitch_yaw),
         (("start", "velocity"), start.velocity),
@@ -160,20 +197,3 @@ def _vectors(scenario: Scenario) -> list[tuple[tuple[str | int, ...], list[float
     if scenario.figure_eight:
         found.append((("figure_eight", "center"), scenario.figure_eight.center))
     return [(keys, vector) for keys, vector in found if vector is not None]
-
-
-def _refuse_unknown_keys(
-    file: YamlFile, data: Any, schema: Any, keys: tuple[str | int, ...]
-) -> None:
-    """Walk data and schema together and refuse a key that the schema does not have."""
-    for option in typing.get_args(schema) or (schema,):
-        if isinstance(data, list):
-            for index, item in enumerate(data):
-                _refuse_unknown_keys(file, item, option, (*keys, index))
-        elif dataclasses.is_dataclass(option) and isinstance(data, dict):
-            known = {f.name: f.type for f in dataclasses.fields(option)}
-            for key, value in data.items():
-                if key not in known:
-                    where = file.where(*keys, key)
-                    raise WorkbenchError(f"{where}{unknown_name('key', str(key), known)}")
-                _refuse_unknown_keys(file, value, known[key], (*keys, key))

@@ -11,18 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import BasicVector, Context, System
+from pydrake.systems.framework import BasicVector, Context, Diagram, System
 
 from workbench.diagram import Workbench, make_workbench
 from workbench.errors import WorkbenchError, sentences, unknown_name
-from workbench.gains import load_gains, vehicle_gains
-from workbench.parameters import Parameter, checked, find_parameter, parameters_of
+from workbench.gains import flight_gains
+from workbench.parameters import Parameter, find_parameter, parameters_of
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import place_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
-from workbench.resources import find_gains, find_model
+from workbench.resources import find_model
 from workbench.scenario import REQUESTS, Action, Scenario, Start, check_scenario
 from workbench.systems.cascade import Reference
 from workbench.systems.flight_mode import FlightMode, Request, initial_state
@@ -70,10 +70,7 @@ class Session:
         model = find_model(self.scenario.vehicle.model)
         description = read_description(model, self.scenario.vehicle.args)
         self.vehicle: Vehicle = make_vehicle(description)
-        values = vehicle_gains(model)
-        if self.scenario.vehicle.gains:
-            values |= load_gains(find_gains(self.scenario.vehicle.gains)).gains
-        values |= checked(settings or {})
+        values = flight_gains(model, self.scenario.vehicle.gains, settings)
         eight = self.scenario.figure_eight
         path = (
             figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)
@@ -96,6 +93,11 @@ class Session:
         self._start(self.scenario.start)
         with sentences("the flight could not begin"):
             self._simulator.Initialize()
+
+    @property
+    def diagram(self) -> Diagram:
+        """The diagram that flies, to be looked at."""
+        return self._bench.diagram
 
     @property
     def time(self) -> float:
@@ -132,6 +134,10 @@ class Session:
         """
         if what not in REQUESTS:
             raise unknown_name("request", what, REQUESTS)
+        if not 0.0 < height < math.inf:
+            raise WorkbenchError(
+                f"the height of a {what} is {height}: give it in m above the ground"
+            )
         self._requests += 1
         if what == "land":
             self.command([0.0, 0.0, 0.0], 0.0)
@@ -193,7 +199,7 @@ class Session:
         state = now["state"]
         return Snapshot(
             time=self.time,
-            q_WB=state[0:4],
+            q_WB=tuple((signals["state"][0:4] / np.linalg.norm(state[0:4])).tolist()),
             p_WB=state[4:7],
             w_WB=state[7:10],
             v_WB=state[10:13],

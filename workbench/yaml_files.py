@@ -1,12 +1,18 @@
-"""YAML files with the line of every key, for messages that name file and line."""
+"""YAML files with the line of every key, so that what is wrong is said with file and line."""
 
+import dataclasses
+import types
+import typing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from workbench.errors import WorkbenchError
+from workbench.errors import WorkbenchError, unknown_name
+
+Keys = tuple[str | int, ...]
+"""The way to a value: keys of mappings and places in lists, from the top."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +29,7 @@ class YamlFile:
     path: Path
     text: str
     data: dict[str, Any]
-    lines: dict[tuple[str | int, ...], int]
+    lines: dict[Keys, int]
 
     def where(self, *keys: str | int) -> str:
         """Return "file:line: " of a key, for the beginning of a message."""
@@ -48,22 +54,76 @@ def read_yaml(path: Path) -> YamlFile:
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise WorkbenchError(f"{path}:{line}: not YAML: {error.problem}") from error
+    except yaml.YAMLError as error:
+        raise WorkbenchError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
     if not isinstance(data, dict):
         raise WorkbenchError(f"{path}:1: expected 'key: value' lines, found {type(data).__name__}")
-    lines: dict[tuple[str | int, ...], int] = {}
-    _collect_lines(node, (), lines)
+    lines: dict[Keys, int] = {}
+    _collect_lines(path, node, (), lines)
     return YamlFile(path, text, data, lines)
 
 
-def _collect_lines(
-    node: yaml.Node, keys: tuple[str | int, ...], lines: dict[tuple[str | int, ...], int]
-) -> None:
+def check_schema(file: YamlFile, schema: Any) -> None:
+    """Refuse what a file's content and a dataclass do not have in common.
+
+    Args:
+        file: its content is checked.
+        schema: a dataclass of numbers, texts, dataclasses, and lists and dictionaries of them.
+
+    Raises:
+        WorkbenchError: for the first unknown key, and for the first value of another type.
+    """
+    _check(file, file.data, schema, ())
+
+
+def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
+    origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
+    if origin in (typing.Union, types.UnionType):
+        if data is not None:
+            _check(file, data, next(part for part in parts if part is not type(None)), keys)
+        return
+    if dataclasses.is_dataclass(origin):
+        fields = {field.name: field.type for field in dataclasses.fields(origin)}
+        for key, value in _expect(file, data, dict, "'key: value' lines", keys).items():
+            if key not in fields:
+                where = file.where(*keys, key)
+                raise WorkbenchError(f"{where}{unknown_name('key', str(key), fields)}")
+            _check(file, value, fields[key], (*keys, key))
+    elif origin is list:
+        for index, item in enumerate(_expect(file, data, list, "a list", keys)):
+            _check(file, item, parts[0], (*keys, index))
+    elif origin is dict:
+        for key, value in _expect(file, data, dict, "'key: value' lines", keys).items():
+            _check(file, value, parts[1], (*keys, key))
+    elif origin is str:
+        _expect(file, data, str, "text: put it in quotes", keys)
+    else:
+        expected = (int, float) if origin is float else (origin,)
+        _expect(file, data, expected, "a number" if origin is float else "a whole number", keys)
+
+
+def _expect(file: YamlFile, data: Any, kind: Any, name: str, keys: Keys) -> Any:
+    """Return `data` if it is of a kind; a truth value is no number."""
+    if isinstance(data, kind) and not isinstance(data, bool):
+        return data
+    raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be {name}")
+
+
+def dotted(keys: Keys) -> str:
+    """Return keys as one name."""
+    return ".".join(map(str, keys))
+
+
+def _collect_lines(path: Path, node: yaml.Node, keys: Keys, lines: dict[Keys, int]) -> None:
     """Note the line of every key below a node."""
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
-            lines[(*keys, key.value)] = key.start_mark.line + 1
-            _collect_lines(value, (*keys, key.value), lines)
+            line = key.start_mark.line + 1
+            if (*keys, key.value) in lines:
+                raise WorkbenchError(f"{path}:{line}: '{key.value}' stands here a second time")
+            lines[(*keys, key.value)] = line
+            _collect_lines(path, value, (*keys, key.value), lines)
     elif isinstance(node, yaml.SequenceNode):
         for index, value in enumerate(node.value):
             lines[(*keys, index)] = value.start_mark.line + 1
-            _collect_lines(value, (*keys, index), lines)
+            _collect_lines(path, value, (*keys, index), lines)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
+from workbench.plant.inertia_check import check_inertias
 from workbench.plant.motor_model import MotorModel, read_motor_models
 from workbench.plant.xacro import expand_xacro
 
@@ -39,6 +40,10 @@ class Description:
         for joint in root.iter("joint"):
             if joint.get("name") in turning:
                 joint.set("type", "fixed")
+        for mesh in root.iter("mesh"):  # Drake reads text, which lies in no folder
+            name = mesh.get("filename", "")
+            if name and "://" not in name:
+                mesh.set("filename", (self.source.parent / name).resolve().as_uri())
         return ET.tostring(root, encoding="unicode")
 
 
@@ -64,6 +69,7 @@ def read_description(path: Path, args: Mapping[str, str] | None = None) -> Descr
     if root.tag != "robot":
         raise WorkbenchError(f"{path}: the root element is <{root.tag}>, a URDF has <robot>")
     _check_links_and_joints(path, root)
+    check_inertias(path, root)
     return Description(
         source=path,
         name=root.get("name", path.stem),

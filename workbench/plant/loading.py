@@ -43,9 +43,12 @@ def make_vehicle(description: Description) -> Vehicle:
     context = plant.GetMyContextFromRoot(root_context)
     base = plant.GetBodyByName(description.base_link)
     bodies = [plant.get_body(i) for i in plant.GetBodyIndices(base.model_instance())]
-    inertia = plant.CalcSpatialInertia(
-        context, base.body_frame(), [body.index() for body in bodies]
-    )
+    indices = [body.index() for body in bodies]
+    if not plant.CalcTotalMass(context, [base.model_instance()]) > 0.0:
+        raise WorkbenchError(
+            f"{description.source}: no link has a mass: give '{base.name()}' an <inertial> element"
+        )
+    inertia = plant.CalcSpatialInertia(context, base.body_frame(), indices)
     p_BoBcm_B = inertia.get_com()
     I_BBcm_B = inertia.Shift(p_BoBcm_B).CalcRotationalInertia().CopyToFullMatrix3()
     X_WB = plant.EvalBodyPoseInWorld(context, base)
@@ -53,8 +56,11 @@ def make_vehicle(description: Description) -> Vehicle:
         body.name(): X_WB.inverse() @ plant.EvalBodyPoseInWorld(context, body) for body in bodies
     }
     rotors = tuple(_rotor(motor, X_BF[motor.link]) for motor in description.motors)
-    allocation_matrix(rotors, p_BoBcm_B)  # refuses rotors that cannot control the drone
-    return Vehicle(
+    try:
+        allocation_matrix(rotors, p_BoBcm_B)
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{description.source}: {error}") from None
+    vehicle = Vehicle(
         name=description.name,
         source=description.source,
         base_link=description.base_link,
@@ -68,6 +74,19 @@ def make_vehicle(description: Description) -> Vehicle:
         ),
         ground_clearance=_ground_clearance(diagram, root_context, bodies, X_WB),
     )
+    _check_lift(vehicle)
+    return vehicle
+
+
+def _check_lift(vehicle: Vehicle) -> None:
+    """Refuse a drone that is too heavy for its rotors."""
+    for rotor, speed in zip(vehicle.rotors, vehicle.hover_speeds, strict=True):
+        if speed >= rotor.max_rot_velocity:
+            raise WorkbenchError(
+                f"{vehicle.source}: {vehicle.mass:.3g} kg are too heavy: to hover, '{rotor.name}' "
+                f"would turn at {speed:.0f} rad/s, and its maxRotVelocity is "
+                f"{rotor.max_rot_velocity:g}"
+            )
 
 
 def _rotor(motor: MotorModel, X_BR: RigidTransform) -> Rotor:

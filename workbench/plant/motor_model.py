@@ -39,7 +39,12 @@ def read_motor_models(path: Path, robot: ET.Element) -> tuple[MotorModel, ...]:
         if any(name in plugin.get("filename", "") for name in _PLUGIN_FILES)
     ]
     motors = sorted((_read(path, plugin) for plugin in plugins), key=lambda motor: motor.number)
-    for motor in motors:
+    for motor, earlier in zip(motors, [None, *motors], strict=False):
+        if earlier and motor.number == earlier.number:
+            raise WorkbenchError(
+                f"{path}: '{earlier.joint}' and '{motor.joint}' both have the motorNumber "
+                f"{motor.number}: number the rotors from 0"
+            )
         _check_name(path, robot, "joint", motor.joint)
         _check_name(path, robot, "link", motor.link)
     return tuple(motors)
@@ -63,32 +68,38 @@ def _read(path: Path, plugin: ET.Element) -> MotorModel:
             raise WorkbenchError(f"{path}: motor-model plugin without <{tag}>: add it")
         return value.strip()
 
-    def positive(tag: str) -> float:
+    def positive(tag: str, value: str) -> float:
         try:
-            value = float(text(tag))
+            number = float(value)
         except ValueError:
-            value = math.nan
-        if not 0.0 < value < math.inf:
+            number = math.nan
+        if not 0.0 < number < math.inf:
             raise WorkbenchError(
-                f"{path}: motor-model plugin has <{tag}>{text(tag)}</{tag}>: "
-                "give it a positive number"
+                f"{path}: motor-model plugin has <{tag}>{value}</{tag}>: give it a positive number"
             )
-        return value
+        return number
 
+    place = text("motorNumber")
+    if not place.isdecimal():
+        raise WorkbenchError(
+            f"{path}: motor-model plugin has the motorNumber '{place}': use 0, 1, 2, ..."
+        )
     direction = text("turningDirection")
     if direction not in _DIRECTIONS:
         raise WorkbenchError(
             f"{path}: motor-model plugin has the turningDirection '{direction}': use cw or ccw"
         )
     return MotorModel(
-        number=int(text("motorNumber")),
+        number=int(place),
         joint=text("jointName"),
         link=text("linkName"),
         direction=_DIRECTIONS[direction],
-        motor_constant=positive("motorConstant"),
-        moment_constant=positive("momentConstant"),
-        time_constant_up=positive("timeConstantUp"),
-        time_constant_down=positive("timeConstantDown"),
-        max_rot_velocity=positive("maxRotVelocity"),
-        velocity_slowdown=float(plugin.findtext("rotorVelocitySlowdownSim", "10")),
+        motor_constant=positive("motorConstant", text("motorConstant")),
+        moment_constant=positive("momentConstant", text("momentConstant")),
+        time_constant_up=positive("timeConstantUp", text("timeConstantUp")),
+        time_constant_down=positive("timeConstantDown", text("timeConstantDown")),
+        max_rot_velocity=positive("maxRotVelocity", text("maxRotVelocity")),
+        velocity_slowdown=positive(
+            "rotorVelocitySlowdownSim", plugin.findtext("rotorVelocitySlowdownSim", "10").strip()
+        ),
     )

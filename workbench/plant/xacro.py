@@ -23,6 +23,7 @@ def expand_xacro(path: Path, args: Mapping[str, str]) -> str:
         WorkbenchError: naming the file, the fault and the line where xacro knows it; also for
             an argument that the file does not declare (xacro itself would ignore it).
     """
+    xacro.all_includes.clear()  # xacro would add to those of earlier files, broken ones too
     try:
         document = xacro.process_file(str(path), mappings=dict(args))
     except ExpatError as error:

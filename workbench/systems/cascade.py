@@ -21,6 +21,8 @@ Vector = Any
 """A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
 GRAVITY = 9.81
+CEILING_RATE = 1.0
+"""Below the largest height a drone climbs no faster than this times the way left [1/s]."""
 LEAST_LIFT = 0.3 * GRAVITY
 """The wanted specific force never points below this much upwards [m/s²]: no flying on its back."""
 
@@ -110,13 +112,13 @@ def wanted_velocity(
         shrink = v_max / speed_squared**0.5
         v_x = v_x * shrink
         v_y = v_y * shrink
+    ceiling = CEILING_RATE * (height_max - z)
+    if v_z > ceiling:
+        v_z = ceiling
     if v_z > climb_max:
         v_z = climb_max
     if v_z < -climb_max:
         v_z = -climb_max
-    ceiling = kp_z * (height_max - z)
-    if v_z > ceiling:
-        v_z = ceiling
     if yaw_rate > yaw_max:
         yaw_rate = yaw_max
     if yaw_rate < -yaw_max:

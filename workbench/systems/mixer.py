@@ -64,7 +64,7 @@ def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):  # type
             spread = (a[1] * moment_x + a[2] * moment_y) * b[0]
             spread = spread - (b[1] * moment_x + b[2] * moment_y) * a[0]
             room = thrust_max[high] * b[0] - thrust_min[low] * a[0]
-            if tilt * spread > room:
+            if spread > 0.0 and tilt * spread > room:
                 tilt = room / spread
     return tilt
 
@@ -88,9 +88,13 @@ def _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts):  # type: ig
     yaw = 1.0
     for i in range(len(allocation)):
         own = allocation[i][3] * moment_z
-        if thrusts[i] + yaw * own > thrust_max[i]:
-            yaw = (thrust_max[i] - thrusts[i]) / own
-        if thrusts[i] + yaw * own < thrust_min[i]:
-            yaw = (thrust_min[i] - thrusts[i]) / own
+        room = thrust_max[i] - thrusts[i]
+        if own < 0.0:
+            own = -own
+            room = thrusts[i] - thrust_min[i]
+        if room < 0.0:  # by rounding: force and tilt have used it up
+            room = 0.0
+        if yaw * own > room:
+            yaw = room / own
     for i in range(len(allocation)):
         thrusts[i] = thrusts[i] + yaw * allocation[i][3] * moment_z

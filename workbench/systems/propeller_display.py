@@ -19,7 +19,13 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    DiscreteValues,
+    LeafSystem,
+    OutputPort,
+)
 
 from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
@@ -78,7 +84,9 @@ class PropellerDisplay(LeafSystem):
         for frame, X_BR, angle in zip(
             self._frames, self._X_BR, context.get_discrete_state(0).CopyToVector(), strict=True
         ):
-            poses.set_value(frame, X_WB @ X_BR @ RigidTransform(RotationMatrix.MakeZRotation(angle)))
+            poses.set_value(
+                frame, X_WB @ X_BR @ RigidTransform(RotationMatrix.MakeZRotation(angle))
+            )
 
 
 def add_propeller_display(

@@ -47,11 +47,12 @@ def figure_eight(
     rate = 2.0 * math.pi / period
     ramp = 0.5 * period
     end = laps * period + ramp
-    times = np.arange(0.0, end + 1e-9, 1.0 / 64.0)
+    times = np.append(np.arange(0.0, end - 1e-9, 1.0 / 64.0), end)
     pace = np.clip(np.minimum(times, end - times) / ramp, 0.0, 1.0)
     pace = pace * pace * (3.0 - 2.0 * pace)
     a_dot = rate * pace
-    a = np.concatenate([[0.0], np.cumsum(0.5 * (a_dot[1:] + a_dot[:-1]) / 64.0)])
+    steps = 0.5 * (a_dot[1:] + a_dot[:-1]) * np.diff(times)
+    a = np.concatenate([[0.0], np.cumsum(steps)])
     a *= 2.0 * math.pi * laps / a[-1]
     samples = np.zeros((SIZE, len(times)))
     samples[0] = 0.5 * length * np.cos(a) * a_dot

@@ -26,7 +26,7 @@ class RotorCommands:
 
 
 def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
-    """Read a CSV file with the columns t [s] and one thrust [N] a rotor; a first line may name them.
+    """Read a CSV file of t [s] and one thrust [N] a rotor; a first line may name the columns.
 
     Raises:
         WorkbenchError: naming file and line of what cannot be flown.
@@ -42,18 +42,16 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
     if not lines:
         raise WorkbenchError(f"{path}: holds no row: write t and one thrust in N a rotor in each")
     table = np.array([_row(f"{path}:{line}: ", cells, vehicle) for line, cells in lines])
-    for index, (line, _) in enumerate(lines):
-        if index == 0 and table[0, 0] != 0.0:
+    time = table[:, 0]
+    if time[0] != 0.0:
+        raise WorkbenchError(f"{path}:{lines[0][0]}: the table begins at {time[0]:g} s, not at 0")
+    for (line, _), before, now in zip(lines[1:], time, time[1:], strict=False):
+        if now <= before:
             raise WorkbenchError(
-                f"{path}:{line}: the first row is for {table[0, 0]:g} s: let it be 0"
-            )
-        if index > 0 and not table[index, 0] > table[index - 1, 0]:
-            raise WorkbenchError(
-                f"{path}:{line}: time goes from {table[index - 1, 0]:g} s to {table[index, 0]:g} s: "
-                "let it rise from row to row"
+                f"{path}:{line}: time goes from {before:g} s to {now:g} s: let it rise"
             )
     constants = [rotor.motor_constant for rotor in vehicle.rotors]
-    return RotorCommands(time=table[:, 0], speeds=np.sqrt(table[:, 1:] / constants))
+    return RotorCommands(time=time, speeds=np.sqrt(table[:, 1:] / constants))
 
 
 def make_rotor_playback(commands: RotorCommands) -> TrajectorySource:
