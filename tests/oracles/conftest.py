@@ -1,0 +1,90 @@
+"""The shipped drone with its rotors, ready to be set anywhere and integrated."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+
+from workbench.diagram import Airframe, add_airframe
+from workbench.plant.description import Description, read_description
+from workbench.plant.loading import make_vehicle
+from workbench.plant.vehicle import Vehicle
+from workbench.resources import find_model
+from workbench.systems.rotor_lag import make_continuous_lag
+
+
+@dataclass
+class Rig:
+    """An airframe with continuous rotors; their commands are the diagram's input."""
+
+    vehicle: Vehicle
+    airframe: Airframe
+    diagram: Diagram
+    root: Context
+
+    @property
+    def plant(self):
+        return self.airframe.plant
+
+    @property
+    def context(self) -> Context:
+        """The plant's own Context."""
+        return self.plant.GetMyMutableContextFromRoot(self.root)
+
+    @property
+    def state(self) -> np.ndarray:
+        """q_WB, p_WB, w_WB_W, v_WB_W."""
+        return self.plant.GetPositionsAndVelocities(self.context)
+
+    def set_state(self, state) -> None:
+        self.plant.SetPositionsAndVelocities(self.context, np.asarray(state, dtype=float))
+
+    def set_speeds(self, speeds) -> None:
+        """Turn the rotors at these speeds [rad/s] and command them to stay."""
+        lag = self.diagram.GetSubsystemByName("rotor_lag")
+        lag.GetMyMutableContextFromRoot(self.root).SetContinuousState(speeds)
+        self.diagram.GetInputPort("commands").FixValue(self.root, speeds)
+
+    def accelerations(self) -> np.ndarray:
+        """Angular and linear acceleration of the base link, in W."""
+        return self.plant.get_generalized_acceleration_output_port().Eval(self.context)
+
+    def fly(self, time, accuracy=1e-10) -> None:
+        """Integrate up to a time, with the error controlled tightly."""
+        simulator = Simulator(self.diagram, self.root)
+        simulator.get_mutable_integrator().set_target_accuracy(accuracy)
+        simulator.get_mutable_integrator().set_maximum_step_size(0.01)
+        simulator.AdvanceTo(time)
+        self.root = simulator.get_mutable_context()
+
+
+def make_rig(description: Description) -> Rig:
+    vehicle = make_vehicle(description)
+    builder = DiagramBuilder()
+    airframe = add_airframe(builder, description, vehicle, physics_step=0.0)
+    lag = builder.AddSystem(make_continuous_lag(vehicle.rotors))
+    builder.Connect(lag.GetOutputPort("thrusts"), airframe.thrusts)
+    builder.ExportInput(lag.GetInputPort("commands"), "commands")
+    diagram = builder.Build()
+    return Rig(vehicle, airframe, diagram, diagram.CreateDefaultContext())
+
+
+@pytest.fixture(scope="session")
+def description():
+    return read_description(find_model("dh_drone"))
+
+
+@pytest.fixture
+def rig(description):
+    """The shipped drone, its rotors at a standstill."""
+    rig = make_rig(description)
+    rig.set_speeds(np.zeros(4))
+    return rig
+
+
+@pytest.fixture(scope="session")
+def rig_of():
+    """Return a rig for any description."""
+    return make_rig

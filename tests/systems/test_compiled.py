@@ -1,0 +1,79 @@
+"""Oracle: the function as Python runs it."""
+
+import importlib.util
+
+import numba
+import pytest
+
+from workbench.systems import compiled
+
+SOURCE = "def double_up(x):\n    return 2.0 * x + 1.0\n"
+
+
+@pytest.fixture
+def double_up(tmp_path):
+    path = tmp_path / "double_up.py"
+    path.write_text(SOURCE)
+    spec = importlib.util.spec_from_file_location("double_up", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.double_up
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def machine_code(folder) -> dict[str, int]:
+    """Return every file of machine code with when it was written."""
+    return {str(path): path.stat().st_mtime_ns for path in folder.rglob("*.nbc")}
+
+
+def test_it_computes_the_same_and_keeps_the_code_on_disk(double_up, cache):
+    before = numba.config.CACHE_DIR
+    fast = compiled.compile_cached(double_up)
+    assert fast(1.5) == double_up(1.5) == 4.0
+    assert before == numba.config.CACHE_DIR
+    assert len(machine_code(cache)) == 1
+
+
+def test_a_second_time_the_code_comes_from_disk_without_a_word(double_up, cache, caplog):
+    compiled.compile_cached(double_up)(1.0)
+    written = machine_code(cache)
+    assert "compiling" in caplog.text
+    caplog.clear()
+    assert compiled.compile_cached(double_up)(1.5) == 4.0
+    assert machine_code(cache) == written
+    assert not caplog.records
+
+
+def test_code_of_other_sources_is_not_used(double_up, cache, monkeypatch):
+    """The law stands in several files, and numba itself looks at one."""
+    compiled.compile_cached(double_up)(1.0)
+    monkeypatch.setattr(compiled, "_SOURCES", compiled._SOURCES[:-1])
+    assert compiled.compile_cached(double_up)(1.5) == 4.0
+    assert len(machine_code(cache)) == 2
+
+
+def test_where_nothing_can_be_written_it_still_computes(double_up, cache):
+    cache.write_text("a file where the folder should be")
+    assert compiled.compile_cached(double_up)(1.5) == 4.0
+
+
+def test_every_file_of_the_law_is_watched():
+    """What the compiled function calls of ours, found by following its imports."""
+    folder = compiled.Path(compiled.__file__).parent
+    found, todo = set(), ["flight_law.py"]
+    while todo:
+        name = todo.pop()
+        if name in found:
+            continue
+        found.add(name)
+        lines = (folder / name).read_text().splitlines()
+        marker = "from workbench.systems."
+        todo += [
+            line.split(marker)[1].split()[0] + ".py" for line in lines if line.startswith(marker)
+        ]
+    assert found == set(compiled._SOURCES)

@@ -1,0 +1,87 @@
+"""Oracle: the pure law, called with the same numbers."""
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import InitializeAutoDiff
+
+from workbench.systems.cascade import Gains
+from workbench.systems.controller import CascadedController
+from workbench.systems.flight_law import law_constants, rotor_commands
+
+PORTS = ("state", "acceleration", "reference", "guidance")
+
+
+@pytest.fixture
+def controller(vehicle, gains):
+    return CascadedController(vehicle=vehicle, gains=gains)
+
+
+def output(controller, context, signals) -> np.ndarray:
+    for name, signal in zip(PORTS, signals, strict=True):
+        controller.GetInputPort(name).FixValue(context, np.array(signal))
+    return controller.GetOutputPort("commands").Eval(context)
+
+
+def pure(vehicle, signals, gains) -> list[float]:
+    commands = [0.0] * len(vehicle.rotors)
+    rotor_commands(*signals, gains, law_constants(vehicle, 0.0), commands)
+    return commands
+
+
+def test_its_output_is_the_pure_law(controller, vehicle, gains, random_signals):
+    context = controller.CreateDefaultContext()
+    rng = np.random.default_rng(13)
+    for _ in range(100):
+        signals = random_signals(rng)
+        assert output(controller, context, signals) == pytest.approx(pure(vehicle, signals, gains))
+
+
+def test_gains_are_live_and_in_the_order_of_their_names(controller, vehicle, gains, random_signals):
+    context = controller.CreateDefaultContext()
+    signals = random_signals(np.random.default_rng(14))
+    output(controller, context, signals)
+    for index in range(len(Gains._fields)):
+        changed = list(gains)
+        changed[index] *= 0.9
+        context.get_mutable_numeric_parameter(0).SetFromVector(changed)
+        found = output(controller, context, signals)
+        assert found == pytest.approx(pure(vehicle, signals, Gains(*changed)))
+
+
+def test_every_input_feeds_through(controller):
+    for port in range(len(PORTS)):
+        assert controller.HasDirectFeedthrough(port, 0)
+    assert controller.num_input_ports() == len(PORTS)
+    assert controller.num_continuous_states() == 0
+    assert controller.num_discrete_state_groups() == 0
+
+
+def test_with_derivatives_it_gives_the_same_numbers(controller, vehicle, gains, random_signals):
+    twin = controller.ToAutoDiffXd()
+    context = twin.CreateDefaultContext()
+    rng = np.random.default_rng(15)
+    for _ in range(50):
+        signals = random_signals(rng)
+        variables = InitializeAutoDiff(np.concatenate(signals)).ravel()
+        parts = np.split(variables, np.cumsum([len(signal) for signal in signals])[:-1])
+        found = [x.value() for x in output(twin, context, parts)]
+        assert found == pytest.approx(pure(vehicle, signals, gains))
+
+
+@pytest.mark.parametrize(("motors", "lift"), [(0.0, 0.0), (1.0, 0.0)])
+def test_with_derivatives_it_also_stands_still_and_idles(
+    controller, vehicle, gains, random_signals, motors, lift
+):
+    twin = controller.ToAutoDiffXd()
+    signals = random_signals(np.random.default_rng(16))
+    signals[3][:2] = [motors, lift]
+    plain = output(controller, controller.CreateDefaultContext(), signals)
+    found = output(twin, twin.CreateDefaultContext(), signals)
+    assert [x.value() for x in found] == pytest.approx(plain)
+
+
+def test_conversion_copies_the_gains(vehicle, gains):
+    changed = gains._replace(kp_roll=77.0)
+    twin = CascadedController(vehicle=vehicle, gains=changed).ToAutoDiffXd()
+    carried = twin.CreateDefaultContext().get_numeric_parameter(0).CopyToVector()
+    assert [x.value() for x in carried] == list(changed)

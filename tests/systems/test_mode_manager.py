@@ -1,0 +1,99 @@
+"""Oracle: the pure functions of `flight_mode`, called here with the same numbers."""
+
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from workbench.systems.cascade import Reference
+from workbench.systems.flight_mode import (
+    FlightMode,
+    ModeState,
+    Request,
+    Settings,
+    Situation,
+    guidance,
+    initial_state,
+    next_state,
+)
+from workbench.systems.mode_manager import ModeManager
+
+PERIOD = 0.25
+SETTINGS = Settings(take_off_speed=1.2, landing_speed=0.3, battery_reserve=0.2)
+P = [1.0, 2.0, 3.0]
+V = [0.5, 0.0, 0.1]
+STATE = [1.0, 0.0, 0.0, 0.0, *P, 0.0, 0.0, 0.0, *V]
+REFERENCE = Reference(0.5, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def flown():
+    """A manager in the air, with its inputs fixed, in a simulator."""
+    manager = ModeManager(period=PERIOD, settings=SETTINGS)
+    simulator = Simulator(manager)
+    context = simulator.get_mutable_context()
+    manager.GetInputPort("state").FixValue(context, STATE)
+    manager.GetInputPort("reference").FixValue(context, list(REFERENCE))
+    manager.GetInputPort("request").FixValue(context, [0.0, 0.0, 0.0])
+    manager.GetInputPort("charge").FixValue(context, [0.9])
+    manager.set_mode(context, initial_state(FlightMode.HOVERING, P), P)
+    return manager, simulator
+
+
+def outputs(manager, context) -> tuple[list[float], list[float]]:
+    return tuple(manager.GetOutputPort(n).Eval(context).tolist() for n in ("mode", "guidance"))
+
+
+def test_what_is_set_comes_out_at_once(flown):
+    manager, simulator = flown
+    state = initial_state(FlightMode.HOVERING, P)
+    mode, guide = outputs(manager, simulator.get_context())
+    assert mode == list(state)
+    assert guide == list(guidance(state, P, SETTINGS))
+
+
+def test_every_period_it_does_what_the_pure_functions_do(flown):
+    manager, simulator = flown
+    context = simulator.get_mutable_context()
+    state = initial_state(FlightMode.HOVERING, P)
+    requests = [(0.0, 0.0), (0.0, 0.0), (float(Request.LAND), 1.0), (float(Request.LAND), 1.0)]
+    for update, (request, serial) in enumerate(requests):
+        manager.GetInputPort("request").FixValue(context, [request, serial, 2.0])
+        time = update * PERIOD
+        now = Situation(time, P, V, REFERENCE, int(request), serial, 2.0, 0.9)
+        state = next_state(state, now, SETTINGS)
+        simulator.AdvanceTo(time + 0.5 * PERIOD)
+        mode, guide = outputs(manager, context)
+        assert mode == list(state)
+        assert guide == list(guidance(state, P, SETTINGS))
+    assert mode[0] == FlightMode.LANDING
+
+
+def test_between_updates_nothing_happens(flown):
+    manager, simulator = flown
+    simulator.AdvanceTo(0.1)
+    context = simulator.get_mutable_context()
+    before = outputs(manager, context)
+    manager.GetInputPort("request").FixValue(context, [float(Request.STOP), 1.0, 0.0])
+    simulator.AdvanceTo(0.2)
+    assert outputs(manager, context) == before
+    simulator.AdvanceTo(0.3)
+    assert outputs(manager, context)[0][0] == FlightMode.OFF
+
+
+def test_settings_are_live(flown):
+    manager, simulator = flown
+    context = simulator.get_mutable_context()
+    manager.GetInputPort("request").FixValue(context, [float(Request.LAND), 1.0, 0.0])
+    context.get_mutable_numeric_parameter(0).SetFromVector([1.0, 0.45, 0.1])
+    simulator.AdvanceTo(0.1)
+    assert outputs(manager, context)[1][3] == -0.45
+
+
+def test_no_output_follows_an_input_directly(flown):
+    manager, _ = flown
+    assert not manager.HasAnyDirectFeedthrough()
+
+
+def test_the_state_is_that_of_the_pure_functions(flown):
+    manager, _ = flown
+    assert manager.GetOutputPort("mode").size() == len(ModeState._fields)
+    assert manager.GetOutputPort("guidance").size() == 9

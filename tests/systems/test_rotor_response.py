@@ -1,0 +1,122 @@
+"""Oracles: the closed form of a first-order lag, and scipy's integration of its equation."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import AutoDiffXd
+from scipy.integrate import quad, solve_ivp
+
+from workbench.systems.rotor_response import rotor_period, split_error, step_rotor
+
+UP, DOWN = 0.0125, 0.025
+PERIOD = 1 / 128
+BLEND = 1.0
+"""Speed difference over which the two time constants blend [rad/s]."""
+
+
+@pytest.fixture
+def rotor(vehicle):
+    return dataclasses.replace(
+        vehicle.rotors[0],
+        motor_constant=8e-6,
+        time_constant_up=UP,
+        time_constant_down=DOWN,
+        max_rot_velocity=1100.0,
+    )
+
+
+def plain_lag(command, speed, time):
+    """The lag without a blend."""
+    constant = UP if command > speed else DOWN
+    return command + (speed - command) * np.exp(-np.asarray(time) / constant)
+
+
+def blended_rate(_, w, command):
+    up, down = split_error(command - w[0])
+    return [up / UP + down / DOWN]
+
+
+@pytest.mark.parametrize("error", [-1e4, -5.0, -1e-3, 0.0, 1e-3, 0.7, 300.0])
+def test_the_two_parts_of_an_error_are_its_sides_but_for_the_blend(error):
+    up, down = split_error(error)
+    assert up + down == pytest.approx(error, abs=1e-9)
+    assert up == pytest.approx(max(error, 0.0), abs=BLEND / 2)
+    assert down == pytest.approx(min(error, 0.0), abs=BLEND / 2)
+
+
+def test_at_no_error_both_parts_have_half_the_slope():
+    """So that a linear model of hover has the mean of the two rates."""
+    up, down = split_error(AutoDiffXd(0.0, [1.0]))
+    assert (up.value(), down.value()) == (0.0, 0.0)
+    assert up.derivatives()[0] == pytest.approx(0.5)
+    assert down.derivatives()[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(200.0, 1000.0), (1000.0, 200.0), (0.0, 1100.0)])
+def test_after_its_time_constant_63_percent_of_the_way_is_done(rotor, begin, end):
+    """Within the blend: half a rad/s of the way of 800 or more takes the other time constant."""
+    constant = UP if end > begin else DOWN
+    _, speed = step_rotor(end, begin, rotor_period(rotor, constant))
+    assert speed - begin == pytest.approx((1.0 - math.exp(-1.0)) * (end - begin), abs=BLEND / 2)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(300.0, 900.0), (900.0, 300.0), (500.0, 500.0)])
+def test_stepping_on_follows_the_closed_form_at_every_sample(rotor, begin, end):
+    constants = rotor_period(rotor, PERIOD)
+    speed = begin
+    for step in range(1, 20):
+        _, speed = step_rotor(end, speed, constants)
+        assert speed == pytest.approx(plain_lag(end, begin, step * PERIOD), abs=BLEND / 2)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(300.0, 900.0), (900.0, 300.0), (600.0, 603.0)])
+def test_stepping_on_follows_the_blended_equation(rotor, begin, end):
+    """The parts decay each with its own constant; the equation splits them anew all the time."""
+    constants = rotor_period(rotor, PERIOD)
+    times = np.arange(20) * PERIOD
+    solved = solve_ivp(
+        blended_rate, (0.0, times[-1]), [begin], t_eval=times, args=(end,), rtol=1e-10, atol=1e-10
+    )
+    speed = begin
+    for expected in solved.y[0]:
+        assert speed == pytest.approx(expected, abs=BLEND / 2)
+        _, speed = step_rotor(end, speed, constants)
+    assert speed == pytest.approx(end, abs=BLEND)
+
+
+def test_far_from_its_command_stepping_in_one_or_in_many_steps_is_the_same(rotor):
+    _, once = step_rotor(1000.0, 100.0, rotor_period(rotor, 4 * PERIOD))
+    speed = 100.0
+    for _ in range(4):
+        _, speed = step_rotor(1000.0, speed, rotor_period(rotor, PERIOD))
+    assert speed == pytest.approx(once, abs=BLEND / 2)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(200.0, 1000.0), (1000.0, 200.0), (500.0, 500.5)])
+def test_thrust_is_the_mean_of_k_times_squared_speed(rotor, begin, end):
+    thrust, _ = step_rotor(end, begin, rotor_period(rotor, PERIOD))
+    up, down = split_error(end - begin)
+
+    def squared(time):
+        return (end - up * math.exp(-time / UP) - down * math.exp(-time / DOWN)) ** 2
+
+    mean = quad(squared, 0.0, PERIOD, epsabs=1e-9)[0] / PERIOD
+    assert thrust == pytest.approx(8e-6 * mean, rel=1e-9)
+
+
+def test_steady_thrust_is_k_times_squared_speed(rotor):
+    for speed in (0.0, 10.0, 770.0, 1100.0):
+        thrust, after = step_rotor(speed, speed, rotor_period(rotor, PERIOD))
+        assert thrust == pytest.approx(8e-6 * speed**2, abs=1e-15)
+        assert after == pytest.approx(speed, abs=1e-12)
+
+
+def test_thrust_is_never_negative_and_speed_never_leaves_the_way(rotor):
+    rng = np.random.default_rng(7)
+    constants = rotor_period(rotor, PERIOD)
+    for command, speed in rng.uniform(0, 1100, (500, 2)):
+        thrust, after = step_rotor(command, speed, constants)
+        assert thrust >= 0.0
+        assert min(command, speed) - 1e-9 <= after <= max(command, speed) + 1e-9

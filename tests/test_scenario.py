@@ -1,0 +1,190 @@
+"""Oracle: the files as written, and the dataclasses that they stand for."""
+
+import dataclasses
+
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.resources import find_scenario, list_scenarios
+from workbench.scenario import (
+    Action,
+    FigureEight,
+    Rates,
+    Scenario,
+    Start,
+    VehicleConfig,
+    check_scenario,
+    load_scenario,
+    save_scenario,
+)
+from workbench.session import Session
+
+TEXT = """title: a test
+vehicle:
+  model: dh_drone
+  args: {mass: '2.0'}
+rates:
+  control_period: 0.00390625
+start:
+  mode: "off"
+  position: [1, 2, 3]
+duration: 5
+script:
+- at: 1
+  request: take_off
+  height: 2
+- at: 4
+  velocity: [1, 0, 0.5]
+  yaw_rate: 0.1
+  set: {kp_roll: 99}
+figure_eight:
+  laps: 3
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write_scenario(text: str):
+        path = tmp_path / "scenario.yaml"
+        path.write_text(text)
+        return path
+
+    return write_scenario
+
+
+def fault(path) -> str:
+    with pytest.raises(WorkbenchError) as caught:
+        load_scenario(path)
+    said = str(caught.value)
+    assert said.startswith(str(path))
+    assert "\n" not in said
+    return said
+
+
+def test_a_file_is_read_and_what_it_leaves_out_is_the_default(write):
+    assert load_scenario(write(TEXT)) == Scenario(
+        title="a test",
+        vehicle=VehicleConfig(model="dh_drone", args={"mass": "2.0"}),
+        rates=Rates(control_period=1 / 256),
+        start=Start(mode="off", position=[1.0, 2.0, 3.0]),
+        duration=5.0,
+        script=[
+            Action(at=1.0, request="take_off", height=2.0),
+            Action(at=4.0, velocity=[1.0, 0.0, 0.5], yaw_rate=0.1, set={"kp_roll": 99.0}),
+        ],
+        figure_eight=FigureEight(laps=3),
+    )
+
+
+def test_what_is_saved_is_loaded_again(write, tmp_path):
+    scenario = load_scenario(write(TEXT))
+    path = tmp_path / "again.yaml"
+    save_scenario(scenario, path)
+    assert load_scenario(path) == scenario
+
+
+def test_only_what_differs_is_saved(tmp_path):
+    path = tmp_path / "short.yaml"
+    save_scenario(Scenario(title="b", duration=3.0), path)
+    assert set(path.read_text().splitlines()) == {"title: b", "duration: 3.0"}
+
+
+def test_saving_where_nothing_can_be_written_is_refused(tmp_path):
+    with pytest.raises(WorkbenchError, match="gone"):
+        save_scenario(Scenario(title="b"), tmp_path / "gone" / "a.yaml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ("title", "titel", 1, ("'titel'", "did you mean 'title'")),
+        ("  model", "  modle", 3, ("'modle'", "'model'")),
+        ("  mode:", "  mod:", 8, ("'mod'", "'mode'")),
+        ("  request: ", "  requst: ", 13, ("'requst'", "'request'")),
+        ("  laps", "  lap", 20, ("'lap'", "'laps'")),
+        ("  control_period", "  controll", 6, ("'controll'",)),
+        ("duration: 5", "duration: 0", 10, ("duration", "positive")),
+        ("duration: 5", "duration: -1", 10, ("duration",)),
+        ("duration: 5", "duration: .nan", 10, ("duration",)),
+        ("duration: 5", "duration: .inf", 10, ("duration",)),
+        ('mode: "off"', "mode: flying", 8, ("start.mode", "hovering")),
+        ("[1, 2, 3]", "[1, 2]", 9, ("start.position", "three")),
+        ("[1, 2, 3]", "[1, 2, .nan]", 9, ("start.position", "finite")),
+        ("take_off", "takeoff", 13, ("script.0.request", "take_off")),
+        ("at: 4", "at: -1", 15, ("script.1.at",)),
+        ("at: 4", "at: .nan", 15, ("script.1.at",)),
+        ("at: 4", "at: .inf", 15, ("script.1.at",)),
+        ("[1, 0, 0.5]", "[1, 0]", 16, ("script.1.velocity",)),
+        ("[1, 0, 0.5]", "[1, 0, .inf]", 16, ("script.1.velocity",)),
+        ("yaw_rate: 0.1", "yaw_rate: .nan", 17, ("script.1.yaw_rate",)),
+        ("height: 2", "height: -1", 14, ("script.0.height",)),
+        ("height: 2", "height: .nan", 14, ("script.0.height",)),
+        ("height: 2", "height: .inf", 14, ("script.0.height",)),
+        ("{kp_roll: 99}", "{kp_rol: 99}", 18, ("'kp_rol'", "'kp_roll'")),
+        ("{kp_roll: 99}", "{kp_roll: -99}", 18, ("kp_roll", "2500")),
+        ("laps: 3", "laps: 0", 20, ("figure_eight.laps",)),
+        ("laps: 3", "period: 0", 20, ("figure_eight.period",)),
+        ("laps: 3", "period: -2", 20, ("figure_eight.period",)),
+        ("laps: 3", "length: .nan", 20, ("figure_eight.length",)),
+        ("laps: 3", "width: .inf", 20, ("figure_eight.width",)),
+        ("laps: 3", "center: [0, 0]", 20, ("figure_eight.center",)),
+        ("0.00390625", "0.005", 6, ("rates.control_period", "multiple")),
+        ("0.00390625", "0", 6, ("rates.control_period",)),
+        ("control_period: 0.00390625", "physics_step: 0", 6, ("rates.physics_step",)),
+        ("control_period: 0.00390625", "physics_step: 0.1", 6, ("rates.physics_step",)),
+        ("control_period: 0.00390625", "record_period: .nan", 6, ("rates.record_period",)),
+    ],
+)
+def test_what_cannot_be_flown_is_named_with_its_line(write, old, new, line, words):
+    assert old in TEXT
+    path = write(TEXT.replace(old, new))
+    said = fault(path)
+    assert not [word for word in words if word not in said]
+    assert said.startswith(f"{path}:{line}: ")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("duration: 5", "duration: long", 10),
+        ("duration: 5", "duration:", 10),
+        ("[1, 2, 3]", "north", 9),
+        ("laps: 3", "laps: 1.5", 20),
+        ("{mass: '2.0'}", "{mass: 2.0}", 4),
+        ('  mode: "off"\n  position: [1, 2, 3]', "  [1, 2]", 7),
+        ("yaw_rate: 0.1", "yaw_rate: [1]", 17),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_named_with_its_line(write, old, new, line):
+    assert old in TEXT
+    path = write(TEXT.replace(old, new))
+    assert fault(path).startswith(f"{path}:{line}: ")
+
+
+def test_what_is_built_in_python_is_checked_too():
+    check_scenario(Scenario())
+    with pytest.raises(WorkbenchError, match="^duration must be"):
+        check_scenario(Scenario(duration=0.0))
+    with pytest.raises(WorkbenchError, match="^script.0.at must be"):
+        check_scenario(Scenario(script=[Action(at=-1.0)]))
+
+
+@pytest.mark.parametrize("name", list_scenarios())
+def test_shipped_scenarios_can_be_flown(name):
+    scenario = load_scenario(find_scenario(name))
+    assert scenario.title
+    session = Session(dataclasses.replace(scenario, duration=min(scenario.duration, 0.5)))
+    session.run()
+    assert session.time == min(scenario.duration, 0.5)
+
+
+def test_scenarios_are_shipped_for_what_the_command_promises():
+    promised = {
+        "hover",
+        "paper-steps",
+        "square",
+        "figure-eight",
+        "take-off-and-land",
+        "full-speed",
+    }
+    assert promised <= set(list_scenarios())

@@ -1,0 +1,100 @@
+"""Oracle: the lines as counted by eye."""
+
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.yaml_files import read_yaml
+
+TEXT = """title: a
+start:
+  mode: off
+
+  position:
+  - 1.0
+  - 2.0
+script:
+- at: 1
+- at: 2
+  set: {x: 1,
+    y: 2}
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write_yaml(text):
+        path = tmp_path / "a.yaml"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return write_yaml
+
+
+def fault(path) -> str:
+    with pytest.raises(WorkbenchError) as caught:
+        read_yaml(path)
+    said = str(caught.value)
+    assert "\n" not in said
+    return said
+
+
+def test_data_and_text_are_kept(write):
+    path = write(TEXT)
+    file = read_yaml(path)
+    assert (file.path, file.text) == (path, TEXT)
+    assert file.data["script"][1]["set"] == {"x": 1, "y": 2}
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        (("title",), 1),
+        (("start",), 2),
+        (("start", "mode"), 3),
+        (("start", "position"), 5),
+        (("start", "position", 1), 7),
+        (("script", 0), 9),
+        (("script", 0, "at"), 9),
+        (("script", 1, "at"), 10),
+        (("script", 1, "set", "y"), 12),
+        (("script", 1, "set", "z"), 11),  # the nearest key above what is not there
+        (("start", "velocity", 2), 2),
+        (("nothing",), 1),
+    ],
+)
+def test_every_key_has_its_line(write, keys, line):
+    path = write(TEXT)
+    assert read_yaml(path).where(*keys) == f"{path}:{line}: "
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [("a: [1\nb: 2\n", 2), ("a: 1\n b: 2\n", 2), ("a: 1\nb: '\n", 3), ("a: 1\nb: \t- c\n\td", 2)],
+)
+def test_what_is_not_yaml_is_named_with_its_line(write, text, line):
+    path = write(text)
+    assert fault(path).startswith(f"{path}:{line}: not YAML: ")
+
+
+@pytest.mark.parametrize("text", ["", "- a\n", "a\n", "3\n"])
+def test_a_file_without_keys_is_refused(write, text):
+    path = write(text)
+    assert fault(path).startswith(f"{path}:1: expected 'key: value' lines")
+
+
+def test_a_key_given_twice_is_refused(write):
+    """YAML forbids it, and silently taking the last one hides a mistake."""
+    path = write("a: 1\nb: 2\na: 3\n")
+    said = fault(path)
+    assert said.startswith(f"{path}:3: ")
+    assert "'a'" in said
+
+
+@pytest.mark.parametrize("text", [b"a: \xff\n", b"a: \x01\n", b"a: !!python/name:os.system\n"])
+def test_what_does_not_belong_into_a_yaml_file_is_refused(write, text):
+    assert fault(write(text)).startswith(str(write(text)))
+
+
+def test_a_missing_file_or_a_folder_is_named(tmp_path):
+    assert fault(tmp_path / "gone.yaml").startswith(f"{tmp_path / 'gone.yaml'}: cannot be read")
+    assert fault(tmp_path).startswith(f"{tmp_path}: cannot be read")
