@@ -50,3 +50,10 @@ def test_a_file_has_the_mode_of_any_other(tmp_path):
 def test_a_folder_in_a_files_place_is_refused(tmp_path):
     with pytest.raises(WorkbenchError, match="is a folder"), Outputs() as outputs:
         outputs.add(tmp_path)
+
+
+def test_two_files_in_one_place_are_refused(tmp_path):
+    with pytest.raises(WorkbenchError, match="two different files"), Outputs() as outputs:
+        outputs.add(tmp_path / "a.png")
+        outputs.add(tmp_path / "a.png")
+    assert names(tmp_path) == []

@@ -27,6 +27,8 @@ class Outputs:
         Raises:
             WorkbenchError: if nothing can be written there.
         """
+        if target in self._partial:
+            raise WorkbenchError(f"{target}: two different files are to be written there")
         if target.is_dir():
             raise WorkbenchError(f"{target}: is a folder, and a file of that name is to be written")
         try:
