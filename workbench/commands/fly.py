@@ -53,6 +53,12 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.csv",
         help="fly open loop: columns t [s] and one thrust [N] a rotor, held between rows",
     )
+    parser.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="the flight in 3-D, as one page that any browser plays, without a server",
+    )
     add_output_options(parser)
     add_vehicle_options(parser)
     add_json_option(parser)
@@ -67,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         return _list(args)
     if args.scenario is None:
         raise WorkbenchError(
-            "no scenario is named: write it before any options, as in `workbench fly hover`; "
+            "no scenario is named: write it as in `workbench fly hover`; "
             "`workbench fly --list` shows those that are shipped"
         )
     path = find_scenario(args.scenario)
@@ -80,7 +86,8 @@ def run(args: argparse.Namespace) -> int:
     with Outputs() as outputs:
         log = outputs.add(args.csv or args.output / f"{path.stem}.csv")
         plot = None if args.no_plots else outputs.add(args.output / f"{path.stem}.png")
-        recording = _fly(scenario, path.stem, args)
+        page = outputs.add(args.html) if args.html else None
+        recording = _fly(scenario, path.stem, args, page)
         recording.write_csv(log)
         if plot:
             from workbench.design.plots_flight import plot_flight
@@ -91,22 +98,29 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _fly(scenario: "Scenario", name: str, args: argparse.Namespace) -> "Recording":
-    """Fly closed loop, or open loop where a table is given."""
+def _fly(
+    scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None
+) -> "Recording":
+    """Fly closed loop, or open loop where a table is given; `page` is the 3-D one to write."""
     with progress_bar(f"flying {name}") as progress:
         if args.rotor_commands is not None:
             from workbench.open_loop import fly_open_loop
 
-            if args.set or args.gains:
+            if args.set or args.gains or args.html:
                 raise WorkbenchError(
-                    "--rotor-commands flies without a controller: leave out --set and --gains"
+                    "--rotor-commands flies without a controller and is not drawn: leave out "
+                    "--set, --gains and --html"
                 )
             return fly_open_loop(scenario, args.rotor_commands, progress)
         from workbench.session import Session
 
-        session = Session(scenario, dict(args.set))
-        session.run(progress)
-        return session.recording()
+        if page is None:
+            session = Session(scenario, dict(args.set))
+            session.run(progress)
+            return session.recording()
+        from workbench.design.flight_page import fly_and_film
+
+        return fly_and_film(scenario, dict(args.set), page, progress)
 
 
 def _list(args: argparse.Namespace) -> int:

@@ -37,22 +37,21 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--arg",
-        action="extend",
-        nargs="+",
+        action="append",
         type=parse_argument,
         default=[],
         metavar="NAME:=VALUE",
-        help="argument of the xacro file, as mass:=2.1",
+        help="argument of the xacro file, as mass:=2.1; may be repeated",
     )
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
         "--set",
-        action="extend",
-        nargs="+",
+        action="append",
         type=parse_setting,
         default=[],
         metavar="NAME=VALUE",
-        help="value of a live parameter, as kp_velocity_z=6; `workbench params` lists them",
+        help="value of a live parameter, as kp_velocity_z=6; `workbench params` lists them; may be "
+        "repeated",
     )
 
 

@@ -1,0 +1,46 @@
+"""A flight in 3-D as one HTML page that plays in any browser, without a server."""
+
+import logging
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Meshcat
+
+from workbench.recording import Recording
+from workbench.scenario import Scenario
+from workbench.session import Session, start_position
+
+_EYE = np.array([-2.2, -2.2, 1.2])
+"""Where the camera stands, seen from where the flight begins [m]."""
+
+
+def fly_and_film(
+    scenario: Scenario,
+    settings: Mapping[str, float],
+    page: Path,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Fly a scenario, write its film, and return its recording.
+
+    Args:
+        scenario: what to fly.
+        settings: parameter values for this flight.
+        page: the HTML file to write, about 2 MB and a tenth more for each ten seconds.
+        progress: called with the flown share, 0 .. 1.
+    """
+    logging.getLogger("drake").addFilter(_not_about_listening)
+    meshcat = Meshcat()
+    session = Session(scenario, settings, meshcat)
+    target = np.array(start_position(scenario.start, session.vehicle))
+    meshcat.SetCameraPose(target + _EYE, target)
+    meshcat.StartRecording()
+    session.run(progress)
+    meshcat.PublishRecording()
+    page.write_text(meshcat.StaticHtml(), encoding="utf-8")
+    return session.recording()
+
+
+def _not_about_listening(record: logging.LogRecord) -> bool:
+    """Drop Drake's remark on the server behind the page; nobody needs to visit it."""
+    return "Meshcat listening" not in record.getMessage()
