@@ -196,7 +196,7 @@ def make_package(folder: Path, file: str, source: str) -> Path:
     return package
 
 
-@pytest.mark.parametrize("module", ["workbench", "workbench.cli", "workbench.link"])
+@pytest.mark.parametrize("module", ["workbench", "workbench.cli"])
 def test_a_bare_import_stays_light(module):
     code = f"import sys, {module}; print(*{{name.split('.')[0] for name in sys.modules}})"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)

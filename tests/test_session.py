@@ -113,6 +113,17 @@ def test_run_and_reset_and_looking_change_nothing(busy_flight):
     assert_equal_to_the_bit(session.recording(), busy_flight)
 
 
+@pytest.mark.parametrize("flown", [0.0, 0.4])
+def test_running_when_the_end_is_reached_or_past_flies_no_further(flown):
+    """3.3 is no sum of thirteen equal slices, in binary."""
+    session = Session(Scenario(duration=3.3))
+    session.run()
+    session.tick(flown)
+    end = session.time
+    session.run()
+    assert session.time == end
+
+
 def test_a_script_is_what_a_pilot_does_at_those_times(busy_flight):
     """An action takes effect at the first physics step at or after its time."""
     session = Session(busy(script=[]))
