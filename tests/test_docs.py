@@ -1,0 +1,52 @@
+"""The files that the docs show are read and flown as they stand."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from workbench.cli import main
+from workbench.gains import load_gains
+from workbench.scenario import load_scenario
+from workbench.session import Session
+from workbench.systems.flight_mode import FlightMode
+
+FILES = Path(__file__).parent.parent / "docs" / "files.md"
+
+
+def shown(language: str, first_line: str = "") -> str:
+    pattern = rf"```{language}\n({re.escape(first_line)}.*?)```"
+    found = re.search(pattern, FILES.read_text(encoding="utf-8"), re.DOTALL)
+    assert found
+    return found[1]
+
+
+def test_the_scenario_flies_and_lands(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(shown("yaml", "# scenario"), encoding="utf-8")
+    scenario = load_scenario(path)
+    session = Session(scenario)
+    session.run()
+    assert session.recording().mode.max() == FlightMode.LANDING
+    assert session.get("kp_velocity_x") == 6.0
+    assert session.vehicle.mass == pytest.approx(2.0)
+
+
+def test_the_gain_file_is_read(tmp_path):
+    path = tmp_path / "gains.yaml"
+    path.write_text(shown("yaml", "# gains"), encoding="utf-8")
+    assert load_gains(path).gains == {"kp_velocity_z": 3.0, "max_climb_rate": 2.0}
+
+
+def test_the_rotor_commands_fly(tmp_path, capsys):
+    table = tmp_path / "rotors.csv"
+    table.write_text(shown("csv"), encoding="utf-8")
+    words = ["fly", "hover", "--rotor-commands", str(table), "--duration", "2", "--no-plots"]
+    assert main([*words, "--output", str(tmp_path / "out")]) == 0
+    assert "max height" in capsys.readouterr().out
+
+
+def test_the_modes_are_numbered_as_written():
+    text = FILES.read_text(encoding="utf-8").replace("\n", " ")
+    for mode in FlightMode:
+        assert f"{mode.label} {mode.value}" in text
