@@ -4,9 +4,11 @@ Nothing heavy is imported here; a command imports what it needs when it runs.
 """
 
 import argparse
+import contextlib
+import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import metadata
 from typing import Any, NoReturn
 
@@ -41,7 +43,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if args.command is None:
             parser.print_help(sys.stderr)
             return BAD_INPUT
-        code = int(args.run(args))
+        with _remarks_as_sentences():
+            code = int(args.run(args))
         sys.stdout.flush()  # so that a reader who has gone is noticed here
     except WorkbenchError as error:
         print(f"workbench: {' '.join(str(error).split())}", file=sys.stderr)
@@ -71,6 +74,21 @@ def _parser() -> argparse.ArgumentParser:
     for command in (reproduce, step, fly, params, graph, app):
         command.add_parser(commands)
     return parser
+
+
+@contextlib.contextmanager
+def _remarks_as_sentences() -> Iterator[None]:
+    """Print what the workbench logs as it prints everything else on stderr."""
+    logger = logging.getLogger("workbench")
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("workbench: %(message)s"))
+    logger.addHandler(handler)
+    logger.propagate = False
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = True
 
 
 class _Version(argparse.Action):

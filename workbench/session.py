@@ -139,7 +139,7 @@ class Session:
                 f"the height of a {what} is {height}: give it in m above the ground"
             )
         self._requests += 1
-        if what == "land":
+        if what != "arm":  # an old command must not come into force after the take-off
             self.command([0.0, 0.0, 0.0], 0.0)
         source = self._bench.request.get_mutable_source_value(self._context_of(self._bench.request))
         source.set_value([float(Request[what.upper()]), float(self._requests), height])
@@ -176,9 +176,8 @@ class Session:
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
-        duration = self.scenario.duration
-        slices = max(1, math.ceil(4.0 * (duration - self.time)))
-        remaining = duration - self._due
+        remaining = max(0.0, self.scenario.duration - self._due)
+        slices = max(1, math.ceil(4.0 * remaining))
         for index in range(slices):
             self.tick(remaining / slices)
             if progress:
