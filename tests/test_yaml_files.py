@@ -98,3 +98,10 @@ def test_what_does_not_belong_into_a_yaml_file_is_refused(write, text):
 def test_a_missing_file_or_a_folder_is_named(tmp_path):
     assert fault(tmp_path / "gone.yaml").startswith(f"{tmp_path / 'gone.yaml'}: cannot be read")
     assert fault(tmp_path).startswith(f"{tmp_path}: cannot be read")
+
+
+def test_a_file_that_contains_itself_is_refused(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("a: &a [1, *a]\n", encoding="utf-8")
+    with pytest.raises(WorkbenchError, match="contains itself"):
+        read_yaml(path)

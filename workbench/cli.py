@@ -5,6 +5,7 @@ Nothing heavy is imported here; a command imports what it needs when it runs.
 
 import argparse
 import contextlib
+import io
 import logging
 import os
 import sys
@@ -38,6 +39,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 done, 1 the result is not as demanded, 2 bad input, 130 interrupted.
     """
     parser = _parser()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # m/s² on a terminal that knows only ASCII
     try:
         args = parser.parse_args(argv)
         if args.command is None:

@@ -11,8 +11,8 @@ class WorkbenchError(Exception):
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     """Return the error for a `name` that is none of the `known` ones, with the nearest named."""
-    names = sorted(known)
-    near = get_close_matches(name, names, n=1)
+    names = sorted(map(str, known))
+    near = get_close_matches(str(name), names, n=1)
     hint = f"did you mean '{near[0]}'? " if near else ""
     return WorkbenchError(f"unknown {kind} '{name}': {hint}known are {', '.join(names)}")
 

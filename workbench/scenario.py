@@ -164,6 +164,8 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         raise refuse(("start", "position"), "is below the ground: its third number is the height")
     eight = scenario.figure_eight
     if eight is not None:
+        if any(action.go_to is not None for action in scenario.script):
+            raise refuse(("figure_eight",), "cannot be flown together with a go_to: leave one out")
         for size in ("length", "width", "period"):
             if not 0.0 < getattr(eight, size) < math.inf:
                 raise refuse(("figure_eight", size), "must be a positive number")

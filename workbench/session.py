@@ -121,7 +121,15 @@ class Session:
         self._set_reference(now)
 
     def go_to(self, p_WB: Sequence[float]) -> None:
-        """Ask for a place in W [m] and stay there."""
+        """Ask for a place in W [m] and stay there.
+
+        Raises:
+            WorkbenchError: if a number is not finite, or the scenario flies a path of its own.
+        """
+        if self.scenario.figure_eight:
+            raise WorkbenchError(
+                "cannot go to a place while the scenario flies its figure of eight"
+            )
         p_x, p_y, p_z = _finite("position", p_WB, 3)
         now = self._reference()
         self._set_reference(Reference(0.0, 0.0, 0.0, now.yaw_rate, p_x, p_y, p_z, 1.0))

@@ -59,7 +59,10 @@ def read_yaml(path: Path) -> YamlFile:
     if not isinstance(data, dict):
         raise WorkbenchError(f"{path}:1: expected 'key: value' lines, found {type(data).__name__}")
     lines: dict[Keys, int] = {}
-    _collect_lines(path, node, (), lines)
+    try:
+        _collect_lines(path, node, (), lines)
+    except RecursionError:
+        raise WorkbenchError(f"{path}: holds an alias that contains itself: write it out") from None
     return YamlFile(path, text, data, lines)
 
 

@@ -59,7 +59,7 @@ def cut(vector, most):
 
 def velocity_by_vectors(p_WB, ref: Reference, guide: Guidance, gains: Gains) -> np.ndarray:
     kp = np.array([gains.kp_position_xy, gains.kp_position_xy, gains.kp_position_z])
-    steering = any((*ref[:3], ref.follow))
+    steering = guide.authority and any((*ref[:3], ref.follow))
     hold = np.zeros(3) if steering else np.array([guide.hold_xy, guide.hold_xy, guide.hold_z])
     asked = np.array(ref[:3]) + ref.follow * kp * (np.array(ref[4:7]) - p_WB)
     wanted = guide.authority * asked + hold * kp * (np.array(guide[6:9]) - p_WB)

@@ -76,6 +76,8 @@ def run(args: argparse.Namespace) -> int:
             "no scenario is named: write it as in `workbench fly hover`; "
             "`workbench fly --list` shows those that are shipped"
         )
+    if args.csv and args.rotor_commands and args.csv.resolve() == args.rotor_commands.resolve():
+        raise WorkbenchError(f"{args.csv}: is the table that is flown: name another file for --csv")
     path = find_scenario(args.scenario)
     scenario = with_vehicle(load_scenario(path), args)
     title = scenario.title or path.stem

@@ -98,7 +98,7 @@ def wanted_velocity(
     v_x, v_y, v_z, yaw_rate, p_x, p_y, p_z, follow = reference
     _, _, authority, climb, hold_xy, hold_z, hold_x, hold_y, hold_height = guidance
     kp_xy, kp_z, _, _, _, _, _, _, _, _, _, _, _, v_max, climb_max, height_max, _, yaw_max = gains
-    if v_x * v_x + v_y * v_y + v_z * v_z + follow > 0.0:
+    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > 0.0:
         # a pilot who steers is not pulled back while the mode has yet to notice
         hold_xy = 0.0
         hold_z = 0.0

@@ -11,6 +11,10 @@ from pydrake.trajectories import PiecewisePolynomial
 from workbench.errors import WorkbenchError
 from workbench.plant.vehicle import Vehicle
 
+LEAST_HOLD = 1e-6
+LONGEST = 1e6
+"""Times that a table may have: rows this far apart, and none later than this [s]."""
+
 
 @dataclass(frozen=True)
 class RotorCommands:
@@ -46,9 +50,10 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
     if time[0] != 0.0:
         raise WorkbenchError(f"{path}:{lines[0][0]}: the table begins at {time[0]:g} s, not at 0")
     for (line, _), before, now in zip(lines[1:], time, time[1:], strict=False):
-        if now <= before:
+        if not now - before >= LEAST_HOLD or now > LONGEST:
             raise WorkbenchError(
-                f"{path}:{line}: time goes from {before:g} s to {now:g} s: let it rise"
+                f"{path}:{line}: time goes from {before:g} s to {now:g} s: let it rise by "
+                f"{LEAST_HOLD:g} s or more, up to {LONGEST:g} s"
             )
     constants = [rotor.motor_constant for rotor in vehicle.rotors]
     return RotorCommands(time=time, speeds=np.sqrt(table[:, 1:] / constants))
