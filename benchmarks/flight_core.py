@@ -60,7 +60,10 @@ def measure() -> list[SpeedRow]:
     builder = DiagramBuilder()
     airframe, computer = add_sampled_core(builder, description, vehicle, gains, rates)
     modes = builder.AddNamedSystem(
-        "modes", ModeManager(period=rates.mode_period, settings=settings)
+        "modes",
+        ModeManager(
+            period=rates.mode_period, settings=settings, standing_height=vehicle.ground_clearance
+        ),
     )
     builder.Connect(airframe.state, modes.GetInputPort("state"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))

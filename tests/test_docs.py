@@ -28,6 +28,7 @@ def test_the_scenario_flies_and_lands(tmp_path):
     session = Session(scenario)
     session.run()
     assert session.recording().mode.max() == FlightMode.LANDING
+    assert session.snapshot().mode is FlightMode.OFF
     assert session.get("kp_velocity_x") == 6.0
     assert session.vehicle.mass == pytest.approx(2.0)
 

@@ -162,7 +162,12 @@ def make_workbench(
     pilot, reference = add_reference(builder, path)
     request = builder.AddNamedSystem("request", ConstantVectorSource([0.0, 0.0, 0.0]))
     modes = builder.AddNamedSystem(
-        "modes", ModeManager(period=rates.mode_period, settings=Settings(**_values("modes", gains)))
+        "modes",
+        ModeManager(
+            period=rates.mode_period,
+            settings=Settings(**_values("modes", gains)),
+            standing_height=vehicle.ground_clearance,
+        ),
     )
     battery = builder.AddNamedSystem(
         "battery", Battery(vehicle=vehicle, duration=gains["battery_duration"])

@@ -75,7 +75,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _controller("kp_velocity_x", "1/s", _RATE, 3.0, "acceleration per velocity error along x"),
     _controller("kp_velocity_y", "1/s", _RATE, 3.0, "acceleration per velocity error along y"),
-    _controller("kp_velocity_z", "1/s", _RATE, 4.0, "acceleration per velocity error along z"),
+    _controller(
+        "kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per velocity error along z"
+    ),
     _controller("kd_velocity_x", "1", _DAMPING, 0.1, "share of acceleration along x taken back"),
     _controller("kd_velocity_y", "1", _DAMPING, 0.1, "share of acceleration along y taken back"),
     _controller("kd_velocity_z", "1", _DAMPING, 0.1, "share of acceleration along z taken back"),

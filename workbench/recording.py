@@ -26,10 +26,11 @@ class Recording:
         w_WB: (N, 3) angular velocity in W [rad/s].
         vdot_WB: (N, 3) acceleration in W [m/s²].
         wdot_WB: (N, 3) angular acceleration in W [rad/s²].
-        commanded_speeds: (N, n) rotor speeds asked for [rad/s].
-        rotor_speeds: (N, n) of the rotors, at the end of the running control period [rad/s].
-        thrusts: (N, n) of the rotors, mean over the running control period [N].
-        reference: (N, 8) what the pilot asked for, see `systems.cascade.Reference`.
+        commanded_speeds: (N, n) rotor speeds asked for in the control period that ends now
+            [rad/s].
+        rotor_speeds: (N, n) of the rotors [rad/s].
+        thrusts: (N, n) of the rotors, mean over the control period that ends now [N].
+        reference: (N, 8) what the pilot asked for until now, see `systems.cascade.Reference`.
         mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
         charge: (N) of the battery, 0 .. 1.
     """

@@ -37,10 +37,10 @@ def find_gains(path: str) -> Path:
     Raises:
         WorkbenchError: if there is none.
     """
-    file = Path(path).expanduser()
-    if not file.is_file():
-        raise WorkbenchError(f"{file}: no such gain file")
-    return file.resolve()
+    file = _file(path)
+    if file is None:
+        raise WorkbenchError(f"{path}: no such gain file")
+    return file
 
 
 def list_models() -> list[str]:
@@ -55,12 +55,19 @@ def list_scenarios() -> list[str]:
 
 def _find(name_or_path: str, kind: str, folder: Path, pattern: str) -> Path:
     """Return the file that `pattern` makes of a shipped name, or else the path itself."""
-    shipped = folder / pattern.format(name_or_path)
-    if "/" not in name_or_path and shipped.is_file():
-        return shipped
-    path = Path(name_or_path).expanduser()
-    if path.is_file():
-        return path.resolve()
     names = list_models() if kind == "model" else list_scenarios()
-    error = unknown_name(kind, name_or_path, names)
-    raise WorkbenchError(f"{error}; it is no file either (looked for '{path}')")
+    if name_or_path in names:
+        return folder / pattern.format(name_or_path)
+    file = _file(name_or_path)
+    if file is None:
+        raise WorkbenchError(f"{unknown_name(kind, name_or_path, names)}; it is no file either")
+    return file
+
+
+def _file(path: str) -> Path | None:
+    """Return the file at a path, or None where there is none, or no such path can be."""
+    try:
+        file = Path(path).expanduser()
+        return file.resolve() if file.is_file() else None
+    except (OSError, RuntimeError):  # a name too long, a user who is not there
+        return None

@@ -14,6 +14,18 @@ from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 
 REQUESTS = ("arm", "take_off", "land", "stop")
 START_MODES = ("off", "hovering")
+FINEST_STEP = 1e-5
+SLOWEST = {
+    "physics_step": 0.01,
+    "control_period": 0.05,
+    "mode_period": 0.25,
+    "record_period": 10.0,
+}
+"""Bounds of the periods, beyond which nothing flies [s]."""
+FARTHEST = 1e6
+"""Largest number in a vector, in its unit."""
+LONGEST_PATH = 3600.0
+"""Of a figure of eight, all laps together [s]."""
 
 
 @dataclass
@@ -104,7 +116,7 @@ def load_scenario(path: Path) -> Scenario:
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     check_scenario(scenario, file)
-    _check_files(scenario.vehicle, file)
+    _find_files(scenario.vehicle, file)
     return scenario
 
 
@@ -139,9 +151,11 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
     if scenario.start.mode not in START_MODES:
         raise refuse(("start", "mode"), f"must be one of {', '.join(START_MODES)}")
     step = scenario.rates.physics_step
-    if not 0.0 < step <= 0.01:
-        raise refuse(("rates", "physics_step"), "must be above 0 and at most 0.01 s")
+    if not step >= FINEST_STEP:
+        raise refuse(("rates", "physics_step"), f"must be {FINEST_STEP:g} s or more")
     for rate in dataclasses.fields(Rates):
+        if getattr(scenario.rates, rate.name) > SLOWEST[rate.name]:
+            raise refuse(("rates", rate.name), f"must be at most {SLOWEST[rate.name]:g} s")
         steps = getattr(scenario.rates, rate.name) / step
         if steps < 1.0 or not float(steps).is_integer():
             raise refuse(("rates", rate.name), f"must be a multiple of the physics step {step:g} s")
@@ -158,8 +172,8 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         for name, value in action.set.items():
             checked({name: value}, file.where(*keys, "set", name) if file else "")
     for keys, vector in _vectors(scenario):
-        if len(vector) != 3 or not all(map(math.isfinite, vector)):
-            raise refuse(keys, f"must be three finite numbers, is {vector}")
+        if len(vector) != 3 or not all(abs(number) <= FARTHEST for number in vector):
+            raise refuse(keys, f"must be three finite numbers within ±{FARTHEST:g}, is {vector}")
     if scenario.start.position is not None and scenario.start.position[2] < 0.0:
         raise refuse(("start", "position"), "is below the ground: its third number is the height")
     eight = scenario.figure_eight
@@ -169,18 +183,26 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         for size in ("length", "width", "period"):
             if not 0.0 < getattr(eight, size) < math.inf:
                 raise refuse(("figure_eight", size), "must be a positive number")
+        if eight.period < 0.5 or eight.laps * eight.period > LONGEST_PATH:
+            raise refuse(
+                ("figure_eight", "period"),
+                f"must be 0.5 s or more, all laps {LONGEST_PATH:g} s at most",
+            )
         if eight.laps < 1:
             raise refuse(("figure_eight", "laps"), "must be 1 or more")
 
 
-def _check_files(vehicle: VehicleConfig, file: YamlFile) -> None:
-    """Refuse a model or a gain file that is not there."""
+def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
+    """Let model and gain file be found beside the scenario's file; refuse what is not there."""
     for key, find in (("model", find_model), ("gains", find_gains)):
         name = getattr(vehicle, key)
+        beside = file.path.parent / name
         try:
-            if name:
+            if name and beside.is_file():
+                setattr(vehicle, key, str(beside.resolve()))
+            elif name:
                 find(name)
-        except WorkbenchError as error:
+        except (WorkbenchError, OSError) as error:
             raise WorkbenchError(f"{file.where('vehicle', key)}{error}") from None
 
 

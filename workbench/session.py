@@ -131,6 +131,11 @@ class Session:
                 "cannot go to a place while the scenario flies its figure of eight"
             )
         p_x, p_y, p_z = _finite("position", p_WB, 3)
+        if p_z < self.vehicle.ground_clearance:
+            raise WorkbenchError(
+                f"cannot go to a height of {p_z:g} m: the drone stands on the ground at "
+                f"{self.vehicle.ground_clearance:g} m"
+            )
         now = self._reference()
         self._set_reference(Reference(0.0, 0.0, 0.0, now.yaw_rate, p_x, p_y, p_z, 1.0))
 
@@ -142,15 +147,23 @@ class Session:
         """
         if what not in REQUESTS:
             raise unknown_name("request", what, REQUESTS)
-        if not 0.0 < height < math.inf:
+        standing, ceiling = self.vehicle.ground_clearance, self.get("max_height")
+        if what == "take_off" and not standing < height <= ceiling:
             raise WorkbenchError(
-                f"the height of a {what} is {height}: give it in m above the ground"
+                f"the height of a take_off is {height:g} m: give it one above {standing:g} m, at "
+                f"which the drone stands, up to the {ceiling:g} m of max_height"
             )
-        self._requests += 1
-        if what != "arm":  # an old command must not come into force after the take-off
-            self.command([0.0, 0.0, 0.0], 0.0)
+        state = self._bench.recorder.now(self._simulator.get_context())["mode"]
+        mode, seen = FlightMode(int(state[0])), state[1]
+        if what in ("land", "stop") or mode in (FlightMode.OFF, FlightMode.ARMED):
+            # an old command must not come into force later
+            self._set_reference(Reference(*[0.0] * len(Reference._fields)))
         source = self._bench.request.get_mutable_source_value(self._context_of(self._bench.request))
-        source.set_value([float(Request[what.upper()]), float(self._requests), height])
+        code = float(Request[what.upper()])
+        if seen < self._requests:  # the last one is still to be seen: the more urgent one stays
+            code = max(code, source.GetAtIndex(0))
+        self._requests += 1
+        source.set_value([code, float(self._requests), height])
 
     def set(self, name: str, value: float) -> None:
         """Give a live parameter a value; it takes effect at the next control update.
@@ -226,12 +239,12 @@ class Session:
     def _do(self, action: Action) -> None:
         for name, value in action.set.items():
             self.set(name, value)
+        if action.request is not None:
+            self.request(action.request, action.height)
         if action.velocity is not None or action.yaw_rate is not None:
             self.command(action.velocity, action.yaw_rate)
         if action.go_to is not None:
             self.go_to(action.go_to)
-        if action.request is not None:
-            self.request(action.request, action.height)
 
     def _next_action_step(self) -> int | float:
         """Return the first step at or after the next action's time."""
@@ -289,7 +302,7 @@ class Session:
 def start_position(start: Start, vehicle: Vehicle) -> list[float]:
     """Return where a flight begins [m]: as said, or standing, or hovering at `START_HEIGHT`."""
     height = START_HEIGHT if start.mode == "hovering" else vehicle.ground_clearance
-    return start.position or [0.0, 0.0, height]
+    return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
 
 
 def _finite(what: str, values: Sequence[float], count: int) -> list[float]:

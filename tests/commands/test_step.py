@@ -57,7 +57,18 @@ def test_settings_gains_and_xacro_arguments_reach_the_flight(run, out, write):
 
 
 def test_a_response_that_says_nothing_is_null_in_json(run, out):
-    said = run("step", "--set", "kp_velocity_z=0", "--duration", "0.5", "--output", out, "--json")
+    said = run(
+        "step",
+        "--axis",
+        "x",
+        "--set",
+        "kp_velocity_x=0",
+        "--duration",
+        "0.5",
+        "--output",
+        out,
+        "--json",
+    )
     assert said.code == 0
     assert said.json["settling_time"] is None or said.json["settling_time"] >= 0.0
 

@@ -34,7 +34,7 @@ def in_mode(mode: FlightMode, **changes) -> ModeState:
 
 def seen(**changes) -> Situation:
     """At 20 s, at P and at rest, with nothing new."""
-    calm = Situation(20.0, P, [0.0, 0.0, 0.0], NOTHING, 0, 1.0, 1.5, 1.0)
+    calm = Situation(20.0, P, [0.0, 0.0, 0.0], NOTHING, 0, 1.0, 1.5, 1.0, standing_height=P[2])
     return calm._replace(**changes)
 
 
@@ -205,13 +205,38 @@ def test_fast_and_left_alone_it_brakes_before_it_holds():
 
 
 def test_a_landing_ends_when_it_has_stood_still_long_enough():
-    state = in_mode(LANDING, since=15.0, still_since=20.0)
+    state = in_mode(LANDING, since=15.0, still_since=20.0, holding=1.0)
     assert mode_after(state, seen(time=20.0 + TOUCH_DOWN_TIME - 0.01)) is LANDING
     assert mode_after(state, seen(time=20.0 + TOUCH_DOWN_TIME)) is OFF
 
 
+def test_a_landing_that_stands_still_in_the_air_goes_on():
+    """A drone too weakly tuned to sink must not have its motors stopped up there."""
+    state = in_mode(LANDING, since=10.0, still_since=10.0, holding=1.0)
+    assert mode_after(state, seen(standing_height=P[2] - 0.2)) is LANDING
+
+
+def test_a_landing_at_speed_brakes_before_it_sinks():
+    state = after(in_mode(CRUISING), asked(Request.LAND, v_WB=[8.0, 0.0, 0.0]))
+    assert guidance(state, P, SETTINGS).climb == 0.0
+    braked = after(state, seen(serial=2.0, time=22.0, v_WB=[0.1, 0.0, 0.0]))
+    assert (braked.holding, braked.x) == (1.0, pytest.approx(P[0] + 0.025))
+    assert guidance(braked, P, SETTINGS).climb < 0.0
+
+
+def test_a_take_off_that_no_longer_climbs_becomes_a_hover_where_it_is():
+    state = in_mode(TAKING_OFF, target=200.0, still_since=16.0)
+    stuck = after(state, seen())
+    assert (stuck.mode, stuck.z) == (HOVERING, P[2])
+    assert mode_after(state, seen(v_WB=[0.0, 0.0, 0.5])) is TAKING_OFF
+
+
+def test_a_take_off_takes_a_new_height():
+    assert after(in_mode(TAKING_OFF, target=9.0), asked(Request.TAKE_OFF)).target == 1.5
+
+
 def test_a_landing_that_moves_goes_on():
-    state = in_mode(LANDING, still_since=10.0)
+    state = in_mode(LANDING, still_since=10.0, holding=1.0)
     moving = seen(v_WB=[0.0, 0.0, -2.0 * TOUCH_DOWN_SPEED])
     assert after(state, moving) == state._replace(still_since=20.0)
 
@@ -238,7 +263,9 @@ def test_nothing_is_changed_in_place():
         (in_mode(ARMED), Guidance(1, 0, 0, 0, 0, 0, 7, 8, 9)),
         (in_mode(TAKING_OFF, target=30.0), Guidance(1, 1, 0, 1.0, 1, 0, 7, 8, 9)),
         (in_mode(TAKING_OFF, target=3.2), Guidance(1, 1, 0, 0.3, 1, 0, 7, 8, 9)),  # 1.5 * 0.2
-        (in_mode(LANDING), Guidance(1, 1, 0, -0.4, 1, 0, 7, 8, 9)),
+        (in_mode(LANDING), Guidance(1, 1, 0, 0, 0, 0, 7, 8, 9)),
+        # a metre above the 2 m from which a landing is slow, at half a metre a second a metre
+        (in_mode(LANDING, holding=1.0), Guidance(1, 1, 0, -0.5, 1, 0, 7, 8, 9)),
         *[(in_mode(m), Guidance(1, 1, 1, 0, 0, 0, 7, 8, 9)) for m in FLYING],
         (in_mode(HOVERING, holding=1.0), Guidance(1, 1, 1, 0, 1, 1, 7, 8, 9)),
     ],

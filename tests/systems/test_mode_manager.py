@@ -27,7 +27,7 @@ REFERENCE = Reference(0.5, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0)
 @pytest.fixture
 def flown():
     """A manager in the air, with its inputs fixed, in a simulator."""
-    manager = ModeManager(period=PERIOD, settings=SETTINGS)
+    manager = ModeManager(period=PERIOD, settings=SETTINGS, standing_height=0.1)
     simulator = Simulator(manager)
     context = simulator.get_mutable_context()
     manager.GetInputPort("state").FixValue(context, STATE)
@@ -58,7 +58,7 @@ def test_every_period_it_does_what_the_pure_functions_do(flown):
     for update, (request, serial) in enumerate(requests):
         manager.GetInputPort("request").FixValue(context, [request, serial, 2.0])
         time = update * PERIOD
-        now = Situation(time, P, V, REFERENCE, int(request), serial, 2.0, 0.9)
+        now = Situation(time, P, V, REFERENCE, int(request), serial, 2.0, 0.9, 0.1)
         state = next_state(state, now, SETTINGS)
         simulator.AdvanceTo(time + 0.5 * PERIOD)
         mode, guide = outputs(manager, context)
@@ -82,10 +82,11 @@ def test_between_updates_nothing_happens(flown):
 def test_settings_are_live(flown):
     manager, simulator = flown
     context = simulator.get_mutable_context()
-    manager.GetInputPort("request").FixValue(context, [float(Request.LAND), 1.0, 0.0])
-    context.get_mutable_numeric_parameter(0).SetFromVector([1.0, 0.45, 0.1])
-    simulator.AdvanceTo(0.1)
-    assert outputs(manager, context)[1][3] == -0.45
+    manager.GetInputPort("request").FixValue(context, [float(Request.TAKE_OFF), 1.0, 9.0])
+    context.get_mutable_numeric_parameter(0).SetFromVector([0.45, 0.3, 0.1])
+    manager.set_mode(context, initial_state(FlightMode.ARMED, P)._replace(target=9.0), P)
+    simulator.AdvanceTo(1.1)
+    assert outputs(manager, context)[1][3] == 0.45
 
 
 def test_no_output_follows_an_input_directly(flown):

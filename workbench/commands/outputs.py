@@ -29,9 +29,13 @@ class Outputs:
         """
         if target in self._partial:
             raise WorkbenchError(f"{target}: two different files are to be written there")
-        if target.is_dir():
-            raise WorkbenchError(f"{target}: is a folder, and a file of that name is to be written")
         try:
+            target = target.resolve() if target.is_symlink() else target
+            if target.exists() and not target.is_file():
+                what = "a folder" if target.is_dir() else "no plain file"
+                raise WorkbenchError(
+                    f"{target}: is {what}, and a file of that name is to be written"
+                )
             self._make_folder(target.parent)
             handle, name = tempfile.mkstemp(
                 prefix=f".{target.stem}.", suffix=target.suffix, dir=target.parent

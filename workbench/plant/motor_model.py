@@ -9,6 +9,8 @@ from workbench.errors import WorkbenchError
 
 _PLUGIN_FILES = ("gazebo_motor_model", "multicopter-motor-model")
 _DIRECTIONS = {"ccw": 1, "cw": -1}
+_LARGEST = 1e6
+"""No tag of a motor is as large as this in its unit."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,12 @@ def read_motor_models(path: Path, robot: ET.Element) -> tuple[MotorModel, ...]:
             )
         _check_name(path, robot, "joint", motor.joint)
         _check_name(path, robot, "link", motor.link)
+        child = robot.find(f"joint[@name='{motor.joint}']/child")
+        if child is None or child.get("link") != motor.link:
+            raise WorkbenchError(
+                f"{path}: a motor-model plugin names the link '{motor.link}', but its joint "
+                f"'{motor.joint}' turns another one: name the joint's child link"
+            )
     return tuple(motors)
 
 
@@ -73,7 +81,7 @@ def _read(path: Path, plugin: ET.Element) -> MotorModel:
             number = float(value)
         except ValueError:
             number = math.nan
-        if not 0.0 < number < math.inf:
+        if not 0.0 < number < _LARGEST:
             raise WorkbenchError(
                 f"{path}: motor-model plugin has <{tag}>{value}</{tag}>: give it a positive number"
             )

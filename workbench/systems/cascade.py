@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
+from workbench.plant.vehicle import GRAVITY
+
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""
 Vector = Any
 """A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
-GRAVITY = 9.81
 CEILING_RATE = 1.0
 """Below the largest height a drone climbs no faster than this times the way left [1/s]."""
 LEAST_LIFT = 0.3 * GRAVITY

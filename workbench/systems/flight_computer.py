@@ -38,7 +38,7 @@ def FlightComputer_(T: Any) -> Any:
         reference (8): see `cascade.Reference`.
         guidance (9): see `cascade.Guidance`.
     Output ports, both of them state:
-        thrusts (n): mean over the running control period [N].
+        thrusts (n): mean over the control period since the update [N].
         memory (2 n + 3): speeds of the rotors at its end and commands held in it [rad/s], and
             the acceleration estimate's filtered velocity [m/s].
     Numeric parameter 0: `cascade.Gains`.

@@ -16,7 +16,14 @@ STOPPING_TIME = 0.25
 """A drone that begins to hold keeps the point it reaches in this time [s]."""
 TOUCH_DOWN_SPEED = 0.05
 TOUCH_DOWN_TIME = 0.5
-"""A landing drone slower than this for this long stands on the ground [m/s, s]."""
+TOUCH_DOWN_HEIGHT = 0.1
+"""A landing drone slower than this for this long, this near the ground, stands [m/s, s, m]."""
+SINK_RATE = 0.5
+SLOW_HEIGHT = 2.0
+FASTEST_SINK = 2.0
+"""From high up a landing sinks faster: SINK_RATE [1/s] times the height over SLOW_HEIGHT [m]."""
+TAKE_OFF_PATIENCE = 3.0
+"""A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
 
 
 class FlightMode(IntEnum):
@@ -59,7 +66,8 @@ class ModeState(NamedTuple):
     """What the flight mode remembers; all numbers, so that it is a Drake state vector.
 
     `serial` counts requests seen; `since` is when the mode began [s]; `still_since` when the
-    drone last moved [s]; `target` the take-off height [m]; `holding` 1 while (x, y, z) is kept [m].
+    drone last moved [s]; `target` the take-off height [m]; `holding` 1 while (x, y, z) is kept [m],
+    which a landing does once it has braked.
     """
 
     mode: float
@@ -84,6 +92,7 @@ class Situation(NamedTuple):
     serial: float
     height: float
     charge: float
+    standing_height: float
 
 
 def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
@@ -120,8 +129,9 @@ def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidanc
         climb = min(settings.take_off_speed, 1.5 * (state.target - p_WB[2]))
         return Guidance(motors, 1.0, 0.0, climb, 1.0, 0.0, state.x, state.y, state.z)
     if mode is FlightMode.LANDING:
-        sink = -settings.landing_speed
-        return Guidance(motors, 1.0, 0.0, sink, 1.0, 0.0, state.x, state.y, state.z)
+        fast = min(FASTEST_SINK, SINK_RATE * (p_WB[2] - SLOW_HEIGHT))
+        sink = -state.holding * max(settings.landing_speed, fast)  # brake before sinking
+        return Guidance(motors, 1.0, 0.0, sink, state.holding, 0.0, state.x, state.y, state.z)
     hold = state.holding
     return Guidance(motors, 1.0, 1.0, 0.0, hold, hold, state.x, state.y, state.z)
 
@@ -152,16 +162,31 @@ def _taking_off(
 ) -> ModeState:
     if request is Request.LAND or now.charge <= settings.battery_reserve:
         return _enter(FlightMode.LANDING, state, now)
-    arrived = abs(now.p_WB[2] - state.target) < 0.05 and abs(now.v_WB[2]) < SLOW
-    if arrived:
+    if request is Request.TAKE_OFF:
+        return state._replace(target=now.height)
+    z = now.p_WB[2]
+    arrived = abs(z - state.target) < 0.05 and abs(now.v_WB[2]) < SLOW
+    if abs(now.v_WB[2]) > TOUCH_DOWN_SPEED:
+        state = state._replace(still_since=now.time)
+    stuck = now.time - state.still_since > TAKE_OFF_PATIENCE
+    if arrived or stuck:
+        height = state.target if arrived else z
         return _enter(FlightMode.HOVERING, state, now)._replace(
-            holding=1.0, x=state.x, y=state.y, z=state.target
+            holding=1.0, x=state.x, y=state.y, z=height
         )
     return state
 
 
 def _landing(state: ModeState, now: Situation) -> ModeState:
-    if abs(now.v_WB[2]) > TOUCH_DOWN_SPEED or now.time - state.since < 2.0 * TOUCH_DOWN_TIME:
+    if not state.holding:
+        v_x, v_y, _ = now.v_WB
+        if (v_x * v_x + v_y * v_y) ** 0.5 > SLOW:
+            return state
+        x, y = (p + STOPPING_TIME * v for p, v in zip(now.p_WB[:2], now.v_WB[:2], strict=True))
+        return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
+    moving = abs(now.v_WB[2]) > TOUCH_DOWN_SPEED
+    in_the_air = now.p_WB[2] > now.standing_height + TOUCH_DOWN_HEIGHT
+    if moving or in_the_air or now.time - state.since < 2.0 * TOUCH_DOWN_TIME:
         return state._replace(still_since=now.time)
     if now.time - state.still_since >= TOUCH_DOWN_TIME:
         return _enter(FlightMode.OFF, state, now)

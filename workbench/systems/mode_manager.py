@@ -26,8 +26,9 @@ class ModeManager(LeafSystem):
     Numeric parameter 0: `flight_mode.Settings`.
     """
 
-    def __init__(self, *, period: float, settings: Settings) -> None:
+    def __init__(self, *, period: float, settings: Settings, standing_height: float) -> None:
         super().__init__()
+        self._standing_height = standing_height
         self.DeclareNumericParameter(BasicVector(list(settings)))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
@@ -59,6 +60,7 @@ class ModeManager(LeafSystem):
             serial=serial,
             height=height,
             charge=float(self._charge.Eval(context)[0]),
+            standing_height=self._standing_height,
         )
         state = next_state(state, now, settings)
         discrete_state.set_value(self.mode_index, list(state))

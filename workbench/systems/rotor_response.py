@@ -41,7 +41,7 @@ def rotor_period(rotor: Rotor, period: float) -> list[float]:
 
 @register_jitable
 def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
-    """Return max(error, 0) and min(error, 0), smooth around 0 and with the same sum."""
+    """Return max(error, 0) and min(error, 0) to within 0.5 rad/s, smooth, with the same sum."""
     root = (error * error + 1.0) ** 0.5 - 1.0
     return (error + root) / 2.0, (error - root) / 2.0
 
