@@ -27,7 +27,9 @@ MAY_IMPORT = {
     "recording": "errors plant",
     "systems": "errors plant link",
     "diagram": "errors resources parameters scenario plant systems",
-    "session": "errors resources recording gains parameters scenario plant systems diagram",
+    "snapshot": "systems",
+    "session": "errors resources recording snapshot gains parameters scenario plant systems "
+    "diagram",
     "open_loop": "errors resources recording scenario plant systems diagram session",
     "design": "errors resources recording gains parameters scenario plant systems diagram session",
     "gui": "errors parameters scenario link session design",

@@ -1,5 +1,6 @@
 """Gain files: the values of live parameters that belong to a vehicle, as YAML."""
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,3 +74,12 @@ def flight_gains(
     if gains:
         values |= load_gains(find_gains(gains)).gains
     return values | checked(settings or {})
+
+
+def remark_on_owner(path: str, vehicle: str) -> None:
+    """Say so where a gain file was found on another vehicle; normalised as gains are, it may do."""
+    owner = load_gains(find_gains(path)).vehicle if path else ""
+    if owner and owner != vehicle:
+        logging.getLogger("workbench").warning(
+            "the gains in %s are for '%s', and '%s' flies with them", path, owner, vehicle
+        )

@@ -50,6 +50,9 @@ class Recording:
     mode: np.ndarray
     charge: np.ndarray
 
+    def __repr__(self) -> str:
+        return f"<Recording of {self.vehicle.name}: {len(self.time)} samples>"
+
     @classmethod
     def from_signals(
         cls, vehicle: Vehicle, time: np.ndarray, signals: Mapping[str, np.ndarray]

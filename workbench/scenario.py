@@ -163,6 +163,10 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         keys: Keys = ("script", index)
         if action.request is not None and action.request not in REQUESTS:
             raise refuse((*keys, "request"), f"must be one of {', '.join(REQUESTS)}")
+        if file and action.at > scenario.duration:
+            raise refuse(
+                (*keys, "at"), f"is after the flight's {scenario.duration:g} s: fly longer"
+            )
         if not 0.0 <= action.at < math.inf:
             raise refuse((*keys, "at"), "must be a time in seconds, 0 or later")
         if action.yaw_rate is not None and not math.isfinite(action.yaw_rate):

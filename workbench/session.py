@@ -6,7 +6,6 @@ effect between steps, so that equal scenarios give equal flights, to the bit.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -15,7 +14,7 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, System
 
 from workbench.diagram import Workbench, make_workbench
 from workbench.errors import WorkbenchError, sentences, unknown_name
-from workbench.gains import flight_gains
+from workbench.gains import flight_gains, remark_on_owner
 from workbench.parameters import Parameter, find_parameter, parameters_of
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
@@ -24,27 +23,13 @@ from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
 from workbench.resources import find_model
 from workbench.scenario import REQUESTS, Action, Scenario, Start, check_scenario
+from workbench.snapshot import Snapshot
 from workbench.systems.cascade import Reference
 from workbench.systems.flight_mode import FlightMode, Request, initial_state
 from workbench.systems.reference import figure_eight
 
 START_HEIGHT = 1.5
 """Where a flight begins that starts hovering and says no place [m]."""
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """A frozen copy of the present, for a screen; frames and units as in `Recording`."""
-
-    time: float
-    p_WB: tuple[float, ...]
-    q_WB: tuple[float, ...]
-    v_WB: tuple[float, ...]
-    w_WB: tuple[float, ...]
-    thrusts: tuple[float, ...]
-    reference: tuple[float, ...]
-    mode: FlightMode
-    charge: float
 
 
 class Session:
@@ -71,6 +56,7 @@ class Session:
         description = read_description(model, self.scenario.vehicle.args)
         self.vehicle: Vehicle = make_vehicle(description)
         values = flight_gains(model, self.scenario.vehicle.gains, settings)
+        remark_on_owner(self.scenario.vehicle.gains, self.vehicle.name)
         eight = self.scenario.figure_eight
         path = (
             figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)
@@ -215,19 +201,7 @@ class Session:
     def snapshot(self) -> Snapshot:
         """Return the present as a frozen copy."""
         signals = self._bench.recorder.now(self._simulator.get_context())
-        now = {name: tuple(values.tolist()) for name, values in signals.items()}
-        state = now["state"]
-        return Snapshot(
-            time=self.time,
-            q_WB=tuple((signals["state"][0:4] / np.linalg.norm(state[0:4])).tolist()),
-            p_WB=state[4:7],
-            w_WB=state[7:10],
-            v_WB=state[10:13],
-            thrusts=now["thrusts"],
-            reference=now["reference"],
-            mode=FlightMode(int(now["mode"][0])),
-            charge=now["charge"][0],
-        )
+        return Snapshot.from_signals(self.time, signals)
 
     def _act(self) -> None:
         """Do what the script has for this step or before it."""

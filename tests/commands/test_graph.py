@@ -53,5 +53,5 @@ def test_the_documentation_shows_the_diagram_that_flies(picture):
 
 def test_bad_input_is_a_sentence(refused, tmp_path, out):
     assert f"{tmp_path}: is a folder" in refused("graph", "--output", tmp_path)
-    assert "dh_drone" in refused("graph", "--model", "dh_dron", "--output", out)
+    assert "dh_drone" in refused("graph", "--model", "dh_dron", "--output", out.with_suffix(".svg"))
     assert not out.parent.exists()

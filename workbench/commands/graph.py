@@ -13,6 +13,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say_written
+from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
@@ -50,6 +51,8 @@ def run(args: argparse.Namespace) -> int:
 
     with Outputs() as outputs:
         file = outputs.add(args.output)
+        if file.suffix != ".svg":
+            raise WorkbenchError(f"{args.output}: the picture is an SVG: give it a name in .svg")
         graph = read_block_graph(_diagram(args))
         file.write_text(block_svg(graph), encoding="utf-8")
     if args.json:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import control
 import numpy as np
 
 
@@ -39,6 +38,8 @@ def step_metrics(time: np.ndarray, response: np.ndarray, command: float) -> Step
         response: (N), at rest at 0.
         command: what it should come to, in the response's unit; not zero.
     """
+    import control  # takes a second to load, which only steps should pay
+
     info = control.step_info(response, T=time)
     steady = float(info["SteadyStateValue"])
     return StepMetrics(
