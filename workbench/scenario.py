@@ -43,7 +43,7 @@ class Rates:
 
     physics_step: float = 1 / 1024
     control_period: float = 1 / 128
-    mode_period: float = 1 / 16
+    mode_period: float = 1 / 8
     record_period: float = 1 / 128
 
 
