@@ -100,8 +100,16 @@ def test_a_missing_file_or_a_folder_is_named(tmp_path):
     assert fault(tmp_path).startswith(f"{tmp_path}: cannot be read")
 
 
-def test_a_file_that_contains_itself_is_refused(tmp_path):
-    path = tmp_path / "a.yaml"
-    path.write_text("a: &a [1, *a]\n", encoding="utf-8")
-    with pytest.raises(WorkbenchError, match="contains itself"):
-        read_yaml(path)
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a: &a [1, *a]", ":1: has an alias"),
+        ("a: &a [1, 1]\nb: *a", ":2: has an alias"),
+        ("a: " + "[" * 3000, ":1: is nested more than 20 deep"),
+        ("a: " + "9" * 5000, "not YAML"),
+        ("a: 2001-99-99", "not YAML"),
+        ("#" * 1_000_001, "larger than 1000 kB"),
+    ],
+)
+def test_what_would_take_endless_time_or_memory_is_refused(write, text, said):
+    assert said in fault(write(text))

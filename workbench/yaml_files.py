@@ -14,6 +14,16 @@ from workbench.errors import WorkbenchError, unknown_name
 Keys = tuple[str | int, ...]
 """The way to a value: keys of mappings and places in lists, from the top."""
 
+MOST_BYTES = 1_000_000
+DEEPEST = 20
+_OPENING = (
+    yaml.BlockMappingStartToken,
+    yaml.BlockSequenceStartToken,
+    yaml.FlowMappingStartToken,
+    yaml.FlowSequenceStartToken,
+)
+_CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
+
 
 @dataclass(frozen=True)
 class YamlFile:
@@ -45,10 +55,13 @@ def read_yaml(path: Path) -> YamlFile:
         WorkbenchError: if it cannot be read, or is not such YAML.
     """
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise WorkbenchError(f"{path}: is larger than {MOST_BYTES // 1000} kB")
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise WorkbenchError(f"{path}: cannot be read: {error}") from error
     try:
+        _refuse_bombs(path, text)
         node = yaml.compose(text, Loader=yaml.SafeLoader)
         data = yaml.safe_load(text)
     except yaml.MarkedYAMLError as error:
@@ -56,14 +69,25 @@ def read_yaml(path: Path) -> YamlFile:
         raise WorkbenchError(f"{path}:{line}: not YAML: {error.problem}") from error
     except yaml.YAMLError as error:
         raise WorkbenchError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
+    except ValueError as error:  # a date that is none, a number of a thousand digits
+        raise WorkbenchError(f"{path}: not YAML: {error}") from error
     if not isinstance(data, dict):
         raise WorkbenchError(f"{path}:1: expected 'key: value' lines, found {type(data).__name__}")
     lines: dict[Keys, int] = {}
-    try:
-        _collect_lines(path, node, (), lines)
-    except RecursionError:
-        raise WorkbenchError(f"{path}: holds an alias that contains itself: write it out") from None
+    _collect_lines(path, node, (), lines)
     return YamlFile(path, text, data, lines)
+
+
+def _refuse_bombs(path: Path, text: str) -> None:
+    """Refuse what would take endless time or memory: aliases of aliases, and deep nests."""
+    depth = 0
+    for token in yaml.scan(text):
+        depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
+        where = f"{path}:{token.start_mark.line + 1}"
+        if depth > DEEPEST:
+            raise WorkbenchError(f"{where}: is nested more than {DEEPEST} deep")
+        if isinstance(token, yaml.AliasToken):
+            raise WorkbenchError(f"{where}: has an alias: write out what it stands for")
 
 
 def check_schema(file: YamlFile, schema: Any) -> None:

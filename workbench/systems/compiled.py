@@ -6,13 +6,15 @@ several. So the cache lies in a folder named after the content of all of them.
 
 import hashlib
 import logging
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import config
+
+from workbench.cache import cache_folder
+from workbench.errors import WorkbenchError
 
 _SOURCES = ("cascade.py", "mixer.py", "rotor_response.py", "flight_law.py")
 
@@ -22,12 +24,11 @@ def compile_cached(function: Callable[..., Any]) -> Callable[..., Any]:
 
     Where no folder can be written, it is compiled anew in every process.
     """
-    folder = _cache_folder()
     try:
-        new = not folder.is_dir()
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
+        folder = cache_folder(_digest())
+    except WorkbenchError:  # the law flies without a cache, too
         return _Announced(numba.njit(function))
+    new = not any(folder.iterdir())
     before = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
     try:
@@ -53,10 +54,9 @@ class _Announced:
         return self._compiled(*args)
 
 
-def _cache_folder() -> Path:
-    """Return the folder for machine code of the sources as they are."""
+def _digest() -> str:
+    """Return a name for the sources as they are."""
     digest = hashlib.sha256(numba.__version__.encode())
     for name in _SOURCES:
         digest.update((Path(__file__).parent / name).read_bytes())
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "drake-drone-workbench" / digest.hexdigest()[:16]
+    return digest.hexdigest()[:16]
