@@ -14,7 +14,7 @@ def models_dir() -> Path:
 
 
 def find_model(name_or_path: str) -> Path:
-    """Return the description file for a shipped model's name or for a path.
+    """Return the description file for a shipped model's name, or the file or folder at a path.
 
     Raises:
         WorkbenchError: if it is neither.
@@ -58,7 +58,7 @@ def _find(name_or_path: str, kind: str, folder: Path, pattern: str) -> Path:
     names = list_models() if kind == "model" else list_scenarios()
     if name_or_path in names:
         return folder / pattern.format(name_or_path)
-    file = _file(name_or_path)
+    file = _existing(name_or_path) if kind == "model" else _file(name_or_path)
     if file is None:
         raise WorkbenchError(f"{unknown_name(kind, name_or_path, names)}; it is no file either")
     return file
@@ -66,8 +66,14 @@ def _find(name_or_path: str, kind: str, folder: Path, pattern: str) -> Path:
 
 def _file(path: str) -> Path | None:
     """Return the file at a path, or None where there is none, or no such path can be."""
+    found = _existing(path)
+    return found if found and found.is_file() else None
+
+
+def _existing(path: str) -> Path | None:
+    """Return the file or folder at a path, or None where there is none, or no such path can be."""
     try:
-        file = Path(path).expanduser()
-        return file.resolve() if file.is_file() else None
+        found = Path(path).expanduser()
+        return found.resolve() if found.exists() else None
     except (OSError, RuntimeError):  # a name too long, a user who is not there
         return None

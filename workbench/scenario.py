@@ -30,10 +30,15 @@ LONGEST_PATH = 3600.0
 
 @dataclass
 class VehicleConfig:
-    """Which drone: a shipped model's name or a path, xacro arguments, and a gain file's path."""
+    """Which drone, and with which gains.
+
+    A shipped model's name or the path of a description, arguments for its xacro file, folders of
+    packages and models that it refers to, by name, and a gain file's path.
+    """
 
     model: str = "dh_drone"
     args: dict[str, str] = field(default_factory=dict)
+    packages: dict[str, str] = field(default_factory=dict)
     gains: str = ""
 
 
@@ -197,12 +202,14 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
 
 
 def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
-    """Let model and gain file be found beside the scenario's file; refuse what is not there."""
+    """Let what a scenario names be found beside its file; refuse what is not there."""
+    for name, folder in vehicle.packages.items():
+        vehicle.packages[name] = str((file.path.parent / folder).resolve())
     for key, find in (("model", find_model), ("gains", find_gains)):
         name = getattr(vehicle, key)
         beside = file.path.parent / name
         try:
-            if name and beside.is_file():
+            if name and (beside.is_file() or (key == "model" and beside.is_dir())):
                 setattr(vehicle, key, str(beside.resolve()))
             elif name:
                 find(name)

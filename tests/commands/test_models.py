@@ -3,14 +3,14 @@
 import re
 
 import pytest
+import xacro
 
-from workbench.plant.description import read_description
 from workbench.resources import find_model
 
 
 @pytest.fixture(scope="module")
 def urdf():
-    return read_description(find_model("dh_drone")).urdf
+    return xacro.process_file(str(find_model("dh_drone"))).toxml()
 
 
 XACRO = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
@@ -22,18 +22,17 @@ XACRO = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
         (
             '<link name="propeller1_link"',
             '<link name="other"',
-            "'propeller1_link', which is not there",
+            "the child link 'propeller1_link', which is not there",
         ),
         (
             '<joint name="propeller1_joint"',
             '<joint name="other"',
-            "'propeller1_joint', which is not",
+            "'propeller1_joint' is not there",
         ),
-        (r'<mass value="[^"]*"', '<mass value="0"', "positive mass"),
-        (r'<mass value="[^"]*"', '<mass value="-1"', "positive mass"),
-        (r'<mass value="[^"]*"', '<mass value="nan"', "positive mass"),
-        (r'ixx="[^"]*"', 'ixx="-5"', "inertia that no body can have"),
-        (r'ixx="[^"]*"', 'ixx="much"', "inertia that is no number"),
+        (r'<mass value="[^"]*"', '<mass value="-1"', "mass -1"),
+        (r'<mass value="[^"]*"', '<mass value="nan"', "give it numbers"),
+        (r'ixx="[^"]*"', 'ixx="-5"', "negative moment of inertia"),
+        (r'ixx="[^"]*"', 'ixx="much"', "give it numbers"),
         ("<motorConstant>[^<]*", "<motorConstant>-1", "motorConstant"),
         ("<motorNumber>0", "<motorNumber>first", "motorNumber"),
         ("<motorNumber>1", "<motorNumber>0", "motorNumber"),
@@ -55,7 +54,7 @@ def test_a_broken_description_is_named(refused, write, out, urdf, pattern, repla
         (XACRO.format('<xacro:include filename="gone.xacro"/>'), "gone.xacro"),
         (XACRO.format("<xacro:nosuch/>"), "nosuch"),
         (XACRO.format("<link"), ":1: not XML"),
-        (XACRO.format('<link name="a"/>'), "0 rotors"),
+        (XACRO.format('<link name="a"/>'), "no rotors"),
     ],
 )
 def test_a_broken_xacro_is_named(refused, write, out, text, word):

@@ -24,8 +24,9 @@ def test_a_urdf_is_understood(quad, write):
     assert description.source == path
     assert description.name == "quad"
     assert description.base_link == "base"
-    assert description.urdf == quad
-    assert [motor.joint for motor in description.motors] == [f"joint_{i}" for i in range(4)]
+    assert [link.name for link in description.model.links][:2] == ["base", "rotor_0"]
+    assert [rotor.joint for rotor in description.rotors] == [f"joint_{i}" for i in range(4)]
+    assert "collision of link 'base'" in [remark.element for remark in description.remarks]
 
 
 def test_a_xacro_is_expanded_with_its_arguments(dh_drone, write):
@@ -36,13 +37,27 @@ def test_a_xacro_is_expanded_with_its_arguments(dh_drone, write):
     assert read_description(path, {"n": "b"}).base_link == "b"
 
 
-def test_only_rotor_joints_are_fixed(quad, write):
+def test_every_joint_is_fixed_for_the_dynamics(quad, write):
     wheel = '<link name="wheel"/><joint name="axle" type="continuous">'
     wheel += '<parent link="base"/><child link="wheel"/></joint></robot>'
     description = read_description(write(quad.replace("</robot>", wheel)))
-    fixed = {f"joint_{i}": "fixed" for i in range(4)}
-    assert joint_types(description.with_fixed_rotors()) == {**fixed, "axle": "continuous"}
-    assert set(joint_types(description.urdf).values()) == {"continuous"}
+    joints = [*(f"joint_{i}" for i in range(4)), "axle"]
+    assert joint_types(description.with_fixed_rotors()) == dict.fromkeys(joints, "fixed")
+    assert "joint 'axle'" in [remark.element for remark in description.remarks]
+
+
+def test_a_link_that_hangs_on_nothing_is_left_out(quad, write):
+    description = read_description(write(quad.replace("</robot>", '<link name="spare"/></robot>')))
+    assert "spare" not in [link.name for link in description.model.links]
+    assert "link 'spare'" in [remark.element for remark in description.remarks]
+
+
+def test_plugins_of_gazebos_own_are_listed(quad, write):
+    plugin = '<gazebo><plugin name="wind" filename="libwind.so"/></gazebo></robot>'
+    description = read_description(write(quad.replace("</robot>", plugin)))
+    (remark,) = [remark for remark in description.remarks if remark.kind == "ignored"]
+    assert remark.element == "plugin 'wind'"
+    assert "libwind.so" in remark.text
 
 
 @pytest.mark.parametrize(
@@ -52,12 +67,10 @@ def test_only_rotor_joints_are_fixed(quad, write):
         ('<parent link="base"/>', '<parent link="bass"/>', ("joint_0", "parent", "'bass'", "base")),
         ('<child link="rotor_0"/>', '<child link="rotr"/>', ("joint_0", "child", "'rotr'")),
         ('<parent link="base"/>', "", ("joint_0", "parent")),
-        ('<mass value="1.2"/>', '<mass value="0"/>', ("base", "'0'", "positive mass")),
-        ('<mass value="1.2"/>', '<mass value="-1"/>', ("base", "'-1'", "positive mass")),
-        ('<mass value="1.2"/>', '<mass value="nan"/>', ("base", "'nan'", "positive mass")),
-        ('<mass value="1.2"/>', '<mass value="1.2kg"/>', ("base", "'1.2kg'", "positive mass")),
-        ('<mass value="1.2"/>', "<mass/>", ("base", "positive mass")),
-        ("</robot>", '<link name="spare"/></robot>', ("2", "base", "spare")),
+        ('<mass value="1.2"/>', '<mass value="-1"/>', ("base", "mass -1")),
+        ('<mass value="1.2"/>', '<mass value="nan"/>', ("mass", "'nan'")),
+        ('<mass value="1.2"/>', '<mass value="1.2kg"/>', ("mass", "'1.2kg'")),
+        ('<mass value="1.2"/>', "<mass/>", ("mass", "without value")),
     ],
 )
 def test_what_does_not_fit_together_is_named(broken_quad, old, new, words):
@@ -73,32 +86,48 @@ def test_broken_xml_is_named_with_its_line(write):
     assert fault(path).startswith(f"{path}:3: ")
 
 
-def test_a_root_element_that_is_no_robot_is_refused(write):
-    assert "<sdf>" in fault(write("<sdf/>"))
+def test_a_folder_stands_for_the_description_in_it(quad, write):
+    path = write(quad)
+    assert read_description(path.parent).source == path
 
 
 def test_a_ring_of_links_has_no_base(write):
     joint = '<joint name="{}{}" type="fixed"><parent link="{}"/><child link="{}"/></joint>'
     ring = "".join(joint.format(a, b, a, b) for a, b in ("pq", "qp"))
     said = fault(write(f'<robot name="r"><link name="p"/><link name="q"/>{ring}</robot>'))
-    assert "0: none" in said
+    assert "in a circle" in said
 
 
 @pytest.mark.parametrize("name", ["gone.urdf", "gone.xacro"])
 def test_a_missing_file_is_named(tmp_path, name):
     said = fault(tmp_path / name)
     assert said.startswith(str(tmp_path / name))
-    assert "No such file" in said
+    assert "no such file" in said
 
 
 def test_a_file_that_is_no_text_is_refused(tmp_path):
     path = tmp_path / "a.urdf"
     path.write_bytes(b"\xff\xfe\x00")
-    assert fault(path).startswith(f"{path}: cannot be read")
+    assert fault(path).startswith(f"{path}:1: not XML")
 
 
-def test_other_kinds_of_file_are_refused(write, quad):
-    assert "not a .xacro or .urdf" in fault(write(quad, "quad.txt"))
+def test_the_content_counts_where_the_name_says_nothing(write, quad):
+    assert read_description(write(quad, "quad.gazebo")).name == "quad"
+    assert "the root element is <model>" in fault(write("<model/>", "quad.txt"))
+
+
+XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+
+
+def test_xacro_in_a_urdf_is_expanded(write):
+    text = f'<robot name="a" {XACRO}><xacro:if value="1"><link name="b"/></xacro:if></robot>'
+    assert read_description(write(text, "a.urdf")).base_link == "b"
+
+
+def test_xacro_may_stand_for_sdf(write):
+    model = '<model name="m"><link name="${1 + 1}"/></model>'
+    text = f'<sdf version="1.9" {XACRO}><xacro:if value="1">{model}</xacro:if></sdf>'
+    assert read_description(write(text, "a.sdf.xacro")).base_link == "2"
 
 
 def test_a_plain_urdf_takes_no_arguments(write, quad):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from workbench.errors import WorkbenchError
+from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix
-from workbench.plant.vehicle import GRAVITY
 from workbench.systems import cascade
 
 

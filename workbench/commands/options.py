@@ -33,16 +33,10 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--model",
         metavar="NAME|PATH",
-        help="shipped model, or a .xacro, .urdf file (default: dh_drone)",
+        help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder (default: "
+        "dh_drone)",
     )
-    group.add_argument(
-        "--arg",
-        action="append",
-        type=parse_argument,
-        default=[],
-        metavar="NAME:=VALUE",
-        help="argument of the xacro file, as mass:=2.1; may be repeated",
-    )
+    add_description_options(group)
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
         "--set",
@@ -52,6 +46,27 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="value of a live parameter, as kp_velocity_z=6; `workbench params` lists them; may be "
         "repeated",
+    )
+
+
+def add_description_options(parser: "argparse._ActionsContainer") -> None:
+    """Add what a description needs to be read."""
+    parser.add_argument(
+        "--arg",
+        action="append",
+        type=parse_argument,
+        default=[],
+        metavar="NAME:=VALUE",
+        help="argument of the xacro file, as mass:=2.1; may be repeated",
+    )
+    parser.add_argument(
+        "--package",
+        action="append",
+        type=parse_package,
+        default=[],
+        metavar="NAME=DIR",
+        help="folder of a ROS package or Gazebo model, where it is not found above or beside the "
+        "file or through the environment; may be repeated",
     )
 
 
@@ -84,6 +99,18 @@ def parse_argument(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def parse_package(text: str) -> tuple[str, str]:
+    """Return name and folder of a `NAME=DIR` text.
+
+    Raises:
+        WorkbenchError: if it is not of that form.
+    """
+    name, sign, folder = text.partition("=")
+    if not sign or not name.strip() or not folder.strip():
+        raise WorkbenchError(f"'{text}' is no package: write NAME=DIR, as my_drone=../my_drone")
+    return name.strip(), folder.strip()
+
+
 def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     """Give a scenario the vehicle that the command line names, and return it.
 
@@ -94,6 +121,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)
     scenario.vehicle.args |= dict(args.arg)
+    scenario.vehicle.packages |= dict(args.package)
     if args.gains:
         scenario.vehicle.gains = args.gains
     return scenario

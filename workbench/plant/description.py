@@ -1,131 +1,133 @@
-"""Read a drone description: from xacro or URDF file to URDF text and the rotors it declares."""
+"""Read a drone description: xacro, URDF or SDF in; links, rotors, sensors and remarks out."""
 
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 from workbench.errors import WorkbenchError
-from workbench.plant.inertia_check import check_inertias
-from workbench.plant.motor_model import MotorModel, read_motor_models
-from workbench.plant.xacro import expand_xacro
+from workbench.plant.drawable import with_drawable_meshes
+from workbench.plant.formats.model_folder import description_file
+from workbench.plant.formats.sdf import read_expanded_sdf, read_sdf
+from workbench.plant.formats.urdf import read_urdf
+from workbench.plant.formats.urdf_writer import write_urdf
+from workbench.plant.formats.xacro import expand_xacro, is_xacro
+from workbench.plant.formats.xml import parse_xml, read_xml
+from workbench.plant.inertia_repair import repair_inertias
+from workbench.plant.model import Model
+from workbench.plant.packages import PackageFinder
+from workbench.plant.remarks import Remark, Remarks
+from workbench.plant.rotor_reader import read_rotors
+from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin
+from workbench.plant.rotor_sources.velocity_plugin import is_velocity_plugin
+from workbench.plant.rotors import Rotor
+from workbench.plant.sensor_reader import read_sensors
+from workbench.plant.sensors import Sensor
+from workbench.plant.tree import find_base_link, one_body
 
 
 @dataclass(frozen=True)
 class Description:
-    """A drone description, expanded and checked as far as text alone allows.
+    """A drone description as understood: nothing in it is refused by Drake any more.
 
     Attributes:
         source: the file that was read.
         name: the robot's name.
-        base_link: the link that no joint has as its child.
-        urdf: URDF text as described, with joints that turn.
-        motors: the motor models it declares, by motor number.
+        base_link: the link that no joint has as its child; its frame is the body frame.
+        model: links and joints, one tree, with meshes that Drake draws.
+        rotors: in the order in which every thrust or speed vector of the project lists them.
+        sensors: those that are used.
+        remarks: what was repaired, assumed, missing or left unused.
     """
 
     source: Path
     name: str
     base_link: str
-    urdf: str
-    motors: tuple[MotorModel, ...]
+    model: Model
+    rotors: tuple[Rotor, ...]
+    sensors: tuple[Sensor, ...]
+    remarks: tuple[Remark, ...]
 
     def with_fixed_rotors(self) -> str:
-        """Return the URDF text with every rotor's joint fixed.
+        """Return URDF text for Drake with every rotor's joint fixed.
 
         The dynamics treat rotors at any speed as part of one rigid body (their spin lives in the
         rotor lag, their gyroscopic moment is neglected); only the picture turns them.
         """
-        root = ET.fromstring(self.urdf)
-        turning = {motor.joint for motor in self.motors}
-        for joint in root.iter("joint"):
-            if joint.get("name") in turning:
-                joint.set("type", "fixed")
-        for mesh in root.iter("mesh"):  # Drake reads text, which lies in no folder
-            name = mesh.get("filename", "")
-            if name and "://" not in name:
-                mesh.set("filename", (self.source.parent / name).resolve().as_uri())
-        return ET.tostring(root, encoding="unicode")
+        return ET.tostring(write_urdf(self.model), encoding="unicode")
 
 
-def read_description(path: Path, args: Mapping[str, str] | None = None) -> Description:
-    """Read a `.xacro` or `.urdf` file.
+def read_description(
+    path: Path,
+    args: Mapping[str, str] | None = None,
+    packages: Mapping[str, str] | None = None,
+) -> Description:
+    """Read a `.xacro`, `.urdf` or `.sdf` file (or another that holds one of these), or a folder.
 
     Args:
-        path: the file.
-        args: values for the file's xacro arguments.
+        path: the file, or the folder of a Gazebo model.
+        args: values for a xacro file's arguments.
+        packages: folders of ROS packages and Gazebo models by name, besides those that are found
+            above and beside the file and through the environment.
 
     Raises:
-        WorkbenchError: if it cannot be expanded, is no robot, or its parts do not fit together.
+        WorkbenchError: if it cannot be read, or its meaning is not plain.
     """
-    if path.suffix not in (".xacro", ".urdf"):
-        raise WorkbenchError(f"{path}: not a .xacro or .urdf file")
-    if path.suffix == ".urdf" and args:
-        raise WorkbenchError(f"{path}: a plain URDF takes no arguments ({', '.join(args)})")
-    urdf = expand_xacro(path, args or {}) if path.suffix == ".xacro" else _read(path)
-    try:
-        root = ET.fromstring(urdf)
-    except ET.ParseError as error:
-        raise WorkbenchError(f"{path}:{error.position[0]}: not XML: {error}") from error
-    if root.tag != "robot":
-        raise WorkbenchError(f"{path}: the root element is <{root.tag}>, a URDF has <robot>")
-    _check_links_and_joints(path, root)
-    check_inertias(path, root)
+    path = description_file(path)
+    if args and path.suffix == ".sdf":
+        raise WorkbenchError(f"{path}: only a xacro file takes arguments ({', '.join(args)})")
+    finder = PackageFinder(path, packages)
+    remarks = Remarks()
+    model = _read(path, args or {}, finder, remarks)
+    base_link = find_base_link(model)
+    rotors = read_rotors(model, base_link, remarks)  # before links without mass become mere frames
+    _note_pushers(path, rotors, remarks)
+    model = one_body(model, base_link, {rotor.joint for rotor in rotors}, remarks)
+    model = repair_inertias(model, remarks)
+    sensors = read_sensors(model, base_link, remarks)
+    _note_plugins(model, remarks)
     return Description(
         source=path,
-        name=root.get("name", path.stem),
-        base_link=_base_link(path, root),
-        urdf=urdf,
-        motors=read_motor_models(path, root),
+        name=model.name,
+        base_link=base_link,
+        model=with_drawable_meshes(model, base_link, rotors, remarks),
+        rotors=rotors,
+        sensors=sensors,
+        remarks=tuple(remarks.found),
     )
 
 
-def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise WorkbenchError(f"{path}: cannot be read: {error}") from error
+def _read(path: Path, args: Mapping[str, str], finder: PackageFinder, remarks: Remarks) -> Model:
+    """Return what a file says: its root element tells the format, where its name does not."""
+    if path.suffix == ".sdf":
+        return read_sdf(path, finder, remarks)
+    if path.suffix == ".xacro" or is_xacro(root := read_xml(path)):
+        root = parse_xml(expand_xacro(path, args, finder), path)
+        if root.tag == "sdf":
+            return read_expanded_sdf(path, root, finder, remarks)
+    elif args:
+        raise WorkbenchError(f"{path}: only a xacro file takes arguments ({', '.join(args)})")
+    elif root.tag == "sdf":
+        return read_sdf(path, finder, remarks)
+    return read_urdf(path, root, finder, remarks)
 
 
-def _names(root: ET.Element, tag: str) -> list[str]:
-    return [element.get("name", "") for element in root.findall(tag)]
+def _note_pushers(path: Path, rotors: tuple[Rotor, ...], remarks: Remarks) -> None:
+    """Note rotors that take no part in hovering."""
+    for rotor in rotors:
+        if not rotor.lifts:
+            text = "it does not lift along the body's z; it stays at rest"
+            remarks.add("ignored", path, f"rotor '{rotor.name}'", text)
 
 
-def _check_links_and_joints(path: Path, root: ET.Element) -> None:
-    """Refuse references to missing links, and masses and inertias that no body can have."""
-    links = _names(root, "link")
-    for joint in root.findall("joint"):
-        for end in ("parent", "child"):
-            element = joint.find(end)
-            link = "" if element is None else element.get("link", "")
-            if link not in links:
-                raise WorkbenchError(
-                    f"{path}: joint '{joint.get('name')}' has the {end} link '{link}', which is "
-                    f"not there: links are {', '.join(links)}"
-                )
-    for body in root.findall("link"):
-        mass = body.find("inertial/mass")
-        text = "1" if mass is None else mass.get("value", "")
-        if not _number(text) > 0.0:
-            raise WorkbenchError(
-                f"{path}: link '{body.get('name')}' has the mass '{text}': give it a positive mass"
+def _note_plugins(model: Model, remarks: Remarks) -> None:
+    """Note plugins that tell nothing of rotors: their code is Gazebo's."""
+    for plugin in model.plugins:
+        if not is_motor_plugin(plugin) and not is_velocity_plugin(plugin):
+            name, filename = (plugin.element.get(key, "") for key in ("name", "filename"))
+            remarks.add(
+                "ignored",
+                plugin.file,
+                f"plugin '{name}'",
+                f"its code ({filename}) runs in Gazebo only",
             )
-
-
-def _number(text: str) -> float:
-    """Return a number, or NaN where the text is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
-
-
-def _base_link(path: Path, root: ET.Element) -> str:
-    """Return the one link that is no joint's child."""
-    children = {child.get("link") for child in root.findall("joint/child")}
-    roots = [name for name in _names(root, "link") if name not in children]
-    if len(roots) != 1:
-        raise WorkbenchError(
-            f"{path}: a drone has one link that no joint has as its child, here are "
-            f"{len(roots)}: {', '.join(roots) or 'none'}"
-        )
-    return roots[0]

@@ -1,4 +1,4 @@
-"""From a description file to the `Vehicle` record of what was understood."""
+"""From a description to the `Vehicle` record of what was understood."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,54 +10,53 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from workbench.errors import WorkbenchError
 from workbench.plant.description import Description, read_description
-from workbench.plant.motor_model import MotorModel
+from workbench.plant.formats.values import shortened
 from workbench.plant.multibody import add_plant
-from workbench.plant.rotors import Rotor, allocation_matrix
+from workbench.plant.rotor_sources.sidecar_file import sidecar_name
+from workbench.plant.rotors import allocation_matrix
 from workbench.plant.vehicle import Frame, Vehicle
 
 
-def load_vehicle(path: Path, args: Mapping[str, str] | None = None) -> Vehicle:
-    """Return the `Vehicle` record of a description file.
+def load_vehicle(
+    path: Path,
+    args: Mapping[str, str] | None = None,
+    packages: Mapping[str, str] | None = None,
+) -> Vehicle:
+    """Return the `Vehicle` record of a description, see `read_description`.
 
     Raises:
         WorkbenchError: if it cannot be read, or cannot fly.
     """
-    return make_vehicle(read_description(path, args))
+    return make_vehicle(read_description(path, args, packages))
 
 
 def make_vehicle(description: Description) -> Vehicle:
     """Return the record of what was understood of a description.
 
+    Mass, centre and inertia are Drake's sums over all links, rotors at standstill.
+
     Raises:
         WorkbenchError: if it has fewer than four rotors or they cannot control it.
     """
-    if len(description.motors) < 4:
-        raise WorkbenchError(
-            f"{description.source}: {len(description.motors)} rotors are declared, a multirotor "
-            "has four or more: add a motor-model plugin for each"
-        )
+    _check_rotors(description)
     builder = DiagramBuilder()
-    plant, scene_graph = add_plant(builder, description, time_step=0.0)
+    plant, _ = add_plant(builder, description, time_step=0.0)
     diagram = builder.Build()
     root_context = diagram.CreateDefaultContext()
     context = plant.GetMyContextFromRoot(root_context)
     base = plant.GetBodyByName(description.base_link)
     bodies = [plant.get_body(i) for i in plant.GetBodyIndices(base.model_instance())]
     indices = [body.index() for body in bodies]
-    if not plant.CalcTotalMass(context, [base.model_instance()]) > 0.0:
-        raise WorkbenchError(
-            f"{description.source}: no link has a mass: give '{base.name()}' an <inertial> element"
-        )
     inertia = plant.CalcSpatialInertia(context, base.body_frame(), indices)
     p_BoBcm_B = inertia.get_com()
     I_BBcm_B = inertia.Shift(p_BoBcm_B).CalcRotationalInertia().CopyToFullMatrix3()
+    _check_inertia(description, I_BBcm_B)
     X_WB = plant.EvalBodyPoseInWorld(context, base)
     X_BF = {
         body.name(): X_WB.inverse() @ plant.EvalBodyPoseInWorld(context, body) for body in bodies
     }
-    rotors = tuple(_rotor(motor, X_BF[motor.link]) for motor in description.motors)
     try:
-        allocation_matrix(rotors, p_BoBcm_B)
+        allocation_matrix(description.rotors, p_BoBcm_B)
     except WorkbenchError as error:
         raise WorkbenchError(f"{description.source}: {error}") from None
     vehicle = Vehicle(
@@ -67,7 +66,8 @@ def make_vehicle(description: Description) -> Vehicle:
         mass=float(inertia.get_mass()),
         p_BoBcm_B=_triple(p_BoBcm_B),
         I_BBcm_B=_rows(I_BBcm_B),
-        rotors=rotors,
+        rotors=description.rotors,
+        sensors=description.sensors,
         frames=tuple(
             Frame(name, _triple(X.translation()), _rows(X.rotation().matrix()))
             for name, X in X_BF.items()
@@ -78,33 +78,42 @@ def make_vehicle(description: Description) -> Vehicle:
     return vehicle
 
 
+def _check_rotors(description: Description) -> None:
+    """Refuse what has no mass, or too few rotors to fly."""
+    count = len(description.rotors)
+    if count < 4:
+        found = f"{count} rotors are declared" if count else "no rotors are declared"
+        raise WorkbenchError(
+            f"{description.source}: {found}, a multirotor has four or more: add a motor-model "
+            f"plugin for each, or a file {sidecar_name(description.source)} beside it (see "
+            "docs/descriptions.md)"
+        )
+    if not any(link.inertial for link in description.model.links):
+        raise WorkbenchError(
+            f"{description.source}: no link has a mass: give "
+            f"'{shortened(description.base_link)}' an <inertial> element"
+        )
+
+
+def _check_inertia(description: Description, I_BBcm_B: np.ndarray) -> None:
+    """Refuse a drone that would turn without any resistance."""
+    moments = np.linalg.eigvalsh(I_BBcm_B)
+    if not moments[0] > 1e-12:
+        raise WorkbenchError(
+            f"{description.source}: the whole drone has the principal moments of inertia "
+            f"{', '.join(f'{moment:.3g}' for moment in moments)} kg m^2: give its links inertia"
+        )
+
+
 def _check_lift(vehicle: Vehicle) -> None:
     """Refuse a drone that is too heavy for its rotors."""
     for rotor, speed in zip(vehicle.rotors, vehicle.hover_speeds, strict=True):
         if speed >= rotor.max_rot_velocity:
             raise WorkbenchError(
-                f"{vehicle.source}: {vehicle.mass:.3g} kg are too heavy: to hover, '{rotor.name}' "
-                f"would turn at {speed:.0f} rad/s, and its maxRotVelocity is "
-                f"{rotor.max_rot_velocity:g}"
+                f"{vehicle.source}: {vehicle.mass:.3g} kg are too heavy: to hover, "
+                f"'{shortened(rotor.name)}' would turn at {speed:.0f} rad/s, and its "
+                f"maxRotVelocity is {rotor.max_rot_velocity:g}"
             )
-
-
-def _rotor(motor: MotorModel, X_BR: RigidTransform) -> Rotor:
-    """Return a rotor from its plugin's tags and the pose of its link; thrust is along link z."""
-    return Rotor(
-        name=motor.joint,
-        joint=motor.joint,
-        link=motor.link,
-        p_BR=_triple(X_BR.translation()),
-        axis_B=_triple(X_BR.rotation().matrix()[:, 2]),
-        direction=motor.direction,
-        motor_constant=motor.motor_constant,
-        moment_constant=motor.moment_constant,
-        time_constant_up=motor.time_constant_up,
-        time_constant_down=motor.time_constant_down,
-        max_rot_velocity=motor.max_rot_velocity,
-        velocity_slowdown=motor.velocity_slowdown,
-    )
 
 
 def _ground_clearance(

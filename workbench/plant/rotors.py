@@ -7,6 +7,9 @@ import numpy as np
 
 from workbench.errors import WorkbenchError
 
+LEAST_LIFT = 0.3
+"""Share of thrust along body z under which a rotor takes no part in hovering: 73° off."""
+
 
 @dataclass(frozen=True)
 class Rotor:
@@ -45,6 +48,11 @@ class Rotor:
         """Thrust at the largest speed [N]."""
         return self.motor_constant * self.max_rot_velocity**2
 
+    @property
+    def lifts(self) -> bool:
+        """Whether it helps to hover; one that pushes forwards or down stays at rest."""
+        return self.axis_B[2] > LEAST_LIFT
+
 
 def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
     """Return the 6 x n matrix from thrusts [N] to force and moment about the centre of mass, in B.
@@ -65,12 +73,15 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
     """Return the n x 4 matrix from (force along z [N], moments x, y, z [N·m]) to thrusts [N].
 
     It is the pseudo-inverse of the wrench matrix' last four rows: of all thrusts that make the
-    wrench, the smallest.
+    wrench, the smallest. Rotors that do not lift have rows of zeros.
 
     Raises:
         WorkbenchError: if the rotors cannot make the four independently.
     """
-    rows = wrench_matrix(rotors, p_BoBcm_B)[2:]
+    lifting = np.array([rotor.lifts for rotor in rotors])
+    if not lifting.any():
+        raise WorkbenchError("no rotor pushes upwards along the body's z: check the rotors' axes")
+    rows = wrench_matrix(rotors, p_BoBcm_B)[2:] * lifting
     rank = int(np.linalg.matrix_rank(rows, tol=1e-9 * max(1.0, float(np.abs(rows).max()))))
     if rank < 4:
         raise WorkbenchError(
@@ -78,7 +89,8 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
             f"(rank {rank} of 4): check rotor positions and turning directions"
         )
     allocation = np.linalg.pinv(rows)
-    if allocation[:, 0].min() <= 0.0:
+    allocation[~lifting] = 0.0  # exactly: the inverse leaves rounding there
+    if allocation[lifting, 0].min() <= 0.0:
         raise WorkbenchError(
             "some rotors would have to push downwards to hover: check the rotors' axes and that "
             "the centre of mass lies between them"

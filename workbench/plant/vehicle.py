@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import unknown_name
-from workbench.plant.rotors import Rotor, allocation_matrix
-
-GRAVITY = 9.81
-"""Magnitude of gravity [m/s²], as Drake's plant and the paper have it."""
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.rotors import Rotor
+from workbench.plant.sensors import Sensor
+from workbench.plant.thrust_frame import thrust_frame
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,7 @@ class Vehicle:
         I_BBcm_B: inertia about the centre of mass in B, rows [kg·m²]; rotors at standstill count
             as part of the body.
         rotors: in the order in which every thrust or speed vector of the project lists them.
+        sensors: those declared that are used, as declared.
         frames: all links, base link first.
         ground_clearance: height of the base link's origin above the ground at rest, upright [m].
     """
@@ -51,6 +52,7 @@ class Vehicle:
     p_BoBcm_B: tuple[float, float, float]
     I_BBcm_B: tuple[tuple[float, float, float], ...]
     rotors: tuple[Rotor, ...]
+    sensors: tuple[Sensor, ...]
     frames: tuple[Frame, ...]
     ground_clearance: float
 
@@ -62,9 +64,14 @@ class Vehicle:
     @property
     def hover_speeds(self) -> np.ndarray:
         """Rotor speeds that hold the drone still, n [rad/s]."""
-        wrench = [self.mass * GRAVITY, 0.0, 0.0, 0.0]
-        thrusts = allocation_matrix(self.rotors, self.p_BoBcm_B) @ wrench
-        return np.sqrt(thrusts / [rotor.motor_constant for rotor in self.rotors])
+        return thrust_frame(self).hover_speeds
+
+    @property
+    def thrust_to_weight(self) -> float:
+        """Largest force along body z over the weight."""
+        lifting = (rotor for rotor in self.rotors if rotor.lifts)
+        lift = sum(rotor.max_thrust * rotor.axis_B[2] for rotor in lifting)
+        return float(lift / (self.mass * GRAVITY))
 
     def frame(self, name: str) -> Frame:
         """Return the frame of a link.

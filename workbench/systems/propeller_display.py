@@ -32,7 +32,7 @@ from workbench.plant.vehicle import Vehicle
 
 
 class PropellerDisplay(LeafSystem):
-    """Turns the propellers' shapes with the rotors' speeds.
+    """Turns the propellers' shapes about their rotors' axes, as fast as the rotors turn.
 
     Input ports:
         state (13): of the plant.
@@ -41,27 +41,32 @@ class PropellerDisplay(LeafSystem):
         poses: a `FramePoseVector` for the scene graph.
 
     Args:
-        vehicle: whose rotors to draw.
-        frames: the scene graph's frame for each of them.
+        vehicle: which has the rotors.
+        turning: numbers of those that are drawn, see `turning_rotors`.
+        frames: the scene graph's frame for each of these.
         size: of the speeds port, m.
         period: between pictures [s].
     """
 
     def __init__(
-        self, *, vehicle: Vehicle, frames: list[FrameId], size: int, period: float
+        self,
+        *,
+        vehicle: Vehicle,
+        turning: list[int],
+        frames: list[FrameId],
+        size: int,
+        period: float,
     ) -> None:
         super().__init__()
-        n = len(vehicle.rotors)
+        rotors = [vehicle.rotors[index] for index in turning]
+        self._turning = turning
         self._frames = frames
         self._period = period
-        self._X_BR = [
-            RigidTransform(RotationMatrix(np.array(frame.R_BF)), np.array(frame.p_BF))
-            for frame in (vehicle.frame(rotor.link) for rotor in vehicle.rotors)
-        ]
-        self._turns = np.array([r.direction / r.velocity_slowdown for r in vehicle.rotors])
+        self._places = [_place(vehicle, rotor) for rotor in rotors]
+        self._turns = np.array([r.direction / r.velocity_slowdown for r in rotors])
         self._state = self.DeclareVectorInputPort("state", 13)
         self._speeds = self.DeclareVectorInputPort("speeds", size)
-        self.DeclareDiscreteState(n)
+        self.DeclareDiscreteState(len(rotors))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self.DeclareAbstractOutputPort(
             "poses",
@@ -73,7 +78,7 @@ class PropellerDisplay(LeafSystem):
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         """Turn on by the present speeds, slowed down as the description asks."""
         angles = context.get_discrete_state(0).CopyToVector()
-        speeds = self._speeds.Eval(context)[: len(angles)]
+        speeds = self._speeds.Eval(context)[self._turning]
         turned = angles + self._period * self._turns * speeds
         discrete_state.set_value(np.fmod(turned, 2.0 * math.pi))
 
@@ -81,12 +86,10 @@ class PropellerDisplay(LeafSystem):
         q_WB, p_WB = np.split(self._state.Eval(context)[:7], [4])
         X_WB = RigidTransform(Quaternion(q_WB / np.linalg.norm(q_WB)), p_WB)
         poses = output.get_mutable_value()
-        for frame, X_BR, angle in zip(
-            self._frames, self._X_BR, context.get_discrete_state(0).CopyToVector(), strict=True
-        ):
-            poses.set_value(
-                frame, X_WB @ X_BR @ RigidTransform(RotationMatrix.MakeZRotation(angle))
-            )
+        angles = context.get_discrete_state(0).CopyToVector()
+        for frame, (X_BR, X_RL), angle in zip(self._frames, self._places, angles, strict=True):
+            turn = RigidTransform(RotationMatrix.MakeZRotation(angle))
+            poses.set_value(frame, X_WB @ X_BR @ turn @ X_RL)
 
 
 def add_propeller_display(
@@ -109,15 +112,38 @@ def add_propeller_display(
         period: between pictures [s].
     """
     source = scene_graph.RegisterSource("propellers")
-    frames = [_move_shapes(plant, scene_graph, source, rotor) for rotor in vehicle.rotors]
+    turning = turning_rotors(vehicle)
+    frames = [_move_shapes(plant, scene_graph, source, vehicle.rotors[i]) for i in turning]
     display = builder.AddNamedSystem(
         "propeller_display",
-        PropellerDisplay(vehicle=vehicle, frames=frames, size=speeds.size(), period=period),
+        PropellerDisplay(
+            vehicle=vehicle, turning=turning, frames=frames, size=speeds.size(), period=period
+        ),
     )
     builder.Connect(plant.get_state_output_port(), display.GetInputPort("state"))
     builder.Connect(speeds, display.GetInputPort("speeds"))
     builder.Connect(display.get_output_port(), scene_graph.get_source_pose_port(source))
     return display
+
+
+def turning_rotors(vehicle: Vehicle) -> list[int]:
+    """Return the numbers of the rotors that have a link of their own to turn."""
+    links: list[str] = []
+    turning = []
+    for index, rotor in enumerate(vehicle.rotors):
+        if rotor.joint and rotor.link not in (vehicle.base_link, *links):
+            turning.append(index)
+            links.append(rotor.link)
+    return turning
+
+
+def _place(vehicle: Vehicle, rotor: Rotor) -> tuple[RigidTransform, RigidTransform]:
+    """Return X_BR, with z along the rotor's axis, and X_RL of its link L."""
+    frame = vehicle.frame(rotor.link)
+    X_BL = RigidTransform(RotationMatrix(np.array(frame.R_BF)), np.array(frame.p_BF))
+    R_BR = RotationMatrix.MakeFromOneVector(np.array(rotor.axis_B), axis_index=2)
+    X_BR = RigidTransform(R_BR, np.array(rotor.p_BR))
+    return X_BR, X_BR.inverse() @ X_BL
 
 
 def _move_shapes(

@@ -1,0 +1,282 @@
+"""Oracle: what xacro's own documentation says an argument and an include do."""
+
+from pathlib import Path
+
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats import xacro as ours
+from workbench.plant.formats.xacro import expand_xacro
+from workbench.plant.packages import PackageFinder
+
+PUBLISHED = Path(__file__).parents[3] / "../shared/models/rotors_description/urdf"
+HEAD = '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+WITH_ARG = HEAD + '<xacro:arg name="mass" default="3"/>\n<m v="${2*$(arg mass)}"/>\n</robot>'
+BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>
+<robot name="&b;"/>"""
+
+
+@pytest.fixture(autouse=True)
+def _no_ros(monkeypatch):
+    for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def expand(path: Path, **args: str) -> str:
+    return expand_xacro(path, args, PackageFinder(path))
+
+
+def fault(path: Path, **args: str) -> str:
+    with pytest.raises(WorkbenchError) as caught:
+        expand(path, **args)
+    said = str(caught.value)
+    assert "\n" not in said
+    assert len(said) < 2000
+    return said
+
+
+def include(filename: str) -> str:
+    return f'{HEAD}<xacro:include filename="{filename}"/></robot>'
+
+
+def test_an_argument_replaces_its_default(write):
+    path = write(WITH_ARG, "a.xacro")
+    assert '<m v="6"/>' in expand(path)
+    assert '<m v="10"/>' in expand(path, mass="5")
+
+
+def test_arguments_of_included_files_are_known(write):
+    write(WITH_ARG, "inner.xacro")
+    path = write(include("inner.xacro"), "outer.xacro")
+    assert '<m v="14"/>' in expand(path, mass="7")
+
+
+def test_an_argument_that_no_file_declares_is_refused(write):
+    said = fault(write(WITH_ARG, "a.xacro"), mas="5")
+    assert "a.xacro" in said
+    assert "'mas': did you mean 'mass'?" in said
+
+
+def test_an_argument_for_a_file_that_takes_none_is_refused(write):
+    path = write(HEAD + "</robot>", "a.xacro")
+    assert fault(path, mass="5") == f"{path}: takes no arguments, and 'mass' was given"
+
+
+def test_an_argument_that_is_only_used_or_declared_without_default_is_known(write):
+    bare = '<xacro:arg name="bare"/><m v="$(arg bare)"/>'
+    unread = '<xacro:if value="false"><m v="$(arg unread)"/></xacro:if>'
+    path = write(HEAD + bare + unread + '<n v="$(arg used)"/></robot>', "a.xacro")
+    assert '<m v="1"/><n v="2"/>' in expand(path, bare="1", used="2", unread="3")
+
+
+def test_all_arguments_without_a_default_are_named_at_once(write):
+    inner = """<xacro:if value="$(arg b)"><m v="$(arg c)"/></xacro:if>
+    <xacro:unless value="$(arg b)">
+      <m v="${xacro.arg('d') + xacro.arg(&quot;e&quot;)}"/>
+    </xacro:unless>
+    <xacro:arg name="has_default" default="$(arg in_default)"/><m v="$(arg has_default)"/>
+    <xacro:macro name="never_called"><m v="$(arg in_macro)"/></xacro:macro>
+    <!-- $(arg in_comment) -->"""
+    write(f"{HEAD}{inner}</robot>", "inner.xacro")
+    outer = '<m v="$(arg a) $(arg given)"/><xacro:include filename="inner.xacro"/><xacro:arg '
+    path = write(HEAD + outer + 'name="bare"/><m v="${1/0}"/></robot>', "outer.xacro")
+    said = fault(path, given="1")
+    start, _, listed = said.partition(": has arguments without a default: give ")
+    assert start == str(path)
+    names = ["a", "b", "bare", "c", "d", "e", "in_default", "in_macro"]
+    assert sorted(listed.replace("--arg ", "").split()) == [f"{name}:=…" for name in names]
+    assert listed.startswith("--arg a:=… ")
+
+
+def test_an_argument_with_a_computed_name_is_named(write):
+    text = '<xacro:property name="p" value="front"/><m v="$(arg mass_${p})"/></robot>'
+    path = write(HEAD + text, "a.xacro")
+    assert fault(path).endswith("give --arg mass_front:=…")
+    assert '<m v="2"/>' in expand(path, mass_front="2")
+
+
+def test_an_argument_used_before_its_default_is_named(write):
+    text = '<m v="$(arg late)"/><xacro:arg name="late" default="1"/></robot>'
+    assert fault(write(HEAD + text, "a.xacro")).endswith("give --arg late:=…")
+
+
+def test_a_misspelt_argument_is_said_before_the_one_that_lacks(write):
+    path = write(HEAD + '<m v="$(arg namespace)"/></robot>', "a.xacro")
+    assert "'namespac': did you mean 'namespace'?" in fault(path, namespac="a")
+
+
+def test_broken_xml_is_named_with_its_line(write):
+    path = write(HEAD + "<link>\n</robot>", "a.xacro")
+    assert fault(path).startswith(f"{path}:3: ")
+
+
+def test_a_broken_include_is_the_file_that_is_named(write, tmp_path):
+    write(HEAD + '<m v="${nothing}"/></robot>', "inner.xacro")
+    said = fault(write(include("inner.xacro"), "outer.xacro"))
+    assert said.startswith(str(tmp_path / "inner.xacro"))
+    assert "nothing" in said
+
+
+@pytest.mark.parametrize(
+    ("body", "word"),
+    [
+        ("<xacro:include filename='gone.xacro'/>", "gone.xacro"),
+        ("<xacro:wheel/>", "wheel"),
+        ("<m v='${1/0}'/>", "division"),
+        ("<m v='${1/0}'/>", "'1/0'"),
+        ("<m v='${no_such_name}'/>", "no_such_name"),
+        ("<m v=\"${dict(a=1)['b']}\"/>", "there is no 'b'"),
+        ("${xacro.fatal('two\\nlines')}", "two lines"),
+        ("<m v='$(env NO_SUCH_VARIABLE)'/>", "NO_SUCH_VARIABLE"),
+        ("<m v='$(find no_such)'/>", "package 'no_such' is not found"),
+        ("<m v='$(find no_such)'/>", "give --package no_such=DIR"),
+    ],
+)
+def test_any_fault_becomes_one_line_with_file_and_cause(write, body, word):
+    path = write(HEAD + body + "</robot>", "a.xacro")
+    said = fault(path)
+    assert said.startswith(f"{path}: ")
+    assert word in said
+
+
+def test_a_missing_file_is_named(tmp_path):
+    assert fault(tmp_path / "gone.xacro") == f"{tmp_path / 'gone.xacro'}: no such file"
+
+
+def test_an_include_may_be_optional(write):
+    text = '<xacro:include filename="gone.xacro" optional="true"/><m/></robot>'
+    assert "<m/>" in expand(write(HEAD + text, "a.xacro"))
+
+
+def test_the_environment_and_yaml_files_are_read_as_xacro_does(write, monkeypatch):
+    monkeypatch.setenv("DRONE_MASS", "7")
+    write("mass: 2", "mass.yaml")
+    text = "<m v=\"$(env DRONE_MASS) ${xacro.load_yaml('mass.yaml').mass}\"/></robot>"
+    assert '<m v="7 2"/>' in expand(write(HEAD + text, "a.xacro"))
+
+
+def test_letters_of_any_language_come_through(write):
+    text = "<m v=\"${'größe'} 無人機\"/></robot>"
+    assert '<m v="größe 無人機"/>' in expand(write(HEAD + text, "a.xacro"))
+
+
+def test_warnings_do_not_reach_the_terminal(write, capfd):
+    text = "<m v=\"${xacro.warning('mind')} ${sorted([2, 1])}\"/></robot>"
+    assert '<m v=" [1, 2]"/>' in expand(write(HEAD + text, "a.xacro"))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_package_is_found_by_the_package_xml_above(tmp_path):
+    inner = tmp_path / "renamed" / "parts" / "inner.xacro"
+    outer = tmp_path / "renamed" / "urdf" / "outer.xacro"
+    for path in (inner, outer):
+        path.parent.mkdir(parents=True)
+    (tmp_path / "renamed" / "package.xml").write_text("<package><name>drone</name></package>")
+    inner.write_text(HEAD + '<m v="$(find drone)/mesh"/></robot>')
+    outer.write_text(include("$(find drone)/parts/inner.xacro"))
+    assert f'<m v="{tmp_path}/renamed/mesh"/>' in expand(outer)
+
+
+def test_a_package_is_guessed_by_a_file_that_it_must_have(tmp_path):
+    """A folder that was taken out of its package has no package.xml any more."""
+    outer = tmp_path / "urdf" / "outer.xacro"
+    (tmp_path / "urdf" / "parts").mkdir(parents=True)
+    (tmp_path / "urdf" / "parts" / "inner.xacro").write_text(HEAD + "<m/></robot>")
+    mesh = '<n v="$(find drone)/meshes/a.dae"/></robot>'
+    outer.write_text(include("$(find drone)/urdf/parts/inner.xacro").replace("</robot>", mesh))
+    assert f'<m/><n v="{tmp_path}/meshes/a.dae"/>' in expand(outer)
+
+
+def test_a_given_package_is_used(write, tmp_path):
+    (tmp_path / "given").mkdir()
+    path = write(HEAD + '<m v="$(find drone)"/></robot>', "a.xacro")
+    text = expand_xacro(path, {}, PackageFinder(path, {"drone": tmp_path / "given"}))
+    assert f'<m v="{tmp_path}/given"/>' in text
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("<xacro:include filename='a.xacro'/>", "let no file include itself"),
+        ("<xacro:include filename='../{folder}/a.xacro'/>", "let no file include itself"),
+        ("<xacro:include filename='b.xacro'/>", "a.xacro -> b.xacro"),
+        ("<xacro:include filename='bomb.xacro'/>", "bomb.xacro:1: it declares entities"),
+        ("<xacro:include filename='/dev/zero'/>", "no such file"),
+        ("<xacro:include filename='{long}'/>", "name too long"),
+        ("<xacro:macro name='f'><xacro:f/></xacro:macro><xacro:f/>", "nested too deeply"),
+        ("<xacro:property name='p' value='${{p}}'/><m v='${{p}}'/>", "circular"),
+        ("<m v=\"${{'a'*10**11}}\"/>", "not enough memory"),
+        ('<m v="${{[0]*10**12}}"/>', "not enough memory"),
+        ("<m v=\"${{'a'*16*10**6}}\"/>", "more than 16 MB"),
+        ("<m v='${{" + "(" * 5000 + ")" * 5000 + "}}'/>", "too many nested parentheses"),
+    ],
+)
+def test_what_would_never_end_or_fit_ends_with_a_sentence(write, tmp_path, body, said):
+    write(include("a.xacro"), "b.xacro")
+    write(BOMB, "bomb.xacro")
+    text = body.format(folder=tmp_path.name, long="a" * 5000)
+    assert said in fault(write(f"{HEAD}{text}</robot>", "a.xacro"))
+
+
+TWICE = '<xacro:f n="${n-1}"/><xacro:f n="${n-1}"/>'
+DOUBLING = (
+    f'<xacro:macro name="f" params="n"><m/><xacro:if value="${{n>0}}">{TWICE}</xacro:if>'
+    '</xacro:macro><xacro:f n="40"/>'
+)
+
+
+@pytest.mark.parametrize("body", ["<m v='${9**9**9}'/>", DOUBLING])
+def test_what_takes_too_long_is_stopped(write, monkeypatch, body):
+    monkeypatch.setattr(ours, "_SECONDS", 1.0)
+    path = write(f"{HEAD}{body}</robot>", "a.xacro")
+    assert fault(path).startswith(f"{path}: cannot be expanded: it took more than 1 s")
+
+
+def test_entities_are_refused_in_the_file_itself(write):
+    path = write(BOMB, "a.xacro")
+    assert fault(path).startswith(f"{path}:1: it declares entities")
+
+
+ESCAPE = (
+    "${[[c for c in x.__class__.__base__.__subclasses__() if c.__name__ == '_wrap_close'][0]"
+    ".__init__.__globals__['%s'](%s) for x in [1]]}"
+)
+"""xacro looks for double underscores in the outer scope of an expression alone."""
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        ESCAPE % ("system", "'touch {mark}'"),
+        ESCAPE % ("popen", "'touch {mark}'"),
+        ESCAPE % ("mkdir", "'{mark}'"),
+        ESCAPE % ("open", "'{mark}', 65"),
+    ],
+)
+def test_an_expression_that_leaves_the_sandbox_does_nothing(write, tmp_path, expression):
+    mark = tmp_path / "mark"
+    path = write(f'{HEAD}<m v="{expression}"/></robot>'.replace("{mark}", str(mark)), "a.xacro")
+    assert "may read files, and nothing else" in fault(path)
+    assert not mark.exists()
+
+
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="no published descriptions beside the project")
+def test_published_descriptions_expand_as_they_are():
+    text = expand(PUBLISHED / "hummingbird.xacro", namespace="bird")
+    assert text.count("<joint ") == 5
+    assert '<link name="bird/base_link"' in text
+    said = fault(PUBLISHED / "hummingbird.xacro")
+    assert said.endswith(".xacro: has arguments without a default: give --arg namespace:=…")
+
+
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="no published descriptions beside the project")
+def test_all_arguments_of_a_published_description_are_named():
+    listed = fault(PUBLISHED / "hummingbird_base.xacro").partition(": give ")[2].split()
+    assert set(listed) - {"--arg"} == {
+        "namespace:=…",
+        "enable_logging:=…",
+        "enable_ground_truth:=…",
+        "enable_mavlink_interface:=…",
+        "log_file:=…",
+        "wait_to_record_bag:=…",
+    }

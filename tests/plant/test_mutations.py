@@ -1,0 +1,80 @@
+"""A thousand spoilt descriptions: each gives a vehicle or a sentence, and the process lives."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xacro
+
+HERE = Path(__file__).parent
+SHARED = HERE.parents[1].parent / "shared" / "models"
+BATCHES = 4
+BATCH = 250
+
+SDF = """<?xml version="1.0"?>
+<sdf version="1.9">
+  <model name="frame">
+    <frame name="mount" attached_to="body"><pose degrees="true">0 0 0.02 0 0 90</pose></frame>
+    <link name="body">
+      <inertial><pose>0 0 0.01 0 0 0</pose><mass>1.2</mass>
+        <inertia><ixx>0.01</ixx><iyy>0.012</iyy><izz>0.02</izz></inertia></inertial>
+      <visual name="v"><geometry><box><size>0.2 0.2 0.05</size></box></geometry></visual>
+      <collision name="c"><geometry><cylinder><radius>0.1</radius><length>0.05</length>
+        </cylinder></geometry></collision>
+      <sensor name="imu" type="imu"><update_rate>200</update_rate><imu><angular_velocity><x>
+        <noise type="gaussian"><stddev>0.001</stddev></noise></x></angular_velocity></imu></sensor>
+      <sensor name="scan" type="gpu_lidar"><pose relative_to="mount">0 0 0.1 0 0 0</pose>
+        <update_rate>10</update_rate><lidar><scan><horizontal><samples>360</samples>
+        <min_angle>-3.1</min_angle><max_angle>3.1</max_angle></horizontal></scan>
+        <range><min>0.1</min><max>30</max></range></lidar></sensor>
+    </link>
+    <model name="gimbal"><link name="camera"><pose>0.1 0 0 0 0 0</pose></link></model>
+    <joint name="pan" type="revolute"><parent>body</parent><child>gimbal::camera</child>
+      <axis><xyz expressed_in="__model__">0 0 1</xyz></axis></joint>
+    {rotors}
+  </model>
+</sdf>"""
+ROTOR = """
+    <link name="r{i}"><pose relative_to="mount">{x} {y} 0.03 0 0 0</pose>
+      <inertial><mass>0.01</mass><inertia><ixx>1e-6</ixx><iyy>1e-5</iyy><izz>1e-5</izz></inertia>
+      </inertial></link>
+    <joint name="j{i}" type="continuous"><parent>body</parent><child>r{i}</child>
+      <axis><xyz>0 0 1</xyz></axis></joint>
+    <plugin filename="gz-sim-multicopter-motor-model-system" name="m{i}">
+      <jointName>j{i}</jointName><linkName>r{i}</linkName><motorNumber>{i}</motorNumber>
+      <turningDirection>{turn}</turningDirection><motorConstant>1e-5</motorConstant>
+      <momentConstant>0.02</momentConstant><maxRotVelocity>1000</maxRotVelocity>
+      <timeConstantUp>0.02</timeConstantUp><timeConstantDown>0.03</timeConstantDown></plugin>"""
+PLACES = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
+
+
+@pytest.fixture(scope="module")
+def originals(tmp_path_factory) -> list[Path]:
+    """Descriptions to spoil: ours as URDF, one SDF, and the published ones where they are."""
+    folder = tmp_path_factory.mktemp("originals")
+    rotors = "".join(
+        ROTOR.format(i=i, x=x, y=y, turn=("cw", "ccw")[i % 2]) for i, (x, y) in enumerate(PLACES)
+    )
+    (folder / "frame.sdf").write_text(SDF.format(rotors=rotors))
+    for name in ("hexacopter", "tilted_quad"):
+        path = HERE.parent / "drones" / f"{name}.urdf.xacro"
+        text = xacro.process_file(str(path)).toprettyxml()
+        (folder / f"{name}.urdf").write_text(text)
+    published = [*SHARED.glob("*/*.urdf"), *SHARED.glob("*/*/*.sdf")]
+    return [*folder.iterdir(), *published]
+
+
+@pytest.mark.parametrize("batch", range(BATCHES))
+def test_no_mutation_brings_the_process_down(originals, tmp_path, batch):
+    words = [str(HERE / "mutate.py"), str(tmp_path), str(batch * BATCH), str(BATCH)]
+    done = subprocess.run(
+        [sys.executable, *words, *map(str, originals)], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    result = json.loads(done.stdout)
+    assert result["faults"] == []
+    assert result["understood"] + result["refused"] == BATCH
+    assert result["understood"] > BATCH // 20
+    assert result["refused"] > BATCH // 20

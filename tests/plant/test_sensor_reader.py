@@ -1,0 +1,341 @@
+"""Oracle: the elements as written; meaning and defaults are those of the SDF specification."""
+
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats.xml import read_xml
+from workbench.plant.model import DeclaredSensor, Link, Model
+from workbench.plant.remarks import Remarks
+from workbench.plant.sensor_reader import read_sensors
+from workbench.plant.sensors import QUIET, DepthCamera, Gps, Imu, Lidar, Noise, ScanAxis
+
+QUARTER = 1.5707963267948966
+NOISE = "<mean>0.1</mean>\n<stddev>0.2</stddev>\n"
+BIASED = NOISE + "<bias_mean>0.3</bias_mean>\n<bias_stddev>0.4</bias_stddev>\n"
+SCAN = (
+    "<scan>\n<horizontal>\n<samples>1080</samples>\n<resolution>1</resolution>\n"
+    "<min_angle>-2.35</min_angle>\n<max_angle>2.34</max_angle>\n</horizontal>\n</scan>\n"
+)
+RANGE = "<range>\n<min>0.1</min>\n<max>30</max>\n<resolution>0.01</resolution>\n</range>\n"
+CAMERA = (
+    "<camera>\n<horizontal_fov>1.274</horizontal_fov>\n<image>\n<width>640</width>\n"
+    "<height>480</height>\n</image>\n<clip>\n<near>0.2</near>\n<far>19.1</far>\n</clip>\n</camera>\n"
+)
+
+
+def sensor(kind, body="", name="eye", rate="<update_rate>50</update_rate>") -> str:
+    return f'<sensor name="{name}" type="{kind}">\n{rate}\n{body}</sensor>\n'
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Read sensors, each on the link arm, which is 0.1 m in front of the base and looks left."""
+
+    def read_text(text, remarks=None, links=("arm",) * 9):
+        path = tmp_path / "drone.sdf"
+        path.write_text(f"<link>\n{text}</link>")
+        X_MB = RigidTransform(RollPitchYaw(0.0, 0.3, 0.0), [0.0, 0.0, 5.0])
+        X_BL = RigidTransform(RollPitchYaw(0.0, 0.0, QUARTER), [0.1, 0.0, 0.0])
+        return read_sensors(
+            Model(
+                source=path,
+                name="drone",
+                links=(
+                    Link("base", X_MB, None, (), ()),
+                    Link("arm", X_MB @ X_BL, None, (), ()),
+                    Link("leg", X_MB, None, (), ()),
+                ),
+                joints=(),
+                frames=(),
+                sensors=tuple(
+                    DeclaredSensor(path, link, RigidTransform([0.02, 0.0, 0.03]), element)
+                    for link, element in zip(links, read_xml(path), strict=False)
+                ),
+                plugins=(),
+            ),
+            "base",
+            remarks or Remarks(),
+        )
+
+    return read_text
+
+
+def fault(read, text) -> str:
+    with pytest.raises(WorkbenchError) as caught:
+        read(text)
+    said = str(caught.value)
+    assert "drone.sdf:" in said
+    assert "\n" not in said
+    return said
+
+
+def test_the_pose_is_in_the_body_frame(read):
+    (imu,) = read(sensor("imu"))
+    assert imu.p_BS == pytest.approx((0.1, 0.02, 0.03), abs=1e-12)
+    flat = [value for row in imu.R_BS for value in row]
+    assert flat == pytest.approx([0, -1, 0, 1, 0, 0, 0, 0, 1], abs=1e-12)
+
+
+def test_name_type_link_and_rate_are_as_declared(read):
+    (found,) = read(sensor("navsat", name="gnss"))
+    assert (found.name, found.type, found.link, found.rate) == ("gnss", "navsat", "arm", 50.0)
+
+
+@pytest.mark.parametrize("tag", ["gz_frame_id", "ignition_frame_id", "frame_id"])
+def test_the_frame_is_the_links_unless_the_file_asks_for_another(read, tag):
+    plain, labelled = read(sensor("imu") + sensor("imu", f"<{tag}>optical</{tag}>", name="b"))
+    assert (plain.frame, labelled.frame) == ("arm", "optical")
+
+
+def test_without_a_rate_it_is_each_step_as_in_gazebo(read):
+    remarks = Remarks()
+    (imu,) = read(sensor("imu", rate=""), remarks)
+    assert imu.rate == 0.0
+    (remark,) = remarks.found
+    assert (remark.kind, remark.element) == ("assumed", "sensor 'eye'")
+
+
+@pytest.mark.parametrize("kind", ["camera", "magnetometer", "air_pressure", "contact", "", "IMU"])
+def test_other_types_are_listed_with_their_link(read, kind):
+    remarks = Remarks()
+    assert read(sensor(kind, rate="<update_rate>often</update_rate>"), remarks) == ()
+    (remark,) = remarks.found
+    assert (remark.kind, remark.element) == ("ignored", "sensor 'eye'")
+    assert f"type {kind} on link 'arm'" in remark.text
+
+
+def test_a_sensor_whose_link_is_gone_is_listed(read):
+    remarks = Remarks()
+    assert read(sensor("imu"), remarks, links=["wing"]) == ()
+    assert "'wing', which is not there" in remarks.found[0].text
+
+
+def test_second_sensors_of_a_name_are_told_apart(read):
+    found = read(sensor("imu") * 4, links=["arm", "leg", "leg", "leg"])
+    assert [imu.name for imu in found] == ["eye", "leg/eye", "leg/eye_2", "leg/eye_3"]
+
+
+def test_a_sensor_without_a_name_has_that_of_its_type(read):
+    assert read('<sensor type="imu"><update_rate>1</update_rate></sensor>')[0].name == "imu"
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "gaussian_quantized", "GAUSSIAN"])
+def test_an_imu_has_noise_along_each_axis(read, kind):
+    noise = f'<noise type="{kind}">\n{BIASED}</noise>\n'
+    (imu,) = read(
+        sensor(
+            "imu",
+            f"<imu><angular_velocity><y>{noise}</y></angular_velocity>"
+            f"<linear_acceleration><z>{noise}</z></linear_acceleration>"
+            "<orientation_reference_frame><localization>NED</localization>"
+            "</orientation_reference_frame></imu>",
+        )
+    )
+    assert isinstance(imu, Imu)
+    assert imu.angular_velocity == (QUIET, Noise(0.1, 0.2, 0.3, 0.4), QUIET)
+    assert imu.linear_acceleration == (QUIET, QUIET, Noise(0.1, 0.2, 0.3, 0.4))
+
+
+@pytest.mark.parametrize("opening", ["<noise><type>gaussian</type>", '<noise type="gaussian">'])
+def test_an_old_imu_has_one_noise_for_all_axes(read, opening):
+    rate, accel = f"<rate>{BIASED}</rate>", "<accel><stddev>0.7</stddev></accel>"
+    (imu,) = read(sensor("imu", f"<imu>{opening}{rate}{accel}</noise></imu>"))
+    assert imu.angular_velocity == (Noise(0.1, 0.2, 0.3, 0.4),) * 3
+    assert imu.linear_acceleration == (Noise(0.0, 0.7),) * 3
+
+
+def test_a_silent_imu_is_quiet_and_without_remark(read):
+    remarks = Remarks()
+    (imu,) = read(sensor("imu"), remarks)
+    assert imu.angular_velocity == imu.linear_acceleration == (QUIET, QUIET, QUIET)
+    assert remarks.found == []
+
+
+@pytest.mark.parametrize(
+    ("attribute", "noise", "kind"),
+    [
+        ('type="none"', QUIET, None),
+        ('type="pink"', QUIET, "ignored"),
+        ("", Noise(0.1, 0.2), "assumed"),
+    ],
+)
+def test_noise_of_other_types(read, attribute, noise, kind):
+    remarks = Remarks()
+    text = (
+        f"<imu><angular_velocity><x><noise {attribute}>{NOISE}</noise></x></angular_velocity></imu>"
+    )
+    (imu,) = read(sensor("imu", text), remarks)
+    assert imu.angular_velocity[0] == noise
+    assert [remark.kind for remark in remarks.found] == ([kind] if kind else [])
+
+
+@pytest.mark.parametrize("tag", ["dynamic_bias_stddev", "precision"])
+def test_what_noise_has_besides_is_listed_once(read, tag):
+    remarks = Remarks()
+    noise = f'<noise type="gaussian"><{tag}>1</{tag}></noise>'
+    axes = "".join(f"<{axis}>{noise}</{axis}>" for axis in "xyz")
+    read(sensor("imu", f"<imu><angular_velocity>{axes}</angular_velocity></imu>"), remarks)
+    assert [remark.kind for remark in remarks.found] == ["ignored"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "tag"), [("gps", "gps"), ("navsat", "navsat"), ("navsat", "gps"), ("gps", "navsat")]
+)
+def test_satellite_navigation_has_four_noises(read, kind, tag):
+    def noise(stddev):
+        return f'<noise type="gaussian"><stddev>{stddev}</stddev></noise>'
+
+    (gps,) = read(
+        sensor(
+            kind,
+            f"<{tag}><position_sensing><horizontal>{noise(1)}</horizontal>"
+            f"<vertical>{noise(2)}</vertical></position_sensing>"
+            f"<velocity_sensing><horizontal>{noise(3)}</horizontal>"
+            f"<vertical>{noise(4)}</vertical></velocity_sensing></{tag}>",
+        )
+    )
+    assert isinstance(gps, Gps)
+    assert gps.horizontal_position == Noise(stddev=1.0)
+    assert gps.vertical_position == Noise(stddev=2.0)
+    assert gps.horizontal_velocity == Noise(stddev=3.0)
+    assert gps.vertical_velocity == Noise(stddev=4.0)
+
+
+@pytest.mark.parametrize("kind", ["lidar", "ray", "gpu_lidar", "gpu_ray"])
+@pytest.mark.parametrize("tag", ["lidar", "ray"])
+def test_a_lidar_has_rays_ranges_and_noise(read, kind, tag):
+    noise = f"<noise><type>gaussian</type>{NOISE}</noise>"
+    (lidar,) = read(sensor(kind, f"<{tag}>{SCAN}{RANGE}{noise}</{tag}>"))
+    assert isinstance(lidar, Lidar)
+    assert lidar.type == kind
+    assert lidar.horizontal == ScanAxis(1080, -2.35, 2.34)
+    assert lidar.vertical == ScanAxis(1, 0.0, 0.0)
+    assert (lidar.min_range, lidar.max_range, lidar.resolution) == (0.1, 30.0, 0.01)
+    assert lidar.noise == Noise(0.1, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("resolution", "samples"), [("2", 2160), ("0.5", 540), ("0.1", 108), ("0.0001", 1)]
+)
+def test_resolution_multiplies_rays(read, resolution, samples):
+    scan = SCAN.replace("<resolution>1<", f"<resolution>{resolution}<")
+    (lidar,) = read(sensor("lidar", f"<lidar>{scan}{RANGE}</lidar>"))
+    assert lidar.horizontal.samples == samples
+
+
+def test_a_lidar_may_have_rows(read):
+    rows = (
+        "<vertical><samples>16</samples><min_angle>-0.26</min_angle><max_angle>0.26</max_angle>"
+        "</vertical></scan>"
+    )
+    (lidar,) = read(sensor("lidar", f"<lidar>{SCAN.replace('</scan>', rows)}{RANGE}</lidar>"))
+    assert lidar.vertical == ScanAxis(16, -0.26, 0.26)
+
+
+@pytest.mark.parametrize("kind", ["depth", "depth_camera", "rgbd", "rgbd_camera"])
+def test_a_depth_camera_has_picture_and_clip(read, kind):
+    noise = f"<noise><type>gaussian</type>{NOISE}</noise></camera>"
+    (camera,) = read(sensor(kind, CAMERA.replace("</camera>", noise)))
+    assert isinstance(camera, DepthCamera)
+    assert (camera.width, camera.height, camera.horizontal_fov) == (640, 480, 1.274)
+    assert (camera.near, camera.far) == (0.2, 19.1)
+    assert camera.noise == Noise(0.1, 0.2)
+
+
+def test_a_depth_cameras_own_clip_goes_first(read):
+    own = "<depth_camera><clip><far>8</far></clip></depth_camera></camera>"
+    (camera,) = read(sensor("depth", CAMERA.replace("</camera>", own)))
+    assert (camera.near, camera.far) == (0.2, 8.0)
+
+
+@pytest.mark.parametrize("fov", [0.1, 6.28])
+def test_a_depth_camera_may_look_narrowly_or_all_around(read, fov):
+    assert read(sensor("depth", CAMERA.replace("1.274", str(fov))))[0].horizontal_fov == fov
+
+
+def test_a_bare_depth_camera_has_sdfs_defaults(read):
+    remarks = Remarks()
+    (camera,) = read(sensor("depth"), remarks)
+    assert (camera.width, camera.height, camera.horizontal_fov) == (320, 240, 1.047)
+    assert (camera.near, camera.far) == (0.1, 100.0)
+    assert [remark.kind for remark in remarks.found] == ["assumed"]
+
+
+LIDAR = f"<lidar>\n{SCAN}{RANGE}</lidar>\n"
+
+
+@pytest.mark.parametrize(
+    ("kind", "body", "old", "new"),
+    [
+        ("imu", "", "50", "-1"),
+        ("imu", "", "50", "nan"),
+        ("imu", "", "50", "inf"),
+        ("imu", "", "50", "1e7"),
+        ("imu", "", "50", ""),
+        ("lidar", LIDAR, "1080", "0"),
+        ("lidar", LIDAR, "1080", "-5"),
+        ("lidar", LIDAR, "1080", "0.5"),
+        ("lidar", LIDAR, "1080", "1000001"),
+        ("lidar", LIDAR, "1080", "many"),
+        ("lidar", LIDAR, "<resolution>1<", "<resolution>0<"),
+        ("lidar", LIDAR, "<resolution>1<", "<resolution>1e6<"),
+        ("lidar", LIDAR, "-2.35", "2.35"),
+        ("lidar", LIDAR, "-2.35", "nan"),
+        ("lidar", LIDAR, "<max>30", "<max>0.1"),
+        ("lidar", LIDAR, "<max>30", "<max>inf"),
+        ("lidar", LIDAR, "<min>0.1", "<min>-0.1"),
+        ("lidar", LIDAR, "0.01", "-0.01"),
+        ("lidar", LIDAR, RANGE, ""),
+        ("lidar", LIDAR, "<max>30</max>", ""),
+        ("lidar", LIDAR, SCAN, ""),
+        ("lidar", LIDAR, RANGE, RANGE + "<noise><stddev>-1</stddev></noise>"),
+        ("depth", CAMERA, "1.274", "0"),
+        ("depth", CAMERA, "1.274", "-1"),
+        ("depth", CAMERA, "1.274", "6.2832"),
+        ("depth", CAMERA, "1.274", "wide"),
+        ("depth", CAMERA, "640", "0"),
+        ("depth", CAMERA, "480", "1e5"),
+        ("depth", CAMERA, "0.2", "19.1"),
+        ("depth", CAMERA, "0.2", "-0.2"),
+        ("depth", CAMERA, "0.2", "1e308"),
+    ],
+)
+def test_what_cannot_be_is_named_with_its_line(read, kind, body, old, new):
+    good = sensor(kind, body)
+    assert len(read(good)) == 1
+    assert old in good
+    assert "sensor 'eye'" in fault(read, good.replace(old, new, 1))
+
+
+def test_a_lidar_that_leaves_all_to_a_plugin_is_not_used(read):
+    remarks = Remarks()
+    assert read(sensor("ray", '<plugin filename="libscan.so"/>'), remarks) == ()
+    assert [remark.kind for remark in remarks.found] == ["ignored"]
+
+
+def test_a_lidar_needs_a_horizontal_scan(read):
+    assert "<horizontal>" in fault(read, sensor("ray", f"<ray>{RANGE}</ray>"))
+
+
+def test_a_lidar_may_leave_out_what_sdf_has_a_default_for(read):
+    text = LIDAR.replace("<min>0.1</min>", "").replace("<samples>1080</samples>", "")
+    (lidar,) = read(sensor("lidar", text.replace("<resolution>0.01</resolution>", "")))
+    assert lidar.horizontal.samples == 640
+    assert (lidar.min_range, lidar.resolution) == (0.0, 0.0)
+
+
+def test_the_line_is_that_of_the_number(read):
+    assert "drone.sdf:9: " in fault(read, sensor("lidar", LIDAR).replace("-2.35", "left"))
+
+
+def test_more_than_a_million_rays_in_all_are_refused(read):
+    rows = "<vertical><samples>926</samples></vertical></scan>"
+    good = sensor("lidar", LIDAR.replace("</scan>", rows.replace("926", "925")))
+    assert read(good)[0].vertical.samples == 925
+    assert "1080 x 926" in fault(read, sensor("lidar", LIDAR.replace("</scan>", rows)))
+
+
+def test_more_sensors_than_any_drone_has_are_refused(read):
+    with pytest.raises(WorkbenchError, match="1001 sensors"):
+        read(sensor("imu") * 1001, links=["arm"] * 1001)

@@ -1,0 +1,91 @@
+"""Write rotors and sensors as Gazebo's `<gazebo>` blocks of a URDF."""
+
+import copy
+from xml.etree import ElementTree as ET
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+
+from workbench.plant.model import DeclaredSensor, Model
+from workbench.plant.rotors import Rotor
+
+_TURNING = ("continuous", "revolute")
+
+
+def turning_joints(model: Model, rotors: tuple[Rotor, ...]) -> set[str]:
+    """Return the rotors' joints that can be written as turning: Drake wants mass below those."""
+    return {
+        joint.name
+        for rotor in rotors
+        if (joint := model.joint(rotor.joint))
+        and joint.kind in _TURNING
+        and (link := model.link(joint.child))
+        and link.inertial
+    }
+
+
+def add_rotors(
+    robot: ET.Element, model: Model, base_link: str, rotors: tuple[Rotor, ...], turning: set[str]
+) -> None:
+    """Add a motor-model plugin for each rotor, and a link at the hub of those that do not turn."""
+    for number, rotor in enumerate(rotors):
+        joint, link, direction = rotor.joint, rotor.link, rotor.direction
+        if joint in turning:
+            declared = model.joint(joint)
+            base = model.link(base_link)
+            assert declared and base
+            R_BJ = base.X_ML.rotation().inverse() @ declared.X_MJ.rotation()
+            along = np.dot(R_BJ.matrix() @ np.array(declared.axis_J), rotor.axis_B)
+            direction = direction if along > 0.0 else -direction
+        else:
+            joint, link = f"{rotor.name}_hub_joint", f"{rotor.name}_hub"
+            _add_hub(robot, base_link, rotor, joint, link)
+        plugin = ET.SubElement(
+            ET.SubElement(robot, "gazebo"),
+            "plugin",
+            filename="gz-sim-multicopter-motor-model-system",
+            name="gz::sim::systems::MulticopterMotorModel",
+        )
+        for tag, value in (
+            ("jointName", joint),
+            ("linkName", link),
+            ("turningDirection", "ccw" if direction > 0 else "cw"),
+            ("timeConstantUp", rotor.time_constant_up),
+            ("timeConstantDown", rotor.time_constant_down),
+            ("maxRotVelocity", rotor.max_rot_velocity),
+            ("motorConstant", rotor.motor_constant),
+            ("momentConstant", rotor.moment_constant),
+            ("motorNumber", number),
+            ("rotorVelocitySlowdownSim", rotor.velocity_slowdown),
+        ):
+            ET.SubElement(plugin, tag).text = value if isinstance(value, str) else repr(value)
+
+
+def add_sensors(robot: ET.Element, sensors: tuple[DeclaredSensor, ...]) -> None:
+    """Add the sensors' own elements, with their poses resolved."""
+    for sensor in sensors:
+        block = ET.SubElement(robot, "gazebo", reference=sensor.link)
+        element = copy.deepcopy(sensor.element)
+        for pose in element.findall("pose"):
+            element.remove(pose)
+        ET.SubElement(element, "pose").text = _pose(sensor.X_LS)
+        block.append(element)
+
+
+def _add_hub(robot: ET.Element, base_link: str, rotor: Rotor, joint: str, link: str) -> None:
+    """Add a frame whose z is the rotor's axis."""
+    R_BR = RotationMatrix.MakeFromOneVector(np.array(rotor.axis_B), axis_index=2)
+    xyz, rpy = np.array(rotor.p_BR), RollPitchYaw(R_BR).vector()
+    ET.SubElement(robot, "link", name=link)
+    element = ET.SubElement(robot, "joint", name=joint, type="fixed")
+    ET.SubElement(element, "origin", xyz=_text(xyz), rpy=_text(rpy))
+    ET.SubElement(element, "parent", link=base_link)
+    ET.SubElement(element, "child", link=link)
+
+
+def _pose(X: RigidTransform) -> str:
+    return f"{_text(X.translation())} {_text(RollPitchYaw(X.rotation()).vector())}"
+
+
+def _text(values: np.ndarray) -> str:
+    return " ".join(repr(float(value)) for value in values)

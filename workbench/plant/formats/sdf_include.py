@@ -1,0 +1,165 @@
+"""Read SDF files and find those that they include."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import unquote
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats.model_folder import description_file
+from workbench.plant.formats.sdf_node import Node
+from workbench.plant.formats.values import shortened
+from workbench.plant.formats.xml import MOST_BYTES, Element, place, read_xml
+from workbench.plant.packages import PackageFinder
+
+OLDEST = (1, 3)
+"""Before it, poses were written in attributes."""
+
+_TEMPLATE = re.compile(rb"\{\{|\{%|<%")
+_VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})(\.\d{1,4})*")
+
+
+@dataclass(frozen=True)
+class SdfFile:
+    """A file that was read.
+
+    Attributes:
+        path: of the file.
+        root: its `<sdf>` element.
+        version: of SDF that it is written in.
+        size: number of its elements.
+    """
+
+    path: Path
+    root: Element
+    version: tuple[int, int]
+    size: int
+
+
+class SdfFiles:
+    """SDF files, each read once."""
+
+    def __init__(self, finder: PackageFinder) -> None:
+        self._finder = finder
+        self._read: dict[Path, SdfFile] = {}
+
+    def open(self, path: Path) -> SdfFile:
+        """Return a file's content.
+
+        Raises:
+            WorkbenchError: naming file and line of what makes it no SDF file.
+        """
+        if path not in self._read:
+            self._read[path] = _read(path)
+        return self._read[path]
+
+    def included(self, include: Node) -> SdfFile:
+        """Return the file that an `<include>` means.
+
+        Raises:
+            WorkbenchError: naming the `<include>`, if its file is not found, or no SDF.
+        """
+        uri = include.text_of("uri")
+        if not uri:
+            raise include.fault("<include> without a <uri>: say which model it includes")
+        try:
+            return self.open(description_file(self._find(include, uri)))
+        except OSError as error:
+            raise include.fault(f"<include> of '{shortened(uri)}': {error}") from error
+
+    def _find(self, include: Node, uri: str) -> Path:
+        """Return the file or folder that a URI of an `<include>` means."""
+        name = model_name(uri)
+        online = uri.startswith(("http://", "https://"))
+        found = None if online else self._finder.resolve(uri, include.file)
+        if found is None and name:
+            found = self._finder.folder(name)
+            if online and found and include.file.is_relative_to(found):
+                found = None  # a local wrapper of the model online, by the same name
+        if found:
+            return found
+        problem = (
+            "is on the internet, where nothing is fetched from: download the model and"
+            if online
+            else "is not found:"
+        )
+        raise include.fault(
+            f"<include> of '{shortened(uri)}' {problem} {self._finder.hint(shortened(name))}"
+        )
+
+
+def model_name(uri: str) -> str:
+    """Return the name of the model that a URI of an `<include>` means, "" where it has none.
+
+    That is the first part of a model:// or relative one; of an address at Fuel, which ends in
+    `models/NAME` and perhaps a version, it is the part after `models`.
+    """
+    scheme, separator, rest = uri.partition("://")
+    parts = [
+        part for part in (rest if separator else uri).split("/") if part not in ("", ".", "..")
+    ]
+    if scheme in ("http", "https") and "models" in parts[:-1]:
+        return unquote(parts[parts.index("models") + 1])
+    if scheme in ("http", "https", "file") or uri.startswith("/"):
+        return parts[-1] if parts else ""
+    return parts[0] if parts else ""
+
+
+def _read(path: Path) -> SdfFile:
+    try:
+        root = read_xml(path)
+    except WorkbenchError:
+        _refuse_template(path)  # a template is seldom XML, and this is the better sentence
+        raise
+    _refuse_template(path)
+    return sdf_file(path, root)
+
+
+def sdf_file(path: Path, root: Element) -> SdfFile:
+    """Return a file by its root element, which may have been made from it.
+
+    Raises:
+        WorkbenchError: naming file and line of what makes it no SDF file.
+    """
+    if root.tag == "robot":
+        raise WorkbenchError(
+            f"{place(path, root)}: this is URDF (<robot>) where SDF is included: convert it to SDF"
+        )
+    if root.tag != "sdf":
+        raise WorkbenchError(
+            f"{place(path, root)}: the root element is <{shortened(root.tag)}>, an SDF file has "
+            "<sdf>"
+        )
+    text = root.get("version", "").strip()
+    match = _VERSION.fullmatch(text)
+    version = (int(match[1]), int(match[2])) if match else (0, 0)
+    if version < OLDEST:
+        raise WorkbenchError(
+            f"{place(path, root)}: <sdf version='{shortened(text)}'>: SDF is read from version "
+            f"{OLDEST[0]}.{OLDEST[1]} on: convert the file with `gz sdf -p`"
+            if match
+            else f"{place(path, root)}: <sdf version='{shortened(text)}'>: give it the version of "
+            "SDF that it is written in, such as 1.9"
+        )
+    return SdfFile(path, root, version, sum(1 for _ in root.iter()))
+
+
+def _refuse_template(path: Path) -> None:
+    """Refuse a jinja or erb template; what stands in comments makes none."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES)
+    except (OSError, ValueError):
+        return  # why it cannot be read is said elsewhere
+    line = 1
+    for index, part in enumerate(data.split(b"<!--")):
+        comment, _, text = part.partition(b"-->") if index else (b"", b"", part)
+        line += comment.count(b"\n")
+        match = _TEMPLATE.search(text)
+        if match:
+            line += text[: match.start()].count(b"\n")
+            raise WorkbenchError(
+                f"{path}:{line}: '{match[0].decode()}' makes this a template: render it first "
+                "(jinja or erb) and give the result"
+            )
+        line += text.count(b"\n")

@@ -1,0 +1,266 @@
+"""Find where the frames of a model are, and on which link each is."""
+
+from dataclasses import dataclass
+
+from pydrake.math import RigidTransform
+
+from workbench.plant.formats import sdf_values
+from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, known_names
+from workbench.plant.formats.sdf_tree import DEEPEST, SdfTree
+from workbench.plant.formats.values import shortened
+from workbench.plant.remarks import Remarks
+
+ROOT = "__model__"
+WORLD = "world"
+_JOINT = "\njoint"
+"""Ends the key of a joint's frame: in old files a joint may be called as a link is."""
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """A frame F: of a link, joint or model, or a `<frame>`.
+
+    Attributes:
+        owner: the element, in the words in which its pose is given.
+        pose: its `<pose>`, if it has one.
+        base: the name of the frame that the pose is given in, unless it says otherwise.
+        inside: the element, in the words in which the next two are given.
+        carrier: the name of the frame that it moves with; "" for a link.
+        placement: the name of the frame that the pose places; "" for itself.
+    """
+
+    owner: Node
+    pose: Node | None
+    base: str
+    inside: Node
+    carrier: str
+    placement: str = ""
+
+
+class Poses:
+    """The frames of a model by their full names; M is the frame of the whole."""
+
+    def __init__(self, tree: SdfTree, remarks: Remarks) -> None:
+        """Take up all frames.
+
+        Args:
+            tree: the model.
+            remarks: where to note what is repaired.
+
+        Raises:
+            WorkbenchError: naming the second of two of one name.
+        """
+        self._remarks = remarks
+        self._frames: dict[str, _Frame] = {}
+        self._X_MF = {ROOT: RigidTransform()}
+        self._links = {link.full_name: link.full_name for link in tree.links} | {WORLD: WORLD}
+        self._placing: list[str] = []
+        for model in tree.models:
+            self._add(
+                model.name,
+                _Frame(
+                    owner=model.outside,
+                    pose=model.pose,
+                    base=ROOT,
+                    inside=model.inside,
+                    carrier=model.canonical,
+                    placement=model.placement,
+                ),
+            )
+        for link in tree.links:
+            if link.full_name == WORLD:
+                raise link.fault("a link cannot be called 'world': rename it")
+            self._add(link.full_name, _Frame(link, link.child("pose"), ROOT, link, ""))
+        for frame in tree.frames:
+            carrier = frame.attribute("attached_to") or ROOT
+            self._add(frame.full_name, _Frame(frame, frame.child("pose"), carrier, frame, carrier))
+        for joint in tree.joints:
+            child = joint_end(joint, "child")
+            self._add(joint_key(joint), _Frame(joint, joint.child("pose"), child, joint, child))
+
+    def _add(self, name: str, frame: _Frame) -> None:
+        """Take up a frame, whose name no other may have."""
+        twin = self._frames.get(name) or self._frames.get(f"{name}::{ROOT}")
+        plain, mark, _ = name.partition(_JOINT)
+        if mark and frame.owner.version >= FRAME_SEMANTICS:
+            # Before, a joint could be called like a link; nothing referred to joints by name.
+            twin = twin or self._frames.get(plain) or self._frames.get(f"{plain}::{ROOT}")
+        if twin:
+            line = f" (the other is in {twin.owner.file}:{twin.owner.element.line})"
+            raise frame.owner.fault(
+                f"there are two of the name '{shortened(plain)}' in one model{line}: rename one"
+            )
+        self._frames[name] = frame
+
+    def find(self, words: Node, name: str) -> str:
+        """Return the full name of what a name in an element means.
+
+        Raises:
+            WorkbenchError: naming file and line, with the names near it, if it means nothing.
+        """
+        full = self._look_up(words, name)
+        if full is None:
+            raise words.fault(
+                f"{words.title} refers to '{shortened(name)}', which is no link, joint, frame or "
+                "model here: " + known_names(name, self._names_in(words.scope))
+            )
+        return full
+
+    def _look_up(self, words: Node, name: str) -> str | None:
+        """Return the full name of what a name in an element means, None where that is nothing."""
+        if name == ROOT:
+            return words.model
+        if name == WORLD:
+            return WORLD
+        full = words.scope + name
+        keys = (full, f"{full}::{ROOT}", full + _JOINT)
+        return next((key for key in keys if key in self._frames), None)
+
+    def _names_in(self, scope: str) -> set[str]:
+        """Return the names that a scope could use."""
+        return {
+            name.removeprefix(scope).removesuffix(_JOINT).removesuffix(f"::{ROOT}")
+            for name in self._frames
+            if name.startswith(scope) and "\n" not in name.removesuffix(_JOINT)
+        }
+
+    def X_MF(self, name: str) -> RigidTransform:
+        """Return the pose of a frame F.
+
+        Args:
+            name: its full name.
+
+        Raises:
+            WorkbenchError: naming file and line, if poses are relative to one another in a circle.
+        """
+        way: dict[str, str] = {}  # each frame and the one it is given in
+        step = name
+        while step not in self._X_MF:
+            if step == WORLD:
+                self._X_MF[WORLD] = self._X_BF(ROOT).inverse()
+                break
+            if step in way:
+                raise self._frames[step].owner.fault(
+                    f"the pose of {self._frames[step].owner.title} is relative to itself, through "
+                    "relative_to, attached_to or joints: break the circle"
+                )
+            way[step] = self._base(step)
+            step = way[step]
+        for frame, base in reversed(way.items()):
+            self._X_MF[frame] = self._X_MF[base] @ self._X_BF(frame)
+        return self._X_MF[name]
+
+    def X_LF(self, part: Node, link: str) -> RigidTransform:
+        """Return the pose of something F on a link L, such as a visual.
+
+        Where it is given in a frame that is not there, that of the link is taken: Gazebo too shows
+        the model all the same.
+
+        Args:
+            part: its element.
+            link: the full name of the link.
+        """
+        pose = part.child("pose")
+        base = _relative_to(pose)
+        if not pose or not base:
+            return sdf_values.pose(pose)
+        full = self._look_up(pose, base)
+        if full is None:
+            self._remarks.add(
+                "repaired",
+                part.file,
+                f"{part.title} of link '{link}'",
+                f"its pose is relative to '{shortened(base)}', which is not there; taken relative "
+                "to the link",
+            )
+            return sdf_values.pose(pose)
+        return self.X_MF(link).inverse() @ self.X_MF(full) @ sdf_values.pose(pose)
+
+    def link_of(self, name: str) -> str:
+        """Return the full name of the link that a frame is fixed to, or `world`.
+
+        Args:
+            name: full name of the frame.
+
+        Raises:
+            WorkbenchError: naming file and line, if frames are attached to one another in a
+                circle, or to a model without a link.
+        """
+        way: set[str] = set()
+        while name not in self._links:
+            frame = self._frames[name]
+            if name in way:
+                raise frame.inside.fault(
+                    f"{frame.owner.title} is attached to itself, through attached_to or joints: "
+                    "break the circle"
+                )
+            if not frame.carrier:
+                raise frame.inside.fault(f"{frame.owner.title} has no link: add one")
+            way.add(name)
+            name = self.find(frame.inside, frame.carrier)
+        link = self._links[name]
+        self._links |= dict.fromkeys(way, link)
+        return link
+
+    def _base(self, name: str) -> str:
+        """Return the full name of the frame that a frame's pose is given in."""
+        frame = self._frames[name]
+        return self.find(frame.pose or frame.owner, _relative_to(frame.pose) or frame.base)
+
+    def _X_BF(self, name: str) -> RigidTransform:
+        """Return the pose of a frame F in the frame B that its pose is given in."""
+        frame = self._frames[name]
+        X_BP = sdf_values.pose(frame.pose)
+        if not frame.placement:
+            return X_BP
+        if name in self._placing or len(self._placing) > DEEPEST:
+            raise frame.inside.fault(
+                f"the placement frames of {frame.owner.title} and models near it hang on one "
+                "another: place one of them by its own frame"
+            )
+        self._placing.append(name)
+        X_FP = self._X_in(self.find(frame.inside, frame.placement), name)
+        self._placing.pop()
+        return X_BP @ X_FP.inverse()
+
+    def _X_in(self, name: str, model: str) -> RigidTransform:
+        """Return the pose of a frame P in that of the model F which it is to place."""
+        X_FP = RigidTransform()
+        way: set[str] = set()
+        while name != model:
+            if name in way or name in (ROOT, WORLD):
+                frame = self._frames[model]
+                raise frame.inside.fault(
+                    f"the placement frame of {frame.owner.title} has no pose in it: "
+                    "take one that is relative to the model or a link of it"
+                )
+            way.add(name)
+            X_FP = self._X_BF(name) @ X_FP
+            name = self._base(name)
+        return X_FP
+
+
+def joint_key(joint: Node) -> str:
+    """Return the full name of a joint's frame, which no link can have."""
+    return joint.full_name + _JOINT
+
+
+def joint_end(joint: Node, end: str) -> str:
+    """Return what a joint names as its parent or child.
+
+    Raises:
+        WorkbenchError: if it names nothing.
+    """
+    node = joint.child(end)
+    name = (node.text or node.attribute("link")) if node else ""
+    if not name:
+        raise joint.fault(f"{joint.title} has no <{end}>: name a link")
+    return name
+
+
+def _relative_to(pose: Node | None) -> str:
+    """Return the name of the frame that a `<pose>` says it is given in, "" if it says none."""
+    if not pose:
+        return ""
+    old = pose.attribute("frame") if pose.version < FRAME_SEMANTICS else ""
+    return pose.attribute("relative_to") or old

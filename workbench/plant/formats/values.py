@@ -1,0 +1,106 @@
+"""Numbers, vectors and poses as URDF and its like write them in attributes."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats.xml import Element, place
+
+LARGEST = 1e6
+"""No length, mass or moment of a drone is as large as this in its unit."""
+
+
+def numbers(path: Path, element: Element, attribute: str, default: str) -> tuple[float, ...]:
+    """Return the numbers of an attribute.
+
+    Raises:
+        WorkbenchError: naming the element, if one is no finite number, or of absurd size.
+    """
+    text = element.get(attribute, default)
+    try:
+        found = tuple(float(word) for word in text.split())
+    except ValueError:
+        found = (math.nan,)
+    if not all(abs(number) <= LARGEST for number in found):
+        raise WorkbenchError(
+            f"{place(path, element)}: <{element.tag} {attribute}='{shortened(text)}'>: "
+            f"give it numbers within ±{LARGEST:g}"
+        )
+    return found
+
+
+def number(path: Path, element: Element, attribute: str, default: str | None = None) -> float:
+    """Return the one number of an attribute.
+
+    Raises:
+        WorkbenchError: naming the element, if it is missing or no number.
+    """
+    if default is None and attribute not in element.attrib:
+        raise WorkbenchError(f"{place(path, element)}: <{element.tag}> without {attribute}: add it")
+    found = numbers(path, element, attribute, default or "")
+    if len(found) != 1:
+        raise _count(path, element, attribute, 1)
+    return found[0]
+
+
+def positive(path: Path, element: Element, attribute: str) -> float:
+    """Return the one positive number of an attribute.
+
+    Raises:
+        WorkbenchError: naming the element, if it is none.
+    """
+    found = number(path, element, attribute)
+    if found <= 0.0:
+        raise WorkbenchError(
+            f"{place(path, element)}: <{element.tag} {attribute}='{found:g}'>: "
+            "give it a positive number"
+        )
+    return found
+
+
+def triple(
+    path: Path, element: Element, attribute: str, default: str
+) -> tuple[float, float, float]:
+    """Return the three numbers of an attribute.
+
+    Raises:
+        WorkbenchError: naming the element, if they are not three.
+    """
+    found = numbers(path, element, attribute, default)
+    if len(found) != 3:
+        raise _count(path, element, attribute, 3)
+    return (found[0], found[1], found[2])
+
+
+def origin(path: Path, element: Element) -> RigidTransform:
+    """Return the pose that an element's `<origin xyz rpy>` gives; none is the identity."""
+    found = element.find("origin")
+    if not isinstance(found, Element):
+        return RigidTransform()
+    xyz = triple(path, found, "xyz", "0 0 0")
+    rpy = triple(path, found, "rpy", "0 0 0")
+    return RigidTransform(RollPitchYaw(np.array(rpy)), np.array(xyz))
+
+
+def shortened(text: str) -> str:
+    """Return a text short enough for a message."""
+    text = " ".join(text.split())
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names for a message, the first dozen of them."""
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return ", ".join(map(shortened, names[:12])) + more
+
+
+def _count(path: Path, element: Element, attribute: str, count: int) -> WorkbenchError:
+    text = shortened(element.get(attribute, ""))
+    return WorkbenchError(
+        f"{place(path, element)}: <{element.tag} {attribute}='{text}'>: give it {count} "
+        f"{'number' if count == 1 else 'numbers'}"
+    )

@@ -1,0 +1,201 @@
+"""The process that expands one xacro file: run by `expand_xacro` through `run_limited`."""
+
+import os
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from xml.dom import minidom
+
+import xacro
+
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.plant.formats.xml import MOST_BYTES, read_xml
+from workbench.plant.limited import one_line, serve
+from workbench.plant.packages import PackageFinder
+
+_DEEPEST_INCLUDE = 50
+_MOST_NAMED = 40
+_STAND_IN = "1"
+"""A number, a name and a truth value, so that expansion goes on and finds what else is missing."""
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_QUOTE = r"(?:'|\"|&quot;|&apos;)"
+_USED = re.compile(
+    rf"\$\(arg\s+([^\s()${{}}]+)\s*\)|xacro\.arg\(\s*{_QUOTE}([^'\"&]+){_QUOTE}\s*\)"
+)
+_WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+_EFFECTS = frozenset({"os", "subprocess", "socket", "shutil", "ctypes", "fcntl", "pty", "resource"})
+_READS = frozenset({"os.listdir", "os.scandir", "os.walk", "os.fwalk"})
+
+
+class _Args(dict[str, str]):
+    """Values of arguments; one that has none gets a stand-in, and is remembered."""
+
+    def __init__(self, given: dict[str, str]) -> None:
+        super().__init__(given)
+        self.asked: set[str] = set()
+        self.missing: list[str] = []
+
+    def __getitem__(self, name: str) -> str:
+        self.asked.add(name)
+        return super().__getitem__(name)
+
+    def __missing__(self, name: str) -> str:
+        if name not in self.missing:
+            self.missing.append(name)
+        return _STAND_IN
+
+
+class _Reading:
+    """What xacro asks for while it works on one file: files and packages."""
+
+    def __init__(self, finder: PackageFinder) -> None:
+        self._finder = finder
+        self._parse = xacro.parse
+        self._texts: dict[str, str] = {}
+        self.declared: set[str] = set()
+        self.used: dict[str, None] = {}
+
+    def parse(self, inp: Any, filename: str | None = None) -> Any:
+        """Stand in for `xacro.parse`: refuse what is too much, and note arguments."""
+        if inp is not None or filename is None:
+            return self._parse(inp, filename)
+        path = Path(filename)
+        if len(xacro.filestack) > _DEEPEST_INCLUDE:
+            names = " -> ".join(Path(name).name for name in xacro.filestack[-3:])
+            raise WorkbenchError(
+                f"{path.resolve()}: is included more than {_DEEPEST_INCLUDE} deep "
+                f"(... -> {names}): let no file include itself"
+            )
+        if len(xacro.filestack) > 1 and not _is_there(path):
+            return self._parse(inp, filename)  # its error: an include may be optional
+        read_xml(path)
+        data = path.read_bytes()
+        if filename not in self._texts:
+            text = _COMMENT.sub("", data.decode(errors="replace"))
+            self._texts[filename] = text
+            self.used |= dict.fromkeys(match[1] or match[2] for match in _USED.finditer(text))
+        document = minidom.parseString(data)
+        for argument in list(document.getElementsByTagName("xacro:arg")):
+            name = argument.getAttribute("name")
+            if argument.hasAttribute("default"):
+                self.declared.add(name)
+            elif name and (parent := argument.parentNode):
+                # xacro refuses an argument without a default; here the user is asked for a value
+                self.used[name] = None
+                parent.removeChild(argument)
+        return document
+
+    def find(self, name: str) -> str:
+        """Return the folder that `$(find NAME)` stands for."""
+        folder = self._finder.folder(name) or self._guess(name)
+        if folder is None:
+            raise LookupError(
+                f"package '{name}' is not found above or beside the file, nor through the "
+                f"environment: {self._finder.hint(name)}"
+            )
+        return str(folder)
+
+    def _guess(self, name: str) -> Path | None:
+        """Return the folder that has what the files expect of an unknown package.
+
+        A description that was taken out of its package keeps the folders around it, perhaps.
+        """
+        wanted = re.compile(rf"\$\(find\s+{re.escape(name)}\s*\)/([^\s\"'<>$]+)")
+        for filename in reversed(xacro.filestack):
+            for rest in dict.fromkeys(wanted.findall(self._texts.get(filename, ""))):
+                found = self._finder.resolve(f"package://{name}/{rest}", Path(filename))
+                if found is not None and found.is_file():
+                    return found.parents[len(Path(rest).parts) - 1]
+        return None
+
+
+def expand(request: dict[str, Any]) -> str:
+    """Return the URDF text for a request of `expand_xacro`."""
+    path, given = Path(request["path"]), request["args"]
+    reading = _Reading(PackageFinder(Path(request["source"]), request["packages"]))
+    xacro.parse = reading.parse  # the one place where xacro opens XML
+    _answer_find(reading.find)
+    sys.addaudithook(_forbid_effects)
+    args = _Args(given)
+    try:
+        text = str(xacro.process_file(str(path), mappings=args).toxml())
+    except WorkbenchError:
+        raise
+    except (Exception, SystemExit) as error:  # a file's own expressions may raise anything
+        if not args.missing:  # else that may be why
+            raise WorkbenchError(f"{_being_read(path)}: xacro stopped: {_reason(error)}") from error
+    _check_args(path, given, args, reading)
+    if len(text.encode(errors="replace")) > MOST_BYTES:
+        raise WorkbenchError(f"{path}: comes to more than {MOST_BYTES // 1_000_000} MB of URDF")
+    return text
+
+
+def _check_args(path: Path, given: dict[str, str], args: _Args, reading: _Reading) -> None:
+    """Refuse arguments that no file knows, and the lack of those without a default."""
+    known = reading.declared | reading.used.keys() | args.asked
+    for name in given:
+        if not known:
+            raise WorkbenchError(f"{path}: takes no arguments, and '{name}' was given")
+        if name not in known:
+            raise unknown_name(f"argument of {path.name}", name, known)
+    if args.missing:
+        others = [name for name in reading.used if name not in reading.declared | given.keys()]
+        needed = [f"--arg {name}:=…" for name in dict.fromkeys([*args.missing, *others])]
+        more = f" and {len(needed) - _MOST_NAMED} more" if len(needed) > _MOST_NAMED else ""
+        raise WorkbenchError(
+            f"{path}: has arguments without a default: give {' '.join(needed[:_MOST_NAMED])}{more}"
+        )
+
+
+def _answer_find(find: Callable[[str], str]) -> None:
+    """Let xacro, which asks ROS's ament_index_python for a package's folder, ask `find`."""
+    packages = ModuleType("ament_index_python.packages")
+    vars(packages)["get_package_share_directory"] = find
+    sys.modules["ament_index_python"] = ModuleType("ament_index_python")
+    sys.modules["ament_index_python.packages"] = packages
+
+
+def _forbid_effects(event: str, args: tuple[Any, ...]) -> None:
+    """Stop what writes, starts or sends; expressions can get around xacro's own sandbox."""
+    opened_to_write = event == "open" and bool(args[2] & _WRITES)
+    if opened_to_write or (event.partition(".")[0] in _EFFECTS and event not in _READS):
+        raise PermissionError(f"a description may read files, and nothing else ({event})")
+
+
+def _being_read(path: Path) -> str:
+    """Name the file that xacro had open when it stopped (an include, perhaps)."""
+    return str(xacro.filestack[-1] if xacro.filestack else path)
+
+
+def _reason(error: BaseException) -> str:
+    """Return the first cause of an error, with the expression it is in."""
+    expression = ""
+    while isinstance(error, xacro.XacroException) and error.exc is not None:
+        expression = " ".join(str(error.suffix or "")[:300].split())
+        error = error.exc
+    match error:
+        case MemoryError():
+            text = "there is not enough memory"
+        case RecursionError():
+            text = "it is nested too deeply: let no macro or property need itself"
+        case OSError(strerror=str(said), filename=str(name)):
+            text = f"{said}: {name[:300]}"
+        case KeyError():
+            text = f"there is no {one_line(error)}"
+        case _:
+            text = one_line(error)
+    return f"{text} {expression}".rstrip()
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name too long
+        return False
+
+
+if __name__ == "__main__":
+    serve(expand)

@@ -1,0 +1,129 @@
+"""Read XML from a stranger: with line numbers, and within bounds of size, depth and entities."""
+
+from pathlib import Path
+from xml.etree import ElementTree as ET
+from xml.parsers import expat
+
+from workbench.errors import WorkbenchError
+
+MOST_BYTES = 16_000_000
+"""Larger than any description; meshes are not XML of ours."""
+MOST_ELEMENTS = 200_000
+DEEPEST = 100
+
+
+class Element(ET.Element):
+    """An element that knows its line in the file, 0 where that would mean nothing."""
+
+    line: int = 0
+
+
+def read_xml(path: Path) -> Element:
+    """Return the root element of an XML file.
+
+    Raises:
+        WorkbenchError: naming file and line of what is no XML, or too much of it.
+    """
+    try:
+        if not path.is_file():
+            raise WorkbenchError(f"{path}: no such file")
+        if path.stat().st_size > MOST_BYTES:
+            raise WorkbenchError(f"{path}: is larger than {MOST_BYTES // 1_000_000} MB")
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise WorkbenchError(f"{path}: cannot be read: {error}") from error
+    return _parse(data, path, None, lines=True)
+
+
+def parse_xml(text: str, path: Path) -> Element:
+    """Return the root element of a text that was made from a file, without line numbers.
+
+    Raises:
+        WorkbenchError: as `read_xml` does.
+    """
+    return _parse(text.encode("utf-8", "replace"), path, "utf-8", lines=False)
+
+
+def _parse(data: bytes, path: Path, encoding: str | None, *, lines: bool) -> Element:
+    reader = _Reader(path, encoding, lines)
+    try:
+        try:
+            return reader.read(data)
+        except expat.ExpatError:
+            return _Reader(path, encoding, lines).read(_without_comments(data))
+    except expat.ExpatError as error:
+        where = f"{path}:{error.lineno}" if lines else f"{path}"
+        raise WorkbenchError(f"{where}: not XML: {expat.ErrorString(error.code)}") from error
+    except (ValueError, LookupError) as error:
+        raise WorkbenchError(f"{path}: not XML: {error}") from error
+
+
+def _without_comments(data: bytes) -> bytes:
+    """Return a document with nothing but line ends in the place of its comments.
+
+    XML forbids two hyphens in a comment, and Gazebo's own worlds have them.
+    """
+    first, *rest = data.split(b"<!--")
+    kept = [first]
+    for part in rest:
+        comment, _, after = part.partition(b"-->")
+        kept.append(b"\n" * comment.count(b"\n") + after)
+    return b"".join(kept)
+
+
+class _Reader:
+    """Builds the tree from expat's events."""
+
+    def __init__(self, path: Path, encoding: str | None, lines: bool) -> None:
+        self._path = path
+        self._lines = lines
+        self._depth = 0
+        self._count = 0
+        self._skipped = 0
+        self._builder = ET.TreeBuilder(element_factory=Element)
+        self._parser = expat.ParserCreate(encoding)
+        self._parser.buffer_text = True
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.CharacterDataHandler = self._builder.data
+        self._parser.EntityDeclHandler = self._entity
+
+    def read(self, data: bytes) -> Element:
+        text = data.lstrip(b"\r\n\t ")  # not allowed before <?xml, and Gazebo lets it pass
+        self._skipped = data[: len(data) - len(text)].count(b"\n")
+        self._parser.Parse(text, True)
+        root = self._builder.close()
+        assert isinstance(root, Element)
+        return root
+
+    @property
+    def _line(self) -> int:
+        return self._parser.CurrentLineNumber + self._skipped
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._depth += 1
+        self._count += 1
+        if self._depth > DEEPEST:
+            raise self._fault(f"elements are nested more than {DEEPEST} deep")
+        if self._count > MOST_ELEMENTS:
+            raise self._fault(f"there are more than {MOST_ELEMENTS} elements")
+        element = self._builder.start(tag, attributes)
+        assert isinstance(element, Element)
+        element.line = self._line if self._lines else 0
+
+    def _end(self, tag: str) -> None:
+        self._depth -= 1
+        self._builder.end(tag)
+
+    def _entity(self, *_: object) -> None:
+        raise self._fault("it declares entities of its own: write out what they stand for")
+
+    def _fault(self, what: str) -> WorkbenchError:
+        where = f"{self._path}:{self._line}" if self._lines else self._path
+        return WorkbenchError(f"{where}: {what}")
+
+
+def place(path: Path, element: ET.Element) -> str:
+    """Return file and line of an element, for the start of a message."""
+    line = getattr(element, "line", 0)
+    return f"{path}:{line}" if line else f"{path}"

@@ -1,0 +1,168 @@
+"""Run work on a stranger's data in a process of its own, within bounds of time, memory and output.
+
+The parent calls `run_limited`; the module that it names calls `serve` when it is run.
+"""
+
+import json
+import math
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any
+
+from workbench.errors import WorkbenchError
+
+LARGEST_FILE = 128_000_000
+"""Of what a process writes, its answer included [bytes]."""
+_SLOWNESS, _START = 3.0, 10.0
+"""Wall time is so many times the computing time, plus a start [s]: machines are shared."""
+_LONGEST_TEXT = 300
+
+
+class LimitedError(WorkbenchError):
+    """Why a process gave no answer, a clause that names no file."""
+
+
+def run_limited(module: str, request: object, *, seconds: float, megabytes: int) -> Any:
+    """Run `python -m MODULE` on a request and return its answer.
+
+    Args:
+        module: full name of a module that calls `serve`.
+        request: what its function gets; anything that JSON can say.
+        seconds: computing time it may take; wall time is bounded too, generously.
+        megabytes: address space it may use.
+
+    Returns:
+        What the function returned, after a way through JSON.
+
+    Raises:
+        LimitedError: if it broke a bound, died, or raised what is no WorkbenchError.
+        WorkbenchError: as the function raised it.
+    """
+    try:
+        message = json.dumps({"seconds": seconds, "megabytes": megabytes, "request": request})
+        with (
+            tempfile.TemporaryFile() as given,  # files, as they can be bounded and never block
+            tempfile.TemporaryFile() as answer,
+            tempfile.TemporaryFile() as noise,
+        ):
+            given.write(message.encode())
+            given.seek(0)
+            wall = _SLOWNESS * seconds + _START
+            code = _run(module, given, answer, noise, wall)
+            if code is None:
+                raise LimitedError(f"it did not end within {wall:g} s")
+            if code != 0:
+                raise LimitedError(_cause(code, seconds, noise))
+            answer.seek(0)
+            said = json.loads(answer.read(LARGEST_FILE + 1))
+    except OSError as error:
+        raise LimitedError(f"no process can be started for it: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise LimitedError(f"the answer cannot be read: {one_line(error)}") from error
+    match said:
+        case {"answer": value}:
+            return value
+        case {"refused": str(sentence)}:
+            raise WorkbenchError(sentence)
+        case {"error": reason}:
+            raise LimitedError(str(reason))
+    raise LimitedError("the answer is none")
+
+
+def _run(
+    module: str, given: IO[bytes], answer: IO[bytes], noise: IO[bytes], wall: float
+) -> int | None:
+    """Return the exit code, negative for a signal, None if time was up."""
+    root = str(Path(__file__).resolve().parents[2])
+    paths = [root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    process = subprocess.Popen(
+        # -P: a file json.py in the user's folder is not to be imported
+        [sys.executable, "-P", "-m", module],
+        stdin=given,
+        stdout=answer,
+        stderr=noise,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in paths if path)},
+        start_new_session=True,
+    )
+    # A thread, as `wait(timeout)` looks only every 50 ms.
+    timer = threading.Timer(wall, _kill, (process,))
+    end = time.monotonic() + wall
+    timer.start()
+    try:
+        code = process.wait()
+    finally:  # on Ctrl-C, too
+        timer.cancel()
+        _kill(process)
+        process.wait()
+    return None if code == -signal.SIGKILL and time.monotonic() >= end else code
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and those that it started, if it is running."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+def _cause(code: int, seconds: float, noise: IO[bytes]) -> str:
+    """Say why a process ended without an answer."""
+    if code == -signal.SIGXCPU:
+        return f"it took more than {seconds:g} s"
+    if code == -signal.SIGKILL:
+        return "its process was killed: it took too much time or memory"
+    if code < 0:
+        return f"its process crashed ({signal.strsignal(-code) or -code})"
+    noise.seek(max(0, noise.seek(0, os.SEEK_END) - 4 * _LONGEST_TEXT))
+    last = noise.read().decode(errors="replace").strip().rpartition("\n")[2]
+    return f"its process ended with {code}: {last[:_LONGEST_TEXT]}"
+
+
+def serve(function: Callable[[Any], Any]) -> None:
+    """Answer the request on standard input with what a function returns for it.
+
+    What libraries print goes to standard error.
+    """
+    answer = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    message = json.loads(sys.stdin.buffer.read())
+    seconds, megabytes = math.ceil(message["seconds"]), message["megabytes"]
+    _limit(resource.RLIMIT_CORE, 0, 0)
+    _limit(resource.RLIMIT_CPU, seconds, seconds + 1)
+    _limit(resource.RLIMIT_AS, megabytes * 1_000_000, megabytes * 1_000_000)
+    _limit(resource.RLIMIT_FSIZE, LARGEST_FILE, LARGEST_FILE)
+    try:
+        text = json.dumps({"answer": function(message["request"])})
+        if len(text) > LARGEST_FILE:
+            text = json.dumps({"error": f"it came to more than {LARGEST_FILE // 1_000_000} MB"})
+    except WorkbenchError as error:
+        text = json.dumps({"refused": str(error)})
+    except MemoryError:
+        text = json.dumps({"error": f"it took more than {megabytes} MB of memory"})
+    except RecursionError:
+        text = json.dumps({"error": "it is nested too deeply"})
+    except Exception as error:
+        text = json.dumps({"error": one_line(error)})
+    with answer:
+        answer.write(text.encode())
+
+
+def _limit(what: int, soft: int, hard: int) -> None:
+    """Set a limit, unless a stricter one holds already."""
+    most = resource.getrlimit(what)[1]
+    if most != resource.RLIM_INFINITY:
+        soft, hard = min(soft, most), min(hard, most)
+    resource.setrlimit(what, (soft, hard))
+
+
+def one_line(error: BaseException) -> str:
+    """Return what an exception says, short and in one line; its type where it says nothing."""
+    text = " ".join(str(error)[: 10 * _LONGEST_TEXT].split())
+    short = text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
+    return short or type(error).__name__

@@ -1,0 +1,75 @@
+"""Write parts as one glTF file with everything in it, turned as Drake reads glTF."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import trimesh
+from trimesh.visual import TextureVisuals
+
+from workbench.errors import WorkbenchError
+from workbench.plant.meshes.job import Rgba
+from workbench.plant.meshes.materials import make_material, without_pictures
+from workbench.plant.meshes.parts import Array, Part
+
+GENERATOR = "drake-drone-workbench"
+"""In the file's `asset`: by that it is known when it is read again."""
+_GREY = (0.7, 0.7, 0.7, 1.0)
+_MOST_LOOKS = 1000
+
+
+def to_z_up() -> Array:
+    """Return the (4, 4) turn from glTF's axes (y up) to those of Drake and Gazebo (z up)."""
+    return np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
+
+
+def write_gltf(parts: Sequence[Part], rgba: Rgba | None) -> bytes:
+    """Return the content of a .gltf file.
+
+    glTF and no OBJ: Drake's renderers draw both, OBJ only with normals, and its colours and
+    pictures lie in further files. Drake takes y for up in glTF (Gazebo, which does not, would draw
+    the file on its side).
+
+    Args:
+        parts: z up, not too many different looks: `joined`.
+        rgba: colour 0 .. 1 of parts that have none.
+
+    Raises:
+        WorkbenchError: a clause without the file's name.
+    """
+    if len(parts) > _MOST_LOOKS:
+        raise WorkbenchError(f"it has more than {_MOST_LOOKS} materials")
+    plain = make_material(_GREY if rgba is None else rgba)
+    white = make_material((1.0, 1.0, 1.0, 1.0))
+    scene = trimesh.Scene()
+    for part in parts:
+        turned = part.moved(to_z_up().T)
+        material = turned.material or (plain if turned.colors is None else white)
+        if turned.uv is None:
+            material = without_pictures(material)
+        looks = TextureVisuals(uv=turned.uv, material=material)
+        if turned.colors is not None:
+            looks.vertex_attributes["color"] = turned.colors
+        scene.add_geometry(
+            trimesh.Trimesh(
+                turned.vertices,
+                turned.faces,
+                vertex_normals=turned.normals,
+                visual=looks,
+                process=False,
+                validate=False,
+            )
+        )
+    return bytes(
+        scene.export(
+            file_type="gltf",
+            merge_buffers=True,
+            embed_buffers=True,
+            tree_postprocessor=_sign,
+        )["model.gltf"]
+    )
+
+
+def _sign(tree: dict[str, Any]) -> None:
+    tree["asset"]["generator"] = GENERATOR
+    tree.pop("extras", None)  # the seal stands there

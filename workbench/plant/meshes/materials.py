@@ -1,0 +1,136 @@
+"""Colours and pictures of meshes as glTF has them: colours linear, pictures small and checked."""
+
+import io
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from trimesh.visual.material import PBRMaterial, SimpleMaterial
+
+from workbench.plant.meshes.parts import Array
+
+_MOST_PIXELS = 64_000_000
+_SIDE = 2048
+"""Pictures are made smaller than that [pixels]."""
+_OPAQUE = 250
+"""Of an alpha of 255: less is meant."""
+_KINDS = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "DDS")
+"""Pictures that Pillow reads by itself; for others it may start programs."""
+_PICTURES = (
+    "baseColorTexture",
+    "emissiveTexture",
+    "metallicRoughnessTexture",
+    "normalTexture",
+    "occlusionTexture",
+)
+
+
+def linear(color: Any) -> Array:
+    """Return colours 0 .. 1 as light, from what a screen shows (sRGB, IEC 61966-2-1).
+
+    COLLADA, OBJ and URDF give colours for the screen, glTF wants light. Alpha, the fourth column
+    if there is one, is as it was.
+    """
+    c = np.clip(np.nan_to_num(np.asarray(color, dtype=float)), 0.0, 1.0)
+    light = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    light[..., 3:] = c[..., 3:]
+    return light
+
+
+def vertex_colors(color: Any) -> Array:
+    """Return (n, 4) colours 0 .. 255 as light, from (n, 3 or 4) colours 0 .. 255 on a screen.
+
+    They are opaque: the alpha of vertices is often a leftover, and Drake's renderer would not sort
+    what is behind from what is in front.
+    """
+    light = linear(np.asarray(color, dtype=float)[:, :3] / 255.0)
+    return np.column_stack([np.round(255.0 * light), np.full(len(light), 255)]).astype(np.uint8)
+
+
+def make_material(color: Any, picture: Image.Image | None = None) -> PBRMaterial:
+    """Return a dull material.
+
+    Args:
+        color: as on a screen: red, green, blue, alpha, 0 .. 1.
+        picture: from `usable_picture`.
+    """
+    light = linear(color)
+    return PBRMaterial(
+        baseColorFactor=light,
+        baseColorTexture=picture,
+        metallicFactor=0.0,
+        roughnessFactor=0.8,
+        doubleSided=True,  # published meshes are often inside out here and there
+        alphaMode="BLEND" if light[3] < 1.0 or _is_translucent(picture) else "OPAQUE",
+    )
+
+
+def material_of(found: PBRMaterial | SimpleMaterial) -> PBRMaterial | None:
+    """Return the material for one that trimesh read; None where that is only its default."""
+    if isinstance(found, SimpleMaterial):
+        picture = usable_picture(found.image)
+        if picture is not None:
+            return make_material((1.0, 1.0, 1.0, 1.0), picture)
+        if "kd" not in found.kwargs:
+            return None
+        return make_material((*np.divide(found.diffuse[:3], 255.0), _dissolve(found)))
+    pictures = {name: usable_picture(getattr(found, name)) for name in _PICTURES}
+    return PBRMaterial(
+        baseColorFactor=found.baseColorFactor,
+        metallicFactor=found.metallicFactor,
+        roughnessFactor=found.roughnessFactor,
+        emissiveFactor=found.emissiveFactor,
+        alphaMode=found.alphaMode,
+        alphaCutoff=found.alphaCutoff,
+        doubleSided=True,
+        **pictures,
+    )
+
+
+def _dissolve(found: SimpleMaterial) -> float:
+    """Return the opacity in an MTL file; 0 is what some exporters write for 1."""
+    try:
+        opaque = float(found.kwargs["d"][0])
+    except (KeyError, IndexError, ValueError):
+        return 1.0
+    return opaque if 0.0 < opaque < 1.0 else 1.0
+
+
+def without_pictures(material: PBRMaterial) -> PBRMaterial:
+    """Return a material for a part that does not say where on it pictures go."""
+    if all(getattr(material, name) is None for name in _PICTURES):
+        return material
+    plain = material.copy()
+    for name in _PICTURES:
+        setattr(plain, name, None)
+    return plain
+
+
+def open_picture(data: bytes) -> Image.Image | None:
+    """Return the picture in a file's content, None if it is none that is known."""
+    try:
+        return usable_picture(Image.open(io.BytesIO(data), formats=_KINDS))
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None
+
+
+def usable_picture(picture: Image.Image | None) -> Image.Image | None:
+    """Return a picture read in and small enough, None if it cannot be read."""
+    if picture is None or picture.format not in _KINDS:
+        return None
+    if picture.width * picture.height > _MOST_PIXELS:
+        return None
+    try:
+        picture.draft("RGB", (_SIDE, _SIDE))
+        plain = picture.convert("RGBA" if picture.has_transparency_data else "RGB")
+    except (OSError, ValueError, SyntaxError):
+        return None
+    plain.thumbnail((_SIDE, _SIDE))
+    plain.format = picture.format if plain.mode == "RGB" else None  # a JPEG stays one
+    return plain
+
+
+def _is_translucent(picture: Image.Image | None) -> bool:
+    if picture is None or picture.mode != "RGBA":
+        return False
+    return bool(np.asarray(picture.getchannel("A")).min() < _OPAQUE)

@@ -1,0 +1,119 @@
+"""Pieces of a mesh as plain arrays, whatever file they came from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from trimesh.visual.material import PBRMaterial
+
+from workbench.errors import WorkbenchError
+
+MOST_FACES = 2_000_000
+FARTHEST = 1e5
+"""From the origin [m]: what reaches farther is in millimetres, or broken."""
+
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Triangles that look alike, n vertices and m faces.
+
+    Attributes:
+        names: by which a description may ask for it, the most usual first.
+        vertices: (n, 3) [m].
+        faces: (m, 3), vertices of each in mathematical sense seen from outside.
+        normals: (n, 3), or None: then faces are flat.
+        uv: (n, 2), origin at the bottom left of the picture, or None.
+        colors: (n, 4), 0 .. 255, linear, or None.
+        material: its colour and picture, or None where the file gives it none.
+    """
+
+    names: tuple[str, ...]
+    vertices: Array
+    faces: Array
+    normals: Array | None = None
+    uv: Array | None = None
+    colors: Array | None = None
+    material: PBRMaterial | None = None
+
+    def moved(self, T: Array) -> "Part":
+        """Return the part transformed by a (4, 4) matrix, which may mirror; faces look outward."""
+        A = T[:3, :3]
+        normals = None
+        with np.errstate(all="ignore"):  # what is no number is found in `checked`
+            determinant = np.linalg.det(A)
+            vertices = self.vertices @ A.T + T[:3, 3]
+            if self.normals is not None and determinant != 0.0:
+                # n' = A⁻ᵀ n, so that it stays perpendicular to a stretched surface
+                normals = self.normals @ np.linalg.inv(A)
+                lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+                normals = normals / np.where(lengths > 0.0, lengths, 1.0)
+        faces = self.faces[:, ::-1] if determinant < 0.0 else self.faces
+        return replace(self, vertices=vertices, faces=faces, normals=normals)
+
+    def checked(self) -> "Part":
+        """Return the part without unused vertices and faces without area.
+
+        Raises:
+            WorkbenchError: a clause without the file's name.
+        """
+        if len(self.faces) and not 0 <= self.faces.min() <= self.faces.max() < len(self.vertices):
+            raise WorkbenchError("a face names a vertex that is not there")
+        a, b, c = self.faces.T
+        faces = self.faces[(a != b) & (b != c) & (c != a)]
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[faces] = True
+        vertices = self.vertices[used]
+        if not np.isfinite(vertices).all():
+            raise WorkbenchError("a vertex is not a number")
+        if len(vertices) and (reach := np.abs(vertices).max()) > FARTHEST:
+            raise WorkbenchError(f"it reaches {reach:.3g} m from its origin: give it a scale")
+        return replace(
+            self,
+            vertices=vertices,
+            faces=(np.cumsum(used) - 1)[faces],
+            normals=_of(self.normals, used),
+            uv=_of(self.uv, used),
+            colors=_of(self.colors, used),
+        )
+
+
+def _of(rows: Array | None, used: Array) -> Array | None:
+    """Return the rows in use, None if any of them is no number."""
+    if rows is None or not np.isfinite(rows[used]).all():
+        return None
+    return rows[used]
+
+
+def joined(parts: Sequence[Part]) -> list[Part]:
+    """Return parts with those that look alike made one: a file may have thousands."""
+    alike: dict[tuple[object, ...], list[Part]] = {}
+    for part in parts:
+        looks = (id(part.material), part.normals is None, part.uv is None, part.colors is None)
+        alike.setdefault(looks, []).append(part)
+    return [_one(group) for group in alike.values()]
+
+
+def _one(group: Sequence[Part]) -> Part:
+    first = group[0]
+    if len(group) == 1:
+        return first
+    starts = np.cumsum([0, *(len(part.vertices) for part in group[:-1])])
+
+    def rows(name: str) -> Array | None:
+        values = [getattr(part, name) for part in group]
+        return None if values[0] is None else np.concatenate(values)
+
+    return replace(
+        first,
+        vertices=np.concatenate([part.vertices for part in group]),
+        faces=np.concatenate(
+            [part.faces + start for part, start in zip(group, starts, strict=True)]
+        ),
+        normals=rows("normals"),
+        uv=rows("uv"),
+        colors=rows("colors"),
+    )

@@ -1,0 +1,72 @@
+"""The files that a mesh file names, its textures and materials: found only close to it."""
+
+import html
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+MOST_BYTES = 64_000_000
+"""Of one side file."""
+_MOST_NAMES = 200
+_SUFFIXES = re.compile(r"\.(png|jpe?g|bmp|tga|gif|tiff?|webp|dds|mtl|bin)")
+"""Of pictures, materials and buffers; nothing else is read."""
+_NAMES_IN = {
+    ".dae": re.compile(rb"init_from>\s*(?:<[\w:]*ref>\s*)?([^<>\s][^<>]{0,999})"),
+    ".obj": re.compile(rb"mtllib[ \t]+([^\r\n]{1,1000})"),
+    ".mtl": re.compile(rb"map_[Kk]d[ \t]+([^\r\n]{1,1000})"),
+    ".gltf": re.compile(rb'"uri"\s*:\s*"(?!data:)([^"]{1,1000})"'),
+    ".ply": re.compile(rb"TextureFile[ \t]+([^\r\n]{1,1000})"),
+}
+
+
+def find_side_file(mesh_file: Path, name: str) -> Path | None:
+    """Return the file that a mesh file means by a name, or None.
+
+    What is named by an absolute path or an address is looked for by its last part, where Gazebo
+    looks: beside the mesh, and in `../materials/textures`. Nothing is found outside of the folder
+    above the mesh's own, symbolic links resolved, nor what is no texture, material or buffer.
+
+    Args:
+        mesh_file: resolved.
+        name: as the mesh file has it: a path, perhaps with %20 for spaces, or a URI.
+    """
+    folder = mesh_file.parent
+    package = folder.parent if folder.parent != folder.parent.parent else folder
+    plain = unquote(html.unescape(name)).strip().replace("\\", "/")
+    last = plain.rpartition("/")[2]
+    textures = folder.parent / "materials" / "textures"
+    for candidate in (folder / plain, folder / last, textures / last):
+        try:
+            found = candidate.resolve()
+            if (
+                found.is_relative_to(package)
+                and _SUFFIXES.fullmatch(found.suffix.lower())
+                and found.is_file()
+                and found.stat().st_size <= MOST_BYTES
+            ):
+                return found
+        except (OSError, ValueError, RuntimeError):  # too long, NUL bytes, links in a circle
+            continue
+    return None
+
+
+def side_files(mesh_file: Path, data: bytes) -> list[Path]:
+    """Return the files that a mesh file of that content names, and those that these name.
+
+    It is a search for words, quick enough for each start, and no reading of the format: it tells
+    when a mesh must be converted anew.
+    """
+    found = list(_named_in(mesh_file, mesh_file.suffix.lower(), data))
+    for material in [path for path in found if path.suffix.lower() == ".mtl"]:
+        found += _named_in(mesh_file, ".mtl", material.read_bytes())
+    return sorted(set(found))
+
+
+def _named_in(mesh_file: Path, suffix: str, data: bytes) -> Iterator[Path]:
+    pattern = _NAMES_IN.get(suffix)
+    names = pattern.finditer(data) if pattern else ()
+    for _, match in zip(range(_MOST_NAMES), names, strict=False):
+        path = find_side_file(mesh_file, match[1].decode("utf-8", "replace"))
+        if path:
+            yield path

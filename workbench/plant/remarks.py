@@ -1,0 +1,44 @@
+"""What was repaired, assumed, missing or left unused while a description was read."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+RemarkKind = Literal["repaired", "assumed", "missing", "ignored"]
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One thing that the reader of a description should know.
+
+    Attributes:
+        kind: `repaired`: written differently in the file; `assumed`: not in the file at all;
+            `missing`: named there, and not found; `ignored`: there, and of no use here.
+        file: where.
+        element: which element, as a user would look for it: `link 'rotor_0'`.
+        text: what was done about it, a clause that can follow a colon.
+    """
+
+    kind: RemarkKind
+    file: Path
+    element: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.element}: {self.text}"
+
+
+@dataclass
+class Remarks:
+    """Remarks in the order in which they came up, each once."""
+
+    _found: dict[Remark, None] = field(default_factory=dict)
+
+    @property
+    def found(self) -> list[Remark]:
+        """All remarks."""
+        return list(self._found)
+
+    def add(self, kind: RemarkKind, file: Path, element: str, text: str) -> None:
+        """Add a remark, unless the same one is there."""
+        self._found.setdefault(Remark(kind, file, element, text))

@@ -1,0 +1,73 @@
+"""The constants of Gazebo's motor model, and what holds where a description leaves them out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.plant.remarks import Remarks
+from workbench.plant.rotor_sources.tags import Tags
+
+
+@dataclass(frozen=True)
+class MotorConstants:
+    """What Gazebo has a default for; units as in `Rotor`."""
+
+    moment_constant: float
+    time_constant_up: float
+    time_constant_down: float
+    max_rot_velocity: float
+    velocity_slowdown: float
+
+
+# kDefault... in rotors_gazebo_plugins' gazebo_motor_model.h and common.h (the slowdown), the same
+# in PX4's gazebo_motor_model.h and as members in gz-sim's MulticopterMotorModel.cc.
+GAZEBO = MotorConstants(
+    moment_constant=0.016,
+    time_constant_up=1.0 / 80.0,
+    time_constant_down=1.0 / 40.0,
+    max_rot_velocity=838.0,
+    velocity_slowdown=10.0,
+)
+
+
+def read_constants(
+    tags: Tags, otherwise: MotorConstants, source: str, element: str, remarks: Remarks
+) -> MotorConstants:
+    """Return the constants that a plugin gives, with others for those that it leaves out.
+
+    Args:
+        tags: of the plugin.
+        otherwise: what to take for the missing ones.
+        source: whose figures those are, for the remark.
+        element: what the remark is about.
+        remarks: where to note what was missing.
+
+    Raises:
+        WorkbenchError: for a constant that is no positive number.
+    """
+    missing: list[str] = []
+
+    def constant(tag: str, default: float) -> float:
+        if tags.has(tag):
+            return tags.positive(tag)
+        missing.append(f"{tag} {default:g}")
+        return default
+
+    found = MotorConstants(
+        moment_constant=constant("momentConstant", otherwise.moment_constant),
+        time_constant_up=constant("timeConstantUp", otherwise.time_constant_up),
+        time_constant_down=constant("timeConstantDown", otherwise.time_constant_down),
+        max_rot_velocity=constant("maxRotVelocity", otherwise.max_rot_velocity),
+        velocity_slowdown=tags.positive("rotorVelocitySlowdownSim")
+        if tags.has("rotorVelocitySlowdownSim")
+        else otherwise.velocity_slowdown,  # without a remark: it is for the picture only
+    )
+    note_assumed(missing, source, tags.file, element, remarks)
+    return found
+
+
+def note_assumed(
+    missing: list[str], source: str, file: Path, element: str, remarks: Remarks
+) -> None:
+    """Note constants that a description leaves out, each as a name and the value taken."""
+    if missing:
+        remarks.add("assumed", file, element, f"{', '.join(missing)}: not given, {source}")

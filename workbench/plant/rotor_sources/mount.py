@@ -1,0 +1,104 @@
+"""Where a rotor sits on the body, which way it pushes, and what the turning of its joint means."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from workbench.errors import WorkbenchError
+from workbench.plant.model import Joint, Link, Model
+from workbench.plant.remarks import Remarks
+
+Triple = tuple[float, float, float]
+
+_ASKEW = math.radians(1.0)
+_ACROSS = math.radians(80.0)
+"""A joint's axis farther than this off its link's z is no axis of thrust."""
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A rotor's place on the body B.
+
+    Attributes:
+        p_BR: the hub [m].
+        axis_B: unit vector of thrust.
+        sense: what a positive turn about the joint is about `axis_B`: 1 or -1.
+    """
+
+    p_BR: Triple
+    axis_B: Triple
+    sense: int
+
+
+def body_pose(model: Model, base_link: str) -> RigidTransform:
+    """Return the pose of the model frame M in the body frame B.
+
+    Raises:
+        WorkbenchError: if there is no such base link.
+    """
+    base = model.link(base_link)
+    if base is None:
+        raise WorkbenchError(f"{model.source}: there is no link '{base_link}'")
+    return base.X_ML.inverse()
+
+
+def mount_on_joint(
+    model: Model, base_link: str, joint: Joint, link: Link, file: Path, remarks: Remarks
+) -> Mount:
+    """Return the mount of a rotor whose link hangs on a joint.
+
+    The hub is the joint's origin and thrust is along the line of the joint's axis, to the side of
+    the link's z, along which Gazebo pushes. Where the two differ, the one that leans counts: who
+    leans a rotor means it. An axis across the link's z (as URDF's x, where none is given) is no
+    direction of thrust. A fixed joint has no axis: see `mount_on_link`.
+
+    Args:
+        model: to which they belong.
+        base_link: whose frame is B.
+        joint: with the rotor's link as its child.
+        link: that child.
+        file: for remarks.
+        remarks: where it is noted if the joint's axis points against the thrust, or off link z.
+    """
+    if joint.kind == "fixed":
+        return mount_on_link(model, base_link, link)
+    X_BJ = body_pose(model, base_link) @ joint.X_MJ
+    axis_B = X_BJ.rotation().multiply(np.array(joint.axis_J))
+    axis_B = axis_B / np.linalg.norm(axis_B)
+    z_B = (body_pose(model, base_link) @ link.X_ML).rotation().matrix()[:, 2]
+    cosine = float(axis_B @ z_B)
+    sense = -1 if cosine < 0.0 else 1
+    element = f"joint '{joint.name}'"
+    if sense < 0:
+        text = "its axis points against its link's z, the thrust; turning about it counts reversed"
+        remarks.add("repaired", file, element, text)
+    angle = math.acos(min(1.0, abs(cosine)))
+    thrust_B = sense * axis_B
+    if angle > _ASKEW:
+        way = "the axis"
+        if angle > _ACROSS or (_leans(z_B) and not _leans(axis_B)):
+            thrust_B, way = z_B, "z, as in Gazebo"
+        text = f"its axis is {math.degrees(angle):.0f}° off its link's z; the thrust is along {way}"
+        remarks.add("assumed", file, element, text)
+    return Mount(triple(X_BJ.translation()), triple(thrust_B), sense)
+
+
+def _leans(axis_B: np.ndarray) -> bool:
+    """Return whether an axis is not along the body's z, up or down."""
+    return math.acos(min(1.0, abs(float(axis_B[2])))) > _ASKEW
+
+
+def mount_on_link(model: Model, base_link: str, link: Link) -> Mount:
+    """Return the mount of a rotor on a link: its centre of mass or else its origin, and its z."""
+    X_BL = body_pose(model, base_link) @ link.X_ML
+    p_LR = link.inertial.X_LI.translation() if link.inertial else np.zeros(3)
+    return Mount(triple(X_BL.multiply(p_LR)), triple(X_BL.rotation().matrix()[:, 2]), 1)
+
+
+def triple(vector: np.ndarray) -> Triple:
+    """Return a vector as three floats, without negative zeros."""
+    x, y, z = (float(value) + 0.0 for value in vector)
+    return (x, y, z)

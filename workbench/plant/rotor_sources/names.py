@@ -1,0 +1,66 @@
+"""Find links and joints by the names that a plugin gives, which may lack or have extra scopes."""
+
+from collections.abc import Sequence
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats.values import shortened
+from workbench.plant.model import Joint, Link, Model
+
+_SCOPES = ("::", "/")
+_LISTED = 12
+
+
+def find_joint(model: Model, name: str, where: str) -> Joint:
+    """Return the joint that a plugin means.
+
+    Args:
+        model: to which it belongs.
+        name: as the plugin has it.
+        where: the beginning of a message.
+
+    Raises:
+        WorkbenchError: if it is none, or one of several.
+    """
+    return model.joints[_find("joint", [joint.name for joint in model.joints], name, where)]
+
+
+def find_link(model: Model, name: str, where: str) -> Link:
+    """Return the link that a plugin means; arguments and errors as for `find_joint`."""
+    return model.links[_find("link", [link.name for link in model.links], name, where)]
+
+
+def same_name(one: str, other: str) -> bool:
+    """Return whether two names are the same but for scopes that one of them lacks."""
+    return one == other or _within(one, other) or _within(other, one)
+
+
+def _within(short: str, long: str) -> bool:
+    """Return whether the longer name is the shorter one in some scope."""
+    return bool(short) and any(long.endswith(f"{scope}{short}") for scope in _SCOPES)
+
+
+def _find(kind: str, known: Sequence[str], name: str, where: str) -> int:
+    """Return the index of a name: the same, or the only one that has more or fewer scopes."""
+    if name in known:
+        return known.index(name)
+    found = [index for index, other in enumerate(known) if _within(name, other)]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise WorkbenchError(
+            f"{where}: the {kind} '{shortened(name)}' may be any of "
+            f"{_listed([known[index] for index in found])}: give the whole name"
+        )
+    inner = [index for index, other in enumerate(known) if _within(other, name)]
+    if inner:
+        return max(inner, key=lambda index: len(known[index]))
+    raise WorkbenchError(
+        f"{where}: the {kind} '{shortened(name)}' is not there: "
+        + (f"{kind}s are {_listed(known)}" if known else f"there are no {kind}s")
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return some names for a message, a stranger's file may have very many."""
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(shortened(name) for name in names[:_LISTED]) + more

@@ -1,0 +1,115 @@
+"""Rotors of gym-pybullet-drones' `<properties>` tag and propN_link links."""
+
+import math
+import re
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats.values import shortened
+from workbench.plant.model import Link, Model
+from workbench.plant.remarks import Remarks
+from workbench.plant.rotor_sources.limit import refuse_crowd
+from workbench.plant.rotor_sources.motor_constants import GAZEBO, note_assumed
+from workbench.plant.rotor_sources.mount import mount_on_link
+from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST
+from workbench.plant.rotor_sources.weight import total_mass
+from workbench.plant.rotors import Rotor
+
+RPM = 2.0 * math.pi / 60.0
+"""One turn a minute [rad/s]."""
+GRAVITY = 9.8
+"""Of gym-pybullet-drones [m/s²]: its thrust2weight refers to it."""
+_PROPELLER = re.compile(r"(?:.*(?:::|/))?prop([0-9]{1,4})_link", re.DOTALL)
+_REVERSED = "racer"
+"""The one model of theirs whose propellers turn the other way (RACE in `BaseAviary._physics`)."""
+
+
+def is_pybullet(model: Model) -> bool:
+    """Return whether a model has gym-pybullet-drones' thrust or torque coefficient."""
+    return any(key in ("kf", "km") for key, _ in model.properties)
+
+
+def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, ...]:
+    """Return the rotors of gym-pybullet-drones' properties, by the number in their links' names.
+
+    Thrust is kf n² and torque km n² with n in turns a minute, and the largest speed is that at
+    which all rotors lift thrust2weight times the weight (their `BaseAviary`: MAX_RPM, `_physics`;
+    forces act at the links' centres of mass along their z). The torque on the body about z is
+    -t0 + t1 - t2 + t3: even rotors turn counter-clockwise.
+
+    Args:
+        model: with the properties.
+        base_link: whose frame is the body frame.
+        remarks: where to note what was assumed.
+
+    Raises:
+        WorkbenchError: if a coefficient is missing or cannot be.
+    """
+    links = _propellers(model)
+    if not links:
+        text = "they tell of rotors, and there is no prop0_link; not used"
+        remarks.add("ignored", model.source, "properties", text)
+        return ()
+    refuse_crowd(model.source, len(links))
+    kf, km = _coefficient(model, "kf"), _coefficient(model, "km")
+    motor_constant = kf / RPM**2
+    moment_constant = km / kf
+    weight = total_mass(model) * GRAVITY
+    max_rpm = math.sqrt(_coefficient(model, "thrust2weight") * weight / (len(links) * kf))
+    max_rot_velocity = max_rpm * RPM
+    for value in (motor_constant, moment_constant, max_rot_velocity):
+        if not SMALLEST <= value <= LARGEST:
+            raise WorkbenchError(
+                f"{model.source}: properties kf {kf:g} and km {km:g} are no rotor's: give thrust "
+                "[N] and torque [N m] for one turn a minute"
+            )
+    # The package has no lag at all, and the drone may be any. RotorS' figures come nearest, and
+    # are what published Gazebo models of the Crazyflie fly with (CrazyS; Bitcraze's own leaves
+    # Gazebo's defaults). A real one's motors are slower: 0.07 s (Eschmann et al. 2024, RotorPy).
+    up, down = GAZEBO.time_constant_up, GAZEBO.time_constant_down
+    missing = [f"time constants {up:g} s up and {down:g} s down"]
+    note_assumed(missing, "Gazebo's defaults", model.source, "properties", remarks)
+    first = -1 if model.name == _REVERSED else 1
+    rotors = []
+    for index, link in enumerate(links):
+        mount = mount_on_link(model, base_link, link)
+        joint = model.joint_of(link.name)
+        rotors.append(
+            Rotor(
+                name=joint.name if joint else link.name,
+                joint=joint.name if joint else "",
+                link=link.name,
+                p_BR=mount.p_BR,
+                axis_B=mount.axis_B,
+                direction=-first if index % 2 else first,
+                motor_constant=motor_constant,
+                moment_constant=moment_constant,
+                time_constant_up=up,
+                time_constant_down=down,
+                max_rot_velocity=max_rot_velocity,
+            )
+        )
+    return tuple(rotors)
+
+
+def _propellers(model: Model) -> list[Link]:
+    """Return the links of propellers by their numbers."""
+    found = [
+        (int(match[1]), link) for link in model.links if (match := _PROPELLER.fullmatch(link.name))
+    ]
+    return [link for _, link in sorted(found, key=lambda pair: pair[0])]
+
+
+def _coefficient(model: Model, name: str) -> float:
+    """Return a positive number of the properties."""
+    text = dict(model.properties).get(name)
+    if text is None:
+        raise WorkbenchError(f"{model.source}: <properties> without {name}: add it")
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not SMALLEST <= value <= LARGEST:
+        raise WorkbenchError(
+            f"{model.source}: <properties {name}='{shortened(text)}'>: give it a positive number"
+        )
+    return value

@@ -1,0 +1,82 @@
+"""The children of a plugin element as texts and numbers, with file and line of what is wrong."""
+
+import math
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats.values import shortened
+from workbench.plant.formats.xml import place
+from workbench.plant.model import DeclaredPlugin
+
+SMALLEST = 1e-20
+LARGEST = 1e6
+"""No constant of a motor lies beyond these, in SI or per RPM."""
+
+TURNS = {"ccw": 1, "cw": -1}
+
+
+class Tags:
+    """What one plugin says.
+
+    Args:
+        plugin: where it was declared.
+        kind: what messages call it.
+    """
+
+    def __init__(self, plugin: DeclaredPlugin, kind: str) -> None:
+        self.file = plugin.file
+        self._element = plugin.element
+        self._kind = kind
+
+    def has(self, tag: str) -> bool:
+        """Return whether the plugin has a child of that name, be it empty."""
+        return self._element.find(tag) is not None
+
+    def where(self, tag: str = "") -> str:
+        """Return file and line of a child, or of the plugin where there is none."""
+        child = self._element.find(tag) if tag else None
+        return place(self.file, self._element if child is None else child)
+
+    def text(self, tag: str) -> str:
+        """Return the text of a child.
+
+        Raises:
+            WorkbenchError: if there is none.
+        """
+        value = (self._element.findtext(tag) or "").strip()
+        if not value:
+            raise WorkbenchError(f"{self.where(tag)}: {self._kind} without <{tag}>: add it")
+        return value
+
+    def turn(self, tag: str) -> int:
+        """Return the turning direction that a child gives, 1 for ccw and -1 for cw.
+
+        Raises:
+            WorkbenchError: if it gives none.
+        """
+        value = self.text(tag)
+        if value not in TURNS:
+            raise self.fault(tag, "use cw or ccw")
+        return TURNS[value]
+
+    def positive(self, tag: str) -> float:
+        """Return the positive number that a child gives.
+
+        Raises:
+            WorkbenchError: if it gives none.
+        """
+        if not self.has(tag):
+            raise WorkbenchError(f"{self.where()}: {self._kind} without <{tag}>: add it")
+        try:
+            value = float(self._element.findtext(tag) or "")
+        except ValueError:
+            value = math.nan
+        if not SMALLEST <= value <= LARGEST:
+            raise self.fault(tag, "give it a positive number")
+        return value
+
+    def fault(self, tag: str, advice: str) -> WorkbenchError:
+        """Return the error for a child whose text cannot be."""
+        text = shortened(self._element.findtext(tag) or "")
+        return WorkbenchError(
+            f"{self.where(tag)}: {self._kind} has <{tag}>{text}</{tag}>: {advice}"
+        )

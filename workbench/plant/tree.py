@@ -1,0 +1,94 @@
+"""The base link of a model, and what hangs on it."""
+
+import dataclasses
+
+from workbench.errors import WorkbenchError
+from workbench.plant.formats.values import shortened
+from workbench.plant.model import Joint, Model
+from workbench.plant.remarks import Remarks
+
+MOST_LINKS = 500
+"""More than any drone has."""
+
+
+def find_base_link(model: Model) -> str:
+    """Return the link that no joint has as its child; of several, the one that carries most.
+
+    Raises:
+        WorkbenchError: if there is none, or it is fixed to the world.
+    """
+    if not 0 < len(model.links) <= MOST_LINKS:
+        raise WorkbenchError(
+            f"{model.source}: it has {len(model.links) or 'no'} links: give the file of one drone"
+        )
+    children = {joint.child for joint in model.joints if joint.parent != "world"}
+    roots = [link.name for link in model.links if link.name not in children]
+    if not roots:
+        raise WorkbenchError(
+            f"{model.source}: a drone has one link that no joint has as its child, here is none: "
+            "take out the joint above its body"
+        )
+    base = max(roots, key=lambda name: len(links_below(model, name)))
+    nails = [joint for joint in model.joints if joint.parent == "world" and joint.child == base]
+    if base == "world" or nails:
+        raise WorkbenchError(
+            f"{model.source}: the base link '{shortened(base)}' is fixed to the world, and a drone "
+            "flies freely: leave out a link named 'world' and its joint"
+        )
+    return base
+
+
+def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Remarks) -> Model:
+    """Return the model as the tree below its base link, and note what that changes.
+
+    Every joint is held at zero: the dynamics know one rigid body with rotors.
+
+    Args:
+        model: as read.
+        base_link: its root.
+        rotor_joints: names of the joints that turn with rotors, which need no remark.
+        remarks: where the others are noted.
+    """
+    kept = links_below(model, base_link)
+    for link in model.links:
+        if link.name not in kept:
+            remarks.add(
+                "ignored",
+                model.source,
+                f"link '{shortened(link.name)}'",
+                f"it does not hang on '{shortened(base_link)}'; left out, with its mass",
+            )
+    joints: list[Joint] = []
+    for joint in model.joints:
+        if joint.parent not in kept or joint.child not in kept or joint.child == base_link:
+            continue
+        if any(other.child == joint.child for other in joints):
+            text = (
+                f"'{shortened(joint.child)}' hangs on another joint already; this one is left out"
+            )
+            remarks.add("ignored", model.source, f"joint '{shortened(joint.name)}'", text)
+            continue
+        if joint.kind != "fixed" and joint.name not in rotor_joints:
+            text = f"it could move ({joint.kind}) and turns no rotor; held at zero"
+            remarks.add("repaired", model.source, f"joint '{shortened(joint.name)}'", text)
+        joints.append(joint)
+    return dataclasses.replace(
+        model,
+        links=tuple(link for link in model.links if link.name in kept),
+        joints=tuple(joints),
+    )
+
+
+def links_below(model: Model, base_link: str) -> set[str]:
+    """Return the names of a link and of all that hang on it."""
+    children: dict[str, list[str]] = {}
+    for joint in model.joints:
+        children.setdefault(joint.parent, []).append(joint.child)
+    found: set[str] = set()
+    todo = [base_link]
+    while todo:
+        name = todo.pop()
+        if name not in found:
+            found.add(name)
+            todo += children.get(name, [])
+    return found
