@@ -18,8 +18,8 @@ from workbench.diagram import add_airframe, add_sampled_core, make_workbench
 from workbench.gains import vehicle_gains
 from workbench.parameters import parameters_of
 from workbench.plant.description import read_description
+from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import make_vehicle
-from workbench.plant.vehicle import GRAVITY
 from workbench.resources import find_model
 from workbench.scenario import Rates
 from workbench.systems.flight_mode import FlightMode, Settings, initial_state
@@ -45,7 +45,7 @@ def measure() -> list[SpeedRow]:
     """Return a row for floor, flight core and workbench."""
     description = read_description(find_model("dh_drone"))
     vehicle = make_vehicle(description)
-    gains = vehicle_gains(description.source)
+    gains = vehicle_gains(vehicle)
     rates = Rates()
     settings = Settings(**{row.name: gains[row.name] for row in parameters_of("modes")})
     at = [0.0, 0.0, HEIGHT]

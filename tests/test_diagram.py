@@ -29,8 +29,8 @@ def vehicle(description):
 
 
 @pytest.fixture(scope="module")
-def gains():
-    return vehicle_gains(find_model("dh_drone"))
+def gains(vehicle):
+    return vehicle_gains(vehicle)
 
 
 @pytest.fixture(scope="module")

@@ -7,16 +7,17 @@ import pytest
 
 from workbench.cli import main
 from workbench.gains import load_gains
-from workbench.scenario import load_scenario
+from workbench.scenario import Scenario, VehicleConfig, load_scenario
 from workbench.session import Session
 from workbench.systems.flight_mode import FlightMode
 
-FILES = Path(__file__).parent.parent / "docs" / "files.md"
+DOCS = Path(__file__).parent.parent / "docs"
+FILES = DOCS / "files.md"
 
 
-def shown(language: str, first_line: str = "") -> str:
+def shown(language: str, first_line: str = "", page: Path = FILES) -> str:
     pattern = rf"```{language}\n({re.escape(first_line)}.*?)```"
-    found = re.search(pattern, FILES.read_text(encoding="utf-8"), re.DOTALL)
+    found = re.search(pattern, page.read_text(encoding="utf-8"), re.DOTALL)
     assert found
     return found[1]
 
@@ -37,6 +38,18 @@ def test_the_gain_file_is_read(tmp_path):
     path = tmp_path / "gains.yaml"
     path.write_text(shown("yaml", "# gains"), encoding="utf-8")
     assert load_gains(path).gains == {"kp_velocity_z": 3.0, "max_climb_rate": 2.0}
+
+
+def test_a_description_flies_with_the_rotors_beside_it(tmp_path):
+    inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.02"/>'
+    text = f'<robot name="x"><link name="b"><inertial><mass value="1"/>{inertia}</inertial></link>'
+    (tmp_path / "x.urdf").write_text(f"{text}</robot>")
+    beside = tmp_path / "x.rotors.yaml"
+    beside.write_text(shown("yaml", "# rotors", DOCS / "descriptions.md"), encoding="utf-8")
+    session = Session(Scenario(vehicle=VehicleConfig(model=str(tmp_path / "x.urdf"))))
+    session.tick(1.0)
+    assert [rotor.name for rotor in session.vehicle.rotors][0] == "front_left"
+    assert session.snapshot().p_WB[2] == pytest.approx(1.5, abs=0.01)
 
 
 def test_the_rotor_commands_fly(tmp_path, capsys):

@@ -1,10 +1,14 @@
 """Oracle: the files as written."""
 
+import dataclasses
+
 import pytest
 
 from workbench.errors import WorkbenchError
-from workbench.gains import load_gains, vehicle_gains
+from workbench.gain_rule import rule_gains
+from workbench.gains import Gain, choose_gains, flight_gains, load_gains, vehicle_gains
 from workbench.parameters import defaults
+from workbench.plant.loading import load_vehicle
 from workbench.resources import find_model, list_models
 
 TEXT = """vehicle: quad
@@ -23,6 +27,17 @@ def write(tmp_path):
         return path
 
     return write_gains
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return load_vehicle(find_model("dh_drone"))
+
+
+@pytest.fixture
+def vehicle(shipped, tmp_path):
+    """The shipped drone, in a folder of its own."""
+    return dataclasses.replace(shipped, source=tmp_path / "drone.urdf")
 
 
 def fault(path) -> str:
@@ -74,14 +89,46 @@ def test_a_file_without_gains_is_refused(write, text):
     assert fault(path).startswith(f"{path}:1: a gain file has 'gains:'")
 
 
-def test_a_vehicles_gains_are_the_defaults_and_its_own(write, tmp_path):
+def test_a_vehicle_without_a_gain_file_has_the_rules(vehicle):
+    assert vehicle_gains(vehicle) == {**defaults(), **rule_gains(vehicle)}
+
+
+def test_a_vehicles_own_gain_file_goes_on_top_of_the_rule(vehicle, write):
     write("gains: {kp_roll: 99.0}\n")
-    values = vehicle_gains(tmp_path / "drone.urdf")
-    assert values == {**defaults(), "kp_roll": 99.0}
+    assert vehicle_gains(vehicle) == {**defaults(), **rule_gains(vehicle), "kp_roll": 99.0}
 
 
-def test_a_vehicle_without_a_gain_file_has_the_defaults(tmp_path):
-    assert vehicle_gains(tmp_path / "drone.urdf") == defaults()
+def test_every_layer_goes_on_top_of_the_one_before_and_says_so(vehicle, write, tmp_path):
+    own = write("gains: {kp_roll: 99.0, kp_pitch: 98.0, max_speed: 7.0}\n")
+    file = tmp_path / "other.yaml"
+    file.write_text("gains: {kp_roll: 55.0, kp_pitch: 54.0}\n")
+    chosen = choose_gains(vehicle, str(file), {"kp_roll": 11.0})
+    assert chosen["kp_roll"] == Gain(11.0, "--set")
+    assert chosen["kp_pitch"] == Gain(54.0, str(file))
+    assert chosen["max_speed"] == Gain(7.0, str(own))
+    assert chosen["kd_roll"] == Gain(rule_gains(vehicle)["kd_roll"], "rule")
+    assert chosen["max_height"] == Gain(120.0, "default")
+    values = flight_gains(vehicle, str(file), {"kp_roll": 11.0})
+    assert values == {name: gain.value for name, gain in chosen.items()}
+    assert list(values) == list(defaults())
+
+
+def test_what_is_wrong_in_any_layer_is_refused(vehicle, write):
+    with pytest.raises(WorkbenchError, match="no such gain file"):
+        flight_gains(vehicle, "gone.yaml")
+    with pytest.raises(WorkbenchError, match="did you mean 'kp_roll'"):
+        flight_gains(vehicle, settings={"kp_rol": 1.0})
+    path = write("gains: {kp_roll: fast}\n")
+    with pytest.raises(WorkbenchError, match=f"{path}:1: .*number"):
+        flight_gains(vehicle)
+
+
+def test_the_shipped_drone_flies_with_its_own_gains(shipped):
+    """All that the rule would give are in its file, so that the rule can change without it."""
+    chosen = choose_gains(shipped)
+    assert chosen["kp_roll"].value == 225.0
+    for name in rule_gains(shipped):
+        assert chosen[name].origin.endswith("dh_drone/gains.yaml"), name
 
 
 @pytest.mark.parametrize("model", list_models())

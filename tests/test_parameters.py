@@ -15,7 +15,6 @@ from workbench.parameters import (
     parameters_of,
     parse_setting,
 )
-from workbench.resources import find_model
 from workbench.scenario import Action, Scenario, Start
 from workbench.session import Session
 from workbench.systems.cascade import Gains
@@ -54,7 +53,7 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
 def test_a_row_is_read_and_written_alone(session, row):
     session.reset()
     before = {name: session.get(name) for name in NAMES}
-    assert before == {**defaults(), **vehicle_gains(find_model("dh_drone"))}
+    assert before == {**defaults(), **vehicle_gains(session.vehicle)}
     for value in (row.minimum, row.maximum):
         session.set(row.name, value)
         assert {name: session.get(name) for name in NAMES} == {**before, row.name: value}

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.errors import WorkbenchError, unknown_name
+from workbench.gain_rule import rule_gains
 from workbench.parameters import checked, defaults, find_parameter
+from workbench.plant.vehicle import Vehicle
 from workbench.resources import find_gains
 from workbench.yaml_files import read_yaml
 
@@ -20,6 +22,14 @@ class GainFile:
     vehicle: str
     origin: str
     gains: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Gain:
+    """A parameter's value, and where it comes from: default, rule, a file, or --set."""
+
+    value: float
+    origin: str
 
 
 def load_gains(path: Path) -> GainFile:
@@ -48,32 +58,50 @@ def load_gains(path: Path) -> GainFile:
     )
 
 
-def vehicle_gains(description: Path) -> dict[str, float]:
-    """Return all values for a vehicle: defaults, then `gains.yaml` beside its description."""
-    values = defaults()
-    beside = description.parent / "gains.yaml"
-    if beside.is_file():
-        values.update(load_gains(beside).gains)
-    return values
+def vehicle_gains(vehicle: Vehicle) -> dict[str, float]:
+    """Return all values for a vehicle: defaults, the rule's, `gains.yaml` beside its description.
+
+    Raises:
+        WorkbenchError: if that file is wrong.
+    """
+    return flight_gains(vehicle)
 
 
 def flight_gains(
-    description: Path, gains: str = "", settings: Mapping[str, float] | None = None
+    vehicle: Vehicle, gains: str = "", settings: Mapping[str, float] | None = None
 ) -> dict[str, float]:
     """Return all parameter values of a flight: the vehicle's, then a gain file's, then settings.
 
     Args:
-        description: the vehicle's description file.
+        vehicle: what flies.
         gains: a gain file's path, or "" for none.
         settings: values by name.
 
     Raises:
         WorkbenchError: naming what is unknown or out of range, with file and line for a file.
     """
-    values = vehicle_gains(description)
+    chosen = choose_gains(vehicle, gains, settings)
+    return {name: choice.value for name, choice in chosen.items()}
+
+
+def choose_gains(
+    vehicle: Vehicle, gains: str = "", settings: Mapping[str, float] | None = None
+) -> dict[str, Gain]:
+    """Return what `flight_gains` does, each value with where it comes from.
+
+    Arguments and exceptions are those of `flight_gains`.
+    """
+    layers: list[tuple[str, Mapping[str, float]]] = [
+        ("default", defaults()),
+        ("rule", rule_gains(vehicle)),
+    ]
+    beside = vehicle.source.parent / "gains.yaml"
+    if beside.is_file():
+        layers.append((str(beside), load_gains(beside).gains))
     if gains:
-        values |= load_gains(find_gains(gains)).gains
-    return values | checked(settings or {})
+        layers.append((gains, load_gains(find_gains(gains)).gains))
+    layers.append(("--set", checked(settings or {})))
+    return {name: Gain(value, origin) for origin, layer in layers for name, value in layer.items()}
 
 
 def remark_on_owner(path: str, vehicle: str) -> None:

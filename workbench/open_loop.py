@@ -39,7 +39,8 @@ def fly_open_loop(
         WorkbenchError: if scenario or table cannot be flown.
     """
     check_scenario(scenario)
-    description = read_description(find_model(scenario.vehicle.model), scenario.vehicle.args)
+    config = scenario.vehicle
+    description = read_description(find_model(config.model), config.args, config.packages)
     vehicle = make_vehicle(description)
     commands = load_rotor_commands(table, vehicle)
     bench = make_open_loop(description, vehicle, scenario.rates, commands)

@@ -19,6 +19,7 @@ from workbench.parameters import Parameter, find_parameter, parameters_of
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import place_vehicle
+from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
 from workbench.resources import find_model
@@ -52,10 +53,11 @@ class Session:
     ) -> None:
         self.scenario = scenario or Scenario()
         check_scenario(self.scenario)
-        model = find_model(self.scenario.vehicle.model)
-        description = read_description(model, self.scenario.vehicle.args)
+        config = self.scenario.vehicle
+        model = find_model(config.model)
+        description = read_description(model, config.args, config.packages)
         self.vehicle: Vehicle = make_vehicle(description)
-        values = flight_gains(model, self.scenario.vehicle.gains, settings)
+        values = flight_gains(self.vehicle, self.scenario.vehicle.gains, settings)
         remark_on_owner(self.scenario.vehicle.gains, self.vehicle.name)
         eight = self.scenario.figure_eight
         path = (
@@ -236,18 +238,20 @@ class Session:
     def _start(self, start: Start) -> None:
         """Put a scenario's start into the Context."""
         flying = start.mode == "hovering"
+        frame = thrust_frame(self.vehicle)
         p_WB = start_position(start, self.vehicle)
+        attitude = start.roll_pitch_yaw
         plant = self._bench.airframe.plant
         place_vehicle(
             plant,
             self._context_of(plant),
             self.vehicle,
             p_WB=p_WB,
-            roll_pitch_yaw=start.roll_pitch_yaw,
+            roll_pitch_yaw=frame.roll_pitch_yaw(attitude) if flying else attitude,
             v_WB=start.velocity,
             w_WB=start.angular_velocity,
         )
-        speeds = self.vehicle.hover_speeds if flying else np.zeros(len(self.vehicle.rotors))
+        speeds = frame.hover_speeds if flying else np.zeros(len(self.vehicle.rotors))
         computer = self._bench.computer
         computer.set_rotors(self._context_of(computer), speeds, np.array(start.velocity))
         mode = FlightMode.HOVERING if flying else FlightMode.OFF

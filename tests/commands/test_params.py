@@ -4,6 +4,7 @@ import pytest
 
 from workbench.gains import vehicle_gains
 from workbench.parameters import PARAMETERS
+from workbench.plant.loading import load_vehicle
 from workbench.resources import find_model
 
 
@@ -24,7 +25,7 @@ def test_columns_line_up(run):
 
 def test_json_has_the_values_of_the_models_own_gains(run):
     rows = run("params", "--json").json["parameters"]
-    values = vehicle_gains(find_model("dh_drone"))
+    values = vehicle_gains(load_vehicle(find_model("dh_drone")))
     assert {row["name"]: row["value"] for row in rows} == values
     for row, parameter in zip(rows, PARAMETERS, strict=True):
         assert (row["unit"], row["min"], row["max"], row["default"], row["help"]) == (

@@ -9,7 +9,6 @@ from pydrake.systems.primitives import Linearize
 from workbench.diagram import make_flight_core
 from workbench.gains import vehicle_gains
 from workbench.plant.loading import make_vehicle
-from workbench.resources import find_model
 from workbench.systems.cascade import Gains, Guidance, Reference
 
 STEP = 1e-6
@@ -23,7 +22,7 @@ class Core:
 
     def __init__(self, description):
         self.vehicle = make_vehicle(description)
-        values = vehicle_gains(find_model("dh_drone"))
+        values = vehicle_gains(self.vehicle)
         self.diagram = make_flight_core(description, self.vehicle, values)
         self.gains = np.array(self.vector(self.diagram.CreateDefaultContext()).CopyToVector())
         self.twin = self.diagram.ToAutoDiffXd()
@@ -154,7 +153,7 @@ def test_linearize_of_hover_is_the_jacobian(core):
 
 def test_conversion_copies_everything(core, description):
     """Changed gains too: outputs and derivatives are equal at random places."""
-    values = {**vehicle_gains(find_model("dh_drone")), "kp_roll": 123.0, "max_tilt": 0.3}
+    values = {**vehicle_gains(core.vehicle), "kp_roll": 123.0, "max_tilt": 0.3}
     diagram = make_flight_core(description, core.vehicle, values)
     twin = diagram.ToAutoDiffXd()
     rng = np.random.default_rng(23)

@@ -1,8 +1,14 @@
 """Oracle: the functions that the law is made of, each tested in its own file, put in a row here."""
 
+import dataclasses
+import math
+
 import numpy as np
 import pytest
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RotationMatrix
 
+from workbench.plant.rotors import wrench_matrix
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.cascade import (
     Guidance,
@@ -13,9 +19,11 @@ from workbench.systems.cascade import (
 from workbench.systems.flight_law import (
     control_update,
     law_constants,
+    mass_velocity,
     packed,
     packed_update,
     rotor_commands,
+    thrust_attitude,
     unpacked,
 )
 from workbench.systems.mixer import mix
@@ -152,3 +160,51 @@ def test_the_packed_update_is_the_update(vehicle, gains, random_signals):
     wanted_thrusts, wanted_after = updated(signals, gains, constants, memory)
     assert thrusts == pytest.approx(wanted_thrusts, rel=1e-12)
     assert after == pytest.approx(wanted_after, rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def odd_vehicle(vehicle):
+    """The centre of mass far off, and all rotors leaning forward by a tenth of a radian."""
+    lean = (math.sin(0.1), 0.0, math.cos(0.1))
+    rotors = tuple(dataclasses.replace(rotor, axis_B=lean) for rotor in vehicle.rotors)
+    return dataclasses.replace(vehicle, rotors=rotors, p_BoBcm_B=(0.02, -0.01, 0.2))
+
+
+def test_velocity_is_that_of_the_centre_of_mass(odd_vehicle, random_signals):
+    rng = np.random.default_rng(13)
+    lever = law_constants(odd_vehicle, 0.0).p_BoBcm_B
+    assert lever == [0.02, -0.01, 0.2]
+    for _ in range(50):
+        state = random_signals(rng)[0]
+        scaled = [1.3 * q for q in state[:4]] + state[4:]
+        R_WB = RotationMatrix(Quaternion(np.array(state[:4])))
+        wanted = state[10:13] + np.cross(state[7:10], R_WB @ np.array(lever))
+        assert mass_velocity(scaled, lever) == pytest.approx(wanted)
+
+
+def test_attitude_is_that_of_the_frame_in_which_rotors_lift(odd_vehicle, random_signals):
+    rng = np.random.default_rng(14)
+    q_BT = law_constants(odd_vehicle, 0.0).q_BT
+    R_BT = RotationMatrix.MakeYRotation(0.1)
+    for _ in range(50):
+        q_WB = random_signals(rng)[0][:4]
+        found = RotationMatrix(Quaternion(np.array(thrust_attitude(q_WB, q_BT))))
+        R_WB = RotationMatrix(Quaternion(np.array(q_WB)))
+        assert found.matrix() == pytest.approx((R_WB @ R_BT).matrix())
+
+
+def test_a_centre_of_mass_within_a_millimetre_counts_as_the_origin(vehicle):
+    assert 1e-4 < vehicle.p_BoBcm_B[2] < 1e-3
+    assert law_constants(vehicle, 0.0).p_BoBcm_B == [0.0, 0.0, 0.0]
+
+
+def test_an_odd_vehicle_hovers_leaning_back_on_the_weight_alone(odd_vehicle, gains):
+    q_WB = [math.cos(0.05), 0.0, -math.sin(0.05), 0.0]
+    state = [*q_WB, 1, 2, 3, 0, 0, 0, 0, 0, 0]
+    hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 3.0)
+    constants = law_constants(odd_vehicle, 0.0)
+    speeds = np.array(commands((state, [0.0] * 3, [0.0] * 8, hold), gains, constants))
+    thrusts = constants.motor_constants * speeds**2
+    assert thrusts.sum() == pytest.approx(odd_vehicle.mass * 9.81)
+    wrench = wrench_matrix(odd_vehicle.rotors, odd_vehicle.p_BoBcm_B) @ thrusts
+    assert wrench[3:] == pytest.approx(np.zeros(3), abs=1e-9)

@@ -77,9 +77,10 @@ def _diagram(args: argparse.Namespace) -> "Diagram":
     if not args.core:
         return Session(scenario, dict(args.set)).diagram
     model = find_model(scenario.vehicle.model)
-    description = read_description(model, scenario.vehicle.args)
-    values = flight_gains(model, scenario.vehicle.gains, dict(args.set))
-    return make_flight_core(description, make_vehicle(description), values)
+    description = read_description(model, scenario.vehicle.args, scenario.vehicle.packages)
+    vehicle = make_vehicle(description)
+    values = flight_gains(vehicle, scenario.vehicle.gains, dict(args.set))
+    return make_flight_core(description, vehicle, values)
 
 
 def _line(net: "Net") -> tuple[str, str, str, str]:

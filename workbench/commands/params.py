@@ -4,7 +4,12 @@ import argparse
 from typing import Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_json_option
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_vehicle_options,
+    with_vehicle,
+)
 from workbench.commands.printing import print_json, print_table
 
 _COLUMNS = ("name", "value", "unit", "min", "max", "default", "help")
@@ -19,10 +24,7 @@ def add_parser(commands: Any) -> None:
         "workbench params --model dh_drone",
         run,
     )
-    parser.add_argument("--model", default="dh_drone", metavar="NAME|PATH", help="whose gains")
-    parser.add_argument(
-        "--gains", metavar="FILE", help="gain file (YAML) on top of the model's own"
-    )
+    add_vehicle_options(parser)
     add_json_option(parser)
 
 
@@ -30,9 +32,13 @@ def run(args: argparse.Namespace) -> int:
     """Print the table."""
     from workbench.gains import flight_gains
     from workbench.parameters import PARAMETERS
+    from workbench.plant.loading import load_vehicle
     from workbench.resources import find_model
+    from workbench.scenario import Scenario
 
-    values = flight_gains(find_model(args.model), args.gains or "")
+    config = with_vehicle(Scenario(), args).vehicle
+    vehicle = load_vehicle(find_model(config.model), config.args, config.packages)
+    values = flight_gains(vehicle, config.gains, dict(args.set))
     rows = [
         (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)
         for row in PARAMETERS

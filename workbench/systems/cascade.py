@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from workbench.plant.vehicle import GRAVITY
+from workbench.plant.gravity import GRAVITY
 
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""

@@ -3,12 +3,13 @@
 They run as plain Python with lists (floats or AutoDiffXd) and compiled with arrays: one source.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
 
-from workbench.plant.rotors import allocation_matrix
+from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.cascade import wanted_specific_force, wanted_velocity, wanted_wrench
 from workbench.systems.mixer import mix
@@ -21,16 +22,23 @@ Signal = Any
 IDLE_SPEED_SHARE = 0.1
 """Armed rotors turn at this share of their largest speed, and never slower while flying."""
 
+NEAR = 1e-3
+"""A centre of mass this near the base link's origin counts as being there [m]."""
+
 
 class LawConstants(NamedTuple):
     """What the law knows of a vehicle: lists for Python, views of `packed` arrays for numba.
 
-    Mass [kg]; inertia xx, xy, xz, yy, yz, zz [kg·m²]; allocation, n rows of 4; idle and largest
-    thrusts [N] and motor constants [N·s²], n each; n rows for `step_rotor`.
+    Mass [kg]; inertia xx, xy, xz, yy, yz, zz [kg·m²]; orientation w, x, y, z of the frame T that
+    the vehicle hovers upright in, and place of the centre of mass in B [m]; allocation, n rows of
+    4; idle and largest thrusts [N] and motor constants [N·s²], n each; n rows for `step_rotor`.
+    Inertia and allocation are for T, see `plant.thrust_frame`.
     """
 
     mass: float
     inertia: Any
+    q_BT: Any
+    p_BoBcm_B: Any
     allocation: Any
     idle_thrusts: Any
     max_thrusts: Any
@@ -40,13 +48,20 @@ class LawConstants(NamedTuple):
 
 def law_constants(vehicle: Vehicle, period: float) -> LawConstants:
     """Return the constants of a vehicle; `period` [s] is the control period, 0 for none."""
-    inertia = vehicle.inertia
+    frame = thrust_frame(vehicle)
+    inertia = frame.inertia_T
+    lever = vehicle.p_BoBcm_B if math.hypot(*vehicle.p_BoBcm_B) > NEAR else (0.0, 0.0, 0.0)
     max_thrusts = [rotor.max_thrust for rotor in vehicle.rotors]
     return LawConstants(
         mass=vehicle.mass,
         inertia=[*inertia[0].tolist(), *inertia[1, 1:].tolist(), float(inertia[2, 2])],
-        allocation=allocation_matrix(vehicle.rotors, vehicle.p_BoBcm_B).tolist(),
-        idle_thrusts=[IDLE_SPEED_SHARE**2 * thrust for thrust in max_thrusts],
+        q_BT=frame.q_BT,
+        p_BoBcm_B=list(lever),
+        allocation=frame.allocation.tolist(),
+        idle_thrusts=[
+            IDLE_SPEED_SHARE**2 * rotor.max_thrust if lift > 0.0 else 0.0
+            for rotor, lift in zip(vehicle.rotors, frame.allocation[:, 0], strict=True)
+        ],
         max_thrusts=max_thrusts,
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
         rotors=[rotor_period(rotor, period) for rotor in vehicle.rotors] if period else [],
@@ -54,12 +69,12 @@ def law_constants(vehicle: Vehicle, period: float) -> LawConstants:
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (7) of the body and (n, 16) of the rotors.
+    """Return constants as two arrays, (14) of the body and (n, 16) of the rotors.
 
     Each array handed to compiled code costs a quarter of a microsecond, hence so few.
     """
     columns = (constants.idle_thrusts, constants.max_thrusts, constants.motor_constants)
-    body = np.array([constants.mass, *constants.inertia])
+    body = np.array([constants.mass, *constants.inertia, *constants.q_BT, *constants.p_BoBcm_B])
     rotors = np.column_stack([constants.allocation, *columns, constants.rotors])
     return body, rotors
 
@@ -70,11 +85,50 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
     return LawConstants(
         body[0],
         body[1:7],
+        body[7:11],
+        body[11:14],
         rotors[:, 0:4],
         rotors[:, 4],
         rotors[:, 5],
         rotors[:, 6],
         rotors[:, 7:16],
+    )
+
+
+@register_jitable
+def thrust_attitude(q_WB: Signal, q_BT: Signal) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the orientation q_WT of the frame in which the rotors lift along z."""
+    w, x, y, z = q_WB
+    t_w, t_x, t_y, t_z = q_BT
+    return (
+        w * t_w - x * t_x - y * t_y - z * t_z,
+        w * t_x + x * t_w + y * t_z - z * t_y,
+        w * t_y - x * t_z + y * t_w + z * t_x,
+        w * t_z + x * t_y - y * t_x + z * t_w,
+    )
+
+
+@register_jitable
+def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the velocity of the centre of mass in W [m/s].
+
+    Rotors move that point; an origin far from it swings the wrong way at first when the drone
+    tilts, and a law that fed that back would chase its own tilting.
+    """
+    w, x, y, z = state[0:4]
+    p_x, p_y, p_z = p_BoBcm_B
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    t_x = s * (y * p_z - z * p_y)
+    t_y = s * (z * p_x - x * p_z)
+    t_z = s * (x * p_y - y * p_x)
+    l_x = p_x + w * t_x + y * t_z - z * t_y
+    l_y = p_y + w * t_y + z * t_x - x * t_z
+    l_z = p_z + w * t_z + x * t_y - y * t_x
+    w_x, w_y, w_z = state[7:10]
+    return (
+        state[10] + w_y * l_z - w_z * l_y,
+        state[11] + w_z * l_x - w_x * l_z,
+        state[12] + w_x * l_y - w_y * l_x,
     )
 
 
@@ -102,9 +156,11 @@ def rotor_commands(
     n = len(constants.allocation)
     if guidance[1] > 0.0:
         wanted = wanted_velocity(state[4:7], reference, guidance, gains)
-        f_W = wanted_specific_force(state[10:13], acceleration, wanted, gains)
+        q_WT = thrust_attitude(state[0:4], constants.q_BT)
+        v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
+        f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains)
         force, m_x, m_y, m_z = wanted_wrench(
-            state[0:4], state[7:10], f_W, wanted[3], constants.mass, constants.inertia, gains
+            q_WT, state[7:10], f_W, wanted[3], constants.mass, constants.inertia, gains
         )
         mix(
             force,

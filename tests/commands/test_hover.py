@@ -1,0 +1,104 @@
+"""`workbench hover`."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+DRONES = Path(__file__).parent.parent / "drones"
+PNG = b"\x89PNG"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("hover") / "out"
+
+
+@pytest.fixture(scope="module")
+def said(run, folder):
+    return run("hover", "--model", DRONES / "palm_quad.urdf.xacro", "--output", folder, "--json")
+
+
+@pytest.fixture(scope="module")
+def bad(run, tmp_path_factory):
+    """A quadrotor spoiled by a setting, with one gain from a file."""
+    folder = tmp_path_factory.mktemp("bad")
+    gains = folder / "mine.yaml"
+    gains.write_text("gains: {kp_yaw_rate: 2.5}\n")
+    options = ("--gains", gains, "--set", "kd_roll=1", "--no-plots", "--output", folder)
+    return run("hover", "--model", DRONES / "palm_quad.urdf.xacro", *options)
+
+
+def test_it_hovers_and_answers_as_demanded(said):
+    assert said.code == 0, said.err
+    found = said.json
+    assert found["met"] is True
+    assert (found["vehicle"], found["mass"]) == ("palm_quad", 0.03)
+    assert found["source"].endswith("palm_quad.urdf.xacro")
+    assert found["hover"]["duration"] == 10.0
+    assert 0.0 < found["hover"]["drift"] <= 0.05
+    assert 0.0 < found["hover"]["tilt"] <= 0.0087
+    assert [(step["axis"], step["amplitude"]) for step in found["steps"]] == [
+        ("x", 1.0),
+        ("y", 1.0),
+        ("z", 1.0),
+        ("yaw", 0.2),
+    ]
+    assert all(step["overshoot"] <= 15.0 for step in found["steps"])
+    assert {demand["met"] for demand in found["demands"]} == {True}
+
+
+def test_gains_come_with_their_origin(said):
+    gains = said.json["gains"]
+    assert gains["kp_roll"]["origin"] == "rule"
+    assert gains["kp_roll"]["value"] == 92.5
+    assert gains["max_speed"]["origin"] == "default"
+
+
+def test_plot_and_log_are_written_and_nothing_else(said, folder):
+    assert {path.name for path in folder.iterdir()} == {"hover-check.csv", "hover-check.png"}
+    assert set(said.json["files"]) == {str(path) for path in folder.iterdir()}
+    assert (folder / "hover-check.png").read_bytes()[:4] == PNG
+    rows = list(csv.reader((folder / "hover-check.csv").read_text().splitlines()))
+    assert rows[0][0] == "t [s]"
+    assert float(rows[-1][0]) == pytest.approx(10.0)
+
+
+def test_what_is_not_as_demanded_is_named_and_returns_1(bad):
+    assert bad.code == 1
+    assert "not as demanded: drift of the hover is " in bad.err
+    assert "m (at most 0.05 m)" in bad.err
+    assert "overshoot of the y step" in bad.err
+    lines = {line.partition("  ")[0]: line for line in bad.out.splitlines()}
+    assert lines["hover: drift"].endswith(" not ok")
+    assert lines["z step: overshoot"].endswith(" ok")
+    assert "0.5  deg" in lines["hover: tilt"]
+
+
+def test_the_table_says_which_vehicle_and_whose_gains(bad):
+    first, *lines = bad.out.splitlines()
+    assert first.startswith("palm_quad, 0.03 kg, 4 rotors: ")
+    heads = [index for index, line in enumerate(lines) if line.startswith("gains from ")]
+    below = {lines[index].split("/")[-1]: lines[index + 1].split() for index in heads}
+    assert below.keys() == {
+        "gains from the rule for any vehicle:",
+        "mine.yaml:",
+        "gains from --set:",
+    }
+    assert below["mine.yaml:"] == ["kp_yaw_rate", "2.5", "1/s"]
+    assert below["gains from --set:"] == ["kd_roll", "1", "1/s"]
+    assert any("largest rotor speed" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--model", "gone.urdf"], "gone.urdf"),
+        (["--set", "kp_rol=1"], "did you mean 'kp_roll'?"),
+        (["--gains", "gone.yaml"], "no such gain file"),
+        (["--arg", "mass:=50"], "too heavy"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
+    assert word in refused("hover", "--output", out, *options)
+    assert not out.parent.exists()

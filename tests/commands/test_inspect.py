@@ -1,0 +1,130 @@
+"""What `workbench inspect` says of the shipped drone and of files that are wrong."""
+
+import json
+
+import numpy as np
+import pytest
+
+from workbench.cli import main
+
+URDF = """<robot name="plate"><link name="base">
+  <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.05"/></inertial>
+  <visual><geometry><mesh filename="package://gone/body.dae"/></geometry></visual></link></robot>"""
+ROTORS = """
+defaults: {motor_constant: 1.0e-5, moment_constant: 0.02, max_rot_velocity: 1000,
+  time_constant_up: 0.02, time_constant_down: 0.03}
+rotors:
+  - {name: a, position: [0.2, 0.2, 0], direction: cw}
+  - {name: b, position: [-0.2, 0.2, 0], direction: ccw}
+  - {name: c, position: [-0.2, -0.2, 0], direction: cw}
+  - {name: d, position: [0.2, -0.2, 0], direction: ccw}
+"""
+
+
+@pytest.fixture
+def plate(tmp_path):
+    """A drone with an inertia to repair, and a mesh that is not there."""
+    (tmp_path / "plate.rotors.yaml").write_text(ROTORS)
+    path = tmp_path / "plate.urdf"
+    path.write_text(URDF)
+    return path
+
+
+def read_json(capsys, *words: str):
+    assert main(["inspect", *words, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_json_says_what_a_program_needs(capsys):
+    data = read_json(capsys, "dh_drone")
+    assert data["name"] == "dh_drone"
+    assert data["mass"] == pytest.approx(1.9)
+    assert np.shape(data["com"]) == (3,)
+    assert np.shape(data["inertia"]) == (3, 3)
+    assert data["thrust_to_weight"] == pytest.approx(4 * 8.54858e-6 * 1100**2 / (1.9 * 9.81))
+    first = data["rotors"][0]
+    assert first["name"] == "propeller1_joint"
+    assert first["axis"] == pytest.approx([0, 0, 1])
+    assert first["direction"] == -1
+    assert first["thrust_coefficient"] == 8.54858e-6
+    assert first["moment_coefficient"] == 0.016
+    assert (first["time_constant_up"], first["time_constant_down"]) == (0.0125, 0.025)
+    assert first["max_speed"] == 1100.0
+    sensors = {sensor["name"]: sensor for sensor in data["sensors"]}
+    assert set(sensors) == {"lidar", "gps", "camera", "imu"}
+    assert (sensors["lidar"]["type"], sensors["lidar"]["rate"]) == ("gpu_lidar", 10.0)
+    assert sensors["camera"]["frame"] == "camera_link"
+    assert data["warnings"] == []
+
+
+def test_warnings_are_sentences_with_the_file(plate, capsys):
+    warnings = read_json(capsys, str(plate))["warnings"]
+    assert all(warning.startswith(str(plate)) for warning in warnings)
+    assert any("inertia of link 'base'" in warning for warning in warnings)
+    assert any("body.dae is not found" in warning for warning in warnings)
+
+
+def test_people_get_tables_a_tree_and_remarks(plate, capsys):
+    assert main(["inspect", str(plate)]) == 0
+    said = capsys.readouterr().out
+    for words in ("thrust to weight", "rotors (4)", "hover speed", "frames", "repaired", "missing"):
+        assert words in said
+    assert said.count(str(plate)) == 1  # in the title, and not again with each remark
+
+
+def test_the_tree_shows_what_hangs_where(capsys):
+    assert main(["inspect", "dh_drone"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "base_link (0 0 0)" in lines
+    assert "└─ IMU_link by IMU_joint (0 0 0)" in lines
+
+
+def test_arguments_and_packages_reach_the_description(capsys):
+    assert read_json(capsys, "dh_drone", "--arg", "mass:=2.5")["mass"] == pytest.approx(2.5)
+
+
+def test_a_package_that_is_given_is_used(plate, tmp_path, capsys):
+    package = tmp_path / "elsewhere"
+    package.mkdir()
+    (package / "body.dae").write_text("<no mesh/>")
+    words = (str(plate), "--package", f"gone={package}")
+    (warning,) = [each for each in read_json(capsys, *words)["warnings"] if "body.dae" in each]
+    assert "not found" not in warning
+
+
+def test_write_stores_a_model_that_reads_the_same(plate, tmp_path, capsys):
+    folder = tmp_path / "out"
+    before = read_json(capsys, str(plate), "--write", str(folder))
+    assert before["files"] == [str(folder / "plate.urdf")]
+    after = read_json(capsys, str(folder / "plate.urdf"))
+    assert after["mass"] == pytest.approx(before["mass"])
+    assert np.array(after["inertia"]) == pytest.approx(np.array(before["inertia"]))
+    for one, other in zip(before["rotors"], after["rotors"], strict=True):
+        assert other["position"] == pytest.approx(one["position"])
+        assert other["direction"] == one["direction"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["gone.urdf"], "unknown model 'gone.urdf'"),
+        (["dh_drone", "--arg", "mass"], "no xacro argument"),
+        (["dh_drone", "--package", "x"], "no package"),
+        (["dh_drone", "--package", "x=/nowhere/at/all"], "/nowhere/at/all"),
+        (["dh_drone", "--arg", "masse:=2"], "did you mean 'mass'"),
+        (["dh_drone", "--write", "/proc/none"], "/proc/none"),
+        ([], "the following arguments are required"),
+    ],
+)
+def test_bad_input_is_one_sentence(words, said, capsys):
+    assert main(["inspect", *words]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_nothing_is_left_behind_where_writing_fails(plate, tmp_path, capsys):
+    plate.write_text(URDF.replace("</robot>", ""))
+    assert main(["inspect", str(plate), "--write", str(tmp_path / "out")]) == 2
+    assert not (tmp_path / "out").exists()
+    assert f"{plate}:" in capsys.readouterr().err

@@ -1,0 +1,152 @@
+"""`workbench hover`: ten seconds of hover and a step on every axis, and how well they went."""
+
+import argparse
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_output_options,
+    add_vehicle_options,
+    with_vehicle,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.progress import progress_bar
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from workbench.design.hover_check import Demand, HoverReport
+    from workbench.gains import Gain
+
+_ORIGINS = {"rule": "the rule for any vehicle"}
+"""What else a gain's origin is called."""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "hover",
+        "Fly ten seconds of hover and a step on every axis, and say how well they went.",
+        "workbench hover --model my_drone.urdf --output out",
+        run,
+    )
+    add_output_options(parser)
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly, print the table, write plot and log; 1 if something is not as demanded."""
+    from workbench.design.hover_check import check_hover
+    from workbench.gains import choose_gains
+    from workbench.scenario import Scenario
+
+    scenario = with_vehicle(Scenario(), args)
+    with Outputs() as outputs:
+        log = outputs.add(args.output / "hover-check.csv")
+        plot = None if args.no_plots else outputs.add(args.output / "hover-check.png")
+        with progress_bar("flying hover and four steps") as progress:
+            report = check_hover(scenario, dict(args.set), progress)
+        report.hover.write_csv(log)
+        if plot:
+            from workbench.design.plots_hover import plot_hover
+
+            plot_hover(report).savefig(plot)
+    gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set))
+    if args.json:
+        print_json(_result(report, gains, outputs.files))
+    else:
+        _print(report, gains)
+    say_written(outputs.files)
+    missed = [_sentence(demand) for demand in report.demands if not demand.met]
+    if missed:
+        say(f"not as demanded: {'; '.join(missed)}")
+        return ExitCode.NOT_AS_DEMANDED
+    return ExitCode.DONE
+
+
+def _result(report: "HoverReport", gains: "dict[str, Gain]", files: "list[Path]") -> dict[str, Any]:
+    """Return everything as JSON has it; angles in rad."""
+    vehicle = report.hover.vehicle
+    return {
+        "vehicle": vehicle.name,
+        "source": vehicle.source,
+        "mass": vehicle.mass,
+        "gains": gains,
+        "hover": {
+            "duration": float(report.hover.time[-1]),
+            "drift": float(report.drift.max()),
+            "tilt": float(report.tilt.max()),
+            "rotor_use": report.rotor_use,
+        },
+        "steps": [
+            {
+                "axis": step.axis,
+                "amplitude": step.amplitude,
+                **dataclasses.asdict(step.metrics),
+                "peak_rotor_use": step.peak_rotor_use,
+                "coupling": step.coupling,
+            }
+            for step in report.steps
+        ],
+        "demands": [{**dataclasses.asdict(demand), "met": demand.met} for demand in report.demands],
+        "met": all(demand.met for demand in report.demands),
+        "files": files,
+    }
+
+
+def _print(report: "HoverReport", gains: "dict[str, Gain]") -> None:
+    """Print vehicle, gains and the table of what is demanded."""
+    vehicle = report.hover.vehicle
+    print(f"{vehicle.name}, {vehicle.mass:.4g} kg, {len(vehicle.rotors)} rotors: {vehicle.source}")
+    _print_gains(gains)
+    print()
+    table = [["", "flown", "limit", "", ""]]
+    table += [_line(demand) for demand in report.demands]
+    print_table(table, left=(0, 3, 4))
+    uses = [("hover", report.rotor_use)]
+    uses += [(f"{step.axis} step", step.peak_rotor_use) for step in report.steps]
+    parts = ", ".join(f"{name} {100.0 * use:.0f} %" for name, use in uses)
+    print(f"\nlargest rotor speed, of its limit: {parts}")
+
+
+def _print_gains(gains: "dict[str, Gain]") -> None:
+    """Print the gains by where they come from, without the parameter table's defaults."""
+    from workbench.parameters import find_parameter
+
+    origins = dict.fromkeys(gain.origin for gain in gains.values())
+    for origin in origins:
+        if origin == "default":
+            continue
+        print(f"\ngains from {_ORIGINS.get(origin, origin)}:")
+        rows = [
+            (f"  {name}", f"{gain.value:g}", find_parameter(name).unit)
+            for name, gain in gains.items()
+            if gain.origin == origin
+        ]
+        print_table(rows, left=(0, 2))
+
+
+def _line(demand: "Demand") -> list[str]:
+    """Return one line of the table; angles in degrees."""
+    scale, unit = (math.degrees(1.0), "deg") if demand.unit == "rad" else (1.0, demand.unit)
+    return [
+        f"{demand.flight}: {demand.quantity}",
+        f"{scale * demand.value:.3f}",
+        f"{scale * demand.limit:g}",
+        unit,
+        "ok" if demand.met else "not ok",
+    ]
+
+
+def _sentence(demand: "Demand") -> str:
+    """Return what is wrong with a demand that is not met."""
+    _, value, limit, unit, _ = _line(demand)
+    quantity = demand.quantity.replace("_", "-", 1).replace("_", " ")
+    return f"{quantity} of the {demand.flight} is {value} {unit} (at most {limit} {unit})"

@@ -1,0 +1,113 @@
+"""`workbench inspect`: what is understood of a drone description."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import add_command, add_description_options, add_json_option
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, say_written
+
+if TYPE_CHECKING:
+    from workbench.plant.description import Description
+    from workbench.plant.vehicle import Vehicle
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "inspect",
+        "Say what is understood of a drone description: mass, rotors, sensors, frames, and what "
+        "was repaired or left unused.",
+        "workbench inspect my_drone.urdf.xacro --arg mass:=2.1 --package my_drone=../my_drone",
+        run,
+    )
+    parser.add_argument(
+        "model",
+        metavar="NAME|PATH",
+        help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder",
+    )
+    add_description_options(parser)
+    parser.add_argument(
+        "--write",
+        type=Path,
+        metavar="DIR",
+        help="store the resolved model there, as one URDF that Drake reads, with its meshes",
+    )
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print what was understood; write the resolved model where that is asked for."""
+    from workbench.plant.description import read_description
+    from workbench.plant.loading import make_vehicle
+    from workbench.resources import find_model
+
+    description = read_description(find_model(args.model), dict(args.arg), dict(args.package))
+    vehicle = make_vehicle(description)
+    files = _write(description, args.write) if args.write else []
+    if args.json:
+        print_json(_json(description, vehicle) | ({"files": files} if files else {}))
+    else:
+        from workbench.commands.inspect_text import print_description
+
+        print_description(description, vehicle)
+    if files:
+        say_written(files)
+    return ExitCode.DONE
+
+
+def _write(description: "Description", folder: Path) -> list[Path]:
+    """Store the model, all of it or nothing."""
+    from workbench.plant.store import stored_files
+
+    with Outputs() as outputs:
+        for relative, data in stored_files(description):
+            outputs.add(folder / relative).write_bytes(data)
+    return outputs.files
+
+
+def _json(description: "Description", vehicle: "Vehicle") -> dict[str, Any]:
+    """Return the vehicle in the field's plain words."""
+    hover = vehicle.hover_speeds
+    return {
+        "name": vehicle.name,
+        "source": vehicle.source,
+        "base_link": vehicle.base_link,
+        "mass": vehicle.mass,
+        "com": vehicle.p_BoBcm_B,
+        "inertia": vehicle.I_BBcm_B,
+        "thrust_to_weight": vehicle.thrust_to_weight,
+        "rotors": [
+            {
+                "name": rotor.name,
+                "joint": rotor.joint,
+                "link": rotor.link,
+                "position": rotor.p_BR,
+                "axis": rotor.axis_B,
+                "direction": rotor.direction,
+                "thrust_coefficient": rotor.motor_constant,
+                "moment_coefficient": rotor.moment_constant,
+                "time_constant_up": rotor.time_constant_up,
+                "time_constant_down": rotor.time_constant_down,
+                "max_speed": rotor.max_rot_velocity,
+                "hover_speed": float(speed),
+            }
+            for rotor, speed in zip(vehicle.rotors, hover, strict=True)
+        ],
+        "sensors": [
+            {
+                "type": sensor.type,
+                "name": sensor.name,
+                "frame": sensor.frame,
+                "rate": sensor.rate,
+                "link": sensor.link,
+                "position": sensor.p_BS,
+            }
+            for sensor in vehicle.sensors
+        ],
+        "frames": [{"name": frame.name, "position": frame.p_BF} for frame in vehicle.frames],
+        "warnings": [str(remark) for remark in description.remarks],
+    }

@@ -1,0 +1,162 @@
+"""Does a vehicle fly as it should: ten seconds of hover, and a step on every axis."""
+
+import copy
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.step_response import START_HEIGHT, StepResponse, fly_step
+from workbench.recording import Recording
+from workbench.scenario import Scenario, Start
+from workbench.session import Session
+
+HOVER_DURATION = 10.0
+"""[s]"""
+NUDGE_SPEED = 0.002
+NUDGE_RATE = 0.0002
+"""A hover begins at this speed along and about every axis [m/s, rad/s], to show if it is unstable.
+
+The drift that it makes, a few millimetres, is small beside what is allowed.
+"""
+STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
+"""Axis and amplitude, [m/s] and [rad/s]."""
+STEP_DURATION = 8.0
+"""Flown after a step's edge [s]: rotors as slow as 0.2 s have brought the drone there by then."""
+DRIFT = 0.05
+"""Most while hovering [m]."""
+TILT = math.radians(0.5)
+"""Most while hovering [rad]."""
+OVERSHOOT = 15.0
+"""Most of a step [%]."""
+STEADY_STATE_ERROR = 10.0
+"""Most of a step [%]: one that is not answered has no overshoot either."""
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A flown number that must not be larger than a limit.
+
+    Attributes:
+        flight: hover, or which step.
+        quantity: its name; of a step, python-control's.
+        unit: of value and limit.
+        value: the flown one.
+        limit: largest that will do.
+    """
+
+    flight: str
+    quantity: str
+    unit: str
+    value: float
+    limit: float
+
+    @property
+    def met(self) -> bool:
+        """Whether it is as demanded; a NaN never is."""
+        return self.value <= self.limit
+
+
+@dataclass(frozen=True)
+class HoverReport:
+    """How well a vehicle hovers and answers.
+
+    Attributes:
+        hover: the ten seconds.
+        drift: (N) distance from the place where it began [m].
+        tilt: (N) angle between body z and where it pointed at the beginning [rad].
+        steps: along x, y, z and about yaw.
+    """
+
+    hover: Recording
+    drift: np.ndarray
+    tilt: np.ndarray
+    steps: tuple[StepResponse, ...]
+
+    @property
+    def rotor_use(self) -> float:
+        """Largest share of its speed limit at which any rotor ran while hovering, 0 .. 1."""
+        return float(self.hover.rotor_use.max())
+
+    @property
+    def demands(self) -> list[Demand]:
+        """Return everything that is demanded, in the order in which it was flown."""
+        found = [
+            Demand("hover", "drift", "m", float(self.drift.max()), DRIFT),
+            Demand("hover", "tilt", "rad", float(self.tilt.max()), TILT),
+        ]
+        for step in self.steps:
+            metrics, name = step.metrics, f"{step.axis} step"
+            found.append(Demand(name, "overshoot", "%", metrics.overshoot, OVERSHOOT))
+            found.append(
+                Demand(
+                    name, "steady_state_error", "%", metrics.steady_state_error, STEADY_STATE_ERROR
+                )
+            )
+        return found
+
+
+def check_hover(
+    scenario: Scenario | None = None,
+    settings: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> HoverReport:
+    """Fly ten seconds of hover and four steps, each from hover.
+
+    Args:
+        scenario: its vehicle and rates are used.
+        settings: parameter values for all flights.
+        progress: called with the flown share of all of them, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be flown.
+    """
+    scenario = scenario or Scenario()
+    flights = 1 + len(STEPS)
+    done = 0
+
+    def report(share: float) -> None:
+        if progress:
+            progress((done + share) / flights)
+
+    hover = _hover(scenario, settings, report)
+    steps = []
+    for axis, amplitude in STEPS:
+        done += 1
+        steps.append(
+            fly_step(
+                axis,
+                amplitude,
+                duration=STEP_DURATION,
+                scenario=scenario,
+                settings=settings,
+                progress=report,
+            )
+        )
+    up = hover.z_axis_W
+    across = np.linalg.norm(np.cross(up, up[0]), axis=1)
+    return HoverReport(
+        hover=hover,
+        drift=np.linalg.norm(hover.p_WB - hover.p_WB[0], axis=1),
+        tilt=np.arctan2(across, up @ up[0]),
+        steps=tuple(steps),
+    )
+
+
+def _hover(
+    scenario: Scenario, settings: Mapping[str, float] | None, progress: Callable[[float], None]
+) -> Recording:
+    """Fly the ten seconds, begun with rotors at hover speed and a nudge."""
+    flight = copy.deepcopy(scenario)
+    flight.start = Start(
+        position=[0.0, 0.0, START_HEIGHT],
+        velocity=[NUDGE_SPEED] * 3,
+        angular_velocity=[NUDGE_RATE] * 3,
+    )
+    flight.figure_eight = None
+    flight.script = []
+    flight.duration = HOVER_DURATION
+    session = Session(flight, settings)
+    session.run(progress)
+    return session.recording()
