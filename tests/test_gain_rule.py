@@ -9,7 +9,6 @@ import pytest
 
 from workbench.gain_rule import (
     CONTROL_DELAY,
-    IDLE_THRUST_SHARE,
     rule_gains,
     slowest_rotor,
     spare_angular_acceleration,
@@ -20,7 +19,6 @@ from workbench.plant.rotors import Rotor
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Rates
-from workbench.systems.flight_law import IDLE_SPEED_SHARE
 
 ARM = 0.2
 MOST = 5.0
@@ -186,7 +184,6 @@ def test_the_slowest_rotor_counts_at_the_mean_of_its_rates():
 def test_what_the_rule_takes_for_granted_is_so():
     rates = Rates()
     assert rates.control_period / 2 + rates.physics_step == CONTROL_DELAY
-    assert pytest.approx(IDLE_SPEED_SHARE**2) == IDLE_THRUST_SHARE
 
 
 @pytest.mark.parametrize("seed", range(60))

@@ -60,8 +60,6 @@ LEVER_SHARE = 0.2
 NO_LEVER = 1e-6
 """What is less counts as this [m, 1/s² m]."""
 KD_VELOCITY = 0.1
-IDLE_THRUST_SHARE = 0.01
-"""No rotor gives less than this share of its largest thrust."""
 DIGITS = 3
 
 
@@ -133,7 +131,7 @@ def spare_angular_acceleration(frame: ThrustFrame) -> list[float]:
     """
     most = np.array([rotor.max_thrust for rotor in frame.rotors])
     hover = frame.hover_thrusts
-    room = np.maximum(np.minimum(most - hover, hover - IDLE_THRUST_SHARE * most), 0.0)
+    room = np.maximum(np.minimum(most - hover, hover - frame.idle_thrusts), 0.0)
     thrusts = np.abs(frame.allocation[:, 1:] @ frame.inertia_T)  # for 1 rad/s² about each axis
     with np.errstate(divide="ignore", invalid="ignore"):
         return [float(np.nanmin(room / column)) for column in thrusts.T]

@@ -100,10 +100,16 @@ def test_meshes_lie_beside_it_under_plain_names(quad, write, tmp_path):
     path = write(quad.replace("</inertial>", shapes, 1))
     folder = tmp_path / "stored"
     stored = store(read_description(path), folder)
-    names = [mesh.get("filename") for mesh in ET.parse(stored).iter("mesh")]
+    names = [mesh.get("filename") for mesh in meshes_of(stored)]
     assert len(names) == 2
+    convex = [mesh.find("{http://drake.mit.edu}declare_convex") for mesh in meshes_of(stored)]
+    assert [found is not None for found in convex] == [False, True]  # drawn as it is, touched
     assert all((folder / name).is_file() and name.startswith("meshes/") for name in names)
     assert_same(make_vehicle(read_description(path)), make_vehicle(read_description(stored)))
+
+
+def meshes_of(path: Path) -> list[ET.Element]:
+    return list(ET.parse(path).iter("mesh"))
 
 
 @pytest.mark.parametrize(

@@ -120,3 +120,26 @@ def test_with_more_rotors_than_needed_the_least_thrusts_are_taken(dh_vehicle):
     for mix in rng.normal(size=(200, 3)):
         other = mix @ rows[3:]
         assert np.linalg.norm(matrix[:3] @ other) / np.linalg.norm(other) <= best + 1e-9
+
+
+def test_idling_rotors_never_lift_the_vehicle(dh_vehicle):
+    """1 % of the largest thrust (10 % of the speed), but no more than 10 % of that of hover."""
+    most = dh_vehicle.rotors[0].max_thrust
+    assert thrust_frame(dh_vehicle).idle_thrusts == pytest.approx([0.01 * most] * 4)
+    strong = tuple(
+        dataclasses.replace(rotor, max_rot_velocity=20_000.0) for rotor in dh_vehicle.rotors
+    )
+    frame = thrust_frame(dataclasses.replace(dh_vehicle, rotors=strong))
+    assert frame.idle_thrusts == pytest.approx(0.1 * frame.hover_thrusts)
+
+
+def test_a_rotor_that_pushes_forward_stays_at_rest(dh_vehicle):
+    pusher = dataclasses.replace(
+        dh_vehicle.rotors[0], name="pusher", p_BR=(-0.3, 0.0, 0.0), axis_B=(1.0, 0.0, 0.0)
+    )
+    frame = thrust_frame(dataclasses.replace(dh_vehicle, rotors=(*dh_vehicle.rotors, pusher)))
+    own = thrust_frame(dh_vehicle)
+    assert np.array_equal(frame.R_BT, np.eye(3))
+    assert frame.hover_thrusts == pytest.approx([*own.hover_thrusts, 0.0])
+    assert frame.allocation[4].tolist() == [0.0] * 4
+    assert frame.idle_thrusts[4] == 0.0

@@ -22,6 +22,11 @@ def test_a_symmetric_drone_hovers_on_equal_rotors(dh_vehicle):
     assert centred.hover_speeds == pytest.approx([each] * 4)
 
 
+def test_the_span_is_from_rotor_to_rotor_across(dh_vehicle):
+    """Four of them, 0.25 m from the centre."""
+    assert dh_vehicle.span == pytest.approx(0.5)
+
+
 def test_a_drone_with_its_mass_off_the_middle_still_balances(dh_vehicle):
     p_BoBcm_B = (0.05, -0.03, 0.0)
     vehicle = dataclasses.replace(dh_vehicle, p_BoBcm_B=p_BoBcm_B)

@@ -11,8 +11,8 @@ from workbench.recording import Recording
 from workbench.scenario import Scenario
 from workbench.session import Session, start_position
 
-_EYE = np.array([-2.2, -2.2, 1.2])
-"""Where the camera stands, seen from where the flight begins [m]."""
+_EYE = np.array([-3.0, -3.0, 1.7])
+"""Where the camera stands, seen from where the flight begins, in spans of the vehicle."""
 
 
 def fly_and_film(
@@ -33,7 +33,7 @@ def fly_and_film(
     meshcat = Meshcat()
     session = Session(scenario, settings, meshcat)
     target = np.array(start_position(scenario.start, session.vehicle))
-    meshcat.SetCameraPose(target + _EYE, target)
+    meshcat.SetCameraPose(target + session.vehicle.span * _EYE, target)
     meshcat.StartRecording()
     session.run(progress)
     meshcat.PublishRecording()

@@ -9,6 +9,7 @@ from workbench.errors import WorkbenchError
 from workbench.plant.drawable import with_drawable_meshes
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.sdf import read_expanded_sdf, read_sdf
+from workbench.plant.formats.sdf_include import refuse_template
 from workbench.plant.formats.urdf import read_urdf
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.formats.xacro import expand_xacro, is_xacro
@@ -101,6 +102,8 @@ def _read(path: Path, args: Mapping[str, str], finder: PackageFinder, remarks: R
     """Return what a file says: its root element tells the format, where its name does not."""
     if path.suffix == ".sdf":
         return read_sdf(path, finder, remarks)
+    if path.suffix not in (".xacro", ".urdf"):
+        refuse_template(path)
     if path.suffix == ".xacro" or is_xacro(root := read_xml(path)):
         root = parse_xml(expand_xacro(path, args, finder), path)
         if root.tag == "sdf":

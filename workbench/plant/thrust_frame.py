@@ -19,6 +19,10 @@ from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
 if TYPE_CHECKING:
     from workbench.plant.vehicle import Vehicle
 
+IDLE_SPEED_SHARE = 0.1
+"""Armed rotors turn at this share of their largest speed, and never slower while flying."""
+IDLE_HOVER_SHARE = 0.1
+"""But idling they give no more than this share of their hover thrust, however strong they are."""
 _UPRIGHT = 1e-9
 """A lean smaller than this is rounding [rad]."""
 _ROUNDS = 60
@@ -62,6 +66,12 @@ class ThrustFrame:
     def hover_speeds(self) -> np.ndarray:
         """Rotor speeds that hold the vehicle still, (n) [rad/s]."""
         return np.sqrt(self.hover_thrusts / [rotor.motor_constant for rotor in self.rotors])
+
+    @property
+    def idle_thrusts(self) -> np.ndarray:
+        """Least thrusts of rotors that turn, (n) [N]; 0 for those that do not lift."""
+        most = np.array([rotor.max_thrust for rotor in self.rotors])
+        return np.minimum(IDLE_SPEED_SHARE**2 * most, IDLE_HOVER_SHARE * self.hover_thrusts)
 
     def roll_pitch_yaw(self, roll_pitch_yaw: Sequence[float]) -> list[float]:
         """Return the body's roll, pitch, yaw that give T the wanted ones [rad]."""

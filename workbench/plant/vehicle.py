@@ -1,5 +1,6 @@
 """The `Vehicle` record: everything about a drone that its controller and its tools need."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,6 +73,12 @@ class Vehicle:
         lifting = (rotor for rotor in self.rotors if rotor.lifts)
         lift = sum(rotor.max_thrust * rotor.axis_B[2] for rotor in lifting)
         return float(lift / (self.mass * GRAVITY))
+
+    @property
+    def span(self) -> float:
+        """Largest distance between two rotors' hubs [m]."""
+        hubs = [rotor.p_BR for rotor in self.rotors]
+        return max(math.dist(one, other) for one in hubs for other in hubs)
 
     def frame(self, name: str) -> Frame:
         """Return the frame of a link.

@@ -19,9 +19,6 @@ Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
-IDLE_SPEED_SHARE = 0.1
-"""Armed rotors turn at this share of their largest speed, and never slower while flying."""
-
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
@@ -58,10 +55,7 @@ def law_constants(vehicle: Vehicle, period: float) -> LawConstants:
         q_BT=frame.q_BT,
         p_BoBcm_B=list(lever),
         allocation=frame.allocation.tolist(),
-        idle_thrusts=[
-            IDLE_SPEED_SHARE**2 * rotor.max_thrust if lift > 0.0 else 0.0
-            for rotor, lift in zip(vehicle.rotors, frame.allocation[:, 0], strict=True)
-        ],
+        idle_thrusts=frame.idle_thrusts.tolist(),
         max_thrusts=max_thrusts,
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
         rotors=[rotor_period(rotor, period) for rotor in vehicle.rotors] if period else [],

@@ -164,7 +164,10 @@ def two_links(*joints: str) -> str:
         ("<model/>", "the root element is <model>"),
         (two_links(JOINT.format("a", "c", "")), ":4: joint 'j' has the child link 'c'"),
         (two_links(JOINT.format("", "b", "")), "has the parent link ''"),
-        (two_links(JOINT.format("a", "b", '<axis xyz="0 0 0"/>')), "the axis 0 0 0"),
+        (
+            two_links(JOINT.format("a", "b", '<axis xyz="0 0 0"/>').replace("fixed", "revolute")),
+            "the axis 0 0 0",
+        ),
         (two_links(JOINT.format("a", "b", '<axis xyz="0 1"/>')), "give it 3 numbers"),
         (two_links(JOINT.format("a", "b", '<origin xyz="0 nan 1"/>')), "within"),
         (two_links(JOINT.format("a", "b", ""), JOINT.format("a", "b", "")), "two joints named 'j'"),

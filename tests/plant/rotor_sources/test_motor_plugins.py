@@ -171,7 +171,6 @@ def test_a_number_that_cannot_be_is_quoted_with_its_line(read, tag, value):
     ("tag", "value"),
     [
         ("turningDirection", "left"),
-        ("jointName", "joint_x"),
         ("linkName", "rotor_x"),
         ("motorNumber", "first"),
         ("motorNumber", "-1"),
@@ -183,6 +182,18 @@ def test_a_word_that_cannot_be_is_quoted_with_its_line(read, tag, value):
     assert value[:30] in said
     assert len(said) < 400
     assert f"quad.sdf:{3 + list(TAGS).index(tag)}: " in said
+
+
+def test_a_joint_that_is_not_there_is_the_one_that_the_link_hangs_on(read):
+    remarks = Remarks()
+    (rotor,) = read(plugin(jointName="joint_x"), remarks=remarks)
+    assert rotor.joint == "joint_0"
+    (remark,) = remarks.found
+    assert (remark.kind, "'joint_x'" in remark.text) == ("repaired", True)
+
+
+def test_a_joint_that_is_not_there_and_a_link_that_hangs_on_none_are_refused(read):
+    assert "'joint_x'" in fault(read, plugin(jointName="joint_x", linkName="base"))
 
 
 def test_two_rotors_of_one_number_are_refused(read):
@@ -245,7 +256,7 @@ def test_a_rotor_may_hang_on_another_ones_link(read, link, joint):
 
 
 def test_a_few_of_many_names_are_listed(read, link):
-    said = fault(read, plugin(jointName="joint_9"))
+    said = fault(read, plugin(jointName="joint_9", linkName="base"))
     assert said.endswith("joints are joint_0, joint_1, joint_2, joint_3")
     said = fault(read, plugin(linkName="x"), links=[link(f"link_{i}") for i in range(20)])
     assert said.endswith("link_10 and 9 more")

@@ -109,9 +109,9 @@ def _read(path: Path) -> SdfFile:
     try:
         root = read_xml(path)
     except WorkbenchError:
-        _refuse_template(path)  # a template is seldom XML, and this is the better sentence
+        refuse_template(path)  # a template is seldom XML, and this is the better sentence
         raise
-    _refuse_template(path)
+    refuse_template(path)
     return sdf_file(path, root)
 
 
@@ -144,8 +144,12 @@ def sdf_file(path: Path, root: Element) -> SdfFile:
     return SdfFile(path, root, version, sum(1 for _ in root.iter()))
 
 
-def _refuse_template(path: Path) -> None:
-    """Refuse a jinja or erb template; what stands in comments makes none."""
+def refuse_template(path: Path) -> None:
+    """Refuse a jinja or erb template; what stands in comments makes none.
+
+    Raises:
+        WorkbenchError: naming file and line of its first mark.
+    """
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES)

@@ -98,7 +98,7 @@ class Poses:
         Raises:
             WorkbenchError: naming file and line, with the names near it, if it means nothing.
         """
-        full = self._look_up(words, name)
+        full = self._look_up(words, name) or self._without_scope(words, name)
         if full is None:
             raise words.fault(
                 f"{words.title} refers to '{shortened(name)}', which is no link, joint, frame or "
@@ -115,6 +115,22 @@ class Poses:
         full = words.scope + name
         keys = (full, f"{full}::{ROOT}", full + _JOINT)
         return next((key for key in keys if key in self._frames), None)
+
+    def _without_scope(self, words: Node, name: str) -> str | None:
+        """Return what a name means without a scope that is not there, in old files.
+
+        Gazebo classic let `iris::base_link` be said within a model, whatever that was called.
+        """
+        scope, mark, bare = name.rpartition("::")
+        if not mark or words.version >= FRAME_SEMANTICS:
+            return None
+        full = self._look_up(words, bare)
+        if full is not None:
+            text = (
+                f"'{shortened(name)}' is taken as '{shortened(bare)}': there is no '{scope}' here"
+            )
+            self._remarks.add("repaired", words.file, words.title, text)
+        return full
 
     def _names_in(self, scope: str) -> set[str]:
         """Return the names that a scope could use."""

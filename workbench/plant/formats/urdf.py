@@ -159,6 +159,8 @@ def _joint(path: Path, element: Element, parent: str, child: str, X_MJ: RigidTra
     axis = element.find("axis")
     x, y, z = triple(path, axis, "xyz", "1 0 0") if isinstance(axis, Element) else (1.0, 0.0, 0.0)
     length = float(np.linalg.norm((x, y, z)))
+    if length < 1e-9 and element.get("type") == "fixed":  # which has no axis, whatever it says
+        x, y, z, length = 0.0, 0.0, 1.0, 1.0
     if length < 1e-9:
         raise WorkbenchError(
             f"{place(path, element)}: joint '{_short(element)}' has the axis 0 0 0: "

@@ -74,7 +74,7 @@ def _add_shape(
         name = "rgba_" + "_".join(f"{round(255 * value):02x}" for value in shape.rgba)
         material = ET.SubElement(element, "material", name=name)
         ET.SubElement(material, "color", rgba=_text(shape.rgba))
-    elif isinstance(shape.shape, Mesh):
+    if isinstance(shape, Collision) and isinstance(shape.shape, Mesh):
         ET.SubElement(geometry[0], "drake:declare_convex")
 
 

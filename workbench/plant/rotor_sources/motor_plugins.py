@@ -4,7 +4,7 @@ from itertools import count
 
 from workbench.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
-from workbench.plant.model import DeclaredPlugin, Model
+from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.limit import refuse_crowd
 from workbench.plant.rotor_sources.motor_constants import GAZEBO, read_constants
@@ -85,8 +85,8 @@ def _turns_a_rotor(plugin: DeclaredPlugin, remarks: Remarks) -> bool:
 
 def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
     """Return the rotor of one plugin."""
-    joint = find_joint(model, tags.text("jointName"), tags.where("jointName"))
     link = find_link(model, tags.text("linkName"), tags.where("linkName"))
+    joint = _joint(tags, model, link, remarks)
     if joint.child != link.name:
         raise WorkbenchError(
             f"{tags.where('linkName')}: a motor-model plugin names the link '{link.name}', but its "
@@ -111,6 +111,22 @@ def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
         max_rot_velocity=constants.max_rot_velocity,
         velocity_slowdown=constants.velocity_slowdown,
     )
+
+
+def _joint(tags: Tags, model: Model, link: Link, remarks: Remarks) -> Joint:
+    """Return the joint that a plugin names, or the one that its link hangs on."""
+    name = tags.text("jointName")
+    try:
+        return find_joint(model, name, tags.where("jointName"))
+    except WorkbenchError:
+        above = model.joint_of(link.name)
+        if above is None:
+            raise
+    text = (
+        f"there is no joint '{shortened(name)}'; taken as '{above.name}', which its link hangs on"
+    )
+    remarks.add("repaired", tags.file, f"motor model of '{shortened(link.name)}'", text)
+    return above
 
 
 def _number(tags: Tags) -> int | None:
