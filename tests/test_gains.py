@@ -114,7 +114,7 @@ def test_every_layer_goes_on_top_of_the_one_before_and_says_so(vehicle, write, t
 
 
 def test_what_is_wrong_in_any_layer_is_refused(vehicle, write):
-    with pytest.raises(WorkbenchError, match="no such gain file"):
+    with pytest.raises(WorkbenchError, match="no such file"):
         flight_gains(vehicle, "gone.yaml")
     with pytest.raises(WorkbenchError, match="did you mean 'kp_roll'"):
         flight_gains(vehicle, settings={"kp_rol": 1.0})

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from workbench.errors import WorkbenchError
     from workbench.plant.loading import load_vehicle
     from workbench.plant.vehicle import Vehicle
-    from workbench.scenario import Scenario, load_scenario
+    from workbench.scenario import Scenario, VehicleConfig, load_scenario
     from workbench.session import Session
 
 _HOME = {
@@ -21,6 +21,7 @@ _HOME = {
     "Session": "workbench.session",
     "StepResponse": "workbench.design.step_response",
     "Vehicle": "workbench.plant.vehicle",
+    "VehicleConfig": "workbench.scenario",
     "WorkbenchError": "workbench.errors",
     "fly_step": "workbench.design.step_response",
     "load_scenario": "workbench.scenario",
@@ -34,6 +35,7 @@ __all__ = [
     "Session",
     "StepResponse",
     "Vehicle",
+    "VehicleConfig",
     "WorkbenchError",
     "fly_step",
     "load_scenario",

@@ -86,6 +86,9 @@ def _remarks_as_sentences() -> Iterator[None]:
     logger = logging.getLogger("workbench")
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("workbench: %(message)s"))
+    said: set[str] = set()
+    handler.addFilter(lambda record: _is_new(record.getMessage(), said))
+    logger.setLevel(logging.INFO)
     logger.addHandler(handler)
     logger.propagate = False
     try:
@@ -93,6 +96,14 @@ def _remarks_as_sentences() -> Iterator[None]:
     finally:
         logger.removeHandler(handler)
         logger.propagate = True
+        logger.setLevel(logging.NOTSET)
+
+
+def _is_new(message: str, said: set[str]) -> bool:
+    """Return whether a message was not said yet; a command may fly several times."""
+    new = message not in said
+    said.add(message)
+    return new
 
 
 class _Version(argparse.Action):

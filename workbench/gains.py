@@ -9,7 +9,7 @@ from workbench.errors import WorkbenchError, unknown_name
 from workbench.gain_rule import rule_gains
 from workbench.parameters import checked, defaults, find_parameter
 from workbench.plant.vehicle import Vehicle
-from workbench.resources import find_gains
+from workbench.resources import find_file
 from workbench.yaml_files import read_yaml
 
 _KEYS = ("vehicle", "origin", "gains")
@@ -99,14 +99,14 @@ def choose_gains(
     if beside.is_file():
         layers.append((str(beside), load_gains(beside).gains))
     if gains:
-        layers.append((gains, load_gains(find_gains(gains)).gains))
+        layers.append((gains, load_gains(find_file(gains)).gains))
     layers.append(("--set", checked(settings or {})))
     return {name: Gain(value, origin) for origin, layer in layers for name, value in layer.items()}
 
 
 def remark_on_owner(path: str, vehicle: str) -> None:
     """Say so where a gain file was found on another vehicle; normalised as gains are, it may do."""
-    owner = load_gains(find_gains(path)).vehicle if path else ""
+    owner = load_gains(find_file(path)).vehicle if path else ""
     if owner and owner != vehicle:
         logging.getLogger("workbench").warning(
             "the gains in %s are for '%s', and '%s' flies with them", path, owner, vehicle

@@ -9,14 +9,12 @@ from pydrake.systems.analysis import Simulator
 
 from workbench.diagram import OpenLoop, make_open_loop
 from workbench.errors import sentences
-from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import place_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
-from workbench.resources import find_model
 from workbench.scenario import Scenario, check_scenario
-from workbench.session import start_position
+from workbench.session import read_configured, start_position
 from workbench.systems.cascade import Reference
 from workbench.systems.rotor_playback import RotorCommands, load_rotor_commands
 
@@ -39,8 +37,7 @@ def fly_open_loop(
         WorkbenchError: if scenario or table cannot be flown.
     """
     check_scenario(scenario)
-    config = scenario.vehicle
-    description = read_description(find_model(config.model), config.args, config.packages)
+    description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
     commands = load_rotor_commands(table, vehicle)
     bench = make_open_loop(description, vehicle, scenario.rates, commands)

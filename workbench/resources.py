@@ -31,15 +31,15 @@ def find_scenario(name_or_path: str) -> Path:
     return _find(name_or_path, "scenario", models_dir() / "scenarios", "{}.yaml")
 
 
-def find_gains(path: str) -> Path:
-    """Return the gain file at a path.
+def find_file(path: str) -> Path:
+    """Return the file at a path.
 
     Raises:
         WorkbenchError: if there is none.
     """
     file = _file(path)
     if file is None:
-        raise WorkbenchError(f"{path}: no such gain file")
+        raise WorkbenchError(f"{path}: no such file")
     return file
 
 
@@ -60,6 +60,8 @@ def _find(name_or_path: str, kind: str, folder: Path, pattern: str) -> Path:
         return folder / pattern.format(name_or_path)
     file = _existing(name_or_path) if kind == "model" else _file(name_or_path)
     if file is None:
+        if "/" in name_or_path or Path(name_or_path).suffix:
+            raise WorkbenchError(f"{name_or_path}: no such file, and no shipped {kind} either")
         raise WorkbenchError(f"{unknown_name(kind, name_or_path, names)}; it is no file either")
     return file
 

@@ -9,7 +9,7 @@ from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
 from workbench.errors import WorkbenchError
 from workbench.parameters import checked
-from workbench.resources import find_gains, find_model
+from workbench.resources import find_file, find_model
 from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 
 REQUESTS = ("arm", "take_off", "land", "stop")
@@ -33,12 +33,14 @@ class VehicleConfig:
     """Which drone, and with which gains.
 
     A shipped model's name or the path of a description, arguments for its xacro file, folders of
-    packages and models that it refers to, by name, and a gain file's path.
+    packages and models that it refers to, by name, and the paths of a file of rotors for a
+    description that has none, and of a gain file.
     """
 
     model: str = "dh_drone"
     args: dict[str, str] = field(default_factory=dict)
     packages: dict[str, str] = field(default_factory=dict)
+    rotors: str = ""
     gains: str = ""
 
 
@@ -108,12 +110,13 @@ class Scenario:
     figure_eight: FigureEight | None = None
 
 
-def load_scenario(path: Path) -> Scenario:
+def load_scenario(path: Path | str) -> Scenario:
     """Read and check a scenario file.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
     """
+    path = Path(path)
     file = read_yaml(path)
     check_schema(file, Scenario)
     try:
@@ -205,7 +208,7 @@ def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
     """Let what a scenario names be found beside its file; refuse what is not there."""
     for name, folder in vehicle.packages.items():
         vehicle.packages[name] = str((file.path.parent / folder).resolve())
-    for key, find in (("model", find_model), ("gains", find_gains)):
+    for key, find in (("model", find_model), ("rotors", find_file), ("gains", find_file)):
         name = getattr(vehicle, key)
         beside = file.path.parent / name
         try:

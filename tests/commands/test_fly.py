@@ -128,7 +128,7 @@ def test_the_square_ends_where_it_began():
         ("rates: {physics_step: 0}\n", 1, "physics_step"),
         ("rates:\n  control_period: 0.003\n", 2, "multiple"),
         ("vehicle: {model: dh_dron}\n", 1, "did you mean 'dh_drone'?"),
-        ("vehicle:\n  gains: gone.yaml\n", 2, "no such gain file"),
+        ("vehicle:\n  gains: gone.yaml\n", 2, "no such file"),
         ("vehicle:\n  args: {mass: 2}\n", 2, "in quotes"),
         ("- a\n- b\n", 1, "key: value"),
         ("{", 1, "not YAML"),

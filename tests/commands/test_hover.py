@@ -71,7 +71,7 @@ def test_what_is_not_as_demanded_is_named_and_returns_1(bad):
     assert "overshoot of the y step" in bad.err
     lines = {line.partition("  ")[0]: line for line in bad.out.splitlines()}
     assert lines["hover: drift"].endswith(" not ok")
-    assert lines["z step: overshoot"].endswith(" ok")
+    assert lines["z step 1 m/s: overshoot"].endswith(" ok")
     assert "0.5  deg" in lines["hover: tilt"]
 
 
@@ -95,7 +95,7 @@ def test_the_table_says_which_vehicle_and_whose_gains(bad):
     [
         (["--model", "gone.urdf"], "gone.urdf"),
         (["--set", "kp_rol=1"], "did you mean 'kp_roll'?"),
-        (["--gains", "gone.yaml"], "no such gain file"),
+        (["--gains", "gone.yaml"], "no such file"),
         (["--arg", "mass:=50"], "too heavy"),
     ],
 )

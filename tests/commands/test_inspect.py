@@ -75,8 +75,30 @@ def test_people_get_tables_a_tree_and_remarks(plate, capsys):
 def test_the_tree_shows_what_hangs_where(capsys):
     assert main(["inspect", "dh_drone"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "base_link (0 0 0)" in lines
-    assert "└─ IMU_link by IMU_joint (0 0 0)" in lines
+    assert any(line.startswith("base_link (0 0 0, ") for line in lines)
+    assert "└─ IMU_link by IMU_joint (0 0 0, 0.015 kg)" in lines
+
+
+def test_a_drone_without_rotors_is_shown_and_refused(plate, capsys):
+    plate.with_name("plate.rotors.yaml").unlink()
+    assert main(["inspect", str(plate)]) == 2
+    said = capsys.readouterr()
+    assert "base (0 0 0, 1 kg)" in said.out
+    assert "no rotors are declared" in said.err
+
+
+def test_rotors_may_come_from_a_file_elsewhere(plate, tmp_path, capsys):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    plate.with_name("plate.rotors.yaml").rename(elsewhere / "mine.yaml")
+    data = read_json(capsys, str(plate), "--rotors", str(elsewhere / "mine.yaml"))
+    assert [rotor["name"] for rotor in data["rotors"]] == list("abcd")
+
+
+def test_what_is_possible_and_unlikely_is_said(plate, capsys):
+    beside = plate.with_name("plate.rotors.yaml")
+    beside.write_text(ROTORS.replace("1.0e-5", "1.0e-2"))
+    assert any("thrust-to-weight" in text for text in read_json(capsys, str(plate))["warnings"])
 
 
 def test_arguments_and_packages_reach_the_description(capsys):
@@ -107,11 +129,13 @@ def test_write_stores_a_model_that_reads_the_same(plate, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["gone.urdf"], "unknown model 'gone.urdf'"),
+        (["gone"], "unknown model 'gone'"),
         (["dh_drone", "--arg", "mass"], "no xacro argument"),
         (["dh_drone", "--package", "x"], "no package"),
         (["dh_drone", "--package", "x=/nowhere/at/all"], "/nowhere/at/all"),
         (["dh_drone", "--arg", "masse:=2"], "did you mean 'mass'"),
+        (["dh_drone", "--rotors", "gone.yaml"], "gone.yaml: no such file"),
+        (["models/gone.sdf"], "models/gone.sdf: no such file"),
         (["dh_drone", "--write", "/proc/none"], "/proc/none"),
         ([], "the following arguments are required"),
     ],

@@ -66,5 +66,5 @@ def test_a_bad_gain_file_is_named_with_its_line(refused, write, text, line, word
 
 
 def test_a_missing_gain_file_and_an_unknown_model_are_named(refused, tmp_path):
-    assert "gone.yaml: no such gain file" in refused("params", "--gains", tmp_path / "gone.yaml")
+    assert "gone.yaml: no such file" in refused("params", "--gains", tmp_path / "gone.yaml")
     assert "dh_drone" in refused("params", "--model", "dh_dron")

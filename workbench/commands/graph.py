@@ -67,17 +67,14 @@ def _diagram(args: argparse.Namespace) -> "Diagram":
     """Return the diagram of a vehicle."""
     from workbench.diagram import make_flight_core
     from workbench.gains import flight_gains
-    from workbench.plant.description import read_description
     from workbench.plant.loading import make_vehicle
-    from workbench.resources import find_model
     from workbench.scenario import Scenario
-    from workbench.session import Session
+    from workbench.session import Session, read_configured
 
     scenario = with_vehicle(Scenario(), args)
     if not args.core:
         return Session(scenario, dict(args.set)).diagram
-    model = find_model(scenario.vehicle.model)
-    description = read_description(model, scenario.vehicle.args, scenario.vehicle.packages)
+    description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
     values = flight_gains(vehicle, scenario.vehicle.gains, dict(args.set))
     return make_flight_core(description, vehicle, values)

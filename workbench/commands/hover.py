@@ -137,12 +137,21 @@ def _line(demand: "Demand") -> list[str]:
     """Return one line of the table; angles in degrees."""
     scale, unit = (math.degrees(1.0), "deg") if demand.unit == "rad" else (1.0, demand.unit)
     return [
-        f"{demand.flight}: {demand.quantity}",
+        f"{demand.flight}{_size(demand.flight)}: {demand.quantity}",
         f"{scale * demand.value:.3f}",
         f"{scale * demand.limit:g}",
         unit,
         "ok" if demand.met else "not ok",
     ]
+
+
+def _size(flight: str) -> str:
+    """Return the amplitude of a step, as text behind its name."""
+    from workbench.design.hover_check import STEPS
+    from workbench.design.step_response import UNITS
+
+    sizes = {f"{axis} step": f" {size:g} {UNITS[axis]}" for axis, size in STEPS}
+    return sizes.get(flight, "")
 
 
 def _sentence(demand: "Demand") -> str:

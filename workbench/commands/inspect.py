@@ -5,9 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_description_options, add_json_option
+from workbench.commands.options import (
+    add_command,
+    add_description_options,
+    add_json_option,
+    add_rotors_option,
+)
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say_written
+from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
@@ -30,6 +36,7 @@ def add_parser(commands: Any) -> None:
         help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder",
     )
     add_description_options(parser)
+    add_rotors_option(parser)
     parser.add_argument(
         "--write",
         type=Path,
@@ -41,19 +48,26 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print what was understood; write the resolved model where that is asked for."""
-    from workbench.plant.description import read_description
+    from workbench.commands.inspect_text import print_description, print_parts
     from workbench.plant.loading import make_vehicle
-    from workbench.resources import find_model
+    from workbench.plant.plausible import doubts
+    from workbench.scenario import VehicleConfig
+    from workbench.session import read_configured
 
-    description = read_description(find_model(args.model), dict(args.arg), dict(args.package))
-    vehicle = make_vehicle(description)
+    config = VehicleConfig(args.model, dict(args.arg), dict(args.package), args.rotors)
+    description = read_configured(config)
+    try:
+        vehicle = make_vehicle(description)
+    except WorkbenchError:
+        if not args.json:  # who asks why it cannot fly wants to see what there is
+            print_parts(description)
+        raise
     files = _write(description, args.write) if args.write else []
+    unlikely = doubts(vehicle)
     if args.json:
-        print_json(_json(description, vehicle) | ({"files": files} if files else {}))
+        print_json(_json(description, vehicle, unlikely) | ({"files": files} if files else {}))
     else:
-        from workbench.commands.inspect_text import print_description
-
-        print_description(description, vehicle)
+        print_description(description, vehicle, unlikely)
     if files:
         say_written(files)
     return ExitCode.DONE
@@ -69,7 +83,7 @@ def _write(description: "Description", folder: Path) -> list[Path]:
     return outputs.files
 
 
-def _json(description: "Description", vehicle: "Vehicle") -> dict[str, Any]:
+def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -> dict[str, Any]:
     """Return the vehicle in the field's plain words."""
     hover = vehicle.hover_speeds
     return {
@@ -109,5 +123,8 @@ def _json(description: "Description", vehicle: "Vehicle") -> dict[str, Any]:
             for sensor in vehicle.sensors
         ],
         "frames": [{"name": frame.name, "position": frame.p_BF} for frame in vehicle.frames],
-        "warnings": [str(remark) for remark in description.remarks],
+        "warnings": [
+            *map(str, description.remarks),
+            *(f"{vehicle.source}: {doubt}" for doubt in unlikely),
+        ],
     }

@@ -1,42 +1,59 @@
 """What `workbench inspect` prints for people."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from workbench.commands.printing import print_table
-from workbench.plant.remarks import Remark, RemarkKind
+from workbench.plant.remarks import HEADINGS, Remark
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
-    from workbench.plant.model import Model
     from workbench.plant.vehicle import Vehicle
 
-_HEADINGS: dict[RemarkKind, str] = {
-    "repaired": "repaired",
-    "assumed": "assumed, as the description does not say it",
-    "missing": "missing",
-    "ignored": "not used",
-}
 
-
-def print_description(description: "Description", vehicle: "Vehicle") -> None:
-    """Print body, rotors, sensors, frames and remarks."""
+def print_description(
+    description: "Description", vehicle: "Vehicle", unlikely: Sequence[str]
+) -> None:
+    """Print body, rotors, sensors, frames and remarks of a drone that flies."""
     print(f"{vehicle.name}, from {vehicle.source}")
     print_table(_body(vehicle), left=(0, 1))
+    if unlikely:
+        print("\nunlikely")
+        for doubt in unlikely:
+            print(f"  {doubt}")
     print(f"\nrotors ({len(vehicle.rotors)})")
     print_table(_rotors(vehicle), left=(0,))
     if vehicle.sensors:
         print(f"\nsensors ({len(vehicle.sensors)})")
         print_table(_sensors(vehicle), left=(0, 1, 2))
-    print("\nframes, with the origins of links in m")
-    for line in _tree(description.model, description.base_link, vehicle, "", ""):
+    _print_frames(description)
+    _print_remarks(description)
+
+
+def print_parts(description: "Description") -> None:
+    """Print what is there of a description that does not fly: links, their masses, remarks."""
+    print(f"{description.name}, from {description.source}")
+    masses = [link.inertial.mass for link in description.model.links if link.inertial]
+    print_table([("mass", f"{sum(masses):.5g} kg"), ("rotors", str(len(description.rotors)))])
+    _print_frames(description)
+    _print_remarks(description)
+
+
+def _print_frames(description: "Description") -> None:
+    """Print the tree of links."""
+    print("\nframes, with the origins of links in the base link in m, and masses in kg")
+    for line in _tree(description, description.base_link, "", ""):
         print(line)
-    for kind, heading in _HEADINGS.items():
+
+
+def _print_remarks(description: "Description") -> None:
+    """Print remarks, by kind."""
+    for kind, heading in HEADINGS.items():
         remarks = [remark for remark in description.remarks if remark.kind == kind]
         if remarks:
             print(f"\n{heading}")
             for remark in remarks:
-                print(f"  {_said(remark, vehicle)}")
+                print(f"  {_said(remark, description)}")
 
 
 def _body(vehicle: "Vehicle") -> list[tuple[str, str]]:
@@ -53,7 +70,7 @@ def _body(vehicle: "Vehicle") -> list[tuple[str, str]]:
         ("products of inertia", f"{_exact(inertia[[0, 0, 1], [1, 2, 2]])} kg m² xy, xz, yz"),
         ("thrust to weight", f"{vehicle.thrust_to_weight:.2f}"),
         ("hover speed", hover[0] if len(set(hover)) == 1 else ", ".join(hover)),
-        ("stands at", f"{vehicle.ground_clearance:.3f} m above the ground"),
+        ("ground clearance", f"{vehicle.ground_clearance:.3f} m from {vehicle.base_link}"),
     ]
 
 
@@ -102,26 +119,29 @@ def _sensors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
     return [("name", "type", "frame", "position m", "rate Hz"), *rows]
 
 
-def _tree(model: "Model", link: str, vehicle: "Vehicle", first: str, rest: str) -> Iterator[str]:
+def _tree(description: "Description", name: str, first: str, rest: str) -> Iterator[str]:
     """Yield lines of the tree of links below one."""
-    joint = model.joint_of(link)
-    hung = f" by {joint.name}" if joint and link != vehicle.base_link else ""
-    yield f"{first}{link}{hung} ({_vector(vehicle.frame(link).p_BF)})"
-    children = [joint.child for joint in model.joints if joint.parent == link]
+    model = description.model
+    link, base, joint = model.link(name), model.link(description.base_link), model.joint_of(name)
+    assert link and base
+    hung = f" by {joint.name}" if joint and name != description.base_link else ""
+    mass = f", {link.inertial.mass:.4g} kg" if link.inertial else ""
+    place = _vector((base.X_ML.inverse() @ link.X_ML).translation())
+    yield f"{first}{name}{hung} ({place}{mass})"
+    children = [each.child for each in model.joints if each.parent == name]
     for child in children:
         last = child == children[-1]
         yield from _tree(
-            model,
+            description,
             child,
-            vehicle,
             rest + ("└─ " if last else "├─ "),
             rest + ("   " if last else "│  "),
         )
 
 
-def _said(remark: Remark, vehicle: "Vehicle") -> str:
+def _said(remark: Remark, description: "Description") -> str:
     """Return a remark, without the name of the file that the title has."""
-    if remark.file == vehicle.source:
+    if remark.file == description.source:
         return f"{remark.element}: {remark.text}"
     return str(remark)
 

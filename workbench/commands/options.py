@@ -37,6 +37,7 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         "dh_drone)",
     )
     add_description_options(group)
+    add_rotors_option(group)
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
         "--set",
@@ -70,6 +71,17 @@ def add_description_options(parser: "argparse._ActionsContainer") -> None:
     )
 
 
+def add_rotors_option(parser: "argparse._ActionsContainer") -> None:
+    """Add --rotors."""
+    parser.add_argument(
+        "--rotors",
+        metavar="FILE",
+        default="",
+        help="rotors (YAML) for a description that has none; without it, STEM.rotors.yaml beside "
+        "the description",
+    )
+
+
 def add_json_option(parser: argparse.ArgumentParser) -> None:
     """Add --json."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -85,6 +97,14 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
         help="folder for plots and logs (default: out)",
     )
     parser.add_argument("--no-plots", action="store_true", help="write the logs only")
+
+
+def flown_with(args: argparse.Namespace) -> str:
+    """Return what values a flight was flown with, for its title."""
+    settings = ", ".join(f"{name}={value:g}" for name, value in args.set)
+    if args.gains:
+        return f"with {args.gains}" + (f" and {settings}" if settings else "")
+    return f"with {settings}" if settings else "with its own gains"
 
 
 def parse_argument(text: str) -> tuple[str, str]:
@@ -122,6 +142,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
         scenario.vehicle = VehicleConfig(model=args.model)
     scenario.vehicle.args |= dict(args.arg)
     scenario.vehicle.packages |= dict(args.package)
+    scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
     if args.gains:
         scenario.vehicle.gains = args.gains
     return scenario

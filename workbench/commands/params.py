@@ -32,12 +32,12 @@ def run(args: argparse.Namespace) -> int:
     """Print the table."""
     from workbench.gains import flight_gains
     from workbench.parameters import PARAMETERS
-    from workbench.plant.loading import load_vehicle
-    from workbench.resources import find_model
+    from workbench.plant.loading import make_vehicle
     from workbench.scenario import Scenario
+    from workbench.session import read_configured
 
     config = with_vehicle(Scenario(), args).vehicle
-    vehicle = load_vehicle(find_model(config.model), config.args, config.packages)
+    vehicle = make_vehicle(read_configured(config))
     values = flight_gains(vehicle, config.gains, dict(args.set))
     rows = [
         (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)

@@ -10,6 +10,7 @@ from workbench.commands.options import (
     add_json_option,
     add_output_options,
     add_vehicle_options,
+    flown_with,
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
@@ -77,6 +78,9 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print_json(
             {
+                "vehicle": response.recording.vehicle.name,
+                "gains": args.gains or "",
+                "set": dict(args.set),
                 "axis": response.axis,
                 "amplitude": response.amplitude,
                 **dataclasses.asdict(response.metrics),
@@ -86,18 +90,21 @@ def run(args: argparse.Namespace) -> int:
             }
         )
     else:
-        _print(response)
+        _print(response, args)
     say_written(outputs.files)
     return ExitCode.DONE
 
 
-def _print(response: "StepResponse") -> None:
+def _print(response: "StepResponse", args: argparse.Namespace) -> None:
     """Print the metrics with their units."""
     from workbench.design.step_response import UNITS
 
     unit = UNITS[response.axis]
     metrics, coupling = response.metrics, response.coupling
-    print(f"step of {response.amplitude:g} {unit} along {response.axis}")
+    print(
+        f"step of {response.amplitude:g} {unit} along {response.axis}, "
+        f"{response.recording.vehicle.name} {flown_with(args)}"
+    )
     rows = [
         ("rise_time", f"{metrics.rise_time:.3f}", "s", "10 % to 90 % of the steady state"),
         ("settling_time", f"{metrics.settling_time:.3f}", "s", "until within 2 % for good"),

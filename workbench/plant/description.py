@@ -59,9 +59,10 @@ class Description:
 
 
 def read_description(
-    path: Path,
+    path: Path | str,
     args: Mapping[str, str] | None = None,
     packages: Mapping[str, str] | None = None,
+    rotors: Path | str = "",
 ) -> Description:
     """Read a `.xacro`, `.urdf` or `.sdf` file (or another that holds one of these), or a folder.
 
@@ -70,20 +71,22 @@ def read_description(
         args: values for a xacro file's arguments.
         packages: folders of ROS packages and Gazebo models by name, besides those that are found
             above and beside the file and through the environment.
+        rotors: a YAML file of rotors, "" for those in the description or beside it.
 
     Raises:
         WorkbenchError: if it cannot be read, or its meaning is not plain.
     """
-    path = description_file(path)
+    path = description_file(Path(path))
     if args and path.suffix == ".sdf":
         raise WorkbenchError(f"{path}: only a xacro file takes arguments ({', '.join(args)})")
     finder = PackageFinder(path, packages)
     remarks = Remarks()
     model = _read(path, args or {}, finder, remarks)
     base_link = find_base_link(model)
-    rotors = read_rotors(model, base_link, remarks)  # before links without mass become mere frames
-    _note_pushers(path, rotors, remarks)
-    model = one_body(model, base_link, {rotor.joint for rotor in rotors}, remarks)
+    # before links without mass become mere frames
+    found = read_rotors(model, base_link, remarks, Path(rotors) if rotors else None)
+    _note_pushers(path, found, remarks)
+    model = one_body(model, base_link, {rotor.joint for rotor in found}, remarks)
     model = repair_inertias(model, remarks)
     sensors = read_sensors(model, base_link, remarks)
     _note_plugins(model, remarks)
@@ -91,8 +94,8 @@ def read_description(
         source=path,
         name=model.name,
         base_link=base_link,
-        model=with_drawable_meshes(model, base_link, rotors, remarks),
-        rotors=rotors,
+        model=with_drawable_meshes(model, base_link, found, remarks),
+        rotors=found,
         sensors=sensors,
         remarks=tuple(remarks.found),
     )

@@ -18,16 +18,17 @@ from workbench.plant.vehicle import Frame, Vehicle
 
 
 def load_vehicle(
-    path: Path,
+    path: Path | str,
     args: Mapping[str, str] | None = None,
     packages: Mapping[str, str] | None = None,
+    rotors: Path | str = "",
 ) -> Vehicle:
     """Return the `Vehicle` record of a description, see `read_description`.
 
     Raises:
         WorkbenchError: if it cannot be read, or cannot fly.
     """
-    return make_vehicle(read_description(path, args, packages))
+    return make_vehicle(read_description(path, args, packages, rotors))
 
 
 def make_vehicle(description: Description) -> Vehicle:
@@ -110,9 +111,10 @@ def _check_lift(vehicle: Vehicle) -> None:
     for rotor, speed in zip(vehicle.rotors, vehicle.hover_speeds, strict=True):
         if speed >= rotor.max_rot_velocity:
             raise WorkbenchError(
-                f"{vehicle.source}: {vehicle.mass:.3g} kg are too heavy: to hover, "
-                f"'{shortened(rotor.name)}' would turn at {speed:.0f} rad/s, and its "
-                f"maxRotVelocity is {rotor.max_rot_velocity:g}"
+                f"{vehicle.source}: {vehicle.mass:.4g} kg are too heavy: to hover, "
+                f"'{shortened(rotor.name)}' would turn at {speed:.0f} rad/s, and its largest "
+                f"speed is {rotor.max_rot_velocity:g}: check the mass (kg), the motor constant "
+                "(N s², not per RPM²) and that speed (rad/s)"
             )
 
 

@@ -1,10 +1,19 @@
 """What was repaired, assumed, missing or left unused while a description was read."""
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 RemarkKind = Literal["repaired", "assumed", "missing", "ignored"]
+HEADINGS: dict[RemarkKind, str] = {
+    "repaired": "repaired",
+    "assumed": "assumed",
+    "missing": "missing",
+    "ignored": "not used",
+}
+"""What people are told of each kind."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +35,12 @@ class Remark:
 
     def __str__(self) -> str:
         return f"{self.file}: {self.element}: {self.text}"
+
+
+def summed_up(remarks: Sequence[Remark]) -> str:
+    """Return how many remarks there are of each kind: "2 repaired, 1 missing"."""
+    counts = Counter(remark.kind for remark in remarks)
+    return ", ".join(f"{counts[kind]} {word}" for kind, word in HEADINGS.items() if counts[kind])
 
 
 @dataclass

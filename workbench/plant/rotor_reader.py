@@ -1,5 +1,7 @@
 """The rotors of a description, from whichever way of writing them it uses."""
 
+from pathlib import Path
+
 from workbench.plant.model import DeclaredPlugin, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin, read_motor_plugins
@@ -15,7 +17,9 @@ from workbench.plant.rotor_sources.velocity_plugin import (
 from workbench.plant.rotors import Rotor
 
 
-def read_rotors(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, ...]:
+def read_rotors(
+    model: Model, base_link: str, remarks: Remarks, sidecar: Path | None = None
+) -> tuple[Rotor, ...]:
     """Return the rotors that a description or the sidecar beside it declares, or none.
 
     Of several ways in one description the one that says most counts: sidecar, motor-model
@@ -25,14 +29,15 @@ def read_rotors(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, 
         model: what the description says.
         base_link: whose frame is the body frame B.
         remarks: where to note what was assumed, and what was there besides.
+        sidecar: a file of rotors that was asked for, instead of one that lies beside.
 
     Raises:
         WorkbenchError: with file and line, where rotors are declared and cannot be read.
     """
-    sidecar = find_sidecar(model.source)
+    sidecar = sidecar or find_sidecar(model.source)
     if sidecar:
         if _declares_rotors(model):
-            text = f"they are those of {sidecar.name} beside it; its own are not used"
+            text = f"they are those of {sidecar.name}; its own are not used"
             remarks.add("ignored", model.source, "rotors", text)
         return read_sidecar(sidecar, model, base_link, remarks)
     blocks = [plugin for plugin in model.plugins if is_velocity_plugin(plugin)]

@@ -69,8 +69,8 @@ def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Rema
             remarks.add("ignored", model.source, f"joint '{shortened(joint.name)}'", text)
             continue
         if joint.kind != "fixed" and joint.name not in rotor_joints:
-            text = f"it could move ({joint.kind}) and turns no rotor; held at zero"
-            remarks.add("repaired", model.source, f"joint '{shortened(joint.name)}'", text)
+            text = f"its motion ({shortened(joint.kind)}) turns no rotor; held at zero"
+            remarks.add("ignored", model.source, f"joint '{shortened(joint.name)}'", text)
         joints.append(joint)
     return dataclasses.replace(
         model,

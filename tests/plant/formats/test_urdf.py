@@ -140,7 +140,7 @@ def test_plugins_sensors_and_properties_are_handed_on(read):
 @pytest.mark.parametrize(
     ("text", "element"),
     [
-        (link("", "<rotor/><rotor/>"), "element <rotor>"),
+        (link("", "<rotor/>"), "element <rotor>"),
         (link("<visual/>"), "visual 1 of link 'base'"),
         (link(shape("<torus/>")), "visual 1 of link 'base'"),
         (link("", '<gazebo reference="x"><sensor name="imu"/></gazebo>'), "sensor 'imu'"),

@@ -131,7 +131,7 @@ def test_a_joint_that_points_down_turns_reversed(read, link, joint):
         ("{joint: joint_0, direction: cw, time_constant_down: slow}", "time_constant_down"),
         ("{joint: joint_0, direction: cw, max_rot_velocity: true}", "max_rot_velocity"),
         ("{joint: joint_0, direction: cw, max_rot_velocity: 0x" + "f" * 5000 + "}", "max_rot"),
-        ("{joint: joint_0, direction: 1}", "rotors.0.direction"),
+        ("{joint: joint_0, direction: 2}", "rotors.0.direction"),
         ("17", "rotors.0"),
         ("", "rotors.0"),
     ],

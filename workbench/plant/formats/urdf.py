@@ -1,6 +1,5 @@
 """Read URDF, with what Gazebo users write into its `<gazebo>` blocks."""
 
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from pydrake.math import RigidTransform
 from workbench.errors import WorkbenchError
 from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node
 from workbench.plant.formats.sdf_values import pose
+from workbench.plant.formats.urdf_schema import note_unknown
 from workbench.plant.formats.urdf_shapes import read_collisions, read_colours, read_visuals
 from workbench.plant.formats.urdf_tree import link_poses
 from workbench.plant.formats.values import listed, number, origin, shortened, triple
@@ -24,9 +24,6 @@ from workbench.plant.model import (
 )
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
-
-_KNOWN = ("link", "joint", "material", "gazebo", "transmission", "ros2_control", "properties")
-"""Children of `<robot>` that are read, or that concern only ROS's controllers."""
 
 
 def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remarks) -> Model:
@@ -43,7 +40,7 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
     """
     if robot.tag != "robot":
         raise WorkbenchError(f"{path}: the root element is <{robot.tag}>, a URDF has <robot>")
-    _note_unknown(path, robot, remarks)
+    note_unknown(path, robot, remarks)
     elements = _children(robot, "link")
     joint_elements = _children(robot, "joint")
     _refuse_twins(path, [*elements])
@@ -193,11 +190,3 @@ def _sensors(
                     f"sensor '{sensor.get('name', '')}'",
                     f"its <gazebo> block refers to '{link}', which is no link",
                 )
-
-
-def _note_unknown(path: Path, robot: Element, remarks: Remarks) -> None:
-    """Note elements that no reader of URDF knows."""
-    unknown = Counter(child.tag for child in robot if child.tag not in _KNOWN)
-    for tag, count in unknown.items():
-        times = "" if count == 1 else f" ({count} times)"
-        remarks.add("ignored", path, f"element <{tag}>", f"not known in URDF{times}; left out")

@@ -10,12 +10,17 @@ MOST_BYTES = 16_000_000
 """Larger than any description; meshes are not XML of ours."""
 MOST_ELEMENTS = 200_000
 DEEPEST = 100
+_OWNERS = ("link", "joint", "plugin", "sensor")
 
 
 class Element(ET.Element):
-    """An element that knows its line in the file, 0 where that would mean nothing."""
+    """An element that knows its line in the file, 0 where that would mean nothing.
+
+    In a text that was made from a file it knows what it belongs to instead.
+    """
 
     line: int = 0
+    owner: str = ""
 
 
 def read_xml(path: Path) -> Element:
@@ -41,7 +46,13 @@ def parse_xml(text: str, path: Path) -> Element:
     Raises:
         WorkbenchError: as `read_xml` does.
     """
-    return _parse(text.encode("utf-8", "replace"), path, "utf-8", lines=False)
+    root = _parse(text.encode("utf-8", "replace"), path, "utf-8", lines=False)
+    for part in root.iter():
+        if part.tag in _OWNERS and (name := part.get("name", "")):
+            for element in part.iter():
+                assert isinstance(element, Element)
+                element.owner = f"{part.tag} '{name[:80]}'"
+    return root
 
 
 def _parse(data: bytes, path: Path, encoding: str | None, *, lines: bool) -> Element:
@@ -124,6 +135,8 @@ class _Reader:
 
 
 def place(path: Path, element: ET.Element) -> str:
-    """Return file and line of an element, for the start of a message."""
-    line = getattr(element, "line", 0)
-    return f"{path}:{line}" if line else f"{path}"
+    """Return file and line of an element, or what it belongs to, for the start of a message."""
+    line, owner = getattr(element, "line", 0), getattr(element, "owner", "")
+    if line:
+        return f"{path}:{line}"
+    return f"{path}: {owner}" if owner else f"{path}"

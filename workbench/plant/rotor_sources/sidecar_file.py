@@ -119,7 +119,10 @@ def _numbered(block: Any) -> Any:
     if not isinstance(block, dict):
         return block
     texts = ("name", "joint", "link", "direction")
-    return {key: value if key in texts else _number(value) for key, value in block.items()}
+    plain = {key: value if key in texts else _number(value) for key, value in block.items()}
+    if plain.get("direction") in (1, -1):  # as `workbench inspect --json` has it
+        plain["direction"] = "ccw" if plain["direction"] == 1 else "cw"
+    return plain
 
 
 def _number(value: Any) -> Any:

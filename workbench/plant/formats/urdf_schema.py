@@ -1,0 +1,70 @@
+"""What URDF knows: elements that it does not are most often misspelt, and said."""
+
+from collections import Counter
+from difflib import get_close_matches
+from pathlib import Path
+
+from workbench.plant.formats.values import shortened
+from workbench.plant.formats.xml import Element
+from workbench.plant.remarks import Remarks
+
+_CHILDREN = {
+    "robot": "link joint material gazebo transmission ros2_control properties",
+    "link": "inertial visual collision contact self_collision_checking verbose",
+    "joint": "origin parent child axis limit dynamics calibration mimic safety_controller",
+    "inertial": "origin mass inertia",
+    "visual": "origin geometry material",
+    "collision": "origin geometry verbose contact_coefficients",
+    "material": "color texture",
+}
+_ATTRIBUTES = {
+    "origin": "xyz rpy",
+    "axis": "xyz",
+    "mass": "value",
+    "inertia": "ixx iyy izz ixy ixz iyz",
+    "mesh": "filename uri scale",
+    "box": "size",
+    "sphere": "radius",
+    "cylinder": "radius length",
+    "parent": "link",
+    "child": "link",
+}
+_MOST = 50
+"""Of such remarks; a stranger's file may have very many."""
+
+
+def note_unknown(path: Path, robot: Element, remarks: Remarks) -> None:
+    """Note elements and attributes that URDF does not know, once for each place and name.
+
+    What stands in `<gazebo>` and other blocks of Gazebo's and ROS's is not looked at, nor are
+    names with a prefix.
+    """
+    found: Counter[tuple[str, str]] = Counter()
+    _count(robot, "the robot", found)
+    for (what, owner), times in list(found.items())[:_MOST]:
+        often = "" if times == 1 else f" ({times} times)"
+        remarks.add("ignored", path, what, f"not known in URDF{owner}; left out{often}")
+
+
+def _count(element: Element, owner: str, found: Counter[tuple[str, str]]) -> None:
+    """Count what is unknown in an element, and in those below it."""
+    known = _CHILDREN[element.tag].split()
+    for child in element:
+        if not isinstance(child, Element) or ":" in child.tag:
+            continue
+        whose = owner
+        if child.tag in ("link", "joint"):
+            whose = f"{child.tag} '{shortened(child.get('name', ''))}'"
+        if child.tag not in known:
+            place = f" in <{element.tag}> of {whose}" if element.tag != "robot" else ""
+            near = get_close_matches(child.tag, known, n=1)
+            hint = f", did you mean <{near[0]}>?" if near else ""
+            found[f"element <{shortened(child.tag)}>", place + hint] += 1
+            continue
+        attributes = _ATTRIBUTES.get(child.tag, "").split()
+        for name in child.attrib if attributes else ():
+            if name not in attributes and ":" not in name:
+                what = f"attribute {shortened(name)} of <{child.tag}>"
+                found[what, f" in <{element.tag}> of {whose}"] += 1
+        if child.tag in _CHILDREN:
+            _count(child, whose, found)
