@@ -22,8 +22,10 @@ def cache_folder(name: str) -> Path:
         WorkbenchError: if no folder can be written at all.
     """
     try:
-        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        return _writable(Path(home) / _OURS / name)
+        home = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        if not home.is_absolute():  # the specification has relative ones ignored
+            home = Path.home() / ".cache"
+        return _writable(home / _OURS / name)
     except (OSError, RuntimeError):  # a read-only home, or (RuntimeError) no home
         return _temporary(name)
 

@@ -126,6 +126,18 @@ def test_write_stores_a_model_that_reads_the_same(plate, tmp_path, capsys):
         assert other["direction"] == one["direction"]
 
 
+def test_write_spares_the_description_itself_and_follows_no_links(plate, tmp_path, capsys):
+    before = plate.read_text()
+    assert main(["inspect", str(plate), "--write", str(plate.parent)]) == 2
+    assert plate.read_text() == before
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "plate.urdf").symlink_to(tmp_path / "outside")
+    assert main(["inspect", str(plate), "--write", str(folder)]) == 2
+    assert not (tmp_path / "outside").exists()
+    assert "is a link" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

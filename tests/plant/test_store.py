@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xacro
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
@@ -63,6 +64,18 @@ def test_what_is_stored_is_the_same_vehicle(tmp_path, model):
     assert_same(make_vehicle(description), make_vehicle(read_description(path)))
 
 
+def test_a_joint_that_points_against_the_thrust_keeps_its_turn(tmp_path):
+    """Its plugin says how the rotor turns about the joint, not about the thrust."""
+    text = xacro.process_file(str(find_model("dh_drone"))).toxml()
+    assert '<axis xyz="0 0 1"/>' in text
+    path = tmp_path / "down.urdf"
+    path.write_text(text.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 -1"/>', 1))
+    vehicle = make_vehicle(read_description(path))
+    assert vehicle.rotors[0].direction == 1  # cw about an axis that points down
+    stored = store(read_description(path), tmp_path / "stored")
+    assert_same(vehicle, make_vehicle(read_description(stored)))
+
+
 def test_drake_alone_reads_it_with_rotors_that_turn(tmp_path):
     """A free body (7) and four rotors."""
     path = store(read_description(find_model("dh_drone")), tmp_path)
@@ -88,7 +101,11 @@ def test_rotors_without_a_joint_or_mass_are_stored_as_hubs(tmp_path):
     (tmp_path / "x.rotors.yaml").write_text(
         f"defaults: {defaults}\nrotors:\n" + "\n".join(lines) + "\n"
     )
-    description = read_description(tmp_path / "x.urdf")
+    urdf = tmp_path / "x.urdf"
+    taken = '<link name="rotor_0_hub"/><joint name="k" type="fixed"><parent link="b"/>'
+    taken += '<child link="rotor_0_hub"/></joint></robot>'
+    urdf.write_text(urdf.read_text().replace("</robot>", taken))
+    description = read_description(urdf)
     path = store(description, tmp_path / "stored")
     assert_same(make_vehicle(description), make_vehicle(read_description(path)))
 

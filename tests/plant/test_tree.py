@@ -42,6 +42,7 @@ def test_the_base_is_the_root_that_carries_most(links, joints, base):
         ("a b", ["a-b", "b-a"], "here is none"),
         ("world a b", ["world-a", "a-b"], "fixed to the world"),
         ("a", ["world-a"], "fixed to the world"),
+        ("a world", ["a-world"], "a link is named 'world'"),
     ],
 )
 def test_what_cannot_fly_freely_is_refused(links, joints, said):

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform
-from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder
 
 from workbench.errors import WorkbenchError
+from workbench.plant.clearance import ground_clearance
 from workbench.plant.description import Description, read_description
 from workbench.plant.formats.values import shortened
 from workbench.plant.multibody import add_plant
@@ -73,7 +72,7 @@ def make_vehicle(description: Description) -> Vehicle:
             Frame(name, _triple(X.translation()), _rows(X.rotation().matrix()))
             for name, X in X_BF.items()
         ),
-        ground_clearance=_ground_clearance(diagram, root_context, bodies, X_WB),
+        ground_clearance=ground_clearance(description.model, description.base_link),
     )
     _check_lift(vehicle)
     return vehicle
@@ -116,23 +115,6 @@ def _check_lift(vehicle: Vehicle) -> None:
                 f"speed is {rotor.max_rot_velocity:g}: check the mass (kg), the motor constant "
                 "(N s², not per RPM²) and that speed (rad/s)"
             )
-
-
-def _ground_clearance(
-    diagram: Diagram, root_context: Context, bodies: list[RigidBody], X_WB: RigidTransform
-) -> float:
-    """Return how far below the base link's origin the lowest collision shape reaches [m]."""
-    scene_graph = diagram.GetSubsystemByName("scene_graph")
-    plant = diagram.GetSubsystemByName("plant")
-    query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(root_context))
-    lowest = [
-        box.pose().translation()[2]
-        - np.abs(box.pose().rotation().matrix()[2]) @ np.array(box.half_width())
-        for body in bodies
-        for geometry in plant.GetCollisionGeometriesForBody(body)
-        if (box := query.ComputeObbInWorld(geometry)) is not None
-    ]
-    return float(X_WB.translation()[2] - min(lowest, default=0.0))
 
 
 def _triple(values: np.ndarray) -> tuple[float, float, float]:

@@ -29,6 +29,10 @@ def find_base_link(model: Model) -> str:
             "take out the joint above its body"
         )
     base = max(roots, key=lambda name: len(links_below(model, name)))
+    if any(link.name == "world" for link in model.links if link.name != base):
+        raise WorkbenchError(
+            f"{model.source}: a link is named 'world', which is the ground's name: rename it"
+        )
     nails = [joint for joint in model.joints if joint.parent == "world" and joint.child == base]
     if base == "world" or nails:
         raise WorkbenchError(

@@ -1,6 +1,7 @@
 """Write rotors and sensors as Gazebo's `<gazebo>` blocks of a URDF."""
 
 import copy
+from itertools import count
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -38,7 +39,8 @@ def add_rotors(
             along = np.dot(R_BJ.matrix() @ np.array(declared.axis_J), rotor.axis_B)
             direction = direction if along > 0.0 else -direction
         else:
-            joint, link = f"{rotor.name}_hub_joint", f"{rotor.name}_hub"
+            link = _free_name(robot, f"{rotor.name}_hub")
+            joint = _free_name(robot, f"{link}_joint")
             _add_hub(robot, base_link, rotor, joint, link)
         plugin = ET.SubElement(
             ET.SubElement(robot, "gazebo"),
@@ -59,6 +61,13 @@ def add_rotors(
             ("rotorVelocitySlowdownSim", rotor.velocity_slowdown),
         ):
             ET.SubElement(plugin, tag).text = value if isinstance(value, str) else repr(value)
+
+
+def _free_name(robot: ET.Element, name: str) -> str:
+    """Return a name that no link or joint has: this one, or with a number behind."""
+    taken = {element.get("name") for tag in ("link", "joint") for element in robot.findall(tag)}
+    names = (name if number == 1 else f"{name}_{number}" for number in count(1))
+    return next(each for each in names if each not in taken)
 
 
 def add_sensors(robot: ET.Element, sensors: tuple[DeclaredSensor, ...]) -> None:
