@@ -80,7 +80,10 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
     """
     lifting = np.array([rotor.lifts for rotor in rotors])
     if not lifting.any():
-        raise WorkbenchError("no rotor pushes upwards along the body's z: check the rotors' axes")
+        raise WorkbenchError(
+            "no rotor pushes upwards along the base link's z, which must point up: check the "
+            "rotors' axes"
+        )
     rows = wrench_matrix(rotors, p_BoBcm_B)[2:] * lifting
     rank = int(np.linalg.matrix_rank(rows, tol=1e-9 * max(1.0, float(np.abs(rows).max()))))
     if rank < 4:
