@@ -200,5 +200,5 @@ def test_height_is_kept_at_full_speed_with_little_thrust_to_spare():
 @pytest.mark.parametrize("path", PUBLISHED)
 def test_a_published_description_hovers_and_answers_steps(path):
     if not SHARED.is_dir():
-        pytest.skip("published descriptions are not at hand")
+        pytest.skip("put the published descriptions into ../shared/models to try them")
     assert missed(VehicleConfig(model=str(SHARED / path), args=PUBLISHED[path])) == []

@@ -30,13 +30,14 @@ MAY_IMPORT = {
     "systems": "errors cache plant link",
     "diagram": "errors resources parameters scenario plant systems",
     "snapshot": "systems",
-    "session": "errors resources recording snapshot gains parameters scenario plant systems "
+    "configured": "errors resources scenario plant",
+    "session": "errors configured recording snapshot gains parameters scenario plant systems "
     "diagram",
-    "open_loop": "errors resources recording scenario plant systems diagram session",
+    "open_loop": "errors configured recording scenario plant systems diagram session",
     "design": "errors resources recording gains parameters scenario plant systems diagram session",
     "gui": "errors parameters scenario link session design",
     "commands": "errors resources yaml_files recording gains parameters scenario plant link "
-    "systems diagram session open_loop design",
+    "configured systems diagram session open_loop design",
     "commands/app": "gui",
     "cli": "errors commands",
     "__main__": "cli",

@@ -122,7 +122,7 @@ def test_forbidden_names_are_seen(line):
 def tracked_files():
     """Return the files that git has or would take."""
     if shutil.which("git") is None or not (ROOT / ".git").exists():
-        pytest.skip("which files belong to the project is known to git only")
+        pytest.skip("only git knows which files belong to the project: run this in a git clone")
     names = run("git", "ls-files", "--cached", "--others", "--exclude-standard", "-z").split("\0")
     return [ROOT / name for name in names if name and (ROOT / name).is_file()]
 

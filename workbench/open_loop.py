@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
+from workbench.configured import read_configured
 from workbench.diagram import OpenLoop, make_open_loop
 from workbench.errors import sentences
 from workbench.plant.loading import make_vehicle
@@ -14,7 +15,7 @@ from workbench.plant.placing import place_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
 from workbench.scenario import Scenario, check_scenario
-from workbench.session import read_configured, start_position
+from workbench.session import start_position
 from workbench.systems.cascade import Reference
 from workbench.systems.rotor_playback import RotorCommands, load_rotor_commands
 

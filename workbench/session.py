@@ -4,7 +4,6 @@ It has no threads and no Qt. Time goes in whole physics steps, and whatever a pi
 effect between steps, so that equal scenarios give equal flights, to the bit.
 """
 
-import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 
@@ -13,20 +12,17 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, Diagram, System
 
+from workbench.configured import read_configured, tell_remarks
 from workbench.diagram import Workbench, make_workbench
 from workbench.errors import WorkbenchError, sentences, unknown_name
 from workbench.gains import flight_gains, remark_on_owner
 from workbench.parameters import Parameter, find_parameter, parameters_of
-from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import place_vehicle
-from workbench.plant.plausible import doubts
-from workbench.plant.remarks import summed_up
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
-from workbench.resources import find_file, find_model
-from workbench.scenario import REQUESTS, Action, Scenario, Start, VehicleConfig, check_scenario
+from workbench.scenario import REQUESTS, Action, Scenario, Start, check_scenario
 from workbench.snapshot import Snapshot
 from workbench.systems.cascade import Reference
 from workbench.systems.flight_mode import FlightMode, Request, initial_state
@@ -58,7 +54,7 @@ class Session:
         check_scenario(self.scenario)
         description = read_configured(self.scenario.vehicle)
         self.vehicle: Vehicle = make_vehicle(description)
-        _tell_remarks(description, self.vehicle)
+        tell_remarks(description, self.vehicle)
         values = flight_gains(self.vehicle, self.scenario.vehicle.gains, settings)
         remark_on_owner(self.scenario.vehicle.gains, self.vehicle.name)
         eight = self.scenario.figure_eight
@@ -277,27 +273,6 @@ class Session:
         system = self._bench.diagram.GetSubsystemByName(row.system)
         vector = self._context_of(system).get_mutable_numeric_parameter(0)
         return vector, parameters_of(row.system).index(row)
-
-
-def read_configured(config: VehicleConfig) -> Description:
-    """Return the description that a scenario names.
-
-    Raises:
-        WorkbenchError: if it is not there, or cannot be read.
-    """
-    rotors = find_file(config.rotors) if config.rotors else ""
-    return read_description(find_model(config.model), config.args, config.packages, rotors)
-
-
-def _tell_remarks(description: Description, vehicle: Vehicle) -> None:
-    """Say that a description was not taken word for word, and what of it is unlikely."""
-    logger = logging.getLogger("workbench")
-    found = [remark for remark in description.remarks if remark.kind != "ignored"]
-    if found:
-        said = summed_up(found)
-        logger.info("%s: %s; `workbench inspect` lists them", description.source, said)
-    for doubt in doubts(vehicle):
-        logger.info("%s: %s", description.source, doubt)
 
 
 def start_position(start: Start, vehicle: Vehicle) -> list[float]:

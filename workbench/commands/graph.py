@@ -65,11 +65,12 @@ def run(args: argparse.Namespace) -> int:
 
 def _diagram(args: argparse.Namespace) -> "Diagram":
     """Return the diagram of a vehicle."""
+    from workbench.configured import read_configured
     from workbench.diagram import make_flight_core
     from workbench.gains import flight_gains
     from workbench.plant.loading import make_vehicle
     from workbench.scenario import Scenario
-    from workbench.session import Session, read_configured
+    from workbench.session import Session
 
     scenario = with_vehicle(Scenario(), args)
     if not args.core:

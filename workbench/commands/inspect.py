@@ -49,10 +49,10 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print what was understood; write the resolved model where that is asked for."""
     from workbench.commands.inspect_text import print_description, print_parts
+    from workbench.configured import read_configured
     from workbench.plant.loading import make_vehicle
     from workbench.plant.plausible import doubts
     from workbench.scenario import VehicleConfig
-    from workbench.session import read_configured
 
     config = VehicleConfig(args.model, dict(args.arg), dict(args.package), args.rotors)
     description = read_configured(config)

@@ -14,7 +14,7 @@ PUBLISHED = Path(__file__).resolve().parents[3] / "../shared/models/px4_gazebo_m
 X500 = PUBLISHED / "x500/model.sdf"
 
 pytestmark = pytest.mark.skipif(
-    not X500.is_file(), reason="the published x500 is not beside this project"
+    not X500.is_file(), reason="put the published descriptions into ../shared/models to try them"
 )
 
 

@@ -260,7 +260,10 @@ def test_an_expression_that_leaves_the_sandbox_does_nothing(write, tmp_path, exp
     assert not mark.exists()
 
 
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="no published descriptions beside the project")
+@pytest.mark.skipif(
+    not PUBLISHED.is_dir(),
+    reason="put the published descriptions into ../shared/models to try them",
+)
 def test_published_descriptions_expand_as_they_are():
     text = expand(PUBLISHED / "hummingbird.xacro", namespace="bird")
     assert text.count("<joint ") == 5
@@ -269,7 +272,10 @@ def test_published_descriptions_expand_as_they_are():
     assert said.endswith(".xacro: has arguments without a default: give --arg namespace:=…")
 
 
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="no published descriptions beside the project")
+@pytest.mark.skipif(
+    not PUBLISHED.is_dir(),
+    reason="put the published descriptions into ../shared/models to try them",
+)
 def test_all_arguments_of_a_published_description_are_named():
     listed = fault(PUBLISHED / "hummingbird_base.xacro").partition(": give ")[2].split()
     assert set(listed) - {"--arg"} == {

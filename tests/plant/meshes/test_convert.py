@@ -216,7 +216,9 @@ def test_no_mesh_library_is_loaded_here():
 FETCHED = Path(__file__).resolve().parents[4] / "shared" / "models"
 
 
-@pytest.mark.skipif(not FETCHED.is_dir(), reason="../shared/models is absent")
+@pytest.mark.skipif(
+    not FETCHED.is_dir(), reason="put the published descriptions into ../shared/models to try them"
+)
 def test_published_meshes_are_all_converted():
     files = [path for path in sorted(FETCHED.rglob("*")) if path.suffix in (".dae", ".stl")]
     assert len(files) >= 7
@@ -231,7 +233,9 @@ def test_published_meshes_are_all_converted():
 
 
 # Rotor discs lie across z, whatever <up_axis> says: thin along z, long along y.
-@pytest.mark.skipif(not FETCHED.is_dir(), reason="../shared/models is absent")
+@pytest.mark.skipif(
+    not FETCHED.is_dir(), reason="put the published descriptions into ../shared/models to try them"
+)
 def test_a_published_propeller_lies_in_the_plane_of_its_disc():
     for name in ("propeller_cw.dae", "propeller_ccw.dae"):
         path = FETCHED / "rotors_description" / "meshes" / name

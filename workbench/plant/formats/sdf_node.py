@@ -7,13 +7,12 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
-from workbench.plant.formats.values import shortened
+from workbench.plant.formats.values import listed, shortened
 from workbench.plant.formats.xml import Element, place
 
 FRAME_SEMANTICS = (1, 7)
 """The version from which on poses name the frame they are given in."""
 LONGEST_NAME = 200
-MOST_NAMES_SHOWN = 12
 
 
 @dataclass(frozen=True)
@@ -109,5 +108,4 @@ def known_names(name: str, names: Iterable[str]) -> str:
     if near:
         quoted = [f"'{other}'" for other in near]
         return f"did you mean {' or '.join(quoted)}?"
-    more = "" if len(known) <= MOST_NAMES_SHOWN else f" and {len(known) - MOST_NAMES_SHOWN} more"
-    return f"known are {', '.join(known[:MOST_NAMES_SHOWN]) or 'none'}{more}"
+    return f"known are {listed(known) or 'none'}"

@@ -1,6 +1,6 @@
 """Visuals, collisions and colours of a URDF."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
@@ -36,35 +36,37 @@ def read_visuals(
     remarks: Remarks,
 ) -> tuple[Visual, ...]:
     """Return the drawn shapes of a link."""
-    found = []
-    for index, element in enumerate(link.findall("visual")):
-        assert isinstance(element, Element)
-        what = f"visual {index + 1} of link '{shortened(name)}'"
-        shape = _shape(path, element, what, finder, remarks)
-        if shape is not None:
-            colour = _colour(path, element, colours) or colours.get(f"link {name}")
-            found.append(
-                Visual(
-                    element.get("name") or f"visual_{index}", origin(path, element), shape, colour
-                )
-            )
-    return tuple(found)
+    return tuple(
+        Visual(
+            name=label,
+            X_LV=origin(path, element),
+            shape=shape,
+            rgba=_colour(path, element, colours) or colours.get(f"link {name}"),
+        )
+        for label, element, shape in _shapes(path, link, "visual", name, finder, remarks)
+    )
 
 
 def read_collisions(
     path: Path, link: Element, name: str, finder: PackageFinder, remarks: Remarks
 ) -> tuple[Collision, ...]:
     """Return the shapes of a link that touch."""
-    found = []
-    for index, element in enumerate(link.findall("collision")):
+    return tuple(
+        Collision(label, origin(path, element), shape)
+        for label, element, shape in _shapes(path, link, "collision", name, finder, remarks)
+    )
+
+
+def _shapes(
+    path: Path, link: Element, tag: str, name: str, finder: PackageFinder, remarks: Remarks
+) -> Iterator[tuple[str, Element, Shape]]:
+    """Yield name, element and shape of a link's visuals or collisions that have a shape."""
+    for index, element in enumerate(link.findall(tag)):
         assert isinstance(element, Element)
-        what = f"collision {index + 1} of link '{shortened(name)}'"
+        what = f"{tag} {index + 1} of link '{shortened(name)}'"
         shape = _shape(path, element, what, finder, remarks)
         if shape is not None:
-            found.append(
-                Collision(element.get("name") or f"collision_{index}", origin(path, element), shape)
-            )
-    return tuple(found)
+            yield element.get("name") or f"{tag}_{index}", element, shape
 
 
 def _shape(

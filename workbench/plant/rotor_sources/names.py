@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 
 from workbench.errors import WorkbenchError
-from workbench.plant.formats.values import shortened
+from workbench.plant.formats.values import listed, shortened
 from workbench.plant.model import Joint, Link, Model
 
 _SCOPES = ("::", "/")
-_LISTED = 12
 
 
 def find_joint(model: Model, name: str, where: str) -> Joint:
@@ -49,18 +48,12 @@ def _find(kind: str, known: Sequence[str], name: str, where: str) -> int:
     if found:
         raise WorkbenchError(
             f"{where}: the {kind} '{shortened(name)}' may be any of "
-            f"{_listed([known[index] for index in found])}: give the whole name"
+            f"{listed([known[index] for index in found])}: give the whole name"
         )
     inner = [index for index, other in enumerate(known) if _within(other, name)]
     if inner:
         return max(inner, key=lambda index: len(known[index]))
     raise WorkbenchError(
         f"{where}: the {kind} '{shortened(name)}' is not there: "
-        + (f"{kind}s are {_listed(known)}" if known else f"there are no {kind}s")
+        + (f"{kind}s are {listed(known)}" if known else f"there are no {kind}s")
     )
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Return some names for a message, a stranger's file may have very many."""
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return ", ".join(shortened(name) for name in names[:_LISTED]) + more
