@@ -6,7 +6,10 @@ import numba
 import pytest
 
 from workbench.systems import compiled
+from workbench.systems.casting import solids, surfaces
 
+NOT_COMPILED = ("compiled", "casting.scene")
+"""What compiled code's files import for the Python in them."""
 SOURCE = "def double_up(x):\n    return 2.0 * x + 1.0\n"
 
 
@@ -49,12 +52,16 @@ def test_a_second_time_the_code_comes_from_disk_without_a_word(double_up, cache,
     assert not caplog.records
 
 
-def test_code_of_other_sources_is_not_used(double_up, cache, monkeypatch):
+def test_code_of_other_sources_is_not_used(double_up, cache):
     """The law stands in several files, and numba itself looks at one."""
     compiled.compile_cached(double_up)(1.0)
-    monkeypatch.setattr(compiled, "_SOURCES", compiled._SOURCES[:-1])
-    assert compiled.compile_cached(double_up)(1.5) == 4.0
+    assert compiled.compile_cached(double_up, compiled.LAW[:-1])(1.5) == 4.0
     assert len(machine_code(cache)) == 2
+
+
+def test_what_is_compiled_is_said(double_up, cache, caplog):
+    compiled.compile_cached(double_up, compiled.LAW, "twice a number")(1.0)
+    assert "compiling twice a number for this machine" in caplog.text
 
 
 def test_where_nothing_can_be_written_it_still_computes(double_up, cache):
@@ -62,18 +69,24 @@ def test_where_nothing_can_be_written_it_still_computes(double_up, cache):
     assert compiled.compile_cached(double_up)(1.5) == 4.0
 
 
-def test_every_file_of_the_law_is_watched():
+@pytest.mark.parametrize(
+    ("start", "sources"),
+    [
+        ("flight_law", compiled.LAW),
+        ("casting.solids", solids.SOURCES),
+        ("casting.surfaces", surfaces.SOURCES),
+    ],
+)
+def test_every_file_of_what_is_compiled_is_watched(start, sources):
     """What the compiled function calls of ours, found by following its imports."""
     folder = compiled.Path(compiled.__file__).parent
-    found, todo = set(), ["flight_law.py"]
+    found, todo = set(), [start]
     while todo:
         name = todo.pop()
-        if name in found:
+        if name in (*found, *NOT_COMPILED):
             continue
         found.add(name)
-        lines = (folder / name).read_text().splitlines()
+        lines = (folder / f"{name.replace('.', '/')}.py").read_text().splitlines()
         marker = "from workbench.systems."
-        todo += [
-            line.split(marker)[1].split()[0] + ".py" for line in lines if line.startswith(marker)
-        ]
-    assert found == set(compiled._SOURCES)
+        todo += [line.split(marker)[1].split()[0] for line in lines if line.startswith(marker)]
+    assert found == {name.removesuffix(".py").replace("/", ".") for name in sources}

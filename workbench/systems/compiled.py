@@ -1,12 +1,12 @@
 """Compile a pure function with numba, and keep the machine code on disk.
 
 numba's own cache looks at the one file that the compiled function stands in; the law stands in
-several. So the cache lies in a folder named after the content of all of them.
+several, and so do rays. So the cache lies in a folder named after the content of all of them.
 """
 
 import hashlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +16,34 @@ from numba.core import config
 from workbench.cache import cache_folder
 from workbench.errors import WorkbenchError
 
-_SOURCES = ("cascade.py", "mixer.py", "rotor_response.py", "flight_law.py")
+LAW = (
+    "cascade.py",
+    "obstacle_brake.py",
+    "mixer.py",
+    "stopped_rotors.py",
+    "rotor_response.py",
+    "flight_law.py",
+)
+"""The files that the control law stands in, in this folder."""
 
 
-def compile_cached(function: Callable[..., Any]) -> Callable[..., Any]:
+def compile_cached(
+    function: Callable[..., Any], sources: Sequence[str] = LAW, what: str = "the control law"
+) -> Callable[..., Any]:
     """Return `function` compiled at its first call, which takes a few seconds once a machine.
 
     Where no folder can be written, it is compiled anew in every process.
+
+    Args:
+        function: which compiles.
+        sources: the files of all that it calls, from this folder; a change in one compiles anew.
+        what: it computes, for people.
     """
     try:
-        folder = cache_folder(_digest())
-    except WorkbenchError:  # the law flies without a cache, too
-        return _Announced(numba.njit(function))
+        folder = cache_folder(_digest(sources)) / function.__name__
+        folder.mkdir(exist_ok=True)
+    except (WorkbenchError, OSError):  # it runs without a cache, too
+        return _Announced(numba.njit(function), what)
     new = not any(folder.iterdir())
     before = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
@@ -35,28 +51,29 @@ def compile_cached(function: Callable[..., Any]) -> Callable[..., Any]:
         compiled = numba.njit(cache=True)(function)
     finally:
         config.CACHE_DIR = before  # type: ignore[attr-defined]
-    return _Announced(compiled) if new else compiled
+    return _Announced(compiled, what) if new else compiled
 
 
 class _Announced:
     """A compiled function that says what it does before its first, slow call."""
 
-    def __init__(self, compiled: Callable[..., Any]) -> None:
+    def __init__(self, compiled: Callable[..., Any], what: str) -> None:
         self._compiled = compiled
+        self._what = what
         self._said = False
 
     def __call__(self, *args: Any) -> Any:
         if not self._said:
             self._said = True
             logging.getLogger("workbench").warning(
-                "compiling the control law for this machine, a few seconds, this once"
+                "compiling %s for this machine, a few seconds, this once", self._what
             )
         return self._compiled(*args)
 
 
-def _digest() -> str:
+def _digest(sources: Sequence[str]) -> str:
     """Return a name for the sources as they are."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for name in _SOURCES:
+    for name in sources:
         digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()[:16]

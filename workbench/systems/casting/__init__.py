@@ -1,0 +1,1 @@
+"""Rays against the scene: what a lidar would see, to a fraction of a millimetre."""

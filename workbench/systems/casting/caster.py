@@ -1,0 +1,157 @@
+"""Rays against the scene as it stands at one moment."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore import EmbreeDevice
+from embreex.rtcore_scene import EmbreeScene
+from pydrake.geometry import Convex, Mesh
+from pydrake.math import RigidTransform
+
+from workbench.errors import WorkbenchError
+from workbench.systems.casting.scene import CastScene
+from workbench.systems.casting.solids import as_solid, compiled_nearest_solids, pack_solids
+from workbench.systems.casting.surfaces import (
+    SLACK,
+    Surface,
+    compiled_aim,
+    compiled_settle,
+    join_surface,
+)
+from workbench.systems.casting.triangles import mesh_triangles
+
+NOTHING = -1
+"""The number of the geometry that a ray met which met none."""
+
+
+class Returns(NamedTuple):
+    """What rays met.
+
+    Attributes:
+        ranges: distances from where the rays begin (n) [m], infinite where they met nothing.
+        hits: places in `CastScene.geometries` of what they met (n), or `NOTHING`.
+    """
+
+    ranges: np.ndarray
+    hits: np.ndarray
+
+
+class Caster:
+    """Finds what rays meet first; made once for a scene, and given the poses of what moves.
+
+    Boxes, balls, cylinders, capsules, ellipsoids and half-spaces have closed forms. These are
+    exact, and with neighbouring rays taken together as fast as embree with a box's twelve
+    triangles. Meshes and convex hulls go to embree, one of its scenes for all that is fixed to one
+    frame, in that frame, so that nothing is built again when it moves.
+
+    A ray that begins inside a shape meets its surface from within, at the point where it leaves.
+    """
+
+    def __init__(self, scene: CastScene) -> None:
+        """Prepare a scene.
+
+        Raises:
+            WorkbenchError: naming a geometry that cannot be cast against.
+        """
+        self.scene = scene
+        self._solids = pack_solids(scene.geometries)
+        self._surfaces = _build_surfaces(scene)
+
+    def cast(
+        self,
+        p_WS: np.ndarray,
+        directions: np.ndarray,
+        poses: Sequence[RigidTransform],
+        max_range: float,
+    ) -> Returns:
+        """Return what rays from one point meet within `max_range` [m].
+
+        Args:
+            p_WS: the point in W (3) [m].
+            directions: unit vectors in W (n, 3), neighbours near each other where speed matters.
+            poses: X_WF of each of `scene.frames`.
+            max_range: beyond which nothing is met [m]; may be infinite.
+        """
+        p_WS = np.ascontiguousarray(p_WS, dtype=float)
+        directions = np.ascontiguousarray(directions, dtype=float)
+        X_WF = np.empty((1 + len(poses), 3, 4))
+        X_WF[0] = np.eye(3, 4)
+        for place, pose in enumerate(poses, start=1):
+            X_WF[place] = pose.GetAsMatrix34()
+        ranges = np.full(len(directions), np.nextafter(max_range, np.inf))
+        hits = np.full(len(directions), NOTHING)
+        compiled_nearest_solids(p_WS, directions, self._solids, X_WF, ranges, hits)
+        for surface in self._surfaces:
+            surface.shorten(p_WS, directions, X_WF[surface.frame], ranges, hits)
+        ranges[hits == NOTHING] = np.inf
+        return Returns(ranges, hits)
+
+
+class _FrameSurface:
+    """All triangles fixed to one frame, with embree's scene of them."""
+
+    def __init__(self, frame: int, surface: Surface, device: EmbreeDevice) -> None:
+        self.frame = frame
+        self._surface = surface
+        self._scene = EmbreeScene(device, robust=True)
+        vertices = np.empty((len(surface.first) - 1, 3), dtype=np.float32)
+        vertices[surface.vertices] = surface.corners
+        TriangleMesh(self._scene, vertices, surface.vertices.astype(np.int32))
+        # embree builds its tree at the first ray: now, and not in flight.
+        ray = np.ones((1, 3), dtype=np.float32)
+        self._scene.run(ray, ray)
+
+    def shorten(
+        self,
+        p_WS: np.ndarray,
+        directions: np.ndarray,
+        X_WF: np.ndarray,
+        ranges: np.ndarray,
+        hits: np.ndarray,
+    ) -> None:
+        """Shorten `ranges` to where the rays meet these triangles, and write `hits`."""
+        numbers, starts = np.arange(len(ranges)), np.zeros(len(ranges))
+        step = SLACK * self._surface.radius
+        while len(numbers):
+            rays = compiled_aim(p_WS, directions, self._surface, X_WF, ranges, numbers, starts)
+            if not len(rays.numbers):
+                return
+            found = self._scene.run(rays.origins, rays.directions, dists=rays.reach, output=1)
+            numbers, starts = compiled_settle(
+                p_WS,
+                directions,
+                self._surface,
+                X_WF,
+                rays,
+                found["primID"],
+                found["tfar"],
+                step,
+                ranges,
+                hits,
+            )
+            step *= 10.0  # so that a ray along a surface does not creep
+
+
+def _build_surfaces(scene: CastScene) -> list[_FrameSurface]:
+    """Return the surfaces of all frames that have triangles."""
+    device = EmbreeDevice()
+    surfaces = []
+    for frame in range(1 + len(scene.frames)):
+        corners, owners = [], []
+        for number, geometry in enumerate(scene.geometries):
+            if geometry.frame != frame or as_solid(geometry.shape) is not None:
+                continue
+            if not isinstance(geometry.shape, Mesh | Convex):
+                raise WorkbenchError(
+                    f"geometry '{geometry.name}': rays cannot be cast against a "
+                    f"{type(geometry.shape).__name__}: draw it as a mesh"
+                )
+            points = mesh_triangles(geometry.shape).reshape(-1, 3)
+            placed = geometry.X_FG.multiply(points.T).T
+            corners.append(placed.reshape(-1, 3, 3))
+            owners.append(number)
+        if corners:
+            surfaces.append(_FrameSurface(frame, join_surface(corners, owners), device))
+    return surfaces

@@ -1,0 +1,236 @@
+"""Cast rays against all shapes that have a closed form, in one call of compiled code."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Shape, Sphere
+
+from workbench.systems.casting.intervals import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    HALF_SPACE,
+    SPHERE,
+    interval,
+)
+from workbench.systems.casting.scene import CastGeometry
+from workbench.systems.compiled import compile_cached
+
+BUNDLE = 32
+"""So many neighbouring rays are taken together when shapes far from them are ruled out."""
+MARGIN = 1e-12
+"""By which a cosine may be wrong where something is ruled out."""
+
+
+class Solids(NamedTuple):
+    """Shapes with a closed form as arrays, a row each.
+
+    Attributes:
+        kinds: `intervals.BOX` and so on.
+        sizes: see there (n, 3) [m].
+        reach: radius of the ball about the shape's origin that it fits in [m].
+        frames: numbers of the frames that they are fixed to.
+        R_FG: their orientations (n, 3, 3).
+        p_FG: their places (n, 3) [m].
+        numbers: which geometry of the scene each is.
+    """
+
+    kinds: np.ndarray
+    sizes: np.ndarray
+    reach: np.ndarray
+    frames: np.ndarray
+    R_FG: np.ndarray
+    p_FG: np.ndarray
+    numbers: np.ndarray
+
+
+class Solid(NamedTuple):
+    """Kind, size and reach of one shape."""
+
+    kind: int
+    size: tuple[float, float, float]
+    reach: float
+
+
+def as_solid(shape: Shape) -> Solid | None:
+    """Return the closed form of a shape, None if it has none."""
+    match shape:
+        case Box():
+            x, y, z = 0.5 * shape.size()
+            return Solid(BOX, (x, y, z), math.hypot(x, y, z))
+        case Sphere():
+            return Solid(SPHERE, (shape.radius(), 0.0, 0.0), shape.radius())
+        case Cylinder():
+            radius, half = shape.radius(), 0.5 * shape.length()
+            return Solid(CYLINDER, (radius, half, 0.0), math.hypot(radius, half))
+        case Capsule():
+            radius, half = shape.radius(), 0.5 * shape.length()
+            return Solid(CAPSULE, (radius, half, 0.0), radius + half)
+        case Ellipsoid():
+            axes = (shape.a(), shape.b(), shape.c())
+            return Solid(ELLIPSOID, axes, max(axes))
+        case HalfSpace():
+            return Solid(HALF_SPACE, (0.0, 0.0, 0.0), math.inf)
+    return None
+
+
+def pack_solids(geometries: Sequence[CastGeometry]) -> Solids:
+    """Return those of the geometries that have a closed form."""
+    found = [
+        (number, geometry, solid)
+        for number, geometry in enumerate(geometries)
+        if (solid := as_solid(geometry.shape)) is not None
+    ]
+    return Solids(
+        kinds=np.array([solid.kind for _, _, solid in found], dtype=np.int64),
+        sizes=np.array([solid.size for _, _, solid in found], dtype=float).reshape(-1, 3),
+        reach=np.array([solid.reach for _, _, solid in found], dtype=float),
+        frames=np.array([geometry.frame for _, geometry, _ in found], dtype=np.int64),
+        R_FG=np.array([g.X_FG.rotation().matrix() for _, g, _ in found]).reshape(-1, 3, 3),
+        p_FG=np.array([g.X_FG.translation() for _, g, _ in found]).reshape(-1, 3),
+        numbers=np.array([number for number, _, _ in found], dtype=np.int64),
+    )
+
+
+class Placed(NamedTuple):
+    """Where the solids are, seen from where the rays begin (S).
+
+    Attributes:
+        R_WG: their orientations (n, 3, 3).
+        p_SG_W: from S to them (n, 3) [m].
+        p_GS: from them to S, in their own axes (n, 3) [m].
+        distance: of their origins (n) [m].
+        near: how far at the least their surfaces are (n) [m], negative inside their balls.
+    """
+
+    R_WG: np.ndarray
+    p_SG_W: np.ndarray
+    p_GS: np.ndarray
+    distance: np.ndarray
+    near: np.ndarray
+
+
+@register_jitable
+def place(p_WS: np.ndarray, solids: Solids, X_WF: np.ndarray) -> Placed:
+    """Return where the solids are when their frames have the poses X_WF (m, 3, 4)."""
+    count = len(solids.kinds)
+    placed = Placed(
+        np.zeros((count, 3, 3)),
+        np.zeros((count, 3)),
+        np.zeros((count, 3)),
+        np.zeros(count),
+        np.zeros(count),
+    )
+    for k in range(count):
+        X = X_WF[solids.frames[k]]
+        R_WG, p_SG_W, p_GS = placed.R_WG[k], placed.p_SG_W[k], placed.p_GS[k]
+        for i in range(3):
+            p_SG_W[i] = X[i, 3] - p_WS[i]
+            for j in range(3):
+                p_SG_W[i] += X[i, j] * solids.p_FG[k, j]
+                for m in range(3):
+                    R_WG[i, j] += X[i, m] * solids.R_FG[k, m, j]
+        for i in range(3):
+            for j in range(3):
+                p_GS[j] -= R_WG[i, j] * p_SG_W[i]
+        placed.distance[k] = math.sqrt(p_SG_W[0] ** 2 + p_SG_W[1] ** 2 + p_SG_W[2] ** 2)
+        if solids.kinds[k] == HALF_SPACE:
+            placed.near[k] = abs(p_GS[2])
+        else:
+            placed.near[k] = placed.distance[k] - solids.reach[k]
+    return placed
+
+
+@register_jitable
+def cone_around(directions: np.ndarray) -> tuple[float, float, float, float]:
+    """Return the axis of a cone around unit vectors (n, 3) and the cosine of half its angle."""
+    x = y = z = 0.0
+    for d_x, d_y, d_z in directions:
+        x, y, z = x + d_x, y + d_y, z + d_z
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0.0:
+        return 1.0, 0.0, 0.0, -1.0
+    x, y, z = x / length, y / length, z / length
+    cosine = 1.0
+    for d_x, d_y, d_z in directions:
+        cosine = min(cosine, x * d_x + y * d_y + z * d_z)
+    return x, y, z, cosine
+
+
+def nearest_solids(
+    p_WS: np.ndarray,
+    directions: np.ndarray,
+    solids: Solids,
+    X_WF: np.ndarray,
+    ranges: np.ndarray,
+    hits: np.ndarray,
+) -> None:
+    """Shorten `ranges` to the nearest solid that each ray meets, and say in `hits` which.
+
+    All rays begin at one point, so a bundle of neighbours lies in a narrow cone, and a shape whose
+    ball the cone does not meet is passed over for all of them at once. Shapes are taken from near
+    to far, until they begin beyond everything that the bundle has met.
+
+    Args:
+        p_WS: where the rays begin (3) [m].
+        directions: unit vectors in W (n, 3).
+        solids: what they may meet.
+        X_WF: poses of the frames (m, 3, 4), the world first.
+        ranges: how far each ray has come (n) [m]; written where something nearer is met.
+        hits: numbers of the geometries met (n); written with it.
+    """
+    placed = place(p_WS, solids, X_WF)
+    order = np.argsort(placed.near)
+    for first in range(0, len(directions), BUNDLE):
+        last = min(first + BUNDLE, len(directions))
+        a_x, a_y, a_z, cos_bundle = cone_around(directions[first:last])
+        sin_bundle = math.sqrt(max(0.0, 1.0 - cos_bundle * cos_bundle))
+        farthest = ranges[first:last].max()
+        for k in order:
+            if placed.near[k] >= farthest:
+                break
+            p_x, p_y, p_z = placed.p_SG_W[k]
+            reach, away = solids.reach[k], placed.distance[k]
+            if cos_bundle > 0.0 and away > reach:
+                sin_ball = reach / away
+                cos_ball = math.sqrt(1.0 - sin_ball * sin_ball)
+                cos_between = (a_x * p_x + a_y * p_y + a_z * p_z) / away
+                if cos_between < cos_bundle * cos_ball - sin_bundle * sin_ball - MARGIN:
+                    continue
+            s_x, s_y, s_z = solids.sizes[k]
+            kind, number = solids.kinds[k], solids.numbers[k]
+            o_x, o_y, o_z = placed.p_GS[k]
+            R = placed.R_WG[k]
+            # Rays closer to a right angle with p than this pass by the ball.
+            clear = away * away * (1.0 - MARGIN) - reach * reach
+            farthest = 0.0
+            for ray in range(first, last):
+                d_x, d_y, d_z = directions[ray]
+                along = d_x * p_x + d_y * p_y + d_z * p_z
+                if along * along >= clear:
+                    enters, leaves = interval(
+                        kind,
+                        s_x,
+                        s_y,
+                        s_z,
+                        o_x,
+                        o_y,
+                        o_z,
+                        R[0, 0] * d_x + R[1, 0] * d_y + R[2, 0] * d_z,
+                        R[0, 1] * d_x + R[1, 1] * d_y + R[2, 1] * d_z,
+                        R[0, 2] * d_x + R[1, 2] * d_y + R[2, 2] * d_z,
+                    )
+                    # A ray that begins inside meets the surface from within, where it leaves.
+                    met = enters if enters >= 0.0 else leaves
+                    if 0.0 <= met < ranges[ray]:
+                        ranges[ray] = met
+                        hits[ray] = number
+                farthest = max(farthest, ranges[ray])
+
+
+SOURCES = ("casting/intervals.py", "casting/solids.py")
+compiled_nearest_solids = compile_cached(nearest_solids, SOURCES, "rays against shapes")

@@ -1,0 +1,265 @@
+"""Cast rays against what is made of triangles: embree finds them, double precision has the say.
+
+embree counts in single precision. On a floor of 600 m it was 0.007 mm wrong, and 6 mm where a ray
+grazed that at 1e-5 rad. So it is asked only which triangle a ray meets. Whether the ray meets that
+triangle, and how far away, is then computed in double precision (1e-11 m there); if it does not, a
+neighbour around the triangle's corners is what it meets, or it passes by and goes on behind. What
+is left of single precision: a ray that cuts an outline by less than a ten-millionth of the size of
+everything that hangs together in one frame may be taken to miss it.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from workbench.systems.casting.intervals import in_ball
+from workbench.systems.compiled import compile_cached
+
+EDGE = 1e-9
+"""A triangle is larger by this share, so that no ray slips between two in double precision."""
+SLACK = 1e-6
+"""Room for single precision, as a share of the surfaces' radius."""
+
+
+class Surface(NamedTuple):
+    """Triangles that are fixed to one frame F, as arrays.
+
+    Attributes:
+        center: of a ball around them, in F (3) [m].
+        radius: of that ball [m].
+        corners: from the centre (n, 3, 3) [m].
+        vertices: number of each corner's vertex (n, 3).
+        first: where in `around` each vertex's triangles begin (v + 1).
+        around: numbers of the triangles that have a vertex, vertex by vertex.
+        owners: which geometry of the scene each triangle is of (n).
+    """
+
+    center: np.ndarray
+    radius: float
+    corners: np.ndarray
+    vertices: np.ndarray
+    first: np.ndarray
+    around: np.ndarray
+    owners: np.ndarray
+
+
+class Rays(NamedTuple):
+    """Rays that are to be cast by embree, in a surface's frame from its centre.
+
+    Attributes:
+        numbers: which of all rays (m).
+        starts: how far along it each of them begins (m) [m].
+        origins: where that is (m, 3), single precision.
+        directions: unit vectors (m, 3), single precision.
+        reach: how far from there (m), single precision.
+    """
+
+    numbers: np.ndarray
+    starts: np.ndarray
+    origins: np.ndarray
+    directions: np.ndarray
+    reach: np.ndarray
+
+
+def join_surface(corners: Sequence[np.ndarray], owners: Sequence[int]) -> Surface:
+    """Return one surface of the triangles of several geometries.
+
+    Args:
+        corners: of each geometry's triangles in F (k, 3, 3) [m].
+        owners: number of each geometry.
+    """
+    together = np.concatenate(corners)
+    points = together.reshape(-1, 3)
+    center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    radius = float(np.linalg.norm(points - center, axis=1).max())
+    vertices = _same_points(points)
+    return Surface(
+        center=center,
+        radius=radius,
+        corners=together - center,
+        vertices=vertices.reshape(-1, 3),
+        first=np.concatenate([[0], np.cumsum(np.bincount(vertices))]),
+        around=np.argsort(vertices, kind="stable") // 3,
+        owners=np.repeat(np.array(owners, dtype=np.int64), [len(each) for each in corners]),
+    )
+
+
+def _same_points(points: np.ndarray) -> np.ndarray:
+    """Return a number for each point (n), equal for equal points; quicker than `np.unique`."""
+    order = np.lexsort(points.T)
+    new = (np.diff(points[order], axis=0) != 0.0).any(axis=1)
+    numbers = np.empty(len(points), dtype=np.int64)
+    numbers[order] = np.concatenate([[0], np.cumsum(new)])
+    return numbers
+
+
+@register_jitable
+def meets(
+    corners: np.ndarray, o_x: float, o_y: float, o_z: float, d_x: float, d_y: float, d_z: float
+) -> float:
+    """Return how far from o along d a ray meets a triangle (3, 3), NaN where it does not.
+
+    Source: Möller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997.
+    """
+    v_x, v_y, v_z = corners[0]
+    a_x, a_y, a_z = corners[1, 0] - v_x, corners[1, 1] - v_y, corners[1, 2] - v_z
+    b_x, b_y, b_z = corners[2, 0] - v_x, corners[2, 1] - v_y, corners[2, 2] - v_z
+    c_x, c_y, c_z = o_x - v_x, o_y - v_y, o_z - v_z
+    p_x, p_y, p_z = d_y * b_z - d_z * b_y, d_z * b_x - d_x * b_z, d_x * b_y - d_y * b_x
+    volume = a_x * p_x + a_y * p_y + a_z * p_z
+    if volume == 0.0:
+        return math.nan
+    q_x, q_y, q_z = c_y * a_z - c_z * a_y, c_z * a_x - c_x * a_z, c_x * a_y - c_y * a_x
+    u = (c_x * p_x + c_y * p_y + c_z * p_z) / volume
+    v = (d_x * q_x + d_y * q_y + d_z * q_z) / volume
+    if u < -EDGE or v < -EDGE or u + v > 1.0 + EDGE:
+        return math.nan
+    return (b_x * q_x + b_y * q_y + b_z * q_z) / volume
+
+
+@register_jitable
+def turned_back(X: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a vector of W in the axes of a frame with the pose X (3, 4) in W."""
+    return (
+        X[0, 0] * x + X[1, 0] * y + X[2, 0] * z,
+        X[0, 1] * x + X[1, 1] * y + X[2, 1] * z,
+        X[0, 2] * x + X[1, 2] * y + X[2, 2] * z,
+    )
+
+
+@register_jitable
+def from_center(
+    p_WS: np.ndarray, X_WF: np.ndarray, center: np.ndarray
+) -> tuple[float, float, float]:
+    """Return where the rays begin, from a surface's centre in its frame's axes."""
+    x, y, z = turned_back(X_WF, p_WS[0] - X_WF[0, 3], p_WS[1] - X_WF[1, 3], p_WS[2] - X_WF[2, 3])
+    return x - center[0], y - center[1], z - center[2]
+
+
+def aim(
+    p_WS: np.ndarray,
+    directions: np.ndarray,
+    surface: Surface,
+    X_WF: np.ndarray,
+    ranges: np.ndarray,
+    numbers: np.ndarray,
+    starts: np.ndarray,
+) -> Rays:
+    """Return those rays that come near a surface before they meet anything else.
+
+    They begin where they enter the ball around it, so that single precision is spent on the
+    surface's size and not on the way there.
+
+    Args:
+        p_WS: where all rays begin (3) [m].
+        directions: unit vectors in W (n, 3).
+        surface: which they may meet.
+        X_WF: pose of its frame (3, 4).
+        ranges: how far each ray has come (n) [m].
+        numbers: which rays are asked for (m).
+        starts: how far along it each of them begins at the least (m) [m].
+    """
+    rays = Rays(
+        np.empty(len(numbers), np.int64),
+        np.empty(len(numbers)),
+        np.empty((len(numbers), 3), np.float32),
+        np.empty((len(numbers), 3), np.float32),
+        np.empty(len(numbers), np.float32),
+    )
+    o_x, o_y, o_z = from_center(p_WS, X_WF, surface.center)
+    radius = surface.radius * (1.0 + SLACK)
+    count = 0
+    for ray, least in zip(numbers, starts):  # noqa: B905, numba knows no `strict`
+        w_x, w_y, w_z = directions[ray]
+        d_x, d_y, d_z = turned_back(X_WF, w_x, w_y, w_z)
+        enters, leaves = in_ball(radius, o_x, o_y, o_z, d_x, d_y, d_z)
+        start = max(least, enters)
+        reach = min(leaves, ranges[ray]) - start
+        if reach <= 0.0:
+            continue
+        rays.numbers[count] = ray
+        rays.starts[count] = start
+        rays.origins[count, 0] = o_x + start * d_x
+        rays.origins[count, 1] = o_y + start * d_y
+        rays.origins[count, 2] = o_z + start * d_z
+        rays.directions[count, 0] = d_x
+        rays.directions[count, 1] = d_y
+        rays.directions[count, 2] = d_z
+        rays.reach[count] = reach + SLACK * radius
+        count += 1
+    return Rays(
+        rays.numbers[:count],
+        rays.starts[:count],
+        rays.origins[:count],
+        rays.directions[:count],
+        rays.reach[:count],
+    )
+
+
+def settle(
+    p_WS: np.ndarray,
+    directions: np.ndarray,
+    surface: Surface,
+    X_WF: np.ndarray,
+    rays: Rays,
+    triangles: np.ndarray,
+    distances: np.ndarray,
+    step: float,
+    ranges: np.ndarray,
+    hits: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shorten `ranges` to where the rays meet the triangles that embree named.
+
+    Args:
+        p_WS: where all rays begin (3) [m].
+        directions: unit vectors in W (n, 3).
+        surface: which they may meet.
+        X_WF: pose of its frame (3, 4).
+        rays: those that were cast.
+        triangles: which one each met, -1 for none (m).
+        distances: how far from where it begins, single precision (m) [m].
+        step: how far behind a triangle that is not met after all a ray goes on [m].
+        ranges: how far each ray has come (n) [m]; written where something nearer is met.
+        hits: numbers of the geometries met (n); written with it.
+
+    Returns:
+        Numbers and starts of the rays that go on behind what they do not meet, as there may be
+        something between that and a neighbour that they do.
+    """
+    o_x, o_y, o_z = from_center(p_WS, X_WF, surface.center)
+    again = np.empty(len(rays.numbers), np.int64)
+    starts = np.empty(len(rays.numbers))
+    count = 0
+    for i in range(len(rays.numbers)):
+        named = triangles[i]
+        if named < 0:
+            continue
+        ray, start = rays.numbers[i], rays.starts[i]
+        w_x, w_y, w_z = directions[ray]
+        d_x, d_y, d_z = turned_back(X_WF, w_x, w_y, w_z)
+        s_x, s_y, s_z = o_x + start * d_x, o_y + start * d_y, o_z + start * d_z
+        met = start + meets(surface.corners[named], s_x, s_y, s_z, d_x, d_y, d_z)
+        owner = surface.owners[named]
+        if not met >= 0.0:
+            met = math.nan
+            again[count] = ray
+            starts[count] = start + distances[i] + step
+            count += 1
+            for vertex in surface.vertices[named]:
+                for k in range(surface.first[vertex], surface.first[vertex + 1]):
+                    other = surface.around[k]
+                    there = start + meets(surface.corners[other], s_x, s_y, s_z, d_x, d_y, d_z)
+                    if there >= 0.0 and not met <= there:
+                        met, owner = there, surface.owners[other]
+        if 0.0 <= met < ranges[ray]:
+            ranges[ray] = met
+            hits[ray] = owner
+    return again[:count], starts[:count]
+
+
+SOURCES = ("casting/intervals.py", "casting/surfaces.py")
+compiled_aim = compile_cached(aim, SOURCES, "rays against meshes")
+compiled_settle = compile_cached(settle, SOURCES, "hits on meshes")
