@@ -51,7 +51,7 @@ def test_json_says_what_a_program_needs(capsys):
     assert (first["time_constant_up"], first["time_constant_down"]) == (0.0125, 0.025)
     assert first["max_speed"] == 1100.0
     sensors = {sensor["name"]: sensor for sensor in data["sensors"]}
-    assert set(sensors) == {"lidar", "gps", "camera", "imu"}
+    assert set(sensors) == {"lidar", "gps", "camera", "imu", "barometer", "range_finder"}
     assert (sensors["lidar"]["type"], sensors["lidar"]["rate"]) == ("gpu_lidar", 10.0)
     assert sensors["camera"]["frame"] == "camera_link"
     assert data["warnings"] == []
@@ -76,7 +76,7 @@ def test_the_tree_shows_what_hangs_where(capsys):
     assert main(["inspect", "dh_drone"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert any(line.startswith("base_link (0 0 0, ") for line in lines)
-    assert "└─ IMU_link by IMU_joint (0 0 0, 0.015 kg)" in lines
+    assert "├─ IMU_link by IMU_joint (0 0 0, 0.015 kg)" in lines
 
 
 def test_a_drone_without_rotors_is_shown_and_refused(plate, capsys):

@@ -13,6 +13,7 @@ from workbench.resources import find_model
 
 PROPELLERS = [f"propeller{i}_link" for i in range(1, 5)]
 SENSORS = ["lidar_link", "GPS_link", "camera_link", "IMU_link"]
+OURS = ["range_finder_link", "barometer_link"]
 
 
 def numbers(element, attribute) -> np.ndarray:
@@ -101,7 +102,7 @@ def test_the_centre_of_mass_lies_over_the_middle(dh_vehicle):
 def test_links_have_the_names_of_the_paper(dh_vehicle):
     names = [frame.name for frame in dh_vehicle.frames]
     assert names[0] == dh_vehicle.base_link == "base_link"
-    assert set(names) == {"base_link", *PROPELLERS, *SENSORS}
+    assert set(names) == {"base_link", *PROPELLERS, *SENSORS, *OURS}
 
 
 def test_rotors_stand_on_a_cross_and_turn_in_turn(dh_vehicle):

@@ -11,7 +11,7 @@ import pytest
 
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.plant.sensors import Gps, Imu
+from workbench.plant.sensors import Barometer, Gps, Imu, Noise
 
 MODELS = Path(__file__).resolve().parents[2].parent / "shared" / "models"
 pytestmark = pytest.mark.skipif(
@@ -143,12 +143,15 @@ def test_x500(path):
         assert rotor.max_rot_velocity == 1000.0
     assert said(description, "gz_frame_id", "x500_base")
     assert said(description, "NXP-HGD-CF.dae", "not found")
-    assert said(description, "air_pressure_sensor")
+    assert said(description, "magnetometer_sensor")
 
 
 def test_x500_sensors():
     _, vehicle = load("px4_gazebo_models/x500")
-    imu, gps = vehicle.sensors
+    barometer, imu, gps = vehicle.sensors
+    assert isinstance(barometer, Barometer)
+    assert (barometer.name, barometer.rate) == ("air_pressure_sensor", 50.0)
+    assert barometer.noise == Noise(stddev=3.0)
     assert isinstance(imu, Imu)
     assert (imu.name, imu.type, imu.frame, imu.rate) == ("imu_sensor", "imu", "base_link", 250.0)
     assert [noise.stddev for noise in imu.angular_velocity] == [0.0008726646] * 3

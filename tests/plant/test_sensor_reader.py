@@ -8,7 +8,17 @@ from workbench.plant.formats.xml import read_xml
 from workbench.plant.model import DeclaredSensor, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.sensor_reader import read_sensors
-from workbench.plant.sensors import QUIET, DepthCamera, Gps, Imu, Lidar, Noise, ScanAxis
+from workbench.plant.sensors import (
+    QUIET,
+    Barometer,
+    DepthCamera,
+    Gps,
+    Imu,
+    Lidar,
+    Noise,
+    RangeFinder,
+    ScanAxis,
+)
 
 QUARTER = 1.5707963267948966
 NOISE = "<mean>0.1</mean>\n<stddev>0.2</stddev>\n"
@@ -96,7 +106,7 @@ def test_without_a_rate_it_is_each_step_as_in_gazebo(read):
     assert (remark.kind, remark.element) == ("assumed", "sensor 'eye'")
 
 
-@pytest.mark.parametrize("kind", ["camera", "magnetometer", "air_pressure", "contact", "", "IMU"])
+@pytest.mark.parametrize("kind", ["camera", "magnetometer", "altimeter", "contact", "", "IMU"])
 def test_other_types_are_listed_with_their_link(read, kind):
     remarks = Remarks()
     assert read(sensor(kind, rate="<update_rate>often</update_rate>"), remarks) == ()
@@ -170,12 +180,39 @@ def test_noise_of_other_types(read, attribute, noise, kind):
     assert [remark.kind for remark in remarks.found] == ([kind] if kind else [])
 
 
-@pytest.mark.parametrize("tag", ["dynamic_bias_stddev", "precision"])
-def test_what_noise_has_besides_is_listed_once(read, tag):
+DRIFT = "<dynamic_bias_stddev>0.5</dynamic_bias_stddev>\n"
+TIME = "<dynamic_bias_correlation_time>400</dynamic_bias_correlation_time>\n"
+
+
+def test_noise_has_a_drift_and_a_precision(read):
     remarks = Remarks()
-    noise = f'<noise type="gaussian"><{tag}>1</{tag}></noise>'
-    axes = "".join(f"<{axis}>{noise}</{axis}>" for axis in "xyz")
+    noise = f'<noise type="gaussian">{BIASED}{DRIFT}{TIME}<precision>0.25</precision></noise>'
+    (imu,) = read(
+        sensor("imu", f"<imu><angular_velocity><x>{noise}</x></angular_velocity></imu>"), remarks
+    )
+    assert imu.angular_velocity[0] == Noise(0.1, 0.2, 0.3, 0.4, 0.5, 400.0, 0.25)
+    assert remarks.found == []
+
+
+def test_a_drift_without_a_time_is_listed_once(read):
+    remarks = Remarks()
+    axes = "".join(f'<{axis}><noise type="gaussian">{DRIFT}</noise></{axis}>' for axis in "xyz")
     read(sensor("imu", f"<imu><angular_velocity>{axes}</angular_velocity></imu>"), remarks)
+    (remark,) = remarks.found
+    assert remark.kind == "ignored"
+    assert "no drift" in remark.text
+
+
+@pytest.mark.parametrize("kind", ["lidar", "depth"])
+def test_rays_and_pixels_have_a_bias_and_no_drift(read, kind):
+    remarks = Remarks()
+    noise = f"<noise><type>gaussian</type>{BIASED}{DRIFT}{TIME}</noise>"
+    bodies = {
+        "lidar": f"<lidar>{SCAN}{RANGE}{noise}</lidar>",
+        "depth": CAMERA.replace("</camera>", f"{noise}</camera>"),
+    }
+    (found,) = read(sensor(kind, bodies[kind]), remarks)
+    assert found.noise == Noise(0.1, 0.2, 0.3, 0.4)
     assert [remark.kind for remark in remarks.found] == ["ignored"]
 
 
@@ -216,7 +253,7 @@ def test_a_lidar_has_rays_ranges_and_noise(read, kind, tag):
 
 
 @pytest.mark.parametrize(
-    ("resolution", "samples"), [("2", 2160), ("0.5", 540), ("0.1", 108), ("0.0001", 1)]
+    ("resolution", "samples"), [("2", 2160), ("0.5", 540), ("0.1", 108), ("0.002", 2)]
 )
 def test_resolution_multiplies_rays(read, resolution, samples):
     scan = SCAN.replace("<resolution>1<", f"<resolution>{resolution}<")
@@ -231,6 +268,69 @@ def test_a_lidar_may_have_rows(read):
     )
     (lidar,) = read(sensor("lidar", f"<lidar>{SCAN.replace('</scan>', rows)}{RANGE}</lidar>"))
     assert lidar.vertical == ScanAxis(16, -0.26, 0.26)
+
+
+ONE = SCAN.replace("1080", "1").replace("-2.35", "0").replace("2.34", "0")
+
+
+@pytest.mark.parametrize("kind", ["lidar", "ray", "gpu_lidar", "gpu_ray"])
+def test_a_lidar_of_a_single_ray_is_a_range_finder(read, kind):
+    noise = f"<noise><type>gaussian</type>{NOISE}</noise>"
+    (found,) = read(sensor(kind, f"<lidar>{ONE}{RANGE}{noise}</lidar>"))
+    assert isinstance(found, RangeFinder)
+    assert (found.kind, found.type) == ("range_finder", kind)
+    assert (found.min_range, found.max_range, found.resolution) == (0.1, 30.0, 0.01)
+    assert found.noise == Noise(0.1, 0.2)
+
+
+def test_a_sonar_is_a_range_finder_without_its_cone(read):
+    remarks = Remarks()
+    cone = "<sonar>\n<min>0.02</min>\n<max>5</max>\n<radius>1.3</radius>\n</sonar>"
+    (found,) = read(sensor("sonar", cone), remarks)
+    assert isinstance(found, RangeFinder)
+    assert (found.min_range, found.max_range, found.noise) == (0.02, 5.0, QUIET)
+    (remark,) = remarks.found
+    assert (remark.kind, "cone" in remark.text) == ("assumed", True)
+
+
+@pytest.mark.parametrize(
+    ("reference", "altitude"),
+    [
+        ("", None),
+        ("<reference_altitude>0</reference_altitude>", 0.0),
+        ("<reference_altitude>123.5</reference_altitude>", 123.5),
+    ],
+)
+def test_a_barometer_has_noise_and_maybe_a_reference_altitude(read, reference, altitude):
+    noise = f'<pressure><noise type="gaussian">{BIASED}</noise></pressure>'
+    (found,) = read(sensor("air_pressure", f"<air_pressure>{reference}{noise}</air_pressure>"))
+    assert isinstance(found, Barometer)
+    assert (found.kind, found.reference_altitude) == ("barometer", altitude)
+    assert found.noise == Noise(0.1, 0.2, 0.3, 0.4)
+
+
+def test_kinds_are_named_alike_for_all_types(read):
+    bodies = {
+        "imu": "",
+        "gps": "",
+        "navsat": "",
+        "air_pressure": "",
+        "sonar": "",
+        "ray": f"<ray>{SCAN}{RANGE}</ray>",
+        "lidar": f"<lidar>{ONE}{RANGE}</lidar>",
+        "rgbd": "",
+    }
+    found = read("".join(sensor(kind, body) for kind, body in bodies.items()))
+    assert [each.kind for each in found] == [
+        "imu",
+        "gps",
+        "gps",
+        "barometer",
+        "range_finder",
+        "lidar",
+        "range_finder",
+        "depth_camera",
+    ]
 
 
 @pytest.mark.parametrize("kind", ["depth", "depth_camera", "rgbd", "rgbd_camera"])
@@ -263,6 +363,12 @@ def test_a_bare_depth_camera_has_sdfs_defaults(read):
 
 
 LIDAR = f"<lidar>\n{SCAN}{RANGE}</lidar>\n"
+SONAR = "<sonar>\n<min>0.02</min>\n<max>5</max>\n</sonar>\n"
+PRESSURE = (
+    "<air_pressure>\n<reference_altitude>3</reference_altitude>\n"
+    f"<pressure>\n<noise type='gaussian'>\n<stddev>0.2</stddev>\n{DRIFT}{TIME}"
+    "<precision>0.7</precision>\n</noise>\n</pressure>\n</air_pressure>\n"
+)
 
 
 @pytest.mark.parametrize(
@@ -290,6 +396,14 @@ LIDAR = f"<lidar>\n{SCAN}{RANGE}</lidar>\n"
         ("lidar", LIDAR, "<max>30</max>", ""),
         ("lidar", LIDAR, SCAN, ""),
         ("lidar", LIDAR, RANGE, RANGE + "<noise><stddev>-1</stddev></noise>"),
+        ("sonar", SONAR, "0.02", "-1"),
+        ("sonar", SONAR, "0.02", "5"),
+        ("sonar", SONAR, "<max>5", "<max>far"),
+        ("air_pressure", PRESSURE, ">3<", ">high<"),
+        ("air_pressure", PRESSURE, ">0.2<", ">-0.2<"),
+        ("air_pressure", PRESSURE, ">0.5<", ">-0.5<"),
+        ("air_pressure", PRESSURE, ">400<", ">-400<"),
+        ("air_pressure", PRESSURE, ">0.7<", ">nan<"),
         ("depth", CAMERA, "1.274", "0"),
         ("depth", CAMERA, "1.274", "-1"),
         ("depth", CAMERA, "1.274", "6.2832"),

@@ -5,8 +5,17 @@ from collections.abc import Callable
 
 from workbench.plant.remarks import Remarks
 from workbench.plant.sensor_block import Block
-from workbench.plant.sensor_noise import read_axes, read_noise
-from workbench.plant.sensors import DepthCamera, Gps, Imu, Lidar, ScanAxis, Sensor
+from workbench.plant.sensor_noise import read_axes, read_noise, read_noise_of_many
+from workbench.plant.sensors import (
+    Barometer,
+    DepthCamera,
+    Gps,
+    Imu,
+    Lidar,
+    RangeFinder,
+    ScanAxis,
+    Sensor,
+)
 
 _MOST_RAYS = 1_000_000
 _MOST_PIXELS = 16_384
@@ -33,7 +42,35 @@ def _gps(common: Sensor, sensor: Block, remarks: Remarks) -> Gps:
     )
 
 
-def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | None:
+def _barometer(common: Sensor, sensor: Block, remarks: Remarks) -> Barometer:
+    block = sensor.block("air_pressure")
+    given = block.has("reference_altitude")
+    return Barometer(
+        **vars(common),
+        reference_altitude=block.number("reference_altitude", 0.0) if given else None,
+        noise=read_noise(block.block("pressure"), remarks),
+    )
+
+
+def _sonar(common: Sensor, sensor: Block, remarks: Remarks) -> RangeFinder:
+    """Return a sonar; the defaults are those of SDF's sonar.sdf."""
+    sonar = sensor.block("sonar")
+    min_range, max_range = _range(sonar, 0.0, 1.0)
+    text = "a sonar measures along its axis only, not in a cone"
+    remarks.add("assumed", sensor.file, f"sensor '{sensor.sensor}'", text)
+    return RangeFinder(**vars(common), min_range=min_range, max_range=max_range)
+
+
+def _range(block: Block, least: float, most: float) -> tuple[float, float]:
+    """Return the ends of a range, or these defaults where they are not there."""
+    near, far = block.non_negative("min", least), block.non_negative("max", most)
+    if near >= far:
+        raise block.wrong(f"ranges from {near:g} m to {far:g} m: give max above min")
+    return near, far
+
+
+def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFinder | None:
+    """Return a lidar, or a range finder where it has a single ray, which then is along its x."""
     lidar = sensor.first("lidar", "ray", "gpu_lidar", "gpu_ray")
     if not lidar.there:
         text = f"of type {common.type} without a block of its scan and range; not used"
@@ -48,17 +85,25 @@ def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | None:
         raise scan.wrong(
             f"{horizontal.samples} x {vertical.samples} rays: give it up to {_MOST_RAYS} in total"
         )
-    min_range, max_range = limits.non_negative("min", 0.0), limits.non_negative("max", 0.0)
-    if min_range >= max_range:
-        raise limits.wrong(f"ranges from {min_range:g} m to {max_range:g} m: give max above min")
+    min_range, max_range = _range(limits, 0.0, 0.0)
+    resolution = limits.non_negative("resolution", 0.0)
+    noise = read_noise_of_many(lidar, remarks)
+    if horizontal.samples * vertical.samples == 1:
+        return RangeFinder(
+            **vars(common),
+            min_range=min_range,
+            max_range=max_range,
+            resolution=resolution,
+            noise=noise,
+        )
     return Lidar(
         **vars(common),
         horizontal=horizontal,
         vertical=vertical,
         min_range=min_range,
         max_range=max_range,
-        resolution=limits.non_negative("resolution", 0.0),
-        noise=read_noise(lidar, remarks),
+        resolution=resolution,
+        noise=noise,
     )
 
 
@@ -106,7 +151,7 @@ def _depth_camera(common: Sensor, sensor: Block, remarks: Remarks) -> DepthCamer
         horizontal_fov=fov,
         near=near,
         far=far,
-        noise=read_noise(camera, remarks),
+        noise=read_noise_of_many(camera, remarks),
     )
 
 
@@ -114,6 +159,8 @@ READERS: dict[str, Callable[[Sensor, Block, Remarks], Sensor | None]] = {
     "imu": _imu,
     "gps": _gps,
     "navsat": _gps,
+    "air_pressure": _barometer,
+    "sonar": _sonar,
     "lidar": _lidar,
     "ray": _lidar,
     "gpu_lidar": _lidar,

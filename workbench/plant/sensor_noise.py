@@ -1,12 +1,12 @@
 """Noise of sensors, in the forms that SDF has had for it."""
 
+import dataclasses
+
 from workbench.plant.remarks import Remarks
 from workbench.plant.sensor_block import Block
 from workbench.plant.sensors import QUIET, Noise
 
 Noises = tuple[Noise, Noise, Noise]
-
-_NOT_USED = ("dynamic_bias_stddev", "dynamic_bias_correlation_time", "precision")
 
 
 def read_noise(block: Block, remarks: Remarks) -> Noise:
@@ -15,6 +15,16 @@ def read_noise(block: Block, remarks: Remarks) -> Noise:
     Its type stands in an attribute, or up to SDF 1.4, and in lidars and cameras still, in a child.
     """
     return _noise(block.block("noise"), block.block("noise"), remarks)
+
+
+def read_noise_of_many(block: Block, remarks: Remarks) -> Noise:
+    """Return the noise of a lidar's rays or a camera's pixels, whose biases do not drift."""
+    read = read_noise(block, remarks)
+    if read.dynamic_bias_stddev:
+        noise = block.block("noise")
+        text = "drift of a bias (dynamic_bias_...) of rays and pixels is not used"
+        remarks.add("ignored", noise.file, f"sensor '{noise.sensor}'", text)
+    return dataclasses.replace(read, dynamic_bias_stddev=0.0, dynamic_bias_correlation_time=0.0)
 
 
 def read_axes(imu: Block, quantity: str, old: str, remarks: Remarks) -> Noises:
@@ -48,12 +58,16 @@ def _noise(typed: Block, figures: Block, remarks: Remarks) -> Noise:
         text = f"noise of the type {kind[:40]} is not known; taken as none"
         remarks.add("ignored", typed.file, element, text)
         return QUIET
-    if any(figures.has(tag) for tag in _NOT_USED):
-        text = "drift of a bias and rounding (dynamic_bias_..., precision) are not used"
-        remarks.add("ignored", typed.file, element, text)
-    return Noise(
+    noise = Noise(
         mean=figures.number("mean", 0.0),
         stddev=figures.non_negative("stddev", 0.0),
         bias_mean=figures.number("bias_mean", 0.0),
         bias_stddev=figures.non_negative("bias_stddev", 0.0),
+        dynamic_bias_stddev=figures.non_negative("dynamic_bias_stddev", 0.0),
+        dynamic_bias_correlation_time=figures.non_negative("dynamic_bias_correlation_time", 0.0),
+        precision=figures.non_negative("precision", 0.0),
     )
+    if noise.dynamic_bias_stddev and not noise.dynamic_bias_correlation_time:
+        text = "dynamic_bias_stddev without dynamic_bias_correlation_time: no drift, as in Gazebo"
+        remarks.add("ignored", typed.file, element, text)
+    return noise

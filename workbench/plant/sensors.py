@@ -1,6 +1,9 @@
 """What a description says of its sensors; truth and noise are made of this elsewhere."""
 
+import dataclasses
+import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 Triple = tuple[float, float, float]
 
@@ -9,17 +12,42 @@ Triple = tuple[float, float, float]
 class Noise:
     """Gaussian noise of one sample, in the unit of what it is added to.
 
+    A sample is truth + mean + bias + drift + stddev times a normal number, rounded to precision.
+    The bias is drawn once. The drift b begins at 0 and follows db/dt = -b / tau + white noise of
+    the density s, with tau = dynamic_bias_correlation_time and s = dynamic_bias_stddev: a random
+    walk for times far below tau, which in the end strays by s sqrt(tau / 2); as in Gazebo none
+    where tau is 0. In two things gz-sensors differs: its bias decays with tau, where this one
+    stays beside the drift, and gets a random sign, where this one has the sign that is written.
+
     Attributes:
         mean: constant offset.
         stddev: of each sample.
         bias_mean: mean of a bias drawn once.
         bias_stddev: its standard deviation.
+        dynamic_bias_stddev: density of what drives the drift [unit / sqrt(s)].
+        dynamic_bias_correlation_time: of the drift [s]; 0 for none.
+        precision: to which samples are rounded; 0 for none.
     """
 
     mean: float = 0.0
     stddev: float = 0.0
     bias_mean: float = 0.0
     bias_stddev: float = 0.0
+    dynamic_bias_stddev: float = 0.0
+    dynamic_bias_correlation_time: float = 0.0
+    precision: float = 0.0
+
+    def at_rate(self, declared: float, delivered: float) -> "Noise":
+        """Return the noise of the same density for a sensor that is sampled at another rate.
+
+        Args:
+            declared: rate for which `stddev` is given [1/s]; 0 where the description leaves it
+                open, and then `stddev` is that of a sample at any rate.
+            delivered: rate at which it is sampled [1/s].
+        """
+        if declared == 0.0:
+            return self
+        return dataclasses.replace(self, stddev=self.stddev * math.sqrt(delivered / declared))
 
 
 QUIET = Noise()
@@ -28,6 +56,9 @@ QUIET = Noise()
 @dataclass(frozen=True)
 class Sensor:
     """What all sensors have.
+
+    The class constant `kind` is the name of what it is for scenarios: the same for each type that
+    means it.
 
     Attributes:
         name: as declared; unique in the vehicle.
@@ -38,6 +69,8 @@ class Sensor:
         p_BS: position in the body frame [m].
         R_BS: orientation, rows of the rotation matrix.
     """
+
+    kind: ClassVar[str] = ""
 
     name: str
     type: str
@@ -52,6 +85,8 @@ class Sensor:
 class Imu(Sensor):
     """Gyroscope and accelerometer; noises along x, y, z in rad/s and m/s²."""
 
+    kind: ClassVar[str] = "imu"
+
     angular_velocity: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
     linear_acceleration: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
 
@@ -59,6 +94,8 @@ class Imu(Sensor):
 @dataclass(frozen=True)
 class Gps(Sensor):
     """Satellite navigation (`gps` or `navsat`); noises in m and m/s."""
+
+    kind: ClassVar[str] = "gps"
 
     horizontal_position: Noise = QUIET
     vertical_position: Noise = QUIET
@@ -79,11 +116,41 @@ class ScanAxis:
 class Lidar(Sensor):
     """Lidar (`lidar`, `ray`, `gpu_lidar`, `gpu_ray`); ranges and noise in m."""
 
+    kind: ClassVar[str] = "lidar"
+
     horizontal: ScanAxis = ScanAxis(1, 0.0, 0.0)
     vertical: ScanAxis = ScanAxis(1, 0.0, 0.0)
     min_range: float = 0.0
     max_range: float = 0.0
     resolution: float = 0.0
+    noise: Noise = QUIET
+
+
+@dataclass(frozen=True)
+class RangeFinder(Sensor):
+    """Range finder: one ray along its x (a lidar of a single ray, or a `sonar`), all in m."""
+
+    kind: ClassVar[str] = "range_finder"
+
+    min_range: float = 0.0
+    max_range: float = 0.0
+    resolution: float = 0.0
+    noise: Noise = QUIET
+
+
+@dataclass(frozen=True)
+class Barometer(Sensor):
+    """Barometer (`air_pressure`).
+
+    Attributes:
+        reference_altitude: altitude of the world's origin above the sea [m], None where the
+            description leaves it to the world.
+        noise: of the pressure [Pa].
+    """
+
+    kind: ClassVar[str] = "barometer"
+
+    reference_altitude: float | None = None
     noise: Noise = QUIET
 
 
@@ -99,6 +166,8 @@ class DepthCamera(Sensor):
         far: of the clip range [m].
         noise: of a pixel's depth [m].
     """
+
+    kind: ClassVar[str] = "depth_camera"
 
     width: int = 0
     height: int = 0

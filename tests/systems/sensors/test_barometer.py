@@ -1,0 +1,87 @@
+"""Oracle: the standard atmosphere that is tested beside this, and heights by hand."""
+
+import numpy as np
+import pytest
+
+from workbench.plant.home import DEFAULT_HOME, Home
+from workbench.plant.sensors import QUIET, Barometer, Noise
+from workbench.systems.sensors import barometer as module
+from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
+from workbench.systems.sensors.readings import BarometerReading
+from workbench.systems.sensors.standard_atmosphere import pressure_at
+
+PERIOD = 20 / 1024
+ON_ITS_NOSE = [0.5**0.5, 0.0, 0.5**0.5, 0.0]
+"""What is in front of the body is below it."""
+
+
+def state(height, q_WB=(1.0, 0.0, 0.0, 0.0)):
+    return [*q_WB, 1.0, 2.0, height, *[0.0] * 6]
+
+
+@pytest.fixture
+def barometer(record):
+    def make(noise=QUIET, reference=None, home=DEFAULT_HOME, latency=0.0, p_BS=(0.0, 0.0, 0.0)):
+        sensor = Barometer(
+            **record(rate=50.0, p_BS=p_BS), reference_altitude=reference, noise=noise
+        )
+        return module.Barometer(sensor=sensor, home=home, period=PERIOD, latency=latency)
+
+    return make
+
+
+@pytest.mark.parametrize("height", [-3.0, 0.0, 12.5, 900.0])
+def test_altitude_is_the_height_above_home_of_the_sensor(bench, barometer, height):
+    found = bench(barometer(p_BS=(0.4, 0.0, 0.2)), state=state(height, ON_ITS_NOSE))
+    found.settle()
+    assert found.reading().altitude == pytest.approx(height - 0.4, abs=1e-6)
+
+
+def test_pressure_is_that_at_homes_altitude(bench, barometer):
+    found = bench(barometer(home=Home(0.0, 0.0, 2000.0)), state=state(100.0))
+    found.settle()
+    assert found.reading().pressure == pytest.approx(pressure_at(2100.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("reference", [0.0, 1500.0])
+def test_a_reference_altitude_goes_before_homes(bench, barometer, reference):
+    found = bench(barometer(reference=reference), state=state(10.0))
+    found.settle()
+    assert found.reading().pressure == pytest.approx(pressure_at(reference + 10.0), abs=1e-6)
+    assert found.reading().altitude == pytest.approx(10.0, abs=1e-6)
+
+
+def test_noise_is_on_the_pressure_and_altitude_follows(bench, barometer):
+    rows = bench(
+        barometer(Noise(stddev=3.0, mean=20.0), home=Home(0.0, 0.0, 0.0)), state=state(0.0)
+    ).measurements(3000)
+    _, pressure, altitude = rows.T
+    assert np.std(pressure) == pytest.approx(3.0, rel=0.05)
+    assert np.mean(pressure) == pytest.approx(101_345.0, abs=0.3)
+    assert np.std(altitude) == pytest.approx(3.0 / 12.013, rel=0.05)
+    assert np.mean(altitude) == pytest.approx(-20.0 / 12.013, rel=0.02)
+
+
+def test_a_reading_comes_late_and_says_when_it_was_taken(bench, barometer):
+    found = bench(barometer(latency=1.5 * PERIOD), state=state(0.0))
+    found.run(1.4 * PERIOD)
+    assert found.reading() is None
+    found.run(2.6 * PERIOD)
+    assert isinstance(found.reading(), BarometerReading)
+    assert (found.reading().stamp, found.reading().frame) == (PERIOD, "it_link")
+
+
+def test_equal_seeds_measure_the_same_to_the_bit_and_others_do_not(bench, barometer):
+    first, second, third = (
+        bench(barometer(Noise(stddev=3.0)), seed=seed, state=state(0.0)).measurements(20)
+        for seed in (1, 1, 2)
+    )
+    assert first.tobytes() == second.tobytes()
+    assert (first[:, 1:] != third[:, 1:]).all()
+
+
+def test_a_noisy_barometer_is_so_even_where_the_description_has_no_noise(bench, barometer):
+    found = bench(barometer(), state=state(0.0))
+    found.order(Fault.NOISY)
+    spread = np.std(found.measurements(1000)[:, 1])
+    assert spread == pytest.approx(NOISE_FACTOR * module.USUAL[0], rel=0.1)

@@ -1,0 +1,1 @@
+"""Sensors as LeafSystems: truth, sampling and noise kept apart; a sensor a file."""

@@ -1,0 +1,156 @@
+"""The lidar: rays against the scene as it stands when a sample is taken."""
+
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import QueryObject
+from pydrake.math import RotationMatrix
+from pydrake.systems.framework import BasicVector, Context
+
+from workbench.errors import WorkbenchError
+from workbench.plant.sensors import Lidar as LidarRecord
+from workbench.systems.casting.caster import Caster
+from workbench.systems.sensors.mounting import motion, rotation
+from workbench.systems.sensors.readings import LidarScan
+from workbench.systems.sensors.sampled_sensor import SampledSensor
+from workbench.systems.sensors.scan_pattern import make_scan_pattern
+
+USUAL = 0.01
+"""Deviation of a common one, from which a fault makes noise where the description has none [m]."""
+POSE = 7
+"""Numbers of a pose: p_WS [m] and q_WS (w, x, y, z)."""
+
+
+class Lidar(SampledSensor):
+    """Ranges of all rays, and where the sensor was when they were measured.
+
+    A sample (n + 7) is n ranges [m], layer by layer, then p_WS [m] and q_WS (w, x, y, z). A range
+    is inf where nothing is within `max_range`, and -inf where something is nearer than
+    `min_range` (so has ROS it: REP 117), so what is finite is a return. All rays of a scan belong
+    to one moment.
+
+    Input ports:
+        state (13): of the plant.
+        geometry_query: of the scene graph, asked for the poses of what moves.
+    Output ports, besides those of `SampledSensor`:
+        ranges (n): of the sample delivered last [m], NaN before the first.
+        scan: that sample as `LidarScan`, None before the first; made when somebody reads it.
+    """
+
+    def __init__(
+        self,
+        *,
+        sensor: LidarRecord,
+        caster: Caster,
+        period: float,
+        latency: float = 0.0,
+        seed: int = 0,
+    ) -> None:
+        """Declare ports, state and sampling.
+
+        Args:
+            sensor: what the description says.
+            caster: of the scene without the vehicle itself.
+            period: between samples [s], a multiple of the physics step.
+            latency: from a sample to its delivery [s].
+            seed: of the noise, not negative.
+
+        Raises:
+            WorkbenchError: if it is no possible lidar.
+        """
+        if not 0.0 <= sensor.min_range < sensor.max_range:
+            raise WorkbenchError(
+                f"sensor '{sensor.name}': ranges from {sensor.min_range:g} to "
+                f"{sensor.max_range:g} m: let the first be 0 or more and the second larger"
+            )
+        self.sensor = sensor
+        self.caster = caster
+        self.pattern = make_scan_pattern(sensor)
+        self._n = len(self.pattern.directions_S)
+        super().__init__(size=self._n + POSE, period=period, latency=latency)
+        self._seed = seed
+        self._bias = sensor.noise.bias_mean + sensor.noise.bias_stddev * float(
+            _generator(seed, [0, 0, 1, 0]).standard_normal()
+        )
+        self._p_BS = np.array(sensor.p_BS)
+        self._R_BS = np.array(sensor.R_BS)
+        self._q_BS = RotationMatrix(self._R_BS).ToQuaternion()
+        self.state_input = self.DeclareVectorInputPort("state", 13)
+        self.query_input = self.DeclareAbstractInputPort(
+            "geometry_query", AbstractValue.Make(QueryObject())
+        )
+        delivery = {self.xd_ticket(), self.time_ticket()}
+        self.ranges_output = self.DeclareVectorOutputPort(
+            "ranges", self._n, self._calc_ranges, delivery
+        )
+        self.scan_output = self.DeclareAbstractOutputPort(
+            "scan", lambda: AbstractValue.Make(None), self._calc_scan, delivery
+        )
+
+    def truth(self, context: Context) -> np.ndarray:
+        moves = motion(self.state_input.Eval(context), self._p_BS)
+        directions = self.pattern.directions_S @ (moves.R_WB @ self._R_BS).T
+        frames = self.caster.scene.frames
+        poses = []
+        if frames:
+            query = self.query_input.Eval(context)
+            poses = [query.GetPoseInWorld(frame) for frame in frames]
+        ranges, _ = self.caster.cast(moves.p_WS, directions, poses, self.sensor.max_range)
+        ranges[ranges < self.sensor.min_range] = -math.inf
+        q_WS = Quaternion(moves.q_WB).multiply(self._q_BS).wxyz()
+        return np.concatenate([ranges, moves.p_WS, q_WS])
+
+    def measured(self, context: Context, truth: np.ndarray, scale: float) -> np.ndarray:
+        """Return a sample with noise on its returns, which never leave the sensor's limits."""
+        noise = self.sensor.noise
+        deviation = noise.stddev if scale == 1.0 else scale * (noise.stddev or USUAL)
+        offset = noise.mean + self._bias
+        grain = self.sensor.resolution or noise.precision
+        if deviation == 0.0 and offset == 0.0 and grain == 0.0:
+            return truth
+        ranges = truth[: self._n].copy()
+        seen = np.isfinite(ranges)
+        if deviation > 0.0:
+            number = round(context.get_time() / self.period)
+            normal = _generator(self._seed, [0, 0, 0, number]).standard_normal(self._n)
+            ranges += offset + deviation * normal
+        else:
+            ranges += offset
+        if grain > 0.0:
+            ranges = grain * np.round(ranges / grain)
+        within = np.clip(ranges, self.sensor.min_range, self.sensor.max_range)
+        return np.concatenate([np.where(seen, within, ranges), truth[self._n :]])
+
+    def reading(self, context: Context) -> LidarScan | None:
+        """Return the sample delivered last, None if none was."""
+        sample = self.delivered(context)
+        if math.isnan(sample[0]):
+            return None
+        ranges, p_WS, q_WS = np.split(sample[1:], [self._n, self._n + 3])
+        return LidarScan(
+            stamp=float(sample[0]),
+            frame=self.sensor.frame,
+            p_WS=_fixed(p_WS),
+            R_WS=_fixed(rotation(q_WS)),
+            pattern=self.pattern,
+            ranges=_fixed(ranges.reshape(self.pattern.shape)),
+        )
+
+    def _calc_ranges(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.delivered(context)[1 : 1 + self._n])
+
+    def _calc_scan(self, context: Context, output: Any) -> None:
+        output.set_value(self.reading(context))
+
+
+def _generator(seed: int, counter: list[int]) -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(key=seed, counter=counter))
+
+
+def _fixed(array: np.ndarray) -> np.ndarray:
+    """Return the array, which nobody can write to any more."""
+    array.flags.writeable = False
+    return array

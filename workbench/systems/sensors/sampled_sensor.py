@@ -1,0 +1,105 @@
+"""What all sensors have in common: they sample truth, and deliver it a little later."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
+
+LATE = 1e-9
+"""A sample this much too early is on time: sums of periods are not exact in binary [s]."""
+
+
+class SampledSensor(LeafSystem):
+    """Takes a sample at the end of each period, keeps it for the latency, then holds it.
+
+    A subclass says what a perfect instrument would show, and what noise makes of it (`truth` and
+    `measured`, or `sampled` where noise comes in before the values that are shown). The samples
+    are discrete state, newest first, so that what is delivered follows from state and time alone.
+
+    Output ports:
+        truth (size): what a perfect instrument would show now.
+        measurement (1 + size): stamp [s] and values of the sample delivered last, NaN before the
+            first.
+    Numeric parameter 0: `faults.Fault`.
+    """
+
+    def __init__(
+        self, *, size: int, period: float, latency: float = 0.0, memory: Sequence[float] = ()
+    ) -> None:
+        """Declare ports, state and sampling.
+
+        Args:
+            size: of a sample.
+            period: between samples [s], a multiple of the physics step.
+            latency: from a sample to its delivery [s].
+            memory: what is remembered before the first sample, as biases are.
+        """
+        super().__init__()
+        self.size = size
+        self.period = period
+        self.latency = latency
+        self._depth = 1 + math.ceil(latency / period - LATE)
+        self.DeclareNumericParameter(BasicVector([float(Fault.NONE)]))
+        self._samples = self.DeclareDiscreteState(np.full(self._depth * (1 + size), math.nan))
+        self._count = self.DeclareDiscreteState([0.0])
+        self.memory_index = self.DeclareDiscreteState(np.array(memory, dtype=float))
+        self.truth_output = self.DeclareVectorOutputPort(
+            "truth", size, self._calc_truth, {self.all_input_ports_ticket()}
+        )
+        self.measurement_output = self.DeclareVectorOutputPort(
+            "measurement",
+            1 + size,
+            self._calc_measurement,
+            {self.xd_ticket(), self.time_ticket()},
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def truth(self, context: Context) -> np.ndarray:
+        """Return what a perfect instrument would show now (size)."""
+        raise NotImplementedError
+
+    def measured(self, context: Context, truth: np.ndarray, scale: float) -> np.ndarray:
+        """Return a sample (size): truth with noise whose deviation is multiplied by `scale`."""
+        raise NotImplementedError
+
+    def sampled(self, context: Context, scale: float) -> np.ndarray:
+        """Return a sample (size) with noise whose deviation is multiplied by `scale`."""
+        return self.measured(context, self.truth(context), scale)
+
+    def next_memory(self, context: Context) -> np.ndarray:
+        """Return what is remembered after a sample; silent and frozen sensors go on, too."""
+        return context.get_discrete_state(self.memory_index).CopyToVector()
+
+    def delivered(self, context: Context) -> np.ndarray:
+        """Return stamp [s] and values of the sample delivered last (1 + size), NaN if none was."""
+        rows = context.get_discrete_state(self._samples).CopyToVector().reshape(self._depth, -1)
+        due = rows[:, 0] + self.latency <= context.get_time() + LATE
+        return rows[int(np.argmax(due))] if due.any() else np.full(1 + self.size, math.nan)
+
+    def samples_taken(self, context: Context) -> int:
+        """Return how many samples were taken since the start."""
+        return int(context.get_discrete_state(self._count).CopyToVector()[0])
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        fault = Fault(int(context.get_numeric_parameter(0).CopyToVector()[0]))
+        discrete_state.set_value(self.memory_index, self.next_memory(context))
+        if fault is Fault.SILENT:
+            return
+        rows = context.get_discrete_state(self._samples).CopyToVector().reshape(self._depth, -1)
+        values = rows[0, 1:]
+        if fault is not Fault.FROZEN or math.isnan(rows[0, 0]):
+            scale = NOISE_FACTOR if fault is Fault.NOISY else 1.0
+            values = self.sampled(context, scale)
+        newest = [context.get_time()]
+        kept = rows[:-1].ravel()
+        discrete_state.set_value(self._samples, np.concatenate((newest, values, kept)))
+        discrete_state.set_value(self._count, [self.samples_taken(context) + 1.0])
+
+    def _calc_truth(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.truth(context))
+
+    def _calc_measurement(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.delivered(context))
