@@ -1,9 +1,12 @@
 """Oracle: the lines as counted by eye."""
 
+from dataclasses import dataclass
+
 import pytest
+import yaml
 
 from workbench.errors import WorkbenchError
-from workbench.yaml_files import read_yaml
+from workbench.yaml_files import check_schema, read_yaml
 
 TEXT = """title: a
 start:
@@ -113,3 +116,29 @@ def test_a_missing_file_or_a_folder_is_named(tmp_path):
 )
 def test_what_would_take_endless_time_or_memory_is_refused(write, text, said):
     assert said in fault(write(text))
+
+
+@dataclass
+class Switch:
+    live: bool = False
+
+
+@pytest.mark.parametrize("text", ["live: 1", "live: 'true'", "live: []"])
+def test_a_truth_value_is_true_or_false(write, text):
+    path = write(f"\n{text}")
+    with pytest.raises(WorkbenchError, match=r":2: live is .*, and should be true or false"):
+        check_schema(read_yaml(path), Switch)
+    check_schema(read_yaml(write("live: true")), Switch)
+
+
+class ShoutLoader(yaml.SafeLoader):
+    """Knows one tag more."""
+
+
+ShoutLoader.add_constructor("!Shout", lambda loader, node: loader.construct_scalar(node).upper())
+
+
+def test_a_tag_is_read_by_a_loader_that_knows_it(write):
+    path = write("a: !Shout hey")
+    assert read_yaml(path, ShoutLoader).data == {"a": "HEY"}
+    assert "not YAML" in fault(path)

@@ -13,13 +13,18 @@ def models_dir() -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent / "models"
 
 
+def worlds_dir() -> Path:
+    """Return the folder of shipped worlds, which is `package://worlds` in any world."""
+    return models_dir() / "worlds"
+
+
 def find_model(name_or_path: str) -> Path:
     """Return the description file for a shipped model's name, or the file or folder at a path.
 
     Raises:
         WorkbenchError: if it is neither.
     """
-    return _find(name_or_path, "model", models_dir(), "{}/drone.urdf.xacro")
+    return _find(name_or_path, "model", list_models(), models_dir(), "{}/drone.urdf.xacro")
 
 
 def find_scenario(name_or_path: str) -> Path:
@@ -28,7 +33,20 @@ def find_scenario(name_or_path: str) -> Path:
     Raises:
         WorkbenchError: if it is neither.
     """
-    return _find(name_or_path, "scenario", models_dir() / "scenarios", "{}.yaml")
+    folder = models_dir() / "scenarios"
+    return _find(name_or_path, "scenario", list_scenarios(), folder, "{}.yaml")
+
+
+def find_world(name_or_path: str) -> Path:
+    """Return the file for a shipped world's name or for a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    found = None if name_or_path in list_worlds() else _existing(name_or_path)
+    if found and found.is_dir():
+        raise WorkbenchError(f"{name_or_path}: is a folder: give the world's file in it")
+    return _find(name_or_path, "world", list_worlds(), worlds_dir(), "{}.yaml")
 
 
 def find_file(path: str) -> Path:
@@ -53,9 +71,13 @@ def list_scenarios() -> list[str]:
     return sorted(path.stem for path in (models_dir() / "scenarios").glob("*.yaml"))
 
 
-def _find(name_or_path: str, kind: str, folder: Path, pattern: str) -> Path:
-    """Return the file that `pattern` makes of a shipped name, or else the path itself."""
-    names = list_models() if kind == "model" else list_scenarios()
+def list_worlds() -> list[str]:
+    """Return the names of the shipped worlds."""
+    return sorted(path.stem for path in worlds_dir().glob("*.yaml"))
+
+
+def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern: str) -> Path:
+    """Return the file that `pattern` makes of one of the shipped names, or else the path itself."""
     if name_or_path in names:
         return folder / pattern.format(name_or_path)
     file = _existing(name_or_path) if kind == "model" else _file(name_or_path)

@@ -48,8 +48,12 @@ class YamlFile:
         return f"{self.path}:{self.lines.get(keys, 1)}: "
 
 
-def read_yaml(path: Path) -> YamlFile:
+def read_yaml(path: Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> YamlFile:
     """Read a YAML file whose top level is a mapping.
+
+    Args:
+        path: the file.
+        loader: what takes tags that others do not know.
 
     Raises:
         WorkbenchError: if it cannot be read, or is not such YAML.
@@ -62,8 +66,8 @@ def read_yaml(path: Path) -> YamlFile:
         raise WorkbenchError(f"{path}: cannot be read: {error}") from error
     try:
         _refuse_bombs(path, text)
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
-        data = yaml.safe_load(text)
+        node = yaml.compose(text, Loader=loader)
+        data = yaml.load(text, Loader=loader)
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise WorkbenchError(f"{path}:{line}: not YAML: {error.problem}") from error
@@ -124,6 +128,11 @@ def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
             _check(file, value, parts[1], (*keys, key))
     elif origin is str:
         _expect(file, data, str, "text: put it in quotes", keys)
+    elif origin is bool:
+        if not isinstance(data, bool):
+            raise WorkbenchError(
+                f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be true or false"
+            )
     else:
         expected = (int, float) if origin is float else (origin,)
         _expect(file, data, expected, "a number" if origin is float else "a whole number", keys)

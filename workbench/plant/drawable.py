@@ -28,8 +28,10 @@ def with_drawable_meshes(
         rotors: for the size of stand-ins.
         remarks: where to note meshes that were not found or could not be read.
     """
-    files = convert(use for link in model.links for use in _uses(link))
-    links = tuple(_drawable(model, link, files, rotors, remarks) for link in model.links)
+    links = tuple(
+        _with_stand_ins(link, rotors)
+        for link in with_converted_meshes(model, remarks, "something simple is drawn")
+    )
     if not any(link.collisions for link in links):
         text = "no link has a collision shape; a box as wide as the rotors are apart stands in"
         remarks.add("assumed", model.source, f"collision of link '{shortened(base_link)}'", text)
@@ -37,6 +39,29 @@ def with_drawable_meshes(
             with_bumper(link, rotors) if link.name == base_link else link for link in links
         )
     return dataclasses.replace(model, links=links)
+
+
+def with_converted_meshes(model: Model, remarks: Remarks, fate: str) -> tuple[Link, ...]:
+    """Return a model's links with meshes as Drake takes them, hulls for those that touch.
+
+    What touches and has no mesh to be had is left out; a visual without one keeps a mesh without
+    a path.
+
+    Args:
+        model: as read.
+        remarks: where to note meshes that were not found or could not be read.
+        fate: a clause on what becomes of such visuals.
+    """
+    files = convert(use for link in model.links for use in _uses(link))
+    return tuple(_drawable(model, link, files, remarks, fate) for link in model.links)
+
+
+def _with_stand_ins(link: Link, rotors: Sequence[Rotor]) -> Link:
+    """Return a link with something simple in the place of meshes that it is drawn by and lacks."""
+    if not any(isinstance(each.shape, Mesh) and each.shape.path is None for each in link.visuals):
+        return link
+    visuals = without_missing_meshes(link.visuals, stand_ins(link, rotors))
+    return dataclasses.replace(link, visuals=visuals)
 
 
 def _uses(link: Link) -> list[MeshUse]:
@@ -54,13 +79,9 @@ def _uses(link: Link) -> list[MeshUse]:
     return visuals + collisions
 
 
-def _drawable(
-    model: Model, link: Link, files: Files, rotors: Sequence[Rotor], remarks: Remarks
-) -> Link:
-    """Return a link with its meshes converted, hulls for those that touch, and stand-ins."""
-    visuals = [_converted(model, link, visual, files, remarks) for visual in link.visuals]
-    if any(isinstance(visual.shape, Mesh) and visual.shape.path is None for visual in visuals):
-        visuals = [*without_missing_meshes(visuals, stand_ins(link, rotors))]
+def _drawable(model: Model, link: Link, files: Files, remarks: Remarks, fate: str) -> Link:
+    """Return a link with its meshes converted, and hulls for those that touch."""
+    visuals = [_converted(model, link, visual, files, remarks, fate) for visual in link.visuals]
     collisions = [_hull(model, link, collision, files, remarks) for collision in link.collisions]
     return dataclasses.replace(
         link,
@@ -69,7 +90,9 @@ def _drawable(
     )
 
 
-def _converted(model: Model, link: Link, visual: Visual, files: Files, remarks: Remarks) -> Visual:
+def _converted(
+    model: Model, link: Link, visual: Visual, files: Files, remarks: Remarks, fate: str
+) -> Visual:
     """Return a visual with its mesh as Drake draws it, or with none where that cannot be."""
     mesh = visual.shape
     if not isinstance(mesh, Mesh):
@@ -77,12 +100,12 @@ def _converted(model: Model, link: Link, visual: Visual, files: Files, remarks: 
     element = f"visual '{shortened(visual.name)}' of link '{shortened(link.name)}'"
     if mesh.path is None:
         uri = shortened(mesh.uri) or "without a name"
-        text = f"the mesh {uri} is not found; something simple is drawn"
+        text = f"the mesh {uri} is not found; {fate}"
         remarks.add("missing", model.source, element, text)
         return visual
     file = files[MeshUse(mesh, "visual", visual.rgba)]
     if isinstance(file, WorkbenchError):
-        remarks.add("ignored", model.source, element, f"{file}; something simple is drawn")
+        remarks.add("ignored", model.source, element, f"{file}; {fate}")
         return dataclasses.replace(visual, shape=dataclasses.replace(mesh, path=None))
     return dataclasses.replace(visual, shape=Mesh(mesh.uri, file), rgba=None)
 

@@ -1,4 +1,8 @@
-"""From a description to a finalised Drake `MultibodyPlant` that stands on the ground."""
+"""From a description to a finalised Drake `MultibodyPlant` that stands in a world."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import SceneGraph
@@ -10,20 +14,26 @@ from workbench.errors import WorkbenchError
 from workbench.plant.description import Description
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.ground import add_ground
+from workbench.plant.worlds.placing import add_obstacles
+from workbench.plant.worlds.world import EMPTY, World
 
 
 def add_plant(
-    builder: DiagramBuilder, description: Description, *, time_step: float
+    builder: DiagramBuilder, description: Description, *, time_step: float, world: World = EMPTY
 ) -> tuple[MultibodyPlant, SceneGraph]:
-    """Add a finalised plant with ground and its scene graph, rotors fixed to the body.
+    """Add a finalised plant with the world around it and its scene graph, rotors fixed to the body.
+
+    The drone's bodies are all there are; obstacles that stand still are shapes of the world body,
+    and those that move are added by `systems.moving_obstacles`.
 
     Args:
         builder: the diagram being built.
         description: what flies.
         time_step: step of the discrete plant [s]; 0 makes a continuous plant.
+        world: where it flies.
 
     Raises:
-        WorkbenchError: if Drake refuses the description.
+        WorkbenchError: if Drake refuses the description or the world.
     """
     config = MultibodyPlantConfig(
         time_step=time_step,
@@ -32,12 +42,23 @@ def add_plant(
         discrete_contact_approximation="sap",
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
-    try:
+    with _sentences(description.source):
         Parser(plant).AddModelsFromString(description.with_fixed_rotors(), "urdf")
         plant.mutable_gravity_field().set_gravity_vector(np.array([0.0, 0.0, -GRAVITY]))
-        add_ground(plant)
+    with _sentences(world.source):
+        if world.ground:
+            add_ground(plant, scene_graph)
+        add_obstacles(plant, world)
+    with _sentences(description.source):
         plant.Finalize()
+    return plant, scene_graph
+
+
+@contextmanager
+def _sentences(source: Path) -> Iterator[None]:
+    """Turn what Drake says of a file into a sentence."""
+    try:
+        yield
     except (RuntimeError, ValueError, SystemExit) as error:
         reason = " ".join(str(error).split())
-        raise WorkbenchError(f"{description.source}: Drake refuses it: {reason}") from error
-    return plant, scene_graph
+        raise WorkbenchError(f"{source}: Drake refuses it: {reason}") from error

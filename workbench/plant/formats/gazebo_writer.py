@@ -59,6 +59,8 @@ def add_rotors(
             ("momentConstant", rotor.moment_constant),
             ("motorNumber", number),
             ("rotorVelocitySlowdownSim", rotor.velocity_slowdown),
+            ("rotorDragCoefficient", rotor.rotor_drag_coefficient),
+            ("rollingMomentCoefficient", rotor.rolling_moment_coefficient),
         ):
             ET.SubElement(plugin, tag).text = value if isinstance(value, str) else repr(value)
 

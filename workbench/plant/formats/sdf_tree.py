@@ -1,7 +1,9 @@
 """Put a model together from its file, its nested models and what it includes."""
 
 import os
+from collections.abc import Container
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles
@@ -77,9 +79,34 @@ def grow_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
     grower = _Grower(files, file, top)
     found = grower.follow(_Found(top, (), (file.path,)))
     grower.add(found, found.model, 1)
+    return _tree(grower, found, found.name)
+
+
+def grow_in_world(file: SdfFile, top: Node, files: SdfFiles, taken: Container[str]) -> SdfTree:
+    """Return the whole of a model as a part of its world: its names begin with its own.
+
+    Args:
+        file: see `grow_tree`.
+        top: see `grow_tree`.
+        files: see `grow_tree`.
+        taken: names that other models have; a second of one name gets a number behind it.
+
+    Raises:
+        WorkbenchError: see `grow_tree`.
+    """
+    grower = _Grower(files, file, top)
+    found = grower.follow(_Found(top, (), (file.path,)))
+    names = (f"{found.name}_{number}" if number else found.name for number in count())
+    name = next(name for name in names if name not in taken)
+    grower.add(found, _nested(found, name), 1)
+    return _tree(grower, found, name)
+
+
+def _tree(grower: "_Grower", found: "_Found", name: str) -> SdfTree:
+    """Return what was collected of a model."""
     static = found.first("static")
     return SdfTree(
-        name=found.name,
+        name=name,
         static=static is not None and flag(static, static.text),
         sources=tuple(grower.sources),
         models=tuple(grower.models),
@@ -229,7 +256,9 @@ class _Grower:
             case "model" | "include":
                 found = self.follow(_Found(child, (), files))
                 merged = tag == "include" and flag(child, child.attribute("merge"))
-                self.add(found, self._merged(found) if merged else _nested(found), depth + 1)
+                self.add(
+                    found, self._merged(found) if merged else _nested(found, found.name), depth + 1
+                )
 
     def _merged(self, found: _Found) -> Node:
         """Return the inside of a model whose parts become those of the model around it.
@@ -247,7 +276,7 @@ def only_model(file: SdfFile) -> Element | None:
     return top if isinstance(top, Element) and top.tag != "world" else None
 
 
-def _nested(found: _Found) -> Node:
+def _nested(found: _Found, name: str) -> Node:
     """Return the inside of a model that has a scope of its own."""
-    scope = f"{found.model.scope}{found.name}::"
+    scope = f"{found.model.scope}{name}::"
     return replace(found.model, scope=scope, model=f"{scope}__model__")

@@ -1,10 +1,12 @@
-"""Choose the model that flies, of those in a file."""
+"""Of the models in a file the one that flies; or all of them as one world."""
+
+from collections.abc import Iterable
 
 from workbench.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, model_name
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.sdf_poses import ROOT
-from workbench.plant.formats.sdf_tree import SdfTree, grow_tree
+from workbench.plant.formats.sdf_tree import ModelFrame, SdfTree, grow_tree
 from workbench.plant.formats.sdf_values import flag
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import Element
@@ -30,7 +32,7 @@ def choose_model(file: SdfFile, files: SdfFiles, remarks: Remarks) -> SdfTree:
     Raises:
         WorkbenchError: if there is no model, or none or several that may be meant.
     """
-    tops = _tops(file)
+    tops = top_models(file)
     if not tops:
         raise WorkbenchError(f"{file.path}: there is no <model> in it, nor an <include> of one")
     if len(tops) > MOST_MODELS:
@@ -39,11 +41,35 @@ def choose_model(file: SdfFile, files: SdfFiles, remarks: Remarks) -> SdfTree:
         )
     if len(tops) == 1:
         return grow_tree(file, tops[0], files)
-    top, tree = _flying(file, [top for top in tops if not _is_scenery(top)], files)
-    others = _list([_name(other) for other in tops if other is not top])
+    top, tree = _flying(file, [top for top in tops if not is_scenery(top)], files)
+    others = list_of_names([top_name(other) for other in tops if other is not top])
     text = f"'{shortened(tree.name)}' is the one that flies; left out are {others}"
     remarks.add("ignored", file.path, "models of the world", text)
     return tree
+
+
+def world_of(file: SdfFile, world: Node, trees: Iterable[SdfTree]) -> SdfTree:
+    """Return models as parts of one whole, whose own frame is that of their world.
+
+    Args:
+        file: the world's.
+        world: its `<world>`, or what else has the models in it.
+        trees: of the models, see `grow_in_world`.
+    """
+    trees = tuple(trees)
+    root = ModelFrame(
+        world.model, inside=world, outside=world, pose=None, placement="", canonical=""
+    )
+    return SdfTree(
+        name=world.attribute("name") or file.path.stem,
+        static=True,
+        sources=tuple(source for tree in trees for source in tree.sources),
+        models=(root, *(model for tree in trees for model in tree.models)),
+        links=tuple(link for tree in trees for link in tree.links),
+        joints=tuple(joint for tree in trees for joint in tree.joints),
+        frames=(*world.children("frame"), *(frame for tree in trees for frame in tree.frames)),
+        plugins=tuple(plugin for tree in trees for plugin in tree.plugins),
+    )
 
 
 def _flying(file: SdfFile, tops: list[Node], files: SdfFiles) -> tuple[Node, SdfTree]:
@@ -55,7 +81,7 @@ def _flying(file: SdfFile, tops: list[Node], files: SdfFiles) -> tuple[Node, Sdf
             grown.append((top, grow_tree(file, top, files)))
         except WorkbenchError as fault:  # scenery that is not at hand need not keep us
             faults.append(fault)
-    flying = [(top, tree) for top, tree in grown if _has_motors(tree)]
+    flying = [(top, tree) for top, tree in grown if has_motors(tree)]
     if not flying and faults:
         others = f" (and so with {len(faults) - 1} more models)" if len(faults) > 1 else ""
         raise WorkbenchError(f"{faults[0]}{others}")
@@ -65,12 +91,12 @@ def _flying(file: SdfFile, tops: list[Node], files: SdfFiles) -> tuple[Node, Sdf
     if len(flying) > 1:
         raise WorkbenchError(
             f"{file.path}: several of its models could be the drone: "
-            f"{_list([tree.name for _, tree in flying])}: give that model's own file"
+            f"{list_of_names([tree.name for _, tree in flying])}: give that model's own file"
         )
     return flying[0]
 
 
-def _tops(file: SdfFile) -> list[Node]:
+def top_models(file: SdfFile) -> list[Node]:
     """Return the models and includes of a file and of the worlds in it."""
     places = [file.root, *file.root.findall("world")]
     return [
@@ -81,27 +107,33 @@ def _tops(file: SdfFile) -> list[Node]:
     ]
 
 
-def _is_scenery(top: Node) -> bool:
+def is_scenery(top: Node) -> bool:
     """Return whether something stands still for certain, found or not."""
     static = top.child("static")
     if static and flag(static, static.text):
         return True
+    return bool(gazebos_own(top))
+
+
+def gazebos_own(top: Node) -> str:
+    """Return `sun` or `ground_plane` for an include of what comes with Gazebo, else ""."""
     name = model_name(top.text_of("uri")) if top.element.tag == "include" else ""
-    return name.lower().replace(" ", "_") in _SCENERY
+    name = name.lower().replace(" ", "_")
+    return name if name in _SCENERY else ""
 
 
-def _has_motors(tree: SdfTree) -> bool:
+def has_motors(tree: SdfTree) -> bool:
     """Return whether a model has a motor-model plugin of RotorS, PX4 or gz-sim."""
     names = [plugin.attribute("filename") + plugin.attribute("name") for plugin in tree.plugins]
     return any("motormodel" in "".join(filter(str.isalnum, name)).lower() for name in names)
 
 
-def _name(top: Node) -> str:
+def top_name(top: Node) -> str:
     """Return the name of a model, as far as it can be known without opening files."""
     return top.attribute("name") or top.text_of("name") or model_name(top.text_of("uri"))
 
 
-def _list(names: list[str]) -> str:
+def list_of_names(names: list[str]) -> str:
     """Return names for a message."""
     more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
     return ", ".join(f"'{shortened(name)}'" for name in names[:MOST_SHOWN]) + more

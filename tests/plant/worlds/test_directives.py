@@ -1,0 +1,144 @@
+"""Oracle: poses by hand, and that a plant of Drake's own would move where a weld is missing."""
+
+import numpy as np
+import pytest
+
+BOX_SDF = """<sdf version="1.9"><model name="box"><link name="base_link">{}</link></model></sdf>"""
+TOUCHED = '<collision name="c"><geometry><box><size>1 2 3</size></box></geometry></collision>'
+ADD = "- add_model: {name: crate, file: box.sdf}\n"
+WELD = "- add_weld: {parent: world, child: crate::base_link}\n"
+
+
+def test_a_welded_model_stands_where_it_was_put(read, box):
+    world = read(
+        f"directives:\n{ADD}"
+        "- add_weld:\n    parent: world\n    child: crate::base_link\n"
+        "    X_PC: {translation: [1, 2, 3], rotation: !Rpy {deg: [0, 0, 90]}}\n"
+    )
+    (crate,) = world.obstacles
+    assert crate.name == "crate::base_link"
+    assert crate.X_WO.translation().tolist() == [1.0, 2.0, 3.0]
+    turn = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    np.testing.assert_allclose(crate.X_WO.rotation().matrix(), turn, atol=1e-15)
+    (collision,), (visual,) = crate.collisions, crate.visuals
+    assert (collision.name(), visual.name()) == ("crate::base_link::c", "crate::base_link::v")
+    assert collision.proximity_properties() and visual.perception_properties()
+    assert visual.shape().size().tolist() == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize("how", ["sdf", "urdf"])
+def test_what_touches_and_is_not_drawn_is_seen_by_its_collision_shape(read, write, how):
+    if how == "sdf":
+        write(BOX_SDF.format(TOUCHED), "box.sdf")
+    else:
+        inside = TOUCHED.replace("<size>1 2 3</size></box>", "</box>")
+        inside = inside.replace("<box>", '<box size="1 2 3">')
+        write(f'<robot name="box"><link name="base_link">{inside}</link></robot>', "box.urdf")
+    (crate,) = read(f"directives:\n{ADD}{WELD}".replace("box.sdf", f"box.{how}")).obstacles
+    (visual,) = crate.visuals
+    assert visual.shape().size().tolist() == [1.0, 2.0, 3.0]
+    assert visual.perception_properties() and visual.illustration_properties()
+
+
+@pytest.mark.parametrize("how", ["sdf", "urdf"])
+def test_what_is_drawn_is_seen(read, write, how):
+    visual = '<visual name="v"><geometry>{}</geometry></visual>'
+    if how == "sdf":
+        text = BOX_SDF.format(visual.format("<sphere><radius>2</radius></sphere>"))
+    else:
+        visual = visual.format('<sphere radius="2"/>')
+        text = f'<robot name="box"><link name="base_link">{visual}</link></robot>'
+    write(text, f"box.{how}")
+    (crate,) = read(f"directives:\n{ADD}{WELD}".replace("box.sdf", f"box.{how}")).obstacles
+    assert crate.collisions == ()
+    assert crate.visuals[0].perception_properties()
+
+
+@pytest.mark.parametrize("where", ["sub/box.sdf", "a folder/box.sdf", "../box.sdf"])
+def test_files_are_found_relative_to_the_world(read, write, where):
+    name = f"worlds/{where}" if not where.startswith("..") else "box.sdf"
+    write(BOX_SDF.format(TOUCHED), name)
+    text = f"directives:\n{ADD}{WELD}".replace("box.sdf", where)
+    assert len(read(text, "worlds/world.yaml").obstacles) == 1
+
+
+def test_packages_are_those_given_and_those_around(read, write, tmp_path):
+    write(BOX_SDF.format(TOUCHED), "elsewhere/box.sdf")
+    text = f"directives:\n{ADD}{WELD}".replace("box.sdf", "package://shed/box.sdf")
+    assert len(read(text, shed=tmp_path / "elsewhere").obstacles) == 1
+    write(BOX_SDF.format(TOUCHED), "shed/box.sdf")
+    assert len(read(text).obstacles) == 1
+
+
+def test_directives_may_add_others_from_a_file(read, write, box, tmp_path):
+    more = f"directives:\n{ADD}{WELD}".replace("box.sdf", "package://shed/box.sdf")
+    write(more, "more.yaml")
+    text = "directives:\n- add_directives: {file: more.yaml}\n"
+    (crate,) = read(text, shed=tmp_path).obstacles
+    assert crate.name == "crate::base_link"
+
+
+def test_two_links_of_one_name_have_names_of_their_own(read, box):
+    other = (ADD + WELD).replace("crate", "chest")
+    world = read(f"directives:\n{ADD}{WELD}{other}")
+    assert world.names == ("crate::base_link", "chest::base_link")
+
+
+def test_a_model_that_could_move_is_refused_with_the_weld_that_it_lacks(fault, box):
+    said = fault(f"title: x\ndirectives:\n{ADD}")
+    assert said == (
+        ":3: the body 'crate::base_link' is not fixed to the world: add_weld it (add_weld: "
+        "{parent: world, child: crate::base_link}), or list it under `moving`"
+    )
+
+
+def test_a_door_could_move_too(fault, write):
+    door = (
+        '<sdf version="1.9"><model name="box"><link name="base_link"/><link name="door"/>'
+        '<joint name="j" type="revolute"><parent>base_link</parent><child>door</child>'
+        "<axis><xyz>0 0 1</xyz></axis></joint></model></sdf>"
+    )
+    write(door, "box.sdf")
+    assert "the body 'crate::door' is not fixed" in fault(f"directives:\n{ADD}{WELD}")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("- add_modl: {name: a}", ":2: unknown directive 'add_modl': did you mean 'add_model'"),
+        ("- {}", ":2: a directive has one key, as add_model: this has 0"),
+        ("- {add_model: {}, add_weld: {}}", "this has 2"),
+        ("- add_model", "directives.0 is 'add_model', and should be 'key: value' lines"),
+        ("- add_model: {name: a, file: none.sdf}", "the file 'none.sdf' is not found: give it"),
+        (
+            "- add_model: {name: a, file: 'package://shed/none.sdf'}",
+            "is not found: give --package shed=DIR",
+        ),
+        ("- add_model: {name: a}", ":2: Drake refuses it:"),
+        (f"{ADD}{WELD}- add_weld: {{parent: world, child: chest::l}}", ":4: Drake refuses it:"),
+        (f"{ADD}{WELD}{ADD}", ":4: Drake refuses it:"),
+        (f"{ADD}{WELD}{WELD}", ":4: Drake refuses it:"),
+    ],
+)
+def test_what_is_wrong_is_said_with_file_and_line(fault, box, text, said):
+    assert said in fault(f"directives:\n{text}\n")
+
+
+def test_an_endless_plane_is_refused(fault, write):
+    plane = '<collision name="c"><geometry><plane/></geometry></collision>'
+    write(BOX_SDF.format(plane), "box.sdf")
+    assert ":2: the body 'crate::base_link' touches as an endless plane: take a box" in fault(
+        f"directives:\n{ADD}{WELD}"
+    )
+
+
+def test_a_file_that_is_no_model_is_refused(fault, write):
+    write("<sdf", "box.sdf")
+    assert ":2: Drake refuses it:" in fault(f"directives:\n{ADD}{WELD}")
+
+
+def test_nothing_is_fetched_from_the_internet(fault, write):
+    """Drake knows packages of its own that it would fetch when they are named."""
+    write("directives:\n- add_model: {name: a, file: 'package://drake_models/a.sdf'}", "more.yaml")
+    said = fault("directives:\n- add_directives: {file: more.yaml}")
+    assert "refers to unknown package 'drake_models'" in said

@@ -1,0 +1,196 @@
+"""Drake's model directives in a world file: read by Drake, kept as obstacles."""
+
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import yaml
+from pydrake.geometry import (
+    GeometryId,
+    GeometryInstance,
+    HalfSpace,
+    SceneGraph,
+    SceneGraphInspector,
+)
+from pydrake.multibody.parsing import (
+    LoadModelDirectivesFromString,
+    Parser,
+    ProcessModelDirectives,
+)
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, RigidBody
+from pydrake.systems.framework import Context
+
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.plant.formats.values import shortened
+from workbench.plant.packages import PackageFinder
+from workbench.plant.worlds.geometry import drawn_if_none
+from workbench.plant.worlds.world import Obstacle
+from workbench.yaml_files import YamlFile
+
+_KINDS = (
+    "add_collision_filter_group",
+    "add_directives",
+    "add_frame",
+    "add_model",
+    "add_model_instance",
+    "add_weld",
+)
+
+
+class TaggedLoader(yaml.SafeLoader):
+    """Reads what has a tag of Drake's, as `!Rpy`, as if it had none."""
+
+
+def _without_tag(loader: yaml.SafeLoader, _: str, node: yaml.Node) -> object:
+    if isinstance(node, yaml.MappingNode):
+        return loader.construct_mapping(node, deep=True)
+    if isinstance(node, yaml.SequenceNode):
+        return loader.construct_sequence(node, deep=True)
+    return loader.construct_scalar(node)
+
+
+TaggedLoader.add_multi_constructor("!", _without_tag)
+
+
+def read_directives(file: YamlFile, finder: PackageFinder) -> tuple[Obstacle, ...]:
+    """Return what the `directives` of a world file add, each body an obstacle.
+
+    A plant of their own takes them up, so that whatever is wrong shows here, and the plant that
+    flies has no bodies but the drone's. Packages of Drake's that it would fetch from the internet
+    are not known.
+
+    Args:
+        file: whose key `directives` is a list of mappings.
+        finder: of the files that they name; these may name, in turn, the packages given to it.
+
+    Raises:
+        WorkbenchError: naming file and line of what Drake refuses, and of a model that could move.
+    """
+    items = [_found(file, index, item, finder) for index, item in enumerate(_items(file))]
+    try:
+        plant, scene_graph = _processed(items, finder.packages)
+        plant.Finalize()
+    except (RuntimeError, ValueError, SystemExit) as error:
+        bad = bisect_left(
+            range(len(items)), True, key=lambda last: _fails(items[: last + 1], finder)
+        )
+        where = file.where("directives", bad) if bad < len(items) else file.where("directives")
+        reason = " ".join(str(error).split())
+        raise WorkbenchError(f"{where}Drake refuses it: {reason}") from error
+    context = plant.CreateDefaultContext()
+    bodies = [plant.get_body(BodyIndex(index)) for index in range(1, plant.num_bodies())]
+    return tuple(
+        _obstacle(plant, scene_graph.model_inspector(), file, body, context) for body in bodies
+    )
+
+
+def _processed(
+    items: Sequence[yaml.Node], packages: Mapping[str, Path]
+) -> tuple[MultibodyPlant, SceneGraph]:
+    """Return a plant that is not finalised, with what directives add."""
+    plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    parser = Parser(plant)
+    known = parser.package_map()
+    for name in known.GetPackageNames():
+        known.Remove(name)
+    for name, folder in packages.items():
+        known.Add(name, str(folder))
+    key = yaml.ScalarNode("tag:yaml.org,2002:str", "directives")
+    whole = yaml.MappingNode(
+        "tag:yaml.org,2002:map", [(key, yaml.SequenceNode("tag:yaml.org,2002:seq", list(items)))]
+    )
+    text = str(yaml.serialize(whole, Dumper=yaml.SafeDumper))
+    ProcessModelDirectives(LoadModelDirectivesFromString(text), parser)
+    return plant, scene_graph
+
+
+def _fails(items: Sequence[yaml.Node], finder: PackageFinder) -> bool:
+    """Return whether Drake refuses these directives; with more of them it does so too."""
+    try:
+        _processed(items, finder.packages)
+    except (RuntimeError, ValueError, SystemExit):
+        return True
+    return False
+
+
+def _items(file: YamlFile) -> list[yaml.Node]:
+    """Return the directives with their tags."""
+    root = yaml.compose(file.text, Loader=TaggedLoader)
+    return next((node.value for key, node in root.value if key.value == "directives"), [])
+
+
+def _found(
+    file: YamlFile, index: int, item: yaml.MappingNode, finder: PackageFinder
+) -> yaml.MappingNode:
+    """Return a directive with the file that it names found.
+
+    Raises:
+        WorkbenchError: if it is no directive, or its file is not there.
+    """
+    where = file.where("directives", index)
+    kinds = [key.value for key, _ in item.value]
+    if len(kinds) != 1:
+        raise WorkbenchError(f"{where}a directive has one key, as add_model: this has {len(kinds)}")
+    if kinds[0] not in _KINDS:
+        raise WorkbenchError(f"{where}{unknown_name('directive', kinds[0], _KINDS)}")
+    for key, node in item.value[0][1].value:
+        if key.value != "file" or not isinstance(node, yaml.ScalarNode):
+            continue
+        path = finder.resolve(node.value, finder.source)
+        if path is None or not path.is_file():
+            scheme, _, rest = node.value.partition("://")
+            package = rest.partition("/")[0]
+            known = scheme != "package" or finder.folder(package)
+            hint = "give it relative to this file" if known else finder.hint(shortened(package))
+            raise WorkbenchError(f"{where}the file '{shortened(node.value)}' is not found: {hint}")
+        node.value = f"file://{path}"
+    return item
+
+
+def _obstacle(
+    plant: MultibodyPlant,
+    inspector: SceneGraphInspector,
+    file: YamlFile,
+    body: RigidBody,
+    context: Context,
+) -> Obstacle:
+    """Return a body as an obstacle.
+
+    Raises:
+        WorkbenchError: if it could move, or is endless.
+    """
+    name = body.scoped_name().get_full()
+    collisions = _geometries(inspector, name, plant.GetCollisionGeometriesForBody(body))
+    visuals = _geometries(inspector, name, plant.GetVisualGeometriesForBody(body))
+    if not plant.IsAnchored(body):
+        raise WorkbenchError(
+            f"{_where(file, name)}the body '{name}' is not fixed to the world: add_weld it "
+            f"(add_weld: {{parent: world, child: {name}}}), or list it under `moving`"
+        )
+    if any(isinstance(each.shape(), HalfSpace) for each in collisions):
+        raise WorkbenchError(
+            f"{_where(file, name)}the body '{name}' touches as an endless plane: take a box for "
+            "it; there is ground at z = 0 anyway"
+        )
+    X_WO = plant.EvalBodyPoseInWorld(context, body)
+    return Obstacle(name, X_WO, collisions, drawn_if_none(visuals, collisions))
+
+
+def _where(file: YamlFile, body: str) -> str:
+    """Return file and line of the directive that adds the model of a body."""
+    for index, item in enumerate(file.data["directives"]):
+        if body.startswith(f"{item.get('add_model', {}).get('name')}::"):
+            return file.where("directives", index)
+    return file.where("directives")
+
+
+def _geometries(
+    inspector: SceneGraphInspector, body: str, ids: Sequence[GeometryId]
+) -> tuple[GeometryInstance, ...]:
+    """Return copies of a body's geometries, named after it."""
+    copies = [inspector.CloneGeometryInstance(id) for id in ids]
+    for geometry in copies:
+        geometry.set_name(f"{body}::{geometry.name().rpartition('::')[2]}")
+    return tuple(copies)

@@ -1,0 +1,91 @@
+"""Shapes of obstacles as geometries with the roles that Drake gives them."""
+
+import copy
+from collections.abc import Iterable
+
+import pydrake.geometry as drake
+from pydrake.geometry import (
+    GeometryInstance,
+    IllustrationProperties,
+    PerceptionProperties,
+    RenderLabel,
+    Rgba,
+)
+from pydrake.math import RigidTransform
+
+from workbench.plant.ground import contact_properties
+from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+
+Colour = tuple[float, float, float, float]
+GREY: Colour = (0.7, 0.7, 0.7, 1.0)
+"""For what has no colour of its own."""
+
+
+def collision(name: str, X_OG: RigidTransform, shape: Shape) -> GeometryInstance:
+    """Return a geometry to bump into; a mesh is the file of its convex hull."""
+    geometry = GeometryInstance(X_OG, _touched(shape), name)
+    geometry.set_proximity_properties(contact_properties())
+    return geometry
+
+
+def visual(
+    name: str, X_OG: RigidTransform, shape: Shape, colour: Colour | None
+) -> GeometryInstance:
+    """Return a geometry that is drawn and seen; a mesh without `colour` has those of its file."""
+    if colour is None and not isinstance(shape, Mesh):
+        colour = GREY
+    return _seen(GeometryInstance(X_OG, _drawn(shape), name), colour)
+
+
+def solid(name: str, shape: Shape, colour: Colour | None) -> GeometryInstance:
+    """Return a geometry that is all of it: touched, drawn and seen."""
+    geometry = _seen(GeometryInstance(RigidTransform(), _drawn(shape), name), colour or GREY)
+    geometry.set_proximity_properties(contact_properties())
+    return geometry
+
+
+def drawn_if_none(
+    visuals: Iterable[GeometryInstance], collisions: Iterable[GeometryInstance]
+) -> tuple[GeometryInstance, ...]:
+    """Return the visuals, or where there are none the collision shapes as such.
+
+    What one can bump into, sensors have to see.
+    """
+    return tuple(visuals) or tuple(
+        _seen(GeometryInstance(each.pose(), copy.copy(each.shape()), each.name()), GREY)
+        for each in collisions
+    )
+
+
+def _seen(geometry: GeometryInstance, colour: Colour | None) -> GeometryInstance:
+    """Give a geometry the roles of what is drawn and of what sensors see."""
+    illustration, perception = IllustrationProperties(), PerceptionProperties()
+    if colour is not None:
+        illustration.AddProperty("phong", "diffuse", Rgba(*colour))
+        perception.AddProperty("phong", "diffuse", Rgba(*colour))
+    perception.AddProperty("label", "id", RenderLabel.kDontCare)
+    geometry.set_illustration_properties(illustration)
+    geometry.set_perception_properties(perception)
+    return geometry
+
+
+def _drawn(shape: Shape) -> drake.Shape:
+    """Return Drake's shape for drawing."""
+    return drake.Mesh(str(shape.path)) if isinstance(shape, Mesh) else _touched(shape)
+
+
+def _touched(shape: Shape) -> drake.Shape:
+    """Return Drake's shape for touching."""
+    match shape:
+        case Box((x, y, z)):
+            return drake.Box(x, y, z)
+        case Sphere(radius):
+            return drake.Sphere(radius)
+        case Cylinder(radius, length):
+            return drake.Cylinder(radius, length)
+        case Capsule(radius, length):
+            return drake.Capsule(radius, length)
+        case Ellipsoid((a, b, c)):
+            return drake.Ellipsoid(a, b, c)
+        case Mesh(path=path):
+            return drake.Convex(str(path))
