@@ -1,5 +1,7 @@
 """Oracle: the table of transitions, written out here by hand."""
 
+import math
+
 import pytest
 
 from workbench.systems.cascade import Guidance, Reference
@@ -17,6 +19,7 @@ from workbench.systems.flight_mode import (
     guidance,
     initial_state,
     next_state,
+    with_walls,
 )
 
 OFF, ARMED, TAKING_OFF, HOVERING, ASCENDING, DESCENDING, CRUISING, LANDING = FlightMode
@@ -272,6 +275,38 @@ def test_nothing_is_changed_in_place():
 )
 def test_guidance_of_each_mode(state, expected):
     assert guidance(state, P, SETTINGS) == pytest.approx(expected)
+
+
+AHEAD = [1.0, 0.0, 0.0, 2.0]
+BELOW = [0.0, 0.0, -1.0, 3.0]
+NO_WALL = [0.0, 0.0, 0.0, math.inf]
+BRAKING = SETTINGS._replace(obstacle_brake=1.2, stop_distance=0.5)
+
+
+def walled(walls, mode=HOVERING, settings=BRAKING) -> list[float]:
+    """Return what `with_walls` adds to a guidance, the rest of which stays as it was."""
+    plain = guidance(in_mode(mode), P, settings)
+    found = with_walls(plain, [x for wall in walls for x in wall], P, mode, settings)
+    assert found[:9] == plain[:9]
+    return list(found[9:])
+
+
+def test_walls_are_places_to_stop_at_along_their_directions():
+    found = walled([AHEAD, BELOW, NO_WALL])
+    ahead = [1.0, 0.0, 0.0, P[0] + 2.0 - 0.5]
+    below = [0.0, 0.0, -1.0, -P[2] + 3.0 - 0.5]
+    assert found == pytest.approx([1.2, *ahead, *below, 0, 0, 0, 0])
+
+
+def test_without_a_brake_there_are_no_walls():
+    assert walled([AHEAD, BELOW, NO_WALL], settings=SETTINGS) == [0.0] * 13
+
+
+def test_a_landing_comes_down_on_what_is_below():
+    ahead = [1.0, 0.0, 0.0, P[0] + 2.0 - 0.5]
+    assert walled([BELOW, AHEAD, NO_WALL], LANDING) == pytest.approx(
+        [1.2, 0, 0, 0, 0, *ahead, 0, 0, 0, 0]
+    )
 
 
 def test_a_flight_begins_on_the_ground_or_holding_its_place():

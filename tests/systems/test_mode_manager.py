@@ -1,9 +1,11 @@
 """Oracle: the pure functions of `flight_mode`, called here with the same numbers."""
 
+import math
+
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.systems.cascade import Reference
+from workbench.systems.cascade import Guidance, Reference
 from workbench.systems.flight_mode import (
     FlightMode,
     ModeState,
@@ -13,6 +15,7 @@ from workbench.systems.flight_mode import (
     guidance,
     initial_state,
     next_state,
+    with_walls,
 )
 from workbench.systems.mode_manager import ModeManager
 
@@ -83,10 +86,24 @@ def test_settings_are_live(flown):
     manager, simulator = flown
     context = simulator.get_mutable_context()
     manager.GetInputPort("request").FixValue(context, [float(Request.TAKE_OFF), 1.0, 9.0])
-    context.get_mutable_numeric_parameter(0).SetFromVector([0.45, 0.3, 0.1])
+    context.get_mutable_numeric_parameter(0).SetFromVector([0.45, 0.3, 0.1, 0.0, 0.5])
     manager.set_mode(context, initial_state(FlightMode.ARMED, P)._replace(target=9.0), P)
     simulator.AdvanceTo(1.1)
     assert outputs(manager, context)[1][3] == 0.45
+
+
+def test_walls_that_are_connected_limit_the_speed(flown):
+    manager, simulator = flown
+    context = simulator.get_mutable_context()
+    walls = [0.6, 0.8, 0.0, 2.5, 0.0, 0.0, 1.0, 4.0, 0.0, 0.0, 0.0, math.inf]
+    manager.GetInputPort("walls").FixValue(context, walls)
+    settings = SETTINGS._replace(obstacle_brake=0.7, stop_distance=0.4)
+    context.get_mutable_numeric_parameter(0).SetFromVector(list(settings))
+    simulator.AdvanceTo(0.1)
+    mode, guide = outputs(manager, context)
+    plain = guidance(ModeState(*mode), P, settings)
+    assert guide == list(with_walls(plain, walls, P, FlightMode(int(mode[0])), settings))
+    assert guide[9] == 0.7
 
 
 def test_no_output_follows_an_input_directly(flown):
@@ -97,4 +114,4 @@ def test_no_output_follows_an_input_directly(flown):
 def test_the_state_is_that_of_the_pure_functions(flown):
     manager, _ = flown
     assert manager.GetOutputPort("mode").size() == len(ModeState._fields)
-    assert manager.GetOutputPort("guidance").size() == 9
+    assert manager.GetOutputPort("guidance").size() == len(Guidance._fields)

@@ -3,10 +3,13 @@
 Pure functions of plain numbers; `mode_manager` runs them as a Drake system.
 """
 
+import math
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-from workbench.systems.cascade import Guidance, Reference
+from workbench.systems.cascade import BRAKE, Guidance, Reference
+from workbench.systems.obstacle_brake import WALLS
 
 SPOOL_UP_TIME = 0.5
 """Rotors idle this long before a take-off leaves the ground [s]."""
@@ -22,6 +25,8 @@ SINK_RATE = 0.5
 SLOW_HEIGHT = 2.0
 FASTEST_SINK = 2.0
 """From high up a landing sinks faster: SINK_RATE [1/s] times the height over SLOW_HEIGHT [m]."""
+STEEP = 0.7
+"""A wall whose direction points down by this much or more lies below the drone."""
 TAKE_OFF_PATIENCE = 3.0
 """A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
 
@@ -60,6 +65,8 @@ class Settings(NamedTuple):
     take_off_speed: float
     landing_speed: float
     battery_reserve: float
+    obstacle_brake: float = 0.0
+    stop_distance: float = 0.5
 
 
 class ModeState(NamedTuple):
@@ -134,6 +141,38 @@ def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidanc
         return Guidance(motors, 1.0, 0.0, sink, state.holding, 0.0, state.x, state.y, state.z)
     hold = state.holding
     return Guidance(motors, 1.0, 1.0, 0.0, hold, hold, state.x, state.y, state.z)
+
+
+def with_walls(
+    guide: Guidance,
+    walls: Sequence[float],
+    p_WB: Sequence[float],
+    mode: FlightMode,
+    settings: Settings,
+) -> Guidance:
+    """Return guidance that also limits the speed towards obstacles.
+
+    A landing comes down on whatever is below.
+
+    Args:
+        guide: without walls.
+        walls: (4 `WALLS`) direction in W and clearance [m] of each, nearest first; the clearance
+            is infinite where there is none.
+        p_WB: position [m].
+        mode: the present one.
+        settings: brake and the distance at which to stop.
+    """
+    if settings.obstacle_brake <= 0.0:
+        return guide
+    numbers = [settings.obstacle_brake] + [0.0] * (4 * WALLS)
+    for wall in range(WALLS):
+        *n_W, clearance = walls[4 * wall : 4 * wall + 4]
+        below = mode is FlightMode.LANDING and n_W[2] <= -STEEP
+        if math.isfinite(clearance) and not below:
+            along = sum(n * p for n, p in zip(n_W, p_WB, strict=True))
+            place = along + clearance - settings.stop_distance
+            numbers[1 + 4 * wall : 5 + 4 * wall] = [*n_W, place]
+    return Guidance(*guide[:BRAKE], *numbers)
 
 
 def _enter(mode: FlightMode, state: ModeState, now: Situation) -> ModeState:

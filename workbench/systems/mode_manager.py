@@ -4,12 +4,15 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from workbench.systems.cascade import Guidance, Reference
 from workbench.systems.flight_mode import (
+    FlightMode,
     ModeState,
     Settings,
     Situation,
     guidance,
     next_state,
+    with_walls,
 )
+from workbench.systems.obstacle_brake import WALLS
 
 
 class ModeManager(LeafSystem):
@@ -20,8 +23,9 @@ class ModeManager(LeafSystem):
         reference (8): see `cascade.Reference`.
         request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
         charge (1): of the battery, 0 .. 1.
+        walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
     Output ports:
-        guidance (9): see `cascade.Guidance`.
+        guidance (22): see `cascade.Guidance`.
         mode (9): see `flight_mode.ModeState`.
     Numeric parameter 0: `flight_mode.Settings`.
     """
@@ -34,6 +38,7 @@ class ModeManager(LeafSystem):
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._request = self.DeclareVectorInputPort("request", 3)
         self._charge = self.DeclareVectorInputPort("charge", 1)
+        self._walls = self.DeclareVectorInputPort("walls", 4 * WALLS)
         self.guidance_index = self.DeclareDiscreteState(len(Guidance._fields))
         self.mode_index = self.DeclareDiscreteState(len(ModeState._fields))
         self.DeclareStateOutputPort("guidance", self.guidance_index)
@@ -63,5 +68,10 @@ class ModeManager(LeafSystem):
             standing_height=self._standing_height,
         )
         state = next_state(state, now, settings)
+        guide = guidance(state, now.p_WB, settings)
+        if self._walls.HasValue(context):
+            walls = self._walls.Eval(context).tolist()
+            mode = FlightMode(int(state.mode))
+            guide = with_walls(guide, walls, now.p_WB, mode, settings)
         discrete_state.set_value(self.mode_index, list(state))
-        discrete_state.set_value(self.guidance_index, list(guidance(state, now.p_WB, settings)))
+        discrete_state.set_value(self.guidance_index, list(guide))

@@ -1,0 +1,159 @@
+"""`workbench frames`: the tree of all frames, and the transform from one to another."""
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_vehicle_options,
+    with_vehicle,
+)
+from workbench.commands.printing import print_json, print_table
+from workbench.commands.progress import progress_bar
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from pydrake.math import RigidTransform
+
+    from workbench.plant.frame_tree import FrameTree
+    from workbench.plant.vehicle import Vehicle
+    from workbench.scenario import Scenario
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "frames",
+        "Print the tree of all frames, or the pose of frame B in frame A: with the drone standing "
+        "at the origin, or at a time of a flight.",
+        "workbench frames world camera_optical --scenario square --at 5",
+        run,
+    )
+    parser.usage = "%(prog)s [A B] [options]"  # options with several values would swallow them
+    parser.add_argument("frames", nargs="*", metavar="A B", help="pose of B in A; none: the tree")
+    parser.add_argument(
+        "--scenario", metavar="NAME|PATH", help="fly this scenario, shipped or a .yaml file"
+    )
+    parser.add_argument("--at", type=float, metavar="T", help="to this time of it, in s")
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the tree or a transform."""
+    from pydrake.math import RigidTransform
+
+    from workbench.resources import find_scenario
+    from workbench.scenario import Scenario, load_scenario
+
+    if len(args.frames) not in (0, 2):
+        raise WorkbenchError(
+            f"{len(args.frames)} frames are named: name two, A and B, or none for the whole tree"
+        )
+    if (args.scenario is None) != (args.at is None):
+        raise WorkbenchError("--scenario and --at go together: fly which, to what time?")
+    flown = args.scenario is not None
+    scenario = load_scenario(find_scenario(args.scenario)) if flown else Scenario()
+    scenario = with_vehicle(scenario, args)
+    vehicle, tree = _read(scenario)
+    for name in args.frames:
+        tree.check(name)
+    X_WB, time = RigidTransform([0.0, 0.0, vehicle.ground_clearance]), 0.0
+    if flown:
+        X_WB, time = _flown_to(args.at, scenario, args)
+    if args.frames:
+        a, b = args.frames
+        _print_transform(a, b, tree.X(a, b, X_WB, time), time, args)
+    else:
+        _print_tree(tree, X_WB, time, args)
+    return ExitCode.DONE
+
+
+def _read(scenario: "Scenario") -> tuple["Vehicle", "FrameTree"]:
+    """Return the vehicle of a scenario, and all frames."""
+    from workbench.configured import read_configured, read_configured_world
+    from workbench.plant.loading import make_vehicle
+    from workbench.plant.vehicle_frames import frame_tree
+
+    description = read_configured(scenario.vehicle)
+    vehicle = make_vehicle(description)
+    world = read_configured_world(scenario)
+    fixed = [(obstacle.name, obstacle.X_WO) for obstacle in world.obstacles]
+    moving = [(obstacle.name, obstacle.pose) for obstacle in world.moving]
+    return vehicle, frame_tree(vehicle, description.model, fixed, moving)
+
+
+def _flown_to(
+    at: float, scenario: "Scenario", args: argparse.Namespace
+) -> tuple["RigidTransform", float]:
+    """Return the pose of the base link and the time [s] after a flight to a time [s]."""
+    from pydrake.common.eigen_geometry import Quaternion
+    from pydrake.math import RigidTransform
+
+    from workbench.session import Session
+
+    if not 0.0 <= at <= scenario.duration:
+        raise WorkbenchError(
+            f"--at is {at:g} s: {args.scenario} lasts from 0 to {scenario.duration:g} s"
+        )
+    session = Session(scenario, dict(args.set))
+    with progress_bar(f"flying {args.scenario}") as progress:
+        slices = math.ceil(4.0 * at)
+        for index in range(slices):
+            session.tick(at / slices)
+            progress((index + 1) / slices)
+    now = session.snapshot()
+    return RigidTransform(Quaternion(now.q_WB), now.p_WB), now.time
+
+
+def _print_tree(
+    tree: "FrameTree", X_WB: "RigidTransform", time: float, args: argparse.Namespace
+) -> None:
+    """Print all frames."""
+    if args.json:
+        print_json({"time": time, "transforms": tree.transforms(X_WB, time)})
+        return
+    print("frames, each with its origin in the one above in m, and roll, pitch, yaw in degrees")
+    for line in tree.lines(X_WB, time):
+        print(line)
+
+
+def _print_transform(
+    a: str, b: str, X_AB: "RigidTransform", time: float, args: argparse.Namespace
+) -> None:
+    """Print one pose."""
+    from workbench.plant.frame_tree import roll_pitch_yaw, transform
+
+    found = transform(a, b, X_AB)
+    angles = roll_pitch_yaw(X_AB)
+    if args.json:
+        print_json(
+            {
+                "time": time,
+                "frame": b,
+                "in": a,
+                "position": found.p,
+                "quaternion": found.q,
+                "roll_pitch_yaw": angles,
+            }
+        )
+        return
+    when = f"at {time:g} s of {args.scenario}" if args.scenario else "with the drone standing"
+    print(f"{b} in {a}, {when}")
+    degrees = [math.degrees(angle) for angle in angles]
+    print_table(
+        [
+            ("x y z", *_texts(found.p), "", "m"),
+            ("roll pitch yaw", *_texts(degrees), "", "deg"),
+            ("quaternion w x y z", *_texts(found.q), ""),
+        ],
+        left=(0, 5),
+    )
+
+
+def _texts(values: Any) -> list[str]:
+    return [f"{value + 0.0:.6f}" for value in values]

@@ -1,0 +1,206 @@
+"""The tree of all frames: world, drone, links, sensors, parts of the world; any to any."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from workbench.errors import WorkbenchError, unknown_name
+
+WORLD = "world"
+"""Name of the frame at the root."""
+
+Motion = Callable[[float], RigidTransform]
+"""X_WF of a moving part F of the world at a time [s]."""
+
+
+@dataclass(frozen=True)
+class FixedFrame:
+    """A frame F that does not move in its parent P."""
+
+    name: str
+    parent: str
+    X_PF: RigidTransform
+
+    @property
+    def motion(self) -> str:
+        """How it moves, in words."""
+        return ""
+
+    def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
+        """Return X_PF."""
+        return self.X_PF
+
+
+@dataclass(frozen=True)
+class BaseFrame:
+    """The drone's base link B, where the flight has it in the world."""
+
+    name: str
+    parent: str = WORLD
+
+    @property
+    def motion(self) -> str:
+        """How it moves, in words."""
+        return ", flies"
+
+    def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
+        """Return X_WB."""
+        return X_WB
+
+
+@dataclass(frozen=True)
+class MovingFrame:
+    """A part of the world with a motion of its own."""
+
+    name: str
+    X_WF: Motion
+    parent: str = WORLD
+
+    @property
+    def motion(self) -> str:
+        """How it moves, in words."""
+        return ", moves"
+
+    def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
+        """Return X_WF at a time [s]."""
+        return self.X_WF(time)
+
+
+TreeFrame = FixedFrame | BaseFrame | MovingFrame
+
+
+@dataclass(frozen=True)
+class Transform:
+    """Pose of a child frame in its parent's: position [m] and unit quaternion w, x, y, z."""
+
+    parent: str
+    child: str
+    p: tuple[float, float, float]
+    q: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class FrameTree:
+    """Frames by name, each after its parent; the world itself is not listed."""
+
+    frames: tuple[TreeFrame, ...]
+
+    def __post_init__(self) -> None:
+        known = {WORLD}
+        for frame in self.frames:
+            if frame.name in known:
+                raise WorkbenchError(f"two frames are named '{frame.name}': rename one")
+            if frame.parent not in known:
+                raise unknown_name(f"parent of frame '{frame.name}',", frame.parent, known)
+            known.add(frame.name)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all frames, the world's first."""
+        return (WORLD, *(frame.name for frame in self.frames))
+
+    def X(self, a: str, b: str, X_WB: RigidTransform, time: float = 0.0) -> RigidTransform:
+        """Return X_AB, the pose of frame b in frame a.
+
+        It is multiplied up and down from the lowest frame that has both below it, so that frames
+        of the drone keep their poses to each other exactly, wherever it flies.
+
+        Args:
+            a: frame A.
+            b: frame B' whose pose is wanted.
+            X_WB: pose of the base link.
+            time: for parts of the world that move [s].
+
+        Raises:
+            WorkbenchError: if there is no frame of a name.
+        """
+        way_a, way_b = self._way_down(a), self._way_down(b)
+        shared = 0
+        while shared < min(len(way_a), len(way_b)) and way_a[shared] is way_b[shared]:
+            shared += 1
+        X_CA, X_CB = (_product(way[shared:], X_WB, time) for way in (way_a, way_b))
+        return X_CA.InvertAndCompose(X_CB)
+
+    def transforms(self, X_WB: RigidTransform, time: float = 0.0) -> tuple[Transform, ...]:
+        """Return every frame's pose in its parent, in the order of `frames`."""
+        return tuple(
+            still or transform(frame.parent, frame.name, frame.pose(X_WB, time))
+            for frame, still in zip(self.frames, self._fixed, strict=True)
+        )
+
+    def lines(self, X_WB: RigidTransform, time: float = 0.0) -> Iterator[str]:
+        """Yield the tree as lines: name, place in its parent [m] and roll, pitch, yaw [°]."""
+        yield WORLD
+        yield from self._lines_below(WORLD, "", X_WB, time)
+
+    def check(self, name: str) -> None:
+        """Raise a WorkbenchError with the nearest name if there is no frame of this one."""
+        if name not in self.names:
+            raise unknown_name("frame", name, self.names)
+
+    @cached_property
+    def _fixed(self) -> tuple[Transform | None, ...]:
+        """Transforms of the frames that are fixed to their parents, None for the others."""
+        return tuple(
+            transform(frame.parent, frame.name, frame.X_PF)
+            if isinstance(frame, FixedFrame)
+            else None
+            for frame in self.frames
+        )
+
+    def _way_down(self, name: str) -> list[TreeFrame]:
+        """Return the frames from below the world down to a name's."""
+        self.check(name)
+        way: list[TreeFrame] = []
+        while name != WORLD:
+            frame = next(frame for frame in self.frames if frame.name == name)
+            way.insert(0, frame)
+            name = frame.parent
+        return way
+
+    def _lines_below(
+        self, parent: str, indent: str, X_WB: RigidTransform, time: float
+    ) -> Iterator[str]:
+        children = [frame for frame in self.frames if frame.parent == parent]
+        for child in children:
+            last = child is children[-1]
+            place = _place(child.pose(X_WB, time)) + child.motion
+            yield f"{indent}{'└─ ' if last else '├─ '}{child.name} ({place})"
+            below = indent + ("   " if last else "│  ")
+            yield from self._lines_below(child.name, below, X_WB, time)
+
+
+def _product(way: list[TreeFrame], X_WB: RigidTransform, time: float) -> RigidTransform:
+    """Return the pose of the last frame of a way down in the parent of its first."""
+    X = RigidTransform()
+    for frame in way:
+        X = X @ frame.pose(X_WB, time)
+    return X
+
+
+def transform(parent: str, child: str, X_PC: RigidTransform) -> Transform:
+    """Return a pose as a `Transform`."""
+    p_x, p_y, p_z = X_PC.translation().tolist()
+    w, x, y, z = X_PC.rotation().ToQuaternion().wxyz().tolist()
+    return Transform(parent, child, (p_x, p_y, p_z), (w, x, y, z))
+
+
+def roll_pitch_yaw(X: RigidTransform) -> list[float]:
+    """Return the roll, pitch and yaw of a pose [rad]."""
+    angles = RollPitchYaw(X.rotation()).vector()
+    return [0.0 if abs(angle) < 1e-12 else float(angle) for angle in angles]
+
+
+def _place(X_PF: RigidTransform) -> str:
+    """Return where a frame is in its parent."""
+    place = _numbers(X_PF.translation())
+    angles = [math.degrees(angle) for angle in roll_pitch_yaw(X_PF)]
+    return f"{place}; rpy {_numbers(np.array(angles))}" if any(angles) else place
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(f"{value:.4g}" if abs(value) >= 5e-7 else "0" for value in values)

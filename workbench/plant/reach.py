@@ -1,0 +1,122 @@
+"""How far a drone reaches: a sphere that holds all of it, its turning rotors included."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pydrake.geometry
+from pydrake.math import RigidTransform
+
+from workbench.plant.model import Link, Model
+from workbench.plant.rotors import Rotor
+from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+
+_AROUND = 64
+"""Corners of the polygon around a cylinder; it is 0.12 % wider than the circle."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A sphere about C, a point fixed to the body, that holds the drone at any speed of its rotors.
+
+    Attributes:
+        p_BC: its centre, in the body frame: that of the box around the drone [m].
+        radius: its radius [m].
+    """
+
+    p_BC: tuple[float, float, float]
+    radius: float
+
+
+def reach(model: Model, base_link: str, rotors: Sequence[Rotor]) -> Reach:
+    """Return the smallest sphere about the drone's middle that holds its shapes.
+
+    All shapes count, those that touch and those that are drawn: most descriptions draw their
+    propellers, and few let them touch. Where propellers have no shape at all, only their hubs
+    count, as no description gives the size of a propeller otherwise. It is exact but for cylinders
+    (0.12 % of their radius too wide) and ellipsoids (held by the sphere around them).
+
+    Args:
+        model: with meshes as Drake draws them.
+        base_link: whose frame is the body frame.
+        rotors: whose links turn about their axes.
+    """
+    base = model.link(base_link)
+    assert base
+    balls = [_balls(base.X_ML.inverse() @ link.X_ML, link) for link in model.links]
+    hubs = np.array([rotor.p_BR for rotor in rotors]).reshape(-1, 3)
+    centres = np.concatenate([hubs, *(centre for centre, _ in balls)])
+    radii = np.concatenate([np.zeros(len(hubs)), *(radius for _, radius in balls)])
+    low = np.min(centres - radii[:, None], axis=0)
+    high = np.max(centres + radii[:, None], axis=0)
+    p_BC = 0.5 * (low + high)
+    turning = {rotor.link: rotor for rotor in rotors if rotor.link != base_link}
+    farthest = float(np.max(_distance(hubs, p_BC), initial=0.0))
+    for link, (centre, radius) in zip(model.links, balls, strict=True):
+        if len(centre):
+            rotor = turning.get(link.name)
+            distance = _swept(centre, p_BC, rotor) if rotor else _distance(centre, p_BC)
+            farthest = max(farthest, float(np.max(distance + radius)))
+    x, y, z = p_BC.tolist()
+    return Reach((x, y, z), farthest)
+
+
+def _distance(points: np.ndarray, p_BC: np.ndarray) -> np.ndarray:
+    """Return how far points (n, 3) are from C, (n) [m]."""
+    return np.asarray(np.linalg.norm(points - p_BC, axis=1))
+
+
+def _swept(points: np.ndarray, p_BC: np.ndarray, rotor: Rotor) -> np.ndarray:
+    """Return how far points (n, 3) come from C while they turn with a rotor, (n) [m]."""
+    axis, hub = np.array(rotor.axis_B), np.array(rotor.p_BR)
+    along, from_axis = _split(points - hub, axis)
+    along_C, from_axis_C = _split((p_BC - hub)[None], axis)
+    return np.asarray(np.hypot(from_axis + from_axis_C, along - along_C))
+
+
+def _split(points: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return places along an axis through the origin, and distances from it, (n) each [m]."""
+    along = points @ axis
+    return along, np.linalg.norm(points - along[:, None] * axis, axis=1)
+
+
+def _balls(X_BL: RigidTransform, link: Link) -> tuple[np.ndarray, np.ndarray]:
+    """Return centres (n, 3) in B and radii (n) of balls whose hull holds a link's shapes [m]."""
+    placed = [(visual.X_LV, visual.shape) for visual in link.visuals]
+    placed += [(collision.X_LC, collision.shape) for collision in link.collisions]
+    centres, radii = [np.zeros((0, 3))], [np.zeros(0)]  # a link may have none
+    for X_LG, shape in placed:
+        points, radius = _hull(shape)
+        X_BG = X_BL @ X_LG
+        centres.append(points @ X_BG.rotation().matrix().T + X_BG.translation())
+        radii.append(np.full(len(points), radius))
+    return np.concatenate(centres), np.concatenate(radii)
+
+
+def _hull(shape: Shape) -> tuple[np.ndarray, float]:
+    """Return points (n, 3) in a shape's frame, and the radius of the balls about them [m]."""
+    match shape:
+        case Box(size):
+            return 0.5 * np.array(size) * np.array(list(product((-1.0, 1.0), repeat=3))), 0.0
+        case Sphere(radius):
+            return np.zeros((1, 3)), radius
+        case Capsule(radius, length):
+            return np.array([[0.0, 0.0, -0.5 * length], [0.0, 0.0, 0.5 * length]]), radius
+        case Ellipsoid(radii):
+            return np.zeros((1, 3)), max(radii)
+        case Cylinder(radius, length):
+            return _rims(radius / math.cos(math.pi / _AROUND), length), 0.0
+        case Mesh(path=None):
+            return np.zeros((0, 3)), 0.0
+        case Mesh():
+            hull = pydrake.geometry.Mesh(str(shape.path)).GetConvexHull()
+            return np.array([hull.vertex(i) for i in range(hull.num_vertices())]), 0.0
+
+
+def _rims(radius: float, length: float) -> np.ndarray:
+    """Return the corners of the polygons at both ends of a cylinder, (n, 3) [m]."""
+    angles = np.arange(_AROUND) * 2.0 * math.pi / _AROUND
+    rim = np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
+    return np.concatenate([np.c_[rim, np.full(_AROUND, z)] for z in (-0.5 * length, 0.5 * length)])

@@ -1,0 +1,54 @@
+"""All frames as one message on a port: what ROS's tf2 carries, ready to be a topic."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.value import Value
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import Context, LeafSystem
+
+from workbench.plant.frame_tree import FrameTree, Transform
+
+TOPIC = "/dh_drone/frames"
+"""Where `FrameTransforms` go."""
+
+
+@dataclass(frozen=True)
+class FrameTransforms:
+    """Every frame's pose in its parent's at a time [s], as in ROS's tf2_msgs/TFMessage."""
+
+    time: float
+    transforms: tuple[Transform, ...]
+
+    def __deepcopy__(self, memo: dict[int, object]) -> "FrameTransforms":
+        """Return itself, as it cannot change: Drake copies what ports carry."""
+        return self
+
+
+class FramePoses(LeafSystem):
+    """The tree of frames at the plant's state; worked out only when somebody reads it.
+
+    Input port:
+        state (13): of the plant.
+    Output port:
+        frames: a `FrameTransforms`.
+    """
+
+    def __init__(self, tree: FrameTree) -> None:
+        super().__init__()
+        self._tree = tree
+        self._state = self.DeclareVectorInputPort("state", 13)
+        self.frames_output = self.DeclareAbstractOutputPort(
+            "frames",
+            lambda: Value(FrameTransforms(0.0, ())),
+            self._calc_frames,
+            {self.input_port_ticket(self._state.get_index()), self.time_ticket()},
+        )
+
+    def _calc_frames(self, context: Context, output: Value) -> None:
+        state = self._state.Eval(context)
+        q_WB = Quaternion(state[0:4] / np.linalg.norm(state[0:4]))
+        time = context.get_time()
+        transforms = self._tree.transforms(RigidTransform(q_WB, state[4:7]), time)
+        output.set_value(FrameTransforms(time, transforms))

@@ -1,0 +1,144 @@
+"""The nearest obstacle: how far and in which direction, from the scene's signed distances."""
+
+import math
+from collections.abc import Set
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.value import Value
+from pydrake.geometry import GeometryId, QueryObject, SceneGraphInspector
+from pydrake.math import RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from workbench.plant.reach import Reach
+from workbench.plant.worlds.world import GROUND, obstacle_of
+from workbench.systems.obstacle_brake import WALLS
+
+RANGE = 30.0
+"""What is farther than this from the drone's middle is not looked for [m]."""
+APART = 0.9
+"""Of two obstacles in directions n and m with n · m above this, only the nearer is a wall."""
+
+
+class NearestObstacle(LeafSystem):
+    """Measures once a period, and keeps what it found, so that reading it costs nothing.
+
+    Clearance is the distance from the middle of the sphere that holds the drone, less its radius:
+    the drone may be nearer to nothing than that, however it is turned. It is right to the
+    rounding, 3e-5 m for ellipsoids. Convex and .obj meshes count; Drake leaves out others
+    (glTF) without a word, as it leaves them out of contact.
+
+    Input ports:
+        state (13): of the plant.
+        geometry_query: of the scene.
+    Output ports, both of them state:
+        obstacle (5): clearance [m], unit vector in W to its nearest point (from inside it: the
+            one deeper into it), warning 0 or 1; infinite, zero and 0 where nothing is in range.
+        walls (12): direction in W and clearance of up to three obstacles in directions that
+            differ, nearest first, as a limit of speed needs them; zero and infinite where
+            there are fewer.
+    Numeric parameter 0: warning distance [m].
+    """
+
+    def __init__(
+        self,
+        *,
+        reach: Reach,
+        not_obstacles: Set[GeometryId],
+        period: float,
+        lead: float,
+        warning_distance: float,
+    ) -> None:
+        """Declare ports, state and sampling.
+
+        Args:
+            reach: of the drone.
+            not_obstacles: what is left out: the drone's own geometries, and the ground's.
+            period: between measurements [s].
+            lead: by how much they come before whole multiples of the period, so that who reads
+                them there finds them fresh: one physics step [s].
+            warning_distance: clearance below which there is a warning [m].
+        """
+        super().__init__()
+        self._p_BC = np.array(reach.p_BC)
+        self._radius = reach.radius
+        self._not_obstacles = frozenset(not_obstacles)
+        self.DeclareNumericParameter(BasicVector([warning_distance]))
+        self._state = self.DeclareVectorInputPort("state", 13)
+        self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
+        self._obstacle_index = self.DeclareDiscreteState(_obstacle([], 0.0))
+        self._walls_index = self.DeclareDiscreteState(_walls([]))
+        self.obstacle_output = self.DeclareStateOutputPort("obstacle", self._obstacle_index)
+        self.walls_output = self.DeclareStateOutputPort("walls", self._walls_index)
+        self.DeclareInitializationDiscreteUpdateEvent(self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, period - lead, self._update)
+
+    def nearest(self, root_context: Context) -> tuple[str, float, float] | None:
+        """Return the nearest obstacle now, None where none is in range.
+
+        That is its name, the drone's clearance from it [m], and the distance from it to the drone's
+        middle [m], negative inside.
+        """
+        context = self.GetMyContextFromRoot(root_context)
+        found = self._found(context)
+        if not found:
+            return None
+        clearance, _, id = min(found, key=lambda each: each[0])
+        name = self._query.Eval(context).inspector().GetName(id)
+        return obstacle_of(name), clearance, clearance + self._radius
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        found = sorted((clearance, *n_W) for clearance, n_W, _ in self._found(context))
+        warning_distance = float(context.get_numeric_parameter(0).CopyToVector()[0])
+        discrete_state.set_value(self._obstacle_index, _obstacle(found, warning_distance))
+        discrete_state.set_value(self._walls_index, _walls(found))
+
+    def _found(self, context: Context) -> list[tuple[float, tuple[float, ...], GeometryId]]:
+        """Return clearance [m], direction in W and geometry of every obstacle in range."""
+        state = self._state.Eval(context)
+        R_WB = RotationMatrix(Quaternion(state[0:4] / np.linalg.norm(state[0:4])))
+        p_WC = state[4:7] + R_WB @ self._p_BC
+        query = self._query.Eval(context)
+        return [
+            (each.distance - self._radius, tuple((-each.grad_W).tolist()), each.id_G)
+            for each in query.ComputeSignedDistanceToPoint(p_WC, RANGE)
+            if each.id_G not in self._not_obstacles
+        ]
+
+
+Found = tuple[float, ...]
+"""Clearance [m] and direction in W of an obstacle."""
+
+
+def _obstacle(found: list[Found], warning_distance: float) -> list[float]:
+    """Return the value of `obstacle`; `found` is sorted."""
+    if not found:
+        return [math.inf, 0.0, 0.0, 0.0, 0.0]
+    clearance, *n_W = found[0]
+    return [clearance, *n_W, float(clearance < warning_distance)]
+
+
+def _walls(found: list[Found]) -> list[float]:
+    """Return the value of `walls`; `found` is sorted."""
+    walls: list[Found] = []
+    for clearance, *n_W in found:
+        alike = any(sum(a * b for a, b in zip(n_W, wall, strict=False)) > APART for wall in walls)
+        if not alike and len(walls) < WALLS:
+            walls.append((*n_W, clearance))
+    walls += [(0.0, 0.0, 0.0, math.inf)] * (WALLS - len(walls))
+    return [number for wall in walls for number in wall]
+
+
+def drone_and_ground(
+    plant: MultibodyPlant, inspector: SceneGraphInspector, base_link: str
+) -> set[GeometryId]:
+    """Return what is no obstacle in a plant: whatever of the drone and of the ground touches."""
+    drone = plant.GetBodyByName(base_link).model_instance()
+    ids = {
+        geometry
+        for body in plant.GetBodyIndices(drone)
+        for geometry in plant.GetCollisionGeometriesForBody(plant.get_body(body))
+    }
+    anchored = plant.GetCollisionGeometriesForBody(plant.world_body())
+    return ids | {geometry for geometry in anchored if inspector.GetName(geometry) == GROUND}
