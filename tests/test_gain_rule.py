@@ -89,6 +89,7 @@ def test_where_rotors_are_strong_their_lag_decides():
             "kp_yaw_rate": 5.0,  # 0.1 / 0.02
             "max_climb_rate": 6.23,  # 0.75 · 10.19 · 4 / 4.905
             "max_tilt": 0.7,
+            "drag_area": 0.01,  # of a litre of water
         },
         rel=2e-3,
     )
@@ -151,8 +152,10 @@ def test_the_shipped_drones_own_gains_are_near_the_rules():
 
 
 def test_size_does_not_matter():
-    """300 times the mass, inertia and thrust are the same accelerations."""
-    assert rule_gains(plus_quad(scale=300.0)) == rule_gains(plus_quad())
+    """300 times the mass, inertia and thrust are the same accelerations; only drag differs."""
+    large, small = rule_gains(plus_quad(scale=300.0)), rule_gains(plus_quad())
+    assert large.pop("drag_area") == pytest.approx(300.0 ** (2 / 3) * small.pop("drag_area"), 1e-2)
+    assert large == small
 
 
 def test_axes_are_treated_alike():

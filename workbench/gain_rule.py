@@ -36,6 +36,7 @@ import math
 import numpy as np
 
 from workbench.parameters import find_parameter
+from workbench.plant.drag import drag_area
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.thrust_frame import ThrustFrame, thrust_frame
 from workbench.plant.vehicle import Vehicle
@@ -102,6 +103,7 @@ def rule_gains(vehicle: Vehicle) -> dict[str, float]:
         "kp_yaw_rate": min(YAW_LAG_MARGIN / lag, YAW_SHARE * alpha_z / _default("max_yaw_rate")),
         "max_climb_rate": min(_default("max_climb_rate"), sink),
         "max_tilt": max_tilt,
+        "drag_area": drag_area(vehicle.mass),
     }
     return {name: _fitting(name, value) for name, value in values.items()}
 

@@ -28,6 +28,10 @@ class Rotor:
         time_constant_down: lag while slowing down [s].
         max_rot_velocity: largest speed [rad/s].
         velocity_slowdown: the picture turns slower than the rotor by this factor.
+        rotor_drag_coefficient: force against the hub's way across the axis, over speeds of rotor
+            and hub [N / (rad/s · m/s)].
+        rolling_moment_coefficient: moment against that way, over the same two speeds
+            [N·m / (rad/s · m/s)].
     """
 
     name: str
@@ -42,6 +46,8 @@ class Rotor:
     time_constant_down: float
     max_rot_velocity: float
     velocity_slowdown: float = 10.0
+    rotor_drag_coefficient: float = 0.0
+    rolling_moment_coefficient: float = 0.0
 
     @property
     def max_thrust(self) -> float:

@@ -10,7 +10,7 @@ from workbench.plant.vehicle import Vehicle
 
 
 def add_rotor_forces(builder: DiagramBuilder, plant: MultibodyPlant, vehicle: Vehicle) -> Propeller:
-    """Add a `Propeller` for the vehicle's rotors, fed with thrusts (n) [N], and connect the plant.
+    """Add a `Propeller` for the vehicle's rotors, fed with thrusts (n) [N].
 
     The moment about each rotor's axis is -direction moment_constant thrust.
     """
@@ -26,9 +26,6 @@ def add_rotor_forces(builder: DiagramBuilder, plant: MultibodyPlant, vehicle: Ve
     ]
     propeller = builder.AddNamedSystem("rotor_forces", Propeller(infos))
     builder.Connect(plant.get_body_poses_output_port(), propeller.get_body_poses_input_port())
-    builder.Connect(
-        propeller.get_spatial_forces_output_port(), plant.get_applied_spatial_force_input_port()
-    )
     return propeller
 
 

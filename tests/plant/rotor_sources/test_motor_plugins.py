@@ -18,6 +18,8 @@ TAGS = {
     "momentConstant": "0.02",
     "motorNumber": "0",
     "rotorVelocitySlowdownSim": "7",
+    "rotorDragCoefficient": "8e-05",
+    "rollingMomentCoefficient": "1e-06",
 }
 NEEDED = ("jointName", "linkName", "turningDirection", "motorConstant")
 POSITIVE = (
@@ -75,6 +77,8 @@ def test_every_tag_is_read_and_the_place_is_in_the_body_frame(read):
         time_constant_down=0.025,
         max_rot_velocity=1000.0,
         velocity_slowdown=7.0,
+        rotor_drag_coefficient=8e-5,
+        rolling_moment_coefficient=1e-6,
     )
 
 
@@ -131,7 +135,7 @@ def test_without_numbers_the_order_in_the_file_is_assumed(read):
 def test_a_missing_tag_is_named_at_its_plugin(read, tag):
     said = fault(read, plugin(1), plugin(without=[tag]))
     assert f"<{tag}>" in said
-    assert "quad.sdf:14: " in said
+    assert "quad.sdf:16: " in said
 
 
 @pytest.mark.parametrize(
@@ -157,6 +161,25 @@ def test_what_concerns_the_picture_only_is_assumed_without_a_word(read):
     (rotor,) = read(plugin(without=["rotorVelocitySlowdownSim"]), remarks=remarks)
     assert rotor.velocity_slowdown == 10.0
     assert not remarks.found
+
+
+COEFFICIENTS = ("rotorDragCoefficient", "rollingMomentCoefficient")
+
+
+def test_coefficients_that_are_left_out_are_none_without_a_word(read):
+    remarks = Remarks()
+    (rotor,) = read(plugin(without=COEFFICIENTS), remarks=remarks)
+    assert (rotor.rotor_drag_coefficient, rotor.rolling_moment_coefficient) == (0.0, 0.0)
+    assert not remarks.found
+
+
+@pytest.mark.parametrize("tag", COEFFICIENTS)
+@pytest.mark.parametrize("value", ["-1e-5", "inf", "nan", "much", "", "1e308"])
+def test_a_coefficient_that_cannot_be_is_quoted_with_its_line(read, tag, value):
+    said = fault(read, plugin(**{tag: value}))
+    assert f"<{tag}>{value}</{tag}>" in said
+    assert f"quad.sdf:{3 + list(TAGS).index(tag)}: " in said
+    read(plugin(**{tag: "0"}))
 
 
 @pytest.mark.parametrize("tag", POSITIVE)

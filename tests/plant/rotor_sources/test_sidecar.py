@@ -84,6 +84,14 @@ def test_a_rotor_on_a_joint_takes_its_place_and_its_own_figures(read):
     assert rotor.moment_constant == 0.02
 
 
+def test_drag_is_read_where_it_is_given(read):
+    drag = "  rotor_drag_coefficient: 1e-4\n  rolling_moment_coefficient: 0\n"
+    own = "- {joint: joint_0, direction: cw, rolling_moment_coefficient: 2e-6}\n"
+    first, second = read(DEFAULTS + drag + "rotors:\n- {joint: joint_1, direction: cw}\n" + own)
+    assert (first.rotor_drag_coefficient, first.rolling_moment_coefficient) == (1e-4, 0.0)
+    assert (second.rotor_drag_coefficient, second.rolling_moment_coefficient) == (1e-4, 2e-6)
+
+
 def test_position_and_axis_are_in_the_links_frame(read):
     text = "rotors:\n- {link: rotor_0, position: [0, 0, 1e-1], axis: [0, 3, 3], direction: cw}\n"
     (rotor,) = read(DEFAULTS + text)
@@ -127,6 +135,14 @@ def test_a_joint_that_points_down_turns_reversed(read, link, joint):
         ("{joint: joint_0, link: rotor_1, direction: cw}", "should be 'rotor_0'"),
         ("{joint: joint_0, direction: cw, motor_constant: 0}", "rotors.0.motor_constant"),
         ("{joint: joint_0, direction: cw, moment_constant: -1}", "rotors.0.moment_constant"),
+        (
+            "{joint: joint_0, direction: cw, rotor_drag_coefficient: -1}",
+            "rotors.0.rotor_drag_coefficient",
+        ),
+        (
+            "{joint: joint_0, direction: cw, rolling_moment_coefficient: .nan}",
+            "rotors.0.rolling_moment_coefficient",
+        ),
         ("{joint: joint_0, direction: cw, time_constant_up: .inf}", "rotors.0.time_constant_up"),
         ("{joint: joint_0, direction: cw, time_constant_down: slow}", "time_constant_down"),
         ("{joint: joint_0, direction: cw, max_rot_velocity: true}", "max_rot_velocity"),

@@ -100,6 +100,8 @@ def test_constants_in_the_block_count(read):
         "<turningDirection2>ccw</turningDirection2><turningDirection3>cw</turningDirection3>"
         "<turningDirection4>cw</turningDirection4>"
         "<rotorVelocitySlowdownSim>5</rotorVelocitySlowdownSim>"
+        "<rotorDragCoefficient>1e-4</rotorDragCoefficient>"
+        "<rollingMomentCoefficient>2e-6</rollingMomentCoefficient>"
     )
     rotors = read(block(extra=extra), remarks)
     assert [rotor.direction for rotor in rotors] == [1, 1, -1, -1]
@@ -109,6 +111,8 @@ def test_constants_in_the_block_count(read):
     assert rotors[3].time_constant_down == 0.2
     assert rotors[3].max_rot_velocity == 500.0
     assert rotors[3].velocity_slowdown == 5.0
+    assert rotors[3].rotor_drag_coefficient == 1e-4
+    assert rotors[3].rolling_moment_coefficient == 2e-6
     assert remarks.found == []
 
 

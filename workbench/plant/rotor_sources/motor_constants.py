@@ -16,6 +16,8 @@ class MotorConstants:
     time_constant_down: float
     max_rot_velocity: float
     velocity_slowdown: float
+    rotor_drag_coefficient: float = 0.0
+    rolling_moment_coefficient: float = 0.0
 
 
 # kDefault... in rotors_gazebo_plugins' gazebo_motor_model.h and common.h (the slowdown), the same
@@ -42,7 +44,7 @@ def read_constants(
         remarks: where to note what was missing.
 
     Raises:
-        WorkbenchError: for a constant that is no positive number.
+        WorkbenchError: for a constant that is no positive number, or a negative coefficient.
     """
     missing: list[str] = []
 
@@ -60,9 +62,16 @@ def read_constants(
         velocity_slowdown=tags.positive("rotorVelocitySlowdownSim")
         if tags.has("rotorVelocitySlowdownSim")
         else otherwise.velocity_slowdown,  # without a remark: it is for the picture only
+        rotor_drag_coefficient=_or_none(tags, "rotorDragCoefficient"),
+        rolling_moment_coefficient=_or_none(tags, "rollingMomentCoefficient"),
     )
     note_assumed(missing, source, tags.file, element, remarks)
     return found
+
+
+def _or_none(tags: Tags, tag: str) -> float:
+    """Return a coefficient, 0 where it is left out: Gazebo's 1e-4 would hold a small drone fast."""
+    return tags.not_negative(tag) if tags.has(tag) else 0.0
 
 
 def note_assumed(

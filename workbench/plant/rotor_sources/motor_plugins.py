@@ -110,6 +110,8 @@ def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
         time_constant_down=constants.time_constant_down,
         max_rot_velocity=constants.max_rot_velocity,
         velocity_slowdown=constants.velocity_slowdown,
+        rotor_drag_coefficient=constants.rotor_drag_coefficient,
+        rolling_moment_coefficient=constants.rolling_moment_coefficient,
     )
 
 

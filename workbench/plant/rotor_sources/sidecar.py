@@ -59,6 +59,12 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
         time_constant_up=_positive(place, "time_constant_up", entry.time_constant_up),
         time_constant_down=_positive(place, "time_constant_down", entry.time_constant_down),
         max_rot_velocity=_positive(place, "max_rot_velocity", entry.max_rot_velocity),
+        rotor_drag_coefficient=_not_negative(
+            place, "rotor_drag_coefficient", entry.rotor_drag_coefficient
+        ),
+        rolling_moment_coefficient=_not_negative(
+            place, "rolling_moment_coefficient", entry.rolling_moment_coefficient
+        ),
     )
 
 
@@ -105,4 +111,10 @@ def _positive(place: Place, key: str, value: float | None) -> float:
         raise place.fault(key, "is missing: give it here or under 'defaults:'")
     if not SMALLEST <= value <= LARGEST:
         raise place.fault(key, "should be a positive number")
+    return float(value)
+
+
+def _not_negative(place: Place, key: str, value: float) -> float:
+    if not 0.0 <= value <= LARGEST:
+        raise place.fault(key, "should be a positive number, or 0")
     return float(value)

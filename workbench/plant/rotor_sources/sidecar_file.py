@@ -27,6 +27,8 @@ class Shared:
     time_constant_up: float | None = None
     time_constant_down: float | None = None
     max_rot_velocity: float | None = None
+    rotor_drag_coefficient: float = 0.0
+    rolling_moment_coefficient: float = 0.0
 
 
 @dataclass

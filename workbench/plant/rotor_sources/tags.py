@@ -66,13 +66,28 @@ class Tags:
         """
         if not self.has(tag):
             raise WorkbenchError(f"{self.where()}: {self._kind} without <{tag}>: add it")
-        try:
-            value = float(self._element.findtext(tag) or "")
-        except ValueError:
-            value = math.nan
+        value = self._number(tag)
         if not SMALLEST <= value <= LARGEST:
             raise self.fault(tag, "give it a positive number")
         return value
+
+    def not_negative(self, tag: str) -> float:
+        """Return the number that a child gives, 0 or positive.
+
+        Raises:
+            WorkbenchError: if it gives none.
+        """
+        value = self._number(tag)
+        if not 0.0 <= value <= LARGEST:
+            raise self.fault(tag, "give it a positive number, or 0")
+        return value
+
+    def _number(self, tag: str) -> float:
+        """Return the number of a child, NaN where it is none."""
+        try:
+            return float(self._element.findtext(tag) or "")
+        except ValueError:
+            return math.nan
 
     def fault(self, tag: str, advice: str) -> WorkbenchError:
         """Return the error for a child whose text cannot be."""

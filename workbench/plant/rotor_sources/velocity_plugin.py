@@ -92,6 +92,8 @@ def read_velocity_plugin(
             time_constant_down=constants.time_constant_down,
             max_rot_velocity=constants.max_rot_velocity,
             velocity_slowdown=constants.velocity_slowdown,
+            rotor_drag_coefficient=constants.rotor_drag_coefficient,
+            rolling_moment_coefficient=constants.rolling_moment_coefficient,
         )
         for rotor, turn in zip(named, turns, strict=True)
     )

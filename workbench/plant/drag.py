@@ -1,0 +1,53 @@
+"""What the air takes from a moving vehicle, from its record alone."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
+
+AIR_DENSITY = 1.225
+"""At sea level in the International Standard Atmosphere (ISO 2533) [kg/m³]."""
+BODY_DENSITY = 1000.0
+"""Drones are about as dense as water [kg/m³]."""
+
+
+def drag_area(mass: float) -> float:
+    """Return drag coefficient times area of a body of which only the mass is known [m²].
+
+    It is that of a cube as dense as water with a drag coefficient of 1, a little below the 1.05
+    of a cube face on (Hoerner, Fluid-Dynamic Drag, 1965, chapter 3).
+
+    Args:
+        mass: all-up [kg].
+    """
+    return math.cbrt(mass / BODY_DENSITY) ** 2
+
+
+class DragRates(NamedTuple):
+    """How fast drag brakes a hovering vehicle that begins to move.
+
+    Attributes:
+        across: by the rotors, across their axes, over speed [1/s].
+        squared: by the body, over squared speed [1/m].
+        yaw: by the rotors, about the vertical, over yaw rate [1/s].
+    """
+
+    across: float
+    squared: float
+    yaw: float
+
+
+def drag_rates(vehicle: Vehicle) -> DragRates:
+    """Return the decelerations that a vehicle's rotors, turning as in hover, and body make."""
+    frame = thrust_frame(vehicle)
+    coefficients = [rotor.rotor_drag_coefficient for rotor in vehicle.rotors]
+    pulls = np.array(coefficients) * frame.hover_speeds
+    arms = np.array([rotor.p_BR[:2] for rotor in frame.rotors]) - frame.p_ToTcm_T[:2]
+    return DragRates(
+        across=float(pulls.sum()) / vehicle.mass,
+        squared=0.5 * AIR_DENSITY * drag_area(vehicle.mass) / vehicle.mass,
+        yaw=float(pulls @ (arms**2).sum(axis=1) / frame.inertia_T[2, 2]),
+    )

@@ -1,0 +1,24 @@
+"""A wrench acts on the plant, through Drake's `Propeller`: in C++, as rotors do."""
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant, Propeller, PropellerInfo
+from pydrake.systems.framework import DiagramBuilder
+
+
+def add_air_forces(builder: DiagramBuilder, plant: MultibodyPlant, base_link: str) -> Propeller:
+    """Add a `Propeller` that is commanded by force [N] and moment about Bo [N·m], in B (6).
+
+    It has six rotors at the body's origin: three that only pull, along x, y and z, and three that
+    only turn about them.
+    """
+    base = plant.GetBodyByName(base_link).index()
+    poses = [
+        RigidTransform(RotationMatrix.MakeFromOneVector(axis, axis_index=2), np.zeros(3))
+        for axis in np.eye(3)
+    ]
+    pulls = [PropellerInfo(base, pose, thrust_ratio=1.0, moment_ratio=0.0) for pose in poses]
+    turns = [PropellerInfo(base, pose, thrust_ratio=0.0, moment_ratio=1.0) for pose in poses]
+    forces = builder.AddNamedSystem("air_forces", Propeller(pulls + turns))
+    builder.Connect(plant.get_body_poses_output_port(), forces.get_body_poses_input_port())
+    return forces
