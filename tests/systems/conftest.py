@@ -8,6 +8,7 @@ from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.resources import find_model
 from workbench.systems.cascade import Gains
+from workbench.systems.obstacle_brake import WALLS
 
 
 @pytest.fixture(scope="session")
@@ -38,6 +39,10 @@ def random_signals():
         reference[7] = float(rng.integers(0, 2))
         weights = rng.integers(0, 2, 3).astype(float)
         guidance = [1.0, 1.0, weights[0], rng.normal(), weights[1], weights[2], *rng.normal(size=3)]
+        guidance.append(rng.integers(0, 2) * rng.uniform(0.0, 2.0))
+        for _ in range(WALLS):
+            n_W = rng.normal(size=3)
+            guidance += [*n_W / np.linalg.norm(n_W), rng.uniform(-5, 15)]
         return state, list(rng.normal(size=3)), reference, guidance
 
     return signals

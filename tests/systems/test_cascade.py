@@ -20,6 +20,7 @@ from workbench.systems.cascade import (
     wanted_velocity,
     wanted_wrench,
 )
+from workbench.systems.obstacle_brake import braked
 
 GAINS = Gains(
     kp_position_xy=1.1,
@@ -138,6 +139,50 @@ def test_above_the_ceiling_it_sinks_no_faster_than_allowed():
     assert sinking[2] == pytest.approx(-GAINS.max_climb_rate)
 
 
+def walled(*walls, brake=1.5) -> Guidance:
+    """Free to fly, with three walls: n in W, and the place along it at which to stop."""
+    return Guidance(*FREE[:9], brake, *(number for wall in walls for number in wall))
+
+
+NO_WALL = (0.0, 0.0, 0.0, 0.0)
+
+
+def test_walls_brake_what_the_limits_leave():
+    """Oracle: `braked` itself; slowing down takes half of what `max_tilt` allows."""
+    guide = walled((1.0, 0.0, 0.0, 3.0), (0.0, 0.6, 0.8, 4.3), NO_WALL)
+    rng = np.random.default_rng(5)
+    slowing = 0.5 * GRAVITY * tangent(GAINS.max_tilt)
+    slowed = 0
+    for _ in range(200):
+        p_WB, fast = rng.uniform(-1, 4, 3), reference(v=rng.uniform(-9, 9, 3))
+        *free, yaw_rate = wanted_velocity(p_WB, fast, FREE, GAINS)
+        wanted = (*braked(*free, p_WB, 1.5, guide[10:], slowing), yaw_rate)
+        assert wanted_velocity(p_WB, fast, guide, GAINS) == wanted
+        assert wanted_velocity(p_WB, fast, guide._replace(brake=0.0), GAINS) == (*free, yaw_rate)
+        slowed += wanted[:3] != tuple(free)
+    assert 50 < slowed < 190
+
+
+@pytest.mark.parametrize("way", [-9.0, -0.2, 0.0, 0.5, 30.0])
+def test_walls_have_derivatives(way):
+    """Oracle: differences of the law itself."""
+    slope = math.sqrt(0.5)
+    guide = walled((slope, slope, 0.0, way), (0.0, 0.6, 0.8, way + 1.0), NO_WALL, brake=1.0)
+
+    def law(p):
+        return wanted_velocity(p, reference(v=(3.0, 2.0, 2.5)), guide, GAINS)[:3]
+
+    at = np.array([0.3, -0.2, 0.1])
+    carried = law(InitializeAutoDiff(at).ravel())
+    values = [getattr(x, "value", lambda x=x: x)() for x in carried]
+    assert values == pytest.approx(law(at.tolist()))
+    for axis in range(3):
+        step = 1e-6 * np.eye(3)[axis]
+        wanted = (np.array(law(at + step)) - law(at - step)) / 2e-6
+        found = [x.derivatives()[axis] if hasattr(x, "derivatives") else 0.0 for x in carried]
+        assert found == pytest.approx(wanted, abs=1e-6)
+
+
 def test_specific_force_is_velocity_pd_plus_gravity_within_tilt():
     rng = np.random.default_rng(3)
     least, tilted, free = 0, 0, 0
@@ -151,6 +196,22 @@ def test_specific_force_is_velocity_pd_plus_gravity_within_tilt():
         tilted += tilt > GAINS.max_tilt - 1e-6
         free += tilt < GAINS.max_tilt - 1e-6 and found[2] > LEAST_LIFT
     assert min(least, tilted, free) > 100
+
+
+def test_what_drag_takes_is_added_to_force_and_yaw_moment():
+    """Tilt stays within its limit."""
+    v_WB, a_WB, wanted = [0.1, 0.2, 0.3], [0.0] * 3, (0.2, 0.1, 0.3, 0.0)
+    plain = np.array(wanted_specific_force(v_WB, a_WB, wanted, GAINS))
+    drag = np.array([0.5, -0.4, 0.3])
+    found = wanted_specific_force(v_WB, a_WB, wanted, GAINS, drag)
+    assert found == pytest.approx(plain + drag, rel=1e-12)
+    tilted = wanted_specific_force(v_WB, a_WB, wanted, GAINS, [100.0, 0.0, 0.0])
+    assert math.atan2(tilted[0], tilted[2]) == pytest.approx(GAINS.max_tilt, abs=1e-5)
+    q, w_WB = [1.0, 0, 0, 0], [0.0, 0.0, 0.3]
+    still = wanted_wrench(q, w_WB, [0, 0, 9.81], 0.3, MASS, SIX, GAINS)
+    dragged = wanted_wrench(q, w_WB, [0, 0, 9.81], 0.3, MASS, SIX, GAINS, 0.5)
+    turn = INERTIA[:, 2] * 0.5 * 0.3
+    assert np.subtract(dragged, still) == pytest.approx([0.0, *turn], abs=1e-12)
 
 
 def test_wrench_is_that_of_vectors_at_any_attitude():

@@ -24,7 +24,8 @@ def output(controller, context, signals) -> np.ndarray:
 
 def pure(vehicle, signals, gains) -> list[float]:
     commands = [0.0] * len(vehicle.rotors)
-    rotor_commands(*signals, gains, law_constants(vehicle, 0.0), commands)
+    whole = [1.0] * len(vehicle.rotors)
+    rotor_commands(*signals, gains, whole, law_constants(vehicle, 0.0), commands)
     return commands
 
 

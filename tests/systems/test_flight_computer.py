@@ -18,10 +18,10 @@ def computer(vehicle, gains):
     return FlightComputer(vehicle=vehicle, gains=gains, period=PERIOD)
 
 
-def pure(vehicle, inputs, gains, memory):
+def pure(vehicle, inputs, gains, memory, shares=(1.0, 1.0, 1.0, 1.0)):
     thrusts, after = np.zeros(4), np.zeros(11)
-    constants = law_constants(vehicle, PERIOD)
-    control_update(*inputs, gains, constants, sampled_estimate(PERIOD), memory, thrusts, after)
+    constants, estimate = law_constants(vehicle, PERIOD), sampled_estimate(PERIOD)
+    control_update(*inputs, gains, shares, constants, estimate, memory, thrusts, after)
     return thrusts, after
 
 
@@ -113,6 +113,34 @@ def test_gains_are_live_and_in_the_order_of_their_names(computer, vehicle, gains
         thrusts, _ = next_values(computer, context)
         wanted, _ = pure(vehicle, inputs, Gains(*changed), memory)
         assert thrusts == pytest.approx(wanted, rel=1e-8, abs=1e-9)
+
+
+@pytest.mark.parametrize("shares", [[1.0, 0.5, 0.9, 1.0], [1.0, 1.0, 0.0, 0.3], [0.0] * 4])
+def test_rotors_that_give_a_share_are_those_of_the_pure_update(
+    computer, vehicle, gains, random_signals, shares
+):
+    """Compiled, and with derivatives."""
+    twin = computer.ToAutoDiffXd()
+    context, mirror = computer.CreateDefaultContext(), twin.CreateDefaultContext()
+    context.get_mutable_numeric_parameter(1).SetFromVector(shares)
+    rng = np.random.default_rng(22)
+    for _ in range(30):
+        inputs, memory = drawn(rng, random_signals)
+        fix(computer, context, inputs)
+        context.SetDiscreteState(1, memory)
+        mirror.SetTimeStateAndParametersFrom(context)
+        twin.FixInputPortsFrom(computer, context, mirror)
+        wanted = pure(vehicle, inputs, gains, memory, shares)
+        found = next_values(computer, context)
+        carried = [[x.value() for x in values] for values in next_values(twin, mirror)]
+        for values, plain, exact in zip(found, carried, wanted, strict=True):
+            assert values == pytest.approx(exact, rel=1e-6, abs=1e-6)
+            assert plain == pytest.approx(exact, rel=1e-6, abs=1e-6)
+
+
+def test_all_rotors_are_whole_to_begin_with(computer):
+    shares = computer.CreateDefaultContext().get_numeric_parameter(1)
+    assert shares.value().tolist() == [1.0] * 4
 
 
 def test_inputs_are_only_read(computer, random_signals):

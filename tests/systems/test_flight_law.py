@@ -8,8 +8,10 @@ import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
+from workbench.plant.drag import AIR_DENSITY, drag_area, drag_rates
 from workbench.plant.rotors import wrench_matrix
 from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.air.drag import drag_wrench, rotor_rows
 from workbench.systems.cascade import (
     Guidance,
     wanted_specific_force,
@@ -23,27 +25,33 @@ from workbench.systems.flight_law import (
     packed,
     packed_update,
     rotor_commands,
+    still_air_drag,
     thrust_attitude,
     unpacked,
 )
 from workbench.systems.mixer import mix
 from workbench.systems.rotor_response import rotor_period, step_rotor
+from workbench.systems.stopped_rotors import mix_without
 
 PERIOD = 1 / 128
+WHOLE = [1.0] * 4
 
 
-def commands(signals, gains, constants) -> list[float]:
+def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
     found = [0.0] * 4
-    rotor_commands(*signals, gains, constants, found)
+    rotor_commands(*signals, gains, shares, constants, found)
     return found
 
 
 def commands_in_a_row(vehicle, signals, gains) -> list[float]:
     state, acceleration, reference, guide = signals
     wanted = wanted_velocity(state[4:7], reference, guide, gains)
-    f_W = wanted_specific_force(state[10:13], acceleration, wanted, gains)
+    rates = drag_rates(vehicle)
+    drag = still_air_drag(state[:4], state[10:13], rates)
+    f_W = wanted_specific_force(state[10:13], acceleration, wanted, gains, drag)
     inertia = vehicle.inertia[np.triu_indices(3)].tolist()
-    wrench = wanted_wrench(state[:4], state[7:10], f_W, wanted[3], vehicle.mass, inertia, gains)
+    turn = (state[:4], state[7:10], f_W, wanted[3])
+    wrench = wanted_wrench(*turn, vehicle.mass, inertia, gains, rates.yaw)
     most = [rotor.motor_constant * rotor.max_rot_velocity**2 for rotor in vehicle.rotors]
     least = [0.01 * thrust for thrust in most]  # a tenth of the speed
     thrusts = [0.0] * 4
@@ -78,7 +86,7 @@ def test_without_motors_rotors_stop_and_without_lift_they_idle(
     assert found == pytest.approx([share * rotor.max_rot_velocity for rotor in vehicle.rotors])
 
 
-def updated(signals, gains, constants, memory) -> tuple[np.ndarray, np.ndarray]:
+def updated(signals, gains, constants, memory, shares=WHOLE) -> tuple[np.ndarray, np.ndarray]:
     state, _, reference, guide = signals
     thrusts, after = np.zeros(4), np.zeros(11)
     control_update(
@@ -86,6 +94,7 @@ def updated(signals, gains, constants, memory) -> tuple[np.ndarray, np.ndarray]:
         reference,
         guide,
         gains,
+        shares,
         constants,
         sampled_estimate(PERIOD),
         memory,
@@ -126,9 +135,8 @@ def test_an_update_in_place_is_the_same(vehicle, gains, random_signals):
     _, after = updated(signals, gains, constants, memory)
     state, _, reference, guide = signals
     thrusts = np.zeros(4)
-    control_update(
-        state, reference, guide, gains, constants, sampled_estimate(PERIOD), memory, thrusts, memory
-    )
+    inputs = (state, reference, guide, gains, WHOLE)
+    control_update(*inputs, constants, sampled_estimate(PERIOD), memory, thrusts, memory)
     assert memory.tolist() == after.tolist()
 
 
@@ -151,6 +159,7 @@ def test_the_packed_update_is_the_update(vehicle, gains, random_signals):
         reference,
         guide,
         np.array(gains),
+        np.array(WHOLE),
         *packed(constants),
         sampled_estimate(PERIOD),
         memory,
@@ -208,3 +217,73 @@ def test_an_odd_vehicle_hovers_leaning_back_on_the_weight_alone(odd_vehicle, gai
     assert thrusts.sum() == pytest.approx(odd_vehicle.mass * 9.81)
     wrench = wrench_matrix(odd_vehicle.rotors, odd_vehicle.p_BoBcm_B) @ thrusts
     assert wrench[3:] == pytest.approx(np.zeros(3), abs=1e-9)
+
+
+def test_the_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
+    """On the drone as it hovers, in still air: what it expects takes away what acts."""
+    rng = np.random.default_rng(30)
+    centred = [dataclasses.replace(r, p_BR=(*r.p_BR[:2], 0.0)) for r in vehicle.rotors]
+    rows = rotor_rows(centred)
+    pressure = 0.5 * AIR_DENSITY * drag_area(vehicle.mass)
+    for _ in range(50):
+        q, v_WB = rng.normal(size=4), rng.normal(size=3) * 4.0
+        state = [*q, *[0.0] * 6, *v_WB]
+        speeds = vehicle.hover_speeds
+        wrench = drag_wrench(state, speeds, [0.0] * 3, pressure, [0.0] * 3, rows)
+        R_WB = RotationMatrix(Quaternion(q / np.linalg.norm(q))).matrix()
+        expected = still_air_drag(q, v_WB, drag_rates(vehicle))
+        assert expected == pytest.approx(-R_WB @ wrench[:3] / vehicle.mass, rel=1e-3, abs=1e-3)
+
+
+def test_the_yaw_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
+    state = [1.0, *[0.0] * 8, 0.4, 0.0, 0.0, 0.0]
+    rows = rotor_rows(vehicle.rotors)
+    wrench = drag_wrench(state, vehicle.hover_speeds, [0.0] * 3, 0.0, [0.0] * 3, rows)
+    expected = drag_rates(vehicle).yaw * 0.4
+    assert wrench[5] / vehicle.inertia[2, 2] == pytest.approx(-expected, rel=1e-3)
+
+
+def test_a_weak_rotor_gives_its_share_and_the_law_knows_nothing(vehicle, gains, random_signals):
+    rng = np.random.default_rng(21)
+    constants = law_constants(vehicle, PERIOD)
+    shares = [1.0, 0.9, 0.25, 1e-3]
+    for _ in range(50):
+        signals = random_signals(rng)
+        memory = np.concatenate([rng.uniform(0, 1100, 8), rng.normal(size=3)])
+        thrusts, after = updated(signals, gains, constants, memory)
+        weak, weak_after = updated(signals, gains, constants, memory, shares)
+        assert weak == pytest.approx(shares * thrusts, rel=1e-12)
+        assert weak_after.tolist() == after.tolist()
+
+
+def test_a_stopped_rotor_runs_down_and_the_others_are_mixed_without_it(vehicle, gains):
+    rng = np.random.default_rng(22)
+    constants = law_constants(vehicle, PERIOD)
+    rotor = vehicle.rotors[1]
+    effects = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)[2:].T
+    assert np.array(constants.effects) == pytest.approx(effects)
+    most = [rotor.max_thrust for rotor in vehicle.rotors]
+    most[1] = 0.0
+    for _ in range(50):
+        state = [1.0, *rng.uniform(-0.03, 0.03, 3), 0, 0, 10.0, *rng.uniform(-0.1, 0.1, 6)]
+        signals = (state, [0.0] * 3, [0.0] * 8, Guidance(1.0, 1.0, *[0.0] * 7))
+        memory = np.concatenate([rng.uniform(0, 1100, 8), state[10:13]])
+        _, with_all = updated(signals, gains, constants, memory)
+        thrusts, after = updated(signals, gains, constants, memory, [1.0, 0.0, 1.0, 1.0])
+        asked = constants.motor_constants * with_all[4:8] ** 2  # of all, within their limits
+        wanted = [0.0] * 4
+        mix_without(*(effects.T @ asked).tolist(), effects.tolist(), most, wanted)
+        found = constants.motor_constants * after[4:8] ** 2
+        assert found == pytest.approx(wanted, abs=1e-4)
+        assert after[5] == 0.0
+        thrust, speed = step_rotor(0.0, memory[1], rotor_period(rotor, PERIOD))
+        assert (thrusts[1], after[1]) == pytest.approx((thrust, speed))
+        assert 0.0 < speed < memory[1]
+
+
+def test_a_stopped_rotor_does_not_idle_either(vehicle, gains, random_signals):
+    state, acceleration, reference, guide = random_signals(np.random.default_rng(23))
+    signals = (state, acceleration, reference, [1.0, 0.0, *guide[2:]])
+    constants = law_constants(vehicle, 0.0)
+    idle = commands(signals, gains, constants)
+    assert commands(signals, gains, constants, [1.0, 1.0, 0.0, 1.0]) == [*idle[:2], 0.0, idle[3]]

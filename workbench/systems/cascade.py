@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from numba.extending import register_jitable
 
 from workbench.plant.gravity import GRAVITY
+from workbench.systems.obstacle_brake import braked
 
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""
@@ -24,6 +25,9 @@ Vector = Any
 
 CEILING_RATE = 1.0
 """Below the largest height a drone climbs no faster than this times the way left [1/s]."""
+NO_DRAG = (0.0, 0.0, 0.0)
+BRAKING_SHARE = 0.5
+"""From afar a wall is neared only as fast as this share of the largest level acceleration stops."""
 LEAST_LIFT = 0.3 * GRAVITY
 """The wanted specific force never points below this much upwards [m/s²]: no flying on its back."""
 
@@ -70,6 +74,9 @@ class Guidance(NamedTuple):
     `motors` 0 stops the rotors; `lift` 0 lets them idle; `authority` 0 takes no reference;
     `climb` is the mode's own vertical velocity [m/s]; `hold_xy` and `hold_z` keep the point p [m]
     while the reference asks for nothing.
+
+    `brake` [1/s] and the three walls limit the speed towards obstacles, see `obstacle_brake`; a
+    brake of 0 sets no limit.
     """
 
     motors: Scalar
@@ -81,13 +88,29 @@ class Guidance(NamedTuple):
     p_x: Scalar
     p_y: Scalar
     p_z: Scalar
+    brake: Scalar = 0.0
+    first_x: Scalar = 0.0
+    first_y: Scalar = 0.0
+    first_z: Scalar = 0.0
+    first_place: Scalar = 0.0
+    second_x: Scalar = 0.0
+    second_y: Scalar = 0.0
+    second_z: Scalar = 0.0
+    second_place: Scalar = 0.0
+    third_x: Scalar = 0.0
+    third_y: Scalar = 0.0
+    third_z: Scalar = 0.0
+    third_place: Scalar = 0.0
+
+
+BRAKE = Guidance._fields.index("brake")
 
 
 @register_jitable
 def wanted_velocity(
     p_WB: Vector, reference: Vector, guidance: Vector, gains: Vector
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return velocity (x, y, z) in W and yaw rate: the reference within limits, or the hold.
+    """Return velocity (x, y, z) in W and yaw rate: the reference or the hold, within limits.
 
     Args:
         p_WB: position [m].
@@ -97,8 +120,10 @@ def wanted_velocity(
     """
     x, y, z = p_WB
     v_x, v_y, v_z, yaw_rate, p_x, p_y, p_z, follow = reference
-    _, _, authority, climb, hold_xy, hold_z, hold_x, hold_y, hold_height = guidance
-    kp_xy, kp_z, _, _, _, _, _, _, _, _, _, _, _, v_max, climb_max, height_max, _, yaw_max = gains
+    _, _, authority, climb, hold_xy, hold_z, hold_x, hold_y, hold_height = guidance[0:BRAKE]
+    kp_xy, kp_z, _, _, _, _, _, _, _, _, _, _, _, v_max, climb_max, height_max, tilt, yaw_max = (
+        gains
+    )
     if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > 0.0:
         # a pilot who steers is not pulled back while the mode has yet to notice
         hold_xy = 0.0
@@ -124,28 +149,36 @@ def wanted_velocity(
         yaw_rate = yaw_max
     if yaw_rate < -yaw_max:
         yaw_rate = -yaw_max
+    if guidance[BRAKE] > 0.0:
+        slowing = BRAKING_SHARE * GRAVITY * tangent(tilt)
+        walls = guidance[BRAKE + 1 :]
+        v_x, v_y, v_z = braked(v_x, v_y, v_z, p_WB, guidance[BRAKE], walls, slowing)
     return v_x, v_y, v_z, yaw_rate
 
 
 @register_jitable
 def wanted_specific_force(
-    v_WB: Vector, a_WB: Vector, wanted: Vector, gains: Vector
+    v_WB: Vector, a_WB: Vector, wanted: Vector, gains: Vector, drag: Vector = NO_DRAG
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Return force over mass [m/s²] in W: velocity PD plus gravity, tilted no more than allowed.
+    """Return force over mass [m/s²] in W, tilted no more than allowed.
+
+    It is velocity PD plus gravity, and plus what drag takes, so that gains mean the same for a
+    vehicle with much drag and for one without.
 
     Args:
         v_WB: velocity [m/s].
         a_WB: acceleration estimate for the derivative terms [m/s²].
         wanted: velocity [m/s] and yaw rate from `wanted_velocity`.
         gains: see `Gains`.
+        drag: what the air is thought to take, over mass, in W [m/s²].
     """
     v_x, v_y, v_z = v_WB
     a_x, a_y, a_z = a_WB
     wanted_x, wanted_y, wanted_z, _ = wanted
     _, _, kp_x, kp_y, kp_z, kd_x, kd_y, kd_z, _, _, _, _, _, _, _, _, max_tilt, _ = gains
-    f_x = kp_x * (wanted_x - v_x) - kd_x * a_x
-    f_y = kp_y * (wanted_y - v_y) - kd_y * a_y
-    f_z = kp_z * (wanted_z - v_z) - kd_z * a_z + GRAVITY
+    f_x = kp_x * (wanted_x - v_x) - kd_x * a_x + drag[0]
+    f_y = kp_y * (wanted_y - v_y) - kd_y * a_y + drag[1]
+    f_z = kp_z * (wanted_z - v_z) - kd_z * a_z + drag[2] + GRAVITY
     if f_z < LEAST_LIFT:
         f_z = LEAST_LIFT
     level_squared = f_x * f_x + f_y * f_y
@@ -166,6 +199,7 @@ def wanted_wrench(
     mass: float,
     inertia: Sequence[float],
     gains: Vector,
+    yaw_drag: Scalar = 0.0,
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return the force along body z [N] and the moment about the centre of mass in B [N·m].
 
@@ -180,6 +214,7 @@ def wanted_wrench(
         mass: all-up mass [kg].
         inertia: I_BBcm_B as xx, xy, xz, yy, yz, zz [kg·m²].
         gains: see `Gains`.
+        yaw_drag: angular acceleration that drag takes over the rate about body z [1/s].
     """
     w, x, y, z = q_WB
     s = 2.0 / (w * w + x * x + y * y + z * z)  # Drake's quaternions need not have unit length
@@ -214,7 +249,7 @@ def wanted_wrench(
     _, _, _, _, _, _, _, _, kp_roll, kp_pitch, kd_roll, kd_pitch, kp_yaw, _, _, _, _, _ = gains
     a_x = kp_roll * e_x + kd_roll * (r20 * yaw_rate - w_x)
     a_y = kp_pitch * e_y + kd_pitch * (r21 * yaw_rate - w_y)
-    a_z = kp_yaw * (r22 * yaw_rate - w_z)
+    a_z = kp_yaw * (r22 * yaw_rate - w_z) + yaw_drag * w_z
 
     xx, xy, xz, yy, yz, zz = inertia
     h_x = xx * w_x + xy * w_y + xz * w_z

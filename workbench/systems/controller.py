@@ -13,13 +13,13 @@ from workbench.systems.flight_law import law_constants, rotor_commands
 
 @TemplateSystem.define("CascadedController_", T_list=[float, AutoDiffXd])
 def CascadedController_(T: Any) -> Any:
-    """Velocity PD -> attitude PD -> mixer, without state or time of its own.
+    """Velocity PD -> attitude PD -> mixer, without state or time of its own, for whole rotors.
 
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         acceleration (3): estimate in W [m/s²], for the derivative terms.
         reference (8): see `cascade.Reference`.
-        guidance (9): see `cascade.Guidance`.
+        guidance (22): see `cascade.Guidance`.
     Output port:
         commands (n): rotor speeds [rad/s].
     Numeric parameter 0: `cascade.Gains`.
@@ -31,6 +31,7 @@ def CascadedController_(T: Any) -> Any:
             self.vehicle = vehicle
             self.gains = gains
             self._constants = law_constants(vehicle, 0.0)
+            self._shares = [1.0] * len(vehicle.rotors)
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
             self._state = self.DeclareVectorInputPort("state", 13)
             self._acceleration = self.DeclareVectorInputPort("acceleration", 3)
@@ -54,6 +55,7 @@ def CascadedController_(T: Any) -> Any:
                 self._reference.Eval(context).tolist(),
                 self._guidance.Eval(context).tolist(),
                 context.get_numeric_parameter(0).CopyToVector().tolist(),
+                self._shares,
                 self._constants,
                 commands,
             )

@@ -25,6 +25,8 @@ from workbench.systems.flight_law import (
 
 THRUSTS, MEMORY = range(2)
 """Groups of the discrete state."""
+GAINS, SHARES = range(2)
+"""Numeric parameters."""
 
 compiled_update = compile_cached(packed_update)
 
@@ -36,12 +38,13 @@ def FlightComputer_(T: Any) -> Any:
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         reference (8): see `cascade.Reference`.
-        guidance (9): see `cascade.Guidance`.
+        guidance (22): see `cascade.Guidance`.
     Output ports, both of them state:
         thrusts (n): mean over the control period since the update [N].
         memory (2 n + 3): speeds of the rotors at its end and commands held in it [rad/s], and
             the acceleration estimate's filtered velocity [m/s].
     Numeric parameter 0: `cascade.Gains`.
+    Numeric parameter 1: shares of their thrust that the rotors give (n), all of it to begin with.
 
     With floats the law runs compiled, with AutoDiffXd as plain Python.
     """
@@ -59,6 +62,7 @@ def FlightComputer_(T: Any) -> Any:
             self._body, self._rotors = packed(self._constants)
             self._estimate = sampled_estimate(period)
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
+            self.DeclareNumericParameter(BasicVector_[T]([T(1.0)] * self._n))
             self._state = self.DeclareVectorInputPort("state", 13)
             self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
             self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
@@ -87,7 +91,8 @@ def FlightComputer_(T: Any) -> Any:
                 self._state.Eval(context),
                 self._reference.Eval(context),
                 self._guidance.Eval(context),
-                context.get_numeric_parameter(0).get_value(),
+                context.get_numeric_parameter(GAINS).get_value(),
+                context.get_numeric_parameter(SHARES).get_value(),
                 self._body,
                 self._rotors,
                 self._estimate,
@@ -103,7 +108,8 @@ def FlightComputer_(T: Any) -> Any:
                 self._state.Eval(context).tolist(),
                 self._reference.Eval(context).tolist(),
                 self._guidance.Eval(context).tolist(),
-                context.get_numeric_parameter(0).CopyToVector().tolist(),
+                context.get_numeric_parameter(GAINS).CopyToVector().tolist(),
+                context.get_numeric_parameter(SHARES).CopyToVector().tolist(),
                 self._constants,
                 self._estimate,
                 context.get_discrete_state(MEMORY).CopyToVector().tolist(),

@@ -9,16 +9,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
+from workbench.plant.drag import drag_rates
+from workbench.plant.rotors import wrench_matrix
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.cascade import wanted_specific_force, wanted_velocity, wanted_wrench
 from workbench.systems.mixer import mix
 from workbench.systems.rotor_response import rotor_period, step_rotor
+from workbench.systems.stopped_rotors import any_stopped, mix_without
 
 Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
+STILL = 1e-12
+"""Added to a squared speed, so that its root has a derivative at rest [m²/s²]."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
@@ -27,16 +32,19 @@ class LawConstants(NamedTuple):
     """What the law knows of a vehicle: lists for Python, views of `packed` arrays for numba.
 
     Mass [kg]; inertia xx, xy, xz, yy, yz, zz [kg·m²]; orientation w, x, y, z of the frame T that
-    the vehicle hovers upright in, and place of the centre of mass in B [m]; allocation, n rows of
-    4; idle and largest thrusts [N] and motor constants [N·s²], n each; n rows for `step_rotor`.
-    Inertia and allocation are for T, see `plant.thrust_frame`.
+    the vehicle hovers upright in, and place of the centre of mass in B [m]; drag as in
+    `plant.drag.DragRates`; allocation from a wrench to thrusts and effects of thrusts on the
+    wrench, n rows of 4 each; idle and largest thrusts [N] and motor constants [N·s²], n each; n
+    rows for `step_rotor`. Inertia, allocation and effects are for T, see `plant.thrust_frame`.
     """
 
     mass: float
     inertia: Any
     q_BT: Any
     p_BoBcm_B: Any
+    drag: Any
     allocation: Any
+    effects: Any
     idle_thrusts: Any
     max_thrusts: Any
     motor_constants: Any
@@ -49,12 +57,16 @@ def law_constants(vehicle: Vehicle, period: float) -> LawConstants:
     inertia = frame.inertia_T
     lever = vehicle.p_BoBcm_B if math.hypot(*vehicle.p_BoBcm_B) > NEAR else (0.0, 0.0, 0.0)
     max_thrusts = [rotor.max_thrust for rotor in vehicle.rotors]
+    lifting = np.array([rotor.lifts for rotor in frame.rotors])
+    effects = wrench_matrix(frame.rotors, frame.p_ToTcm_T)[2:] * lifting
     return LawConstants(
         mass=vehicle.mass,
         inertia=[*inertia[0].tolist(), *inertia[1, 1:].tolist(), float(inertia[2, 2])],
         q_BT=frame.q_BT,
         p_BoBcm_B=list(lever),
+        drag=list(drag_rates(vehicle)),
         allocation=frame.allocation.tolist(),
+        effects=effects.T.tolist(),
         idle_thrusts=frame.idle_thrusts.tolist(),
         max_thrusts=max_thrusts,
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
@@ -63,13 +75,14 @@ def law_constants(vehicle: Vehicle, period: float) -> LawConstants:
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (14) of the body and (n, 16) of the rotors.
+    """Return constants as two arrays, (17) of the body and (n, 20) of the rotors.
 
     Each array handed to compiled code costs a quarter of a microsecond, hence so few.
     """
     columns = (constants.idle_thrusts, constants.max_thrusts, constants.motor_constants)
-    body = np.array([constants.mass, *constants.inertia, *constants.q_BT, *constants.p_BoBcm_B])
-    rotors = np.column_stack([constants.allocation, *columns, constants.rotors])
+    place = (*constants.q_BT, *constants.p_BoBcm_B)
+    body = np.array([constants.mass, *constants.inertia, *place, *constants.drag])
+    rotors = np.column_stack([constants.allocation, constants.effects, *columns, constants.rotors])
     return body, rotors
 
 
@@ -81,11 +94,13 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
         body[1:7],
         body[7:11],
         body[11:14],
+        body[14:17],
         rotors[:, 0:4],
-        rotors[:, 4],
-        rotors[:, 5],
-        rotors[:, 6],
-        rotors[:, 7:16],
+        rotors[:, 4:8],
+        rotors[:, 8],
+        rotors[:, 9],
+        rotors[:, 10],
+        rotors[:, 11:20],
     )
 
 
@@ -127,12 +142,37 @@ def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Sca
 
 
 @register_jitable
+def still_air_drag(q_WT: Signal, v_WB: Signal, drag: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return what drag takes from a vehicle in still air, over mass, in W [m/s²].
+
+    Rotors that turn as in hover pull across their axis, the body against its velocity. The wind
+    is not known to the law.
+
+    Args:
+        q_WT: orientation of the frame in which the rotors lift along z.
+        v_WB: velocity [m/s].
+        drag: see `plant.drag.DragRates`.
+    """
+    w, x, y, z = q_WT
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    n_x = s * (x * z + w * y)
+    n_y = s * (y * z - w * x)
+    n_z = 1.0 - s * (x * x + y * y)
+    v_x, v_y, v_z = v_WB
+    across, squared, _ = drag
+    pull = across + squared * (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
+    along = across * (v_x * n_x + v_y * n_y + v_z * n_z)
+    return pull * v_x - along * n_x, pull * v_y - along * n_y, pull * v_z - along * n_z
+
+
+@register_jitable
 def rotor_commands(
     state: Signal,
     acceleration: Signal,
     reference: Signal,
     guidance: Signal,
     gains: Signal,
+    shares: Signal,
     constants: LawConstants,
     commands: Signal,
 ) -> None:
@@ -144,6 +184,8 @@ def rotor_commands(
         reference: see `cascade.Reference`.
         guidance: see `cascade.Guidance`.
         gains: see `cascade.Gains`.
+        shares: of their thrust that rotors give (n). The law knows which have stopped, with a
+            share of 0, as motors report that; of weak ones it knows nothing.
         constants: of the vehicle.
         commands: n places.
     """
@@ -152,23 +194,35 @@ def rotor_commands(
         wanted = wanted_velocity(state[4:7], reference, guidance, gains)
         q_WT = thrust_attitude(state[0:4], constants.q_BT)
         v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
-        f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains)
+        drag = still_air_drag(q_WT, v_WBcm, constants.drag)
+        f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains, drag)
         force, m_x, m_y, m_z = wanted_wrench(
-            q_WT, state[7:10], f_W, wanted[3], constants.mass, constants.inertia, gains
+            q_WT,
+            state[7:10],
+            f_W,
+            wanted[3],
+            constants.mass,
+            constants.inertia,
+            gains,
+            constants.drag[2],
         )
-        mix(
-            force,
-            m_x,
-            m_y,
-            m_z,
-            constants.allocation,
-            constants.idle_thrusts,
-            constants.max_thrusts,
-            commands,
-        )
+        if any_stopped(shares):
+            most = [constants.max_thrusts[i] if shares[i] > 0.0 else 0.0 for i in range(n)]
+            mix_without(force, m_x, m_y, m_z, constants.effects, most, commands)
+        else:
+            mix(
+                force,
+                m_x,
+                m_y,
+                m_z,
+                constants.allocation,
+                constants.idle_thrusts,
+                constants.max_thrusts,
+                commands,
+            )
     else:
         for i in range(n):
-            commands[i] = constants.idle_thrusts[i]
+            commands[i] = constants.idle_thrusts[i] if shares[i] > 0.0 else 0.0
     for i in range(n):
         commands[i] = guidance[0] * (commands[i] / constants.motor_constants[i]) ** 0.5
 
@@ -179,6 +233,7 @@ def control_update(
     reference: Signal,
     guidance: Signal,
     gains: Signal,
+    shares: Signal,
     constants: LawConstants,
     estimate: tuple[float, float],
     memory: Signal,
@@ -191,10 +246,11 @@ def control_update(
     estimate's filtered velocity (3) [m/s].
 
     Args:
-        state: as for `rotor_commands`, and so the next four.
+        state: as for `rotor_commands`, and so the next five.
         reference: see there.
         guidance: see there.
         gains: see there.
+        shares: see there; a rotor that stops gives all of its thrust while it runs down.
         constants: see there.
         estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
         memory: (2 n + 3).
@@ -202,12 +258,12 @@ def control_update(
         next_memory: (2 n + 3) places.
     """
     n = len(thrusts)
-    share, rate = estimate
+    gain, rate = estimate
     e_x = state[10] - memory[2 * n]
     e_y = state[11] - memory[2 * n + 1]
     e_z = state[12] - memory[2 * n + 2]
     acceleration = (rate * e_x, rate * e_y, rate * e_z)
-    rotor_commands(state, acceleration, reference, guidance, gains, constants, thrusts)
+    rotor_commands(state, acceleration, reference, guidance, gains, shares, constants, thrusts)
     for i in range(n):
         command = thrusts[i]
         limit = constants.rotors[i][1]
@@ -216,12 +272,12 @@ def control_update(
         if command < 0.0:
             command = 0.0
         thrust, speed = step_rotor(command, memory[i], constants.rotors[i])
-        thrusts[i] = thrust
+        thrusts[i] = shares[i] * thrust if shares[i] > 0.0 else thrust
         next_memory[i] = speed
         next_memory[n + i] = command
-    next_memory[2 * n] = memory[2 * n] + share * e_x
-    next_memory[2 * n + 1] = memory[2 * n + 1] + share * e_y
-    next_memory[2 * n + 2] = memory[2 * n + 2] + share * e_z
+    next_memory[2 * n] = memory[2 * n] + gain * e_x
+    next_memory[2 * n + 1] = memory[2 * n + 1] + gain * e_y
+    next_memory[2 * n + 2] = memory[2 * n + 2] + gain * e_z
 
 
 def packed_update(
@@ -229,6 +285,7 @@ def packed_update(
     reference: np.ndarray,
     guidance: np.ndarray,
     gains: np.ndarray,
+    shares: np.ndarray,
     body: np.ndarray,
     rotors: np.ndarray,
     estimate: tuple[float, float],
@@ -239,5 +296,5 @@ def packed_update(
     """Do `control_update` with packed constants; this is what gets compiled."""
     constants = unpacked(body, rotors)
     control_update(
-        state, reference, guidance, gains, constants, estimate, memory, thrusts, next_memory
+        state, reference, guidance, gains, shares, constants, estimate, memory, thrusts, next_memory
     )

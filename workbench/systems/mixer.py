@@ -1,5 +1,7 @@
 """The mixer: from a wanted force and moment to rotor thrusts within what rotors can give.
 
+All rotors work here; `stopped_rotors` is for a vehicle that has lost some.
+
 Pure arithmetic on scalars, so that the same source serves floats, AutoDiffXd and numba.
 """
 

@@ -14,6 +14,7 @@ from pydrake.geometry import (
     FrameId,
     FramePoseVector,
     GeometryFrame,
+    GeometryInstance,
     Role,
     SceneGraph,
 )
@@ -154,9 +155,10 @@ def _move_shapes(
     inspector = scene_graph.model_inspector()
     body = plant.GetBodyByName(rotor.link)
     for geometry in plant.GetVisualGeometriesForBody(body):
-        copy = inspector.CloneGeometryInstance(geometry)
-        copy.set_name(f"{rotor.name}_{inspector.GetName(geometry)}")
+        shape, X_LG = inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry)
+        copy = GeometryInstance(X_LG, shape, f"{rotor.name}_{inspector.GetName(geometry)}")
+        copy.set_illustration_properties(inspector.GetIllustrationProperties(geometry))
         scene_graph.RegisterGeometry(source, frame, copy)
-        for role in (Role.kIllustration, Role.kPerception):
-            scene_graph.RemoveRole(plant.get_source_id(), geometry, role)
+        # Sensors go on seeing what they would without a picture, hence no perception role here.
+        scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kIllustration)
     return frame
