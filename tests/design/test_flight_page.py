@@ -17,4 +17,4 @@ def test_the_film_is_one_page_and_the_flight_the_same_to_the_bit(tmp_path):
     assert shares[-1] == 1.0
     session = Session(scenario)
     session.run()
-    np.testing.assert_array_equal(filmed.p_WB, session.recording().p_WB)
+    np.testing.assert_array_equal(filmed.recording().p_WB, session.recording().p_WB)

@@ -26,11 +26,13 @@ def made_up(vehicle):
         n, rotors = len(time), len(vehicle.rotors)
         p_WB = np.array(p_WB, dtype=float)
         sizes = {"p_WB": 3, "v_WB": 3, "w_WB": 3, "vdot_WB": 3, "wdot_WB": 3, "reference": 8}
+        sizes |= {"wind_W": 3}
         arrays = {name: np.zeros((n, size)) for name, size in sizes.items()}
         arrays |= {
             name: np.zeros((n, rotors)) for name in ("commanded_speeds", "rotor_speeds", "thrusts")
         }
         arrays |= {"mode": np.full(n, float(FlightMode.HOVERING)), "charge": np.ones(n)}
+        arrays["clearance"] = np.full(n, math.inf)
         arrays["q_WB"] = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
         arrays |= {"time": np.array(time), "p_WB": p_WB}
         arrays["v_WB"] = np.gradient(p_WB, np.array(time), axis=0)
@@ -51,6 +53,13 @@ def test_distance_speed_and_height(made_up):
     assert summary.max_height == 2.0
     assert summary.final_mode == "hovering"
     assert summary.touch_down_speed is None
+
+
+def test_the_least_clearance_counts_and_none_where_nothing_stands(made_up):
+    places = [[0, 0, 5], [0, 0, 5]]
+    assert summarise(made_up([0.0, 1.0], places)).least_clearance is None
+    clearance = np.array([math.inf, 0.4])
+    assert summarise(made_up([0.0, 1.0], places, clearance=clearance)).least_clearance == 0.4
 
 
 def test_tilt_rotor_use_and_battery(made_up, vehicle):

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 from pydrake.geometry import Meshcat
 
-from workbench.recording import Recording
 from workbench.scenario import Scenario
-from workbench.session import Session, start_position
+from workbench.session import Session
 
 _EYE = np.array([-3.0, -3.0, 1.7])
 """Where the camera stands, seen from where the flight begins, in spans of the vehicle."""
@@ -20,8 +19,8 @@ def fly_and_film(
     settings: Mapping[str, float],
     page: Path,
     progress: Callable[[float], None] | None = None,
-) -> Recording:
-    """Fly a scenario, write its film, and return its recording.
+) -> Session:
+    """Fly a scenario, write its film, and return the session at its end.
 
     Args:
         scenario: what to fly.
@@ -29,18 +28,18 @@ def fly_and_film(
         page: the HTML file to write, about 2 MB and a tenth more for each ten seconds.
         progress: called with the flown share, 0 .. 1.
     """
-    logging.getLogger("drake").addFilter(_not_about_listening)
+    logging.getLogger("drake").addFilter(not_about_listening)
     meshcat = Meshcat()
     session = Session(scenario, settings, meshcat)
-    target = np.array(start_position(scenario.start, session.vehicle))
+    target = np.array(session.snapshot().p_WB)
     meshcat.SetCameraPose(target + session.vehicle.span * _EYE, target)
     meshcat.StartRecording()
     session.run(progress)
     meshcat.PublishRecording()
     page.write_text(meshcat.StaticHtml(), encoding="utf-8")
-    return session.recording()
+    return session
 
 
-def _not_about_listening(record: logging.LogRecord) -> bool:
+def not_about_listening(record: logging.LogRecord) -> bool:
     """Drop Drake's remark on the server behind the page; nobody needs to visit it."""
     return "Meshcat listening" not in record.getMessage()

@@ -30,6 +30,8 @@ class FlightSummary:
         battery_used: share of the charge, 0 .. 1; NaN where there is no battery.
         touch_down_speed: largest sinking speed in the last 0.1 m before the ground [m/s]; None if
             the drone did not come down, or does not stand at the end.
+        least_clearance: least free way to an obstacle [m], below 0 where they may have met; None
+            in a world without.
     """
 
     duration: float
@@ -41,11 +43,13 @@ class FlightSummary:
     final_mode: str
     battery_used: float
     touch_down_speed: float | None
+    least_clearance: float | None
 
 
 def summarise(recording: Recording) -> FlightSummary:
     """Return the summary of a flight."""
     mode = float(recording.mode[-1])
+    least = float(recording.clearance.min())
     return FlightSummary(
         duration=float(recording.time[-1] - recording.time[0]),
         distance=float(np.linalg.norm(np.diff(recording.p_WB, axis=0), axis=1).sum()),
@@ -56,6 +60,7 @@ def summarise(recording: Recording) -> FlightSummary:
         final_mode="open loop" if math.isnan(mode) else FlightMode(int(mode)).label,
         battery_used=float(recording.charge[0] - recording.charge[-1]),
         touch_down_speed=_touch_down_speed(recording),
+        least_clearance=least if math.isfinite(least) else None,
     )
 
 

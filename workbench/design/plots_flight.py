@@ -4,8 +4,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.design.lidar_trial_world import world_obstacles
 from workbench.design.plots import PALETTE, label, legend, styled, widen
+from workbench.design.plots_obstacles import draw_silhouette, obstacle_times, outline_W
 from workbench.design.plots_panels import draw_rotor_use
+from workbench.plant.worlds.world import EMPTY, GROUND, World
 from workbench.recording import Recording
 from workbench.systems.cascade import Reference
 from workbench.systems.flight_mode import FlightMode
@@ -20,12 +23,12 @@ _LEAST_SPAN = 1.0
 
 
 @styled
-def plot_flight(recording: Recording, title: str) -> Figure:
-    """Return the overview of a flight."""
+def plot_flight(recording: Recording, title: str, world: World = EMPTY) -> Figure:
+    """Return the overview of a flight in a world."""
     figure = Figure(figsize=(12.5, 8.4), layout="constrained")
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.35), height_ratios=(1, 1.2, 1, 1))
-    _draw_path(figure.add_subplot(grid[:3, 0]), recording)
+    _draw_path(figure.add_subplot(grid[:3, 0]), recording, world)
     height = figure.add_subplot(grid[0, 1])
     velocity, yaw, rotors = (figure.add_subplot(grid[row, 1], sharex=height) for row in (1, 2, 3))
     mode = figure.add_subplot(grid[3, 0], sharex=height)
@@ -46,9 +49,13 @@ def plot_flight(recording: Recording, title: str) -> Figure:
     return figure
 
 
-def _draw_path(axes: Axes, recording: Recording) -> None:
-    """Draw the path from above, to scale."""
+def _draw_path(axes: Axes, recording: Recording, world: World) -> None:
+    """Draw the path from above, to scale, and the obstacles beside it."""
     x, y, _ = recording.p_WB.T
+    for obstacle in world_obstacles(world):
+        if obstacle.name != GROUND:
+            for time in obstacle_times(recording, obstacle):
+                draw_silhouette(axes, outline_W(obstacle, time)[:, :2], obstacle)
     _draw_way(axes, recording)
     axes.plot(x, y, color=PALETTE.ours, label="flown")
     axes.plot(x[0], y[0], "o", color=PALETTE.series[2], ms=8, label="start")

@@ -1,0 +1,203 @@
+"""The lidar trial of the paper's section 5: accuracy, speed of detection, responsiveness."""
+
+import copy
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import Meshcat
+
+from workbench.design.lidar_trial_accuracy import EXACT, Accuracy, judge, rounding
+from workbench.design.lidar_trial_detection import Detection, detect, slowest_detection
+from workbench.design.lidar_trial_flight import TrialFlight, fly_between
+from workbench.design.lidar_trial_response import Response, respond
+from workbench.plant.worlds.world import GROUND
+from workbench.scenario import Scenario
+
+LOOK_PERIOD = 1 / 32
+"""Between two looks at the clearance [s]."""
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A number of the trial that must not be larger than a limit.
+
+    Attributes:
+        criterion: accuracy, detection, response or flight.
+        quantity: its name.
+        unit: of value and limit.
+        value: the measured one.
+        limit: largest that will do.
+    """
+
+    criterion: str
+    quantity: str
+    unit: str
+    value: float
+    limit: float
+
+    @property
+    def met(self) -> bool:
+        """Whether it is as demanded; a NaN never is."""
+        return self.value <= self.limit
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """How near the flight came to an obstacle other than the ground.
+
+    Attributes:
+        distance: smallest from the base link's origin [m]; inf without obstacles.
+        obstacle: to which.
+        time: when [s].
+    """
+
+    distance: float
+    obstacle: str
+    time: float
+
+
+@dataclass(frozen=True)
+class TrialReport:
+    """What a lidar trial found.
+
+    Attributes:
+        flight: with noise as the description has it.
+        accuracy: of this flight.
+        exact: the accuracy of the same flight without noise: what is not noise.
+        detections: how soon each obstacle was found.
+        response: how promptly scans were delivered.
+        clearance: how near the flight came to anything.
+    """
+
+    flight: TrialFlight
+    accuracy: Accuracy
+    exact: Accuracy
+    detections: tuple[Detection, ...]
+    response: Response
+    clearance: Clearance
+
+    @property
+    def demands(self) -> list[Demand]:
+        """Return everything that is demanded."""
+        return [*self._accuracy_demands(), *self._time_demands()]
+
+    def _accuracy_demands(self) -> list[Demand]:
+        """Errors as far as the declared noise explains them, and every ray right."""
+        noise, total = self.flight.lidar.noise, self.accuracy.total
+        least = EXACT + rounding(self.flight.lidar)
+        # Five deviations of a mean of n samples; a bias drawn once does not average out.
+        offset = abs(noise.mean + noise.bias_mean) + 5.0 * noise.bias_stddev
+        bias = offset + 5.0 * noise.stddev / math.sqrt(max(1, total.returns)) + least
+        rmse = 1.02 * math.hypot(noise.stddev, offset) + least
+        missed, false = (
+            float(sum(self.accuracy.missed) + sum(self.exact.missed)),
+            float(self.accuracy.false + self.exact.false),
+        )
+        return [
+            Demand("accuracy", "bias", "m", abs(total.bias), bias),
+            Demand("accuracy", "rmse", "m", total.rmse, rmse),
+            Demand("accuracy", "error_without_noise", "m", self.exact.total.maximum, least),
+            Demand("accuracy", "missed_returns", "", missed, 0.0),
+            Demand("accuracy", "false_returns", "", false, 0.0),
+            Demand(
+                "accuracy",
+                "displacement_by_pose",
+                "m",
+                max(self.accuracy.displacement, self.exact.displacement),
+                EXACT,
+            ),
+        ]
+
+    def _time_demands(self) -> list[Demand]:
+        """Everything found in time, every scan in time, and nothing touched."""
+        delays = [each.delay for each in self.detections if not math.isnan(each.delay)]
+        flight, response = self.flight, self.response
+        touched = 0.5 * self.flight.recording.vehicle.span - self.clearance.distance
+        return [
+            Demand(
+                "detection",
+                "slowest",
+                "s",
+                max(delays, default=math.nan),
+                slowest_detection(flight),
+            ),
+            Demand(
+                "response",
+                "maximum_age",
+                "s",
+                response.maximum_age,
+                flight.period + flight.latency,
+            ),
+            Demand("response", "late_scans", "", float(response.late), 0.0),
+            Demand("response", "lost_scans", "", float(response.lost), 0.0),
+            Demand("flight", "reach_into_obstacles", "m", max(0.0, touched), 0.0),
+        ]
+
+
+def fly_trial(
+    scenario: Scenario,
+    settings: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+    meshcat: Meshcat | None = None,
+) -> TrialReport:
+    """Fly a scenario twice, with the lidar's noise and without, and judge its lidar.
+
+    Sensors do not change a flight, so both are the same but for the noise.
+
+    Args:
+        scenario: what to fly.
+        settings: parameter values.
+        progress: called with the flown share, 0 .. 1.
+        meshcat: where to draw the first flight, if anywhere.
+
+    Raises:
+        WorkbenchError: if it cannot be flown, or the vehicle has no lidar.
+    """
+
+    def half(done: float) -> Callable[[float], None]:
+        return lambda share: progress(done + 0.5 * share) if progress else None
+
+    noisy = fly_between(scenario, settings, half(0.0), meshcat)
+    silent = copy.deepcopy(scenario)
+    silent.sensors.noise = False
+    quiet = fly_between(silent, settings, half(0.5))
+    return report_trial(noisy, quiet)
+
+
+def report_trial(noisy: TrialFlight, quiet: TrialFlight) -> TrialReport:
+    """Return what two flights come to.
+
+    Args:
+        noisy: with noise as described.
+        quiet: the same without.
+    """
+    accuracy = judge(noisy)
+    return TrialReport(
+        flight=noisy,
+        accuracy=accuracy,
+        exact=judge(quiet),
+        detections=detect(noisy, accuracy),
+        response=respond(noisy),
+        clearance=_clearance(noisy),
+    )
+
+
+def _clearance(flight: TrialFlight) -> Clearance:
+    """Return the nearest that the flight came to an obstacle."""
+    record = flight.recording
+    step = max(1, round(LOOK_PERIOD / float(record.time[1] - record.time[0])))
+    nearest = Clearance(math.inf, "", math.nan)
+    for obstacle in flight.obstacles:
+        if obstacle.name == GROUND:
+            continue
+        times = record.time[::step].tolist()
+        away = [
+            obstacle.distance(time, p_WB)
+            for time, p_WB in zip(times, record.p_WB[::step], strict=True)
+        ]
+        index = int(np.argmin(away))
+        if away[index] < nearest.distance:
+            nearest = Clearance(away[index], obstacle.name, times[index])
+    return nearest

@@ -1,0 +1,246 @@
+"""Distances to solids by closed form, along rays and from points: what a perfect lidar measures.
+
+They share nothing with the code that casts the lidar's rays, so that one can judge the other. A
+ray meets a convex solid in one stretch, from where it enters to where it leaves; what is first
+met is the entry, or from inside the exit.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+Stretch = tuple[np.ndarray, np.ndarray]
+"""Where rays enter and leave (n) [m]; a ray that misses has inf and -inf."""
+
+
+class Solid(Protocol):
+    """A solid in its own frame O; rays are unit vectors, all lengths in m."""
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of any of its points from the origin [m]."""
+
+    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        """Return how far rays from points p_O (n, 3) along d_O (n, 3) go (n), inf at a miss."""
+
+    def distance(self, p_O: np.ndarray) -> np.ndarray:
+        """Return how far points (n, 3) are from it (n); 0 inside."""
+
+    def outline(self) -> np.ndarray:
+        """Return points of its surface (n, 3) whose convex hull shows its shape."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box about the origin; half of its sides along x, y, z."""
+
+    half: tuple[float, float, float]
+
+    @property
+    def reach(self) -> float:
+        return float(np.linalg.norm(self.half))
+
+    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        return first_met(_slabs(p_O, d_O, np.array(self.half)))
+
+    def distance(self, p_O: np.ndarray) -> np.ndarray:
+        beyond = np.maximum(np.abs(p_O) - self.half, 0.0)
+        return np.asarray(np.linalg.norm(beyond, axis=1))
+
+    def outline(self) -> np.ndarray:
+        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        return signs * np.array(self.half)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball about the origin."""
+
+    radius: float
+
+    @property
+    def reach(self) -> float:
+        return self.radius
+
+    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        return first_met(_ball(p_O, d_O, self.radius))
+
+    def distance(self, p_O: np.ndarray) -> np.ndarray:
+        return np.maximum(np.linalg.norm(p_O, axis=1) - self.radius, 0.0)
+
+    def outline(self) -> np.ndarray:
+        return self.radius * _ball_points()
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder along z about the origin."""
+
+    radius: float
+    length: float
+
+    @property
+    def reach(self) -> float:
+        return float(np.hypot(self.radius, 0.5 * self.length))
+
+    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        side = _ball(p_O[:, :2], d_O[:, :2], self.radius)
+        return first_met(_both(side, _between_ends(p_O, d_O, self.length)))
+
+    def distance(self, p_O: np.ndarray) -> np.ndarray:
+        across = np.hypot(p_O[:, 0], p_O[:, 1]) - self.radius
+        along = np.abs(p_O[:, 2]) - 0.5 * self.length
+        return np.hypot(np.maximum(across, 0.0), np.maximum(along, 0.0))
+
+    def outline(self) -> np.ndarray:
+        return np.vstack([_rim(self.radius, z * self.length) for z in (-0.5, 0.5)])
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder along z with half balls on its ends; `length` is without them."""
+
+    radius: float
+    length: float
+
+    @property
+    def reach(self) -> float:
+        return self.radius + 0.5 * self.length
+
+    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        side = _ball(p_O[:, :2], d_O[:, :2], self.radius)
+        parts = [_both(side, _between_ends(p_O, d_O, self.length))]
+        parts += [_ball(p_O - end, d_O, self.radius) for end in self._ends()]
+        enters, leaves = zip(*parts, strict=True)
+        return first_met((np.min(enters, axis=0), np.max(leaves, axis=0)))
+
+    def distance(self, p_O: np.ndarray) -> np.ndarray:
+        axis = np.zeros_like(p_O)
+        axis[:, 2] = np.clip(p_O[:, 2], -0.5 * self.length, 0.5 * self.length)
+        return np.maximum(np.linalg.norm(p_O - axis, axis=1) - self.radius, 0.0)
+
+    def outline(self) -> np.ndarray:
+        ball = self.radius * _ball_points()
+        return np.vstack([ball[ball[:, 2] * end[2] >= 0.0] + end for end in self._ends()])
+
+    def _ends(self) -> np.ndarray:
+        """Return the centres of the half balls (2, 3)."""
+        return np.array([[0.0, 0.0, -0.5 * self.length], [0.0, 0.0, 0.5 * self.length]])
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid about the origin with its half axes along x, y, z."""
+
+    radii: tuple[float, float, float]
+
+    @property
+    def reach(self) -> float:
+        return max(self.radii)
+
+    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        # squeezed to the unit ball, lengths along a ray stay what they are
+        return first_met(_ball(p_O / self.radii, d_O / self.radii, 1.0))
+
+    def distance(self, p_O: np.ndarray) -> np.ndarray:
+        """Return distances; the nearest point is r² p / (r² + s), where s >= 0 solves it outside.
+
+        |r p / (r² + s)| falls with s, from above 1 to below it: halved until the digits end.
+        """
+        r = np.array(self.radii)
+        outside = np.sum((p_O / r) ** 2, axis=1) > 1.0
+        low = np.zeros(len(p_O))
+        high = np.linalg.norm(p_O, axis=1) * r.max()
+        for _ in range(80):
+            middle = 0.5 * (low + high)
+            beyond = np.sum((r * p_O / (r * r + middle[:, None])) ** 2, axis=1) > 1.0
+            low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+        nearest = r * r * p_O / (r * r + high[:, None])
+        return np.where(outside, np.linalg.norm(p_O - nearest, axis=1), 0.0)
+
+    def outline(self) -> np.ndarray:
+        return _ball_points() * np.array(self.radii)
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """Everything below z = 0."""
+
+    @property
+    def reach(self) -> float:
+        return np.inf
+
+    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            length = -p_O[:, 2] / d_O[:, 2]
+        return np.where(np.isfinite(length) & (length >= 0.0), length, np.inf)
+
+    def distance(self, p_O: np.ndarray) -> np.ndarray:
+        return np.maximum(p_O[:, 2], 0.0)
+
+    def outline(self) -> np.ndarray:
+        return np.zeros((0, 3))
+
+
+def first_met(stretch: Stretch) -> np.ndarray:
+    """Return the entry, from inside the exit, inf where neither lies ahead (n)."""
+    enter, leave = stretch
+    met = (enter <= leave) & (leave >= 0.0)
+    return np.where(met, np.where(enter >= 0.0, enter, leave), np.inf)
+
+
+def _slabs(p: np.ndarray, d: np.ndarray, half: np.ndarray) -> Stretch:
+    """Return where rays are within ± half along every axis; p, d (n, k), half (k)."""
+    d = d + 0.0  # makes -0 to 0, so that a ray along a face counts as inside it
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, other = (-half - p) / d, (half - p) / d
+    one, other = np.where(np.isnan(one), -np.inf, one), np.where(np.isnan(other), np.inf, other)
+    enter, leave = np.max(np.minimum(one, other), axis=1), np.min(np.maximum(one, other), axis=1)
+    return _whole(enter, leave, enter <= leave)
+
+
+def _between_ends(p: np.ndarray, d: np.ndarray, length: float) -> Stretch:
+    """Return where rays are between the end planes of what lies along z."""
+    return _slabs(p[:, 2:], d[:, 2:], np.array([0.5 * length]))
+
+
+def _ball(p: np.ndarray, d: np.ndarray, radius: float) -> Stretch:
+    """Return where rays are inside a ball of any dimension; d need not be unit vectors.
+
+    From the point nearest to the centre it is half a chord both ways, which loses fewer digits
+    than the usual quadratic formula.
+    """
+    square = np.sum(d * d, axis=1)
+    still = square == 0.0  # along a cylinder's axis nothing changes across it
+    length = -np.sum(p * d, axis=1) / np.where(still, 1.0, square)
+    nearest = p + length[:, None] * d
+    room = radius * radius - np.sum(nearest * nearest, axis=1)
+    half = np.sqrt(np.maximum(room, 0.0) / np.where(still, 1.0, square))
+    half = np.where(still, np.inf, half)
+    return _whole(length - half, length + half, room >= 0.0)
+
+
+def _both(one: Stretch, other: Stretch) -> Stretch:
+    """Return where rays are inside both."""
+    enter, leave = np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
+    return _whole(enter, leave, enter <= leave)
+
+
+def _whole(enter: np.ndarray, leave: np.ndarray, met: np.ndarray) -> Stretch:
+    """Return a stretch that is empty where a ray does not meet the solid."""
+    return np.where(met, enter, np.inf), np.where(met, leave, -np.inf)
+
+
+def _rim(radius: float, z: float) -> np.ndarray:
+    """Return points of a circle about the z axis."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    return np.stack(
+        [radius * np.cos(angles), radius * np.sin(angles), np.full(len(angles), z)], axis=1
+    )
+
+
+def _ball_points() -> np.ndarray:
+    """Return points of the unit sphere."""
+    heights = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 13)
+    return np.vstack([_rim(float(np.cos(a)), float(np.sin(a))) for a in heights])

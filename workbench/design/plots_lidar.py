@@ -1,0 +1,232 @@
+"""The figure of a lidar trial: the cloud over the world, its errors, and how soon all was found."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+from workbench.design.lidar_trial import TrialReport
+from workbench.design.lidar_trial_world import Obstacle
+from workbench.design.plots import PALETTE, label, styled
+from workbench.design.plots_lidar_criteria import (
+    draw_delays,
+    draw_error_over_distance,
+    draw_histogram,
+)
+from workbench.design.plots_obstacles import draw_silhouette, obstacle_times, outline_W
+from workbench.plant.worlds.world import GROUND
+
+_MARGIN = 3.0
+"""Shown around obstacles and path [m]."""
+_MOST_POINTS = 60_000
+"""Drawn of a cloud; more make a file large and a picture no clearer."""
+_GROUND_COLOUR = "0.8"
+
+
+@styled
+def plot_trial(report: TrialReport, title: str) -> Figure:
+    """Return the figure of a lidar trial."""
+    low, high = _shown_region(report)
+    wide = max(2.2, min(5.5, 11.0 * float((high[1] - low[1]) / (high[0] - low[0]))))
+    figure = Figure(figsize=(12.5, wide + 7.6), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    grid = figure.add_gridspec(3, 3, height_ratios=(wide, 3.4, 3.0))
+    cloud = _thinned_cloud(report, low, high)
+    _draw_from_above(figure.add_subplot(grid[0, :]), report, cloud, low, high)
+    _draw_in_space(figure.add_subplot(grid[1, :]), report, cloud, low, high)
+    draw_histogram(figure.add_subplot(grid[2, 0]), report)
+    draw_error_over_distance(figure.add_subplot(grid[2, 1]), report)
+    draw_delays(figure.add_subplot(grid[2, 2]), report)
+    return figure
+
+
+def _shown_region(report: TrialReport) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and largest x, y, z that hold path and obstacles."""
+    points = [report.flight.recording.p_WB]
+    for obstacle in report.flight.obstacles:
+        if obstacle.name != GROUND:
+            points += [
+                outline_W(obstacle, time)
+                for time in obstacle_times(report.flight.recording, obstacle)
+            ]
+    everything = np.vstack(points)
+    low, high = everything.min(axis=0) - _MARGIN, everything.max(axis=0) + _MARGIN
+    low[2], high[2] = min(0.0, low[2] + _MARGIN), high[2] - _MARGIN
+    return low, high
+
+
+def _thinned_cloud(
+    report: TrialReport, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (n, 3) of the cloud within the region, and their obstacles (n).
+
+    The ground, which has most of them, gets a quarter of what is drawn.
+    """
+    points, obstacle = report.accuracy.p_WP, report.accuracy.obstacle
+    inside = np.all((points >= low - [0.0, 0.0, 1.0]) & (points <= high), axis=1)
+    ground = np.array([each.name == GROUND for each in report.flight.obstacles], dtype=bool)
+    chosen = []
+    for kind, most in ((True, _MOST_POINTS // 4), (False, 3 * _MOST_POINTS // 4)):
+        some = np.flatnonzero(inside & (ground[obstacle.astype(int)] == kind))
+        chosen.append(some[:: max(1, math.ceil(len(some) / most))])
+    kept = np.concatenate(chosen)
+    return points[kept], obstacle[kept].astype(int)
+
+
+def _draw_from_above(
+    axes: Axes,
+    report: TrialReport,
+    cloud: tuple[np.ndarray, np.ndarray],
+    low: np.ndarray,
+    high: np.ndarray,
+) -> None:
+    """Draw cloud, outlines with names, and path, to scale."""
+    points, obstacle = cloud
+    axes.scatter(
+        points[:, 0],
+        points[:, 1],
+        s=0.6,
+        c=obstacle_colours(report)[obstacle],
+        linewidths=0.0,
+        rasterized=True,
+    )
+    for each in report.flight.obstacles:
+        if each.name != GROUND:
+            _draw_outline(axes, report, each)
+    x, y, _ = report.flight.recording.p_WB.T
+    axes.plot(x, y, color=PALETTE.command, lw=1.4, label="flown path")
+    axes.plot(x[0], y[0], "o", color=PALETTE.command, ms=6, label="start")
+    axes.plot(x[-1], y[-1], "s", color=PALETTE.command, ms=5, label="end")
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlabel("x, east [m]")
+    label(axes, _cloud_title(report), "y, north [m]")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+
+
+def _cloud_title(report: TrialReport) -> str:
+    """Return what the cloud is, in words."""
+    returns, scans = report.accuracy.total.returns, len(report.flight.scans)
+    return f"cloud of {scans} scans from above: {returns:,} returns in the colour of their obstacle"
+
+
+def _draw_outline(axes: Axes, report: TrialReport, obstacle: Obstacle) -> None:
+    """Draw where an obstacle is, its name beside it; where it moves, at some times."""
+    times = obstacle_times(report.flight.recording, obstacle)
+    for time in times:
+        draw_silhouette(axes, outline_W(obstacle, time)[:, :2], obstacle)
+    outline = outline_W(obstacle, times[0])
+    x = float(outline[:, 0].mean())
+    path = report.flight.recording.p_WB
+    beside = float(path[np.argmin(np.abs(path[:, 0] - x)), 1])
+    above = float(outline[:, 1].mean()) >= beside
+    name = f"{obstacle.name} (moves)" if obstacle.moves else obstacle.name
+    _write_name(axes, name, outline[:, :2], above=above)
+
+
+def _write_name(axes: Axes, name: str, points: np.ndarray, *, above: bool) -> None:
+    """Write a name above or below points in the picture (n, 2)."""
+    y = points[:, 1].max() if above else points[:, 1].min()
+    axes.annotate(
+        name,
+        (float(points[:, 0].mean()), float(y)),
+        xytext=(0, 3 if above else -3),
+        textcoords="offset points",
+        ha="center",
+        va="bottom" if above else "top",
+        fontsize=8,
+        path_effects=[withStroke(linewidth=2.0, foreground="white")],
+        zorder=4,
+    )
+
+
+def _draw_in_space(
+    axes: Axes,
+    report: TrialReport,
+    cloud: tuple[np.ndarray, np.ndarray],
+    low: np.ndarray,
+    high: np.ndarray,
+) -> None:
+    """Draw cloud and path as a camera beside the way sees them, near points over far ones."""
+    eye = _Eye.overlooking(report.flight.recording.p_WB[0], low, high)
+    points, obstacle = cloud
+    for begin, end in _ground_lines(low, high):
+        line = eye.project(np.linspace(begin, end, 50))
+        axes.plot(line[:, 0], line[:, 1], color="0.88", lw=0.6, zorder=1)
+    seen = eye.project(points)
+    order = np.argsort(-seen[:, 2])
+    axes.scatter(
+        seen[order, 0],
+        seen[order, 1],
+        s=np.clip(60.0 / seen[order, 2], 0.3, 4.0),
+        c=obstacle_colours(report)[obstacle[order]],
+        linewidths=0.0,
+        rasterized=True,
+        zorder=2,
+    )
+    path = eye.project(report.flight.recording.p_WB)
+    axes.plot(path[:, 0], path[:, 1], color=PALETTE.command, lw=1.4, zorder=3)
+    for each in report.flight.obstacles:
+        if each.name != GROUND:
+            outline = eye.project(
+                outline_W(each, obstacle_times(report.flight.recording, each)[0])
+            )[:, :2]
+            draw_silhouette(axes, outline, each)
+            _write_name(axes, each.name, outline, above=True)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.axis("off")
+    axes.set_title("the same cloud in 3-D, over a ground ruled every 10 m")
+
+
+@dataclass(frozen=True)
+class _Eye:
+    """A pinhole camera: its place, and unit vectors to the right, upwards and ahead (3, 3)."""
+
+    p_WE: np.ndarray
+    axes_W: np.ndarray
+
+    @classmethod
+    def overlooking(cls, start: np.ndarray, low: np.ndarray, high: np.ndarray) -> "_Eye":
+        """Return a camera beside a region's long side, somewhat towards the flight's start."""
+        middle, size = 0.5 * (low + high), high - low
+        along = int(np.argmax(size[:2]))
+        length, far = float(size[along]), float(size[:2].min())
+        away = np.zeros(3)
+        away[along] = 0.2 * length * (-1.0 if start[along] < middle[along] else 1.0)
+        away[1 - along] = (-1.0 if along == 0 else 1.0) * (0.75 * length + 0.5 * far)
+        away[2] = 0.45 * length
+        ahead = -away / np.linalg.norm(away)
+        right = np.cross(ahead, [0.0, 0.0, 1.0])
+        right /= np.linalg.norm(right)
+        return cls(middle + away, np.stack([right, np.cross(right, ahead), ahead]))
+
+    def project(self, points_W: np.ndarray) -> np.ndarray:
+        """Return place in the picture and distance ahead of points (n, 3)."""
+        right, up, ahead = ((points_W - self.p_WE) @ self.axes_W.T).T
+        ahead = np.maximum(ahead, 1.0)
+        return np.stack([right / ahead, up / ahead, ahead], axis=1)
+
+
+def _ground_lines(low: np.ndarray, high: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield both ends of the lines of a grid on the ground, every 10 m."""
+    for x in np.arange(10.0 * np.ceil(low[0] / 10.0), high[0], 10.0):
+        yield np.array([x, low[1], 0.0]), np.array([x, high[1], 0.0])
+    for y in np.arange(10.0 * np.ceil(low[1] / 10.0), high[1], 10.0):
+        yield np.array([low[0], y, 0.0]), np.array([high[0], y, 0.0])
+
+
+def obstacle_colours(report: TrialReport) -> np.ndarray:
+    """Return a colour for each obstacle of the flight."""
+    series = [colour for colour in PALETTE.series if colour != "#555555"]
+    names = [each.name for each in report.flight.obstacles]
+    return np.array(
+        [
+            _GROUND_COLOUR if name == GROUND else series[index % len(series)]
+            for index, name in enumerate(names)
+        ]
+    )
