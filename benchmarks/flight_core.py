@@ -14,7 +14,9 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from workbench.diagram import add_airframe, add_sampled_core, make_workbench
+from workbench.diagram.airframe import add_airframe
+from workbench.diagram.core import add_sampled_core
+from workbench.diagram.workbench import make_workbench
 from workbench.gains import vehicle_gains
 from workbench.parameters import parameters_of
 from workbench.plant.description import read_description

@@ -10,8 +10,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 import flight_core
+import lidar
+import live_sensors
 
-PACKAGES = ("drake", "numpy", "numba")
+PACKAGES = ("drake", "numpy", "numba", "embreex", "trimesh")
 
 
 def main() -> None:
@@ -24,11 +26,20 @@ def main() -> None:
     print(f"{machine}; {', '.join(f'{name} {number}' for name, number in versions.items())}\n")
     rows = flight_core.measure()
     flight_core.show(rows)
+    print()
+    rays = lidar.measure()
+    lidar.show(rays)
+    print()
+    live, shares = live_sensors.measure_live(), live_sensors.measure_shares()
+    live_sensors.show(live, shares)
     if arguments.json:
         figures = {
             "machine": machine,
             "versions": versions,
             "flight_core": [dataclasses.asdict(row) for row in rows],
+            "lidar": [dataclasses.asdict(row) for row in rays],
+            "live_sensors": dataclasses.asdict(live),
+            "sensor_shares": [dataclasses.asdict(row) for row in shares],
         }
         arguments.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
         print(f"\nwritten to {arguments.json}", file=sys.stderr)

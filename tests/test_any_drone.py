@@ -12,7 +12,7 @@ import pytest
 from pydrake.systems.primitives import Linearize
 
 from workbench.design.hover_check import check_hover
-from workbench.diagram import make_flight_core
+from workbench.diagram.core import make_flight_core
 from workbench.gain_rule import thrust_to_weight
 from workbench.gains import choose_gains, vehicle_gains
 from workbench.plant.description import read_description

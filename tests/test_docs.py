@@ -64,3 +64,31 @@ def test_the_modes_are_numbered_as_written():
     text = FILES.read_text(encoding="utf-8").replace("\n", " ")
     for mode in FlightMode:
         assert f"{mode.label} {mode.value}" in text
+
+
+def test_the_sensors_of_the_page_measure(tmp_path):
+    path = tmp_path / "sensors.yaml"
+    path.write_text(shown("yaml", "# sensors", DOCS / "sensors.md"), encoding="utf-8")
+    session = Session(load_scenario(path))
+    session.tick(0.5)
+    status = {sensor.kind: sensor for sensor in session.snapshot().sensors}
+    assert set(status) == {"imu", "gps", "lidar", "depth_camera"}
+    assert status["lidar"].asked_rate == 20.0
+    assert session.reading("gps").stamp <= 0.3
+
+
+def test_the_python_of_the_sensors_page_runs(capsys):
+    code = shown("python", page=DOCS / "sensors.md")
+    exec(compile(code, "sensors.md", "exec"), {"__name__": "__main__"})
+    assert capsys.readouterr().out.strip()
+
+
+def test_the_air_of_the_page_blows(tmp_path):
+    path = tmp_path / "air.yaml"
+    path.write_text(shown("yaml", "# air", DOCS / "air.md"), encoding="utf-8")
+    session = Session(load_scenario(path))
+    session.run()
+    wind = session.recording().wind_W
+    assert wind[:100].max() == 0.0
+    assert wind[:, 1].max() > 5.0  # the gust
+    assert session.get("rotor_1") == 0.9

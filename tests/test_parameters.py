@@ -9,22 +9,46 @@ from workbench.errors import WorkbenchError
 from workbench.gains import vehicle_gains
 from workbench.parameters import (
     PARAMETERS,
+    SENSOR_KINDS,
     checked,
     defaults,
     find_parameter,
     parameters_of,
     parse_setting,
 )
-from workbench.scenario import Action, Scenario, Start
+from workbench.scenario import Action, Scenario, SensorsConfig, Start
 from workbench.session import Session
+from workbench.systems.air.settings import AirSettings
 from workbench.systems.cascade import Gains
 from workbench.systems.flight_mode import Settings
 
 NAMES = [row.name for row in PARAMETERS]
+NEVER = [row.name for row in parameters_of("rotors")[4:]]
+"""Rows that no flight of a quadrotor has."""
+SOMETIMES = [row.name for row in PARAMETERS if row.system in (*SENSOR_KINDS, "obstacles")]
+"""Rows of systems that a flight without sensors in an empty world does not have."""
+FLOWN = [row for row in PARAMETERS if row.name not in NEVER]
+FLOWN_NAMES = [row.name for row in FLOWN]
+
+
+def full(settings=None) -> Session:
+    """Return a flight with all sensors, in a world with obstacles: it has every row."""
+    scenario = Scenario(
+        world="room",
+        start=Start(position=[0.0, 0.0, 5.0]),
+        script=[Action(at=0.1, velocity=[1.0, 1.0, 1.0], yaw_rate=0.2)],
+        sensors=SensorsConfig(use=["all"], rates={"depth_camera": 2.0, "lidar": 2.0}),
+    )
+    return Session(scenario, settings)
 
 
 @pytest.fixture(scope="module")
 def session():
+    return full()
+
+
+@pytest.fixture(scope="module")
+def plain_session():
     return Session()
 
 
@@ -45,37 +69,72 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert tuple(row.name for row in parameters_of("controller")) == Gains._fields
     assert tuple(row.name for row in parameters_of("modes")) == Settings._fields
     assert [row.name for row in parameters_of("battery")] == ["battery_duration"]
-    systems = ("controller", "modes", "battery")
+    assert tuple(row.name for row in parameters_of("air")) == AirSettings._fields
+    rotors = [row.name for row in parameters_of("rotors")]
+    assert rotors == [f"rotor_{number}" for number in range(1, 13)]
+    systems = ("controller", "modes", "battery", "air", "obstacles", "rotors", *SENSOR_KINDS)
     assert sum(len(parameters_of(system)) for system in systems) == len(PARAMETERS)
 
 
-@pytest.mark.parametrize("row", PARAMETERS, ids=NAMES)
+@pytest.mark.parametrize("row", FLOWN, ids=FLOWN_NAMES)
 def test_a_row_is_read_and_written_alone(session, row):
     session.reset()
-    before = {name: session.get(name) for name in NAMES}
-    assert before == {**defaults(), **vehicle_gains(session.vehicle)}
+    before = {name: session.get(name) for name in FLOWN_NAMES}
+    values = {**defaults(), **vehicle_gains(session.vehicle)}
+    assert before == {name: values[name] for name in FLOWN_NAMES}
     for value in (row.minimum, row.maximum):
         session.set(row.name, value)
-        assert {name: session.get(name) for name in NAMES} == {**before, row.name: value}
+        assert {name: session.get(name) for name in FLOWN_NAMES} == {**before, row.name: value}
 
 
-@pytest.mark.parametrize("row", PARAMETERS, ids=NAMES)
-@pytest.mark.parametrize("end", ["minimum", "default", "maximum"])
-def test_every_allowed_value_builds_and_flies(row, end):
+@pytest.mark.parametrize("end", ["minimum", "maximum"])
+def test_every_row_is_built_with_the_value_that_is_asked(end):
+    values = {row.name: getattr(row, end) for row in FLOWN}
+    session = full(values)
+    assert {name: session.get(name) for name in FLOWN_NAMES} == values
+    for name in FLOWN_NAMES:
+        session.set(name, find_parameter(name).default)
+    session.reset()
+    assert {name: session.get(name) for name in FLOWN_NAMES} == values
+
+
+@pytest.mark.parametrize("row", FLOWN, ids=FLOWN_NAMES)
+@pytest.mark.parametrize("end", ["minimum", "maximum"])
+def test_every_allowed_value_flies(session, row, end):
     """Not well, perhaps; but what is allowed must not break off or give no number."""
-    scenario = Scenario(
-        duration=0.5,
-        start=Start(position=[0.0, 0.0, 5.0]),
-        script=[Action(at=0.1, velocity=[1.0, 1.0, 1.0], yaw_rate=0.2)],
-    )
-    value = getattr(row, end)
-    session = Session(scenario, {row.name: value})
-    assert session.get(row.name) == value
-    session.run()
+    session.reset()
+    session.set(row.name, getattr(row, end))
+    session.tick(0.25)
     flight = session.recording()
-    assert flight.time[-1] == 0.5
+    assert flight.time[-1] == 0.25
     for values in (flight.p_WB, flight.q_WB, flight.w_WB, flight.thrusts):
         assert np.isfinite(values).all()
+
+
+@pytest.mark.parametrize("name", [*SOMETIMES, *NEVER])
+def test_what_nothing_in_the_flight_has_is_answered_with_a_remedy(plain_session, name):
+    remedies = {"warning_distance": "--world room"}
+    remedies |= {f"{kind}_fault": f"--sensors {kind}" for kind in SENSOR_KINDS}
+    remedies |= dict.fromkeys(NEVER, "dh_drone has 4 rotors")
+    value = find_parameter(name).maximum
+    for act in (lambda: plain_session.set(name, value), lambda: plain_session.get(name)):
+        with pytest.raises(WorkbenchError) as caught:
+            act()
+        said = str(caught.value)
+        assert said.startswith(f"{name} cannot be set: ")
+        assert remedies[name] in said
+        assert "\n" not in said
+
+
+@pytest.mark.parametrize(("name", "value"), [("imu_fault", 1.0), ("rotor_5", 0.5)])
+def test_a_fault_ordered_of_what_is_not_there_is_refused_before_the_flight(name, value):
+    with pytest.raises(WorkbenchError, match=f"{name} cannot be set"):
+        Session(Scenario(), {name: value})
+
+
+def test_rows_that_nothing_has_may_keep_their_defaults():
+    """So that a gain file with every row of the table can be flown with any drone."""
+    Session(Scenario(), {name: find_parameter(name).default for name in (*SOMETIMES, *NEVER)})
 
 
 def eventful() -> Session:

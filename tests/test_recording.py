@@ -27,6 +27,7 @@ def signals() -> dict[str, np.ndarray]:
     """Random signals as the recorder has them."""
     rng = np.random.default_rng(24)
     sizes = {"state": 13, "acceleration": 6, "rotors": 11, "thrusts": 4, "reference": 8}
+    sizes |= {"wind": 3, "obstacle": 5}
     found = {name: rng.normal(size=(N, size)) for name, size in sizes.items()}
     found["thrusts"] = np.abs(found["thrusts"])
     found["rotors"] = np.abs(found["rotors"])
@@ -55,6 +56,15 @@ def test_signals_find_their_places(recording):
     assert recording.reference.tolist() == raw["reference"].tolist()
     assert recording.mode.tolist() == raw["mode"][:, 0].tolist()
     assert recording.charge.tolist() == raw["charge"][:, 0].tolist()
+    assert recording.wind_W.tolist() == raw["wind"].tolist()
+    assert recording.clearance.tolist() == raw["obstacle"][:, 0].tolist()
+
+
+def test_without_obstacles_the_way_is_free(vehicle):
+    raw = signals()
+    del raw["obstacle"]
+    free = Recording.from_signals(vehicle, 0.5 * np.arange(N), raw)
+    assert free.clearance.tolist() == [math.inf] * N
 
 
 def test_forces_and_moments_are_those_of_the_thrusts(recording, vehicle):

@@ -9,6 +9,8 @@ from workbench.resources import find_scenario, list_scenarios
 from workbench.scenario import (
     Action,
     FigureEight,
+    Gust,
+    Push,
     Rates,
     Scenario,
     Start,
@@ -37,6 +39,8 @@ script:
   velocity: [1, 0, 0.5]
   yaw_rate: 0.1
   set: {kp_roll: 99}
+  gust: {velocity: [3, 0, 0], duration: 2}
+  push: {force: [0, 4, 0], point: [0.1, 0, 0]}
 figure_eight:
   laps: 3
 """
@@ -70,7 +74,14 @@ def test_a_file_is_read_and_what_it_leaves_out_is_the_default(write):
         duration=5.0,
         script=[
             Action(at=1.0, request="take_off", height=2.0),
-            Action(at=4.0, velocity=[1.0, 0.0, 0.5], yaw_rate=0.1, set={"kp_roll": 99.0}),
+            Action(
+                at=4.0,
+                velocity=[1.0, 0.0, 0.5],
+                yaw_rate=0.1,
+                set={"kp_roll": 99.0},
+                gust=Gust(velocity=[3.0, 0.0, 0.0], duration=2.0),
+                push=Push(force=[0.0, 4.0, 0.0], point=[0.1, 0.0, 0.0], duration=0.1),
+            ),
         ],
         figure_eight=FigureEight(laps=3),
     )
@@ -101,7 +112,7 @@ def test_saving_where_nothing_can_be_written_is_refused(tmp_path):
         ("  model", "  modle", 3, ("'modle'", "'model'")),
         ("  mode:", "  mod:", 8, ("'mod'", "'mode'")),
         ("  request: ", "  requst: ", 13, ("'requst'", "'request'")),
-        ("  laps", "  lap", 20, ("'lap'", "'laps'")),
+        ("  laps", "  lap", 22, ("'lap'", "'laps'")),
         ("  control_period", "  controll", 6, ("'controll'",)),
         ("duration: 5", "duration: 0", 10, ("duration", "positive")),
         ("duration: 5", "duration: -1", 10, ("duration",)),
@@ -117,17 +128,23 @@ def test_saving_where_nothing_can_be_written_is_refused(tmp_path):
         ("[1, 0, 0.5]", "[1, 0]", 16, ("script.1.velocity",)),
         ("[1, 0, 0.5]", "[1, 0, .inf]", 16, ("script.1.velocity",)),
         ("yaw_rate: 0.1", "yaw_rate: .nan", 17, ("script.1.yaw_rate",)),
+        ("duration: 2}", "duration: 0}", 19, ("script.1.gust.duration",)),
+        ("duration: 2}", "duration: .nan}", 19, ("script.1.gust.duration",)),
+        ("duration: 2}", "period: 2}", 19, ("'period'",)),
+        ("[3, 0, 0]", "[3, 0]", 19, ("script.1.gust.velocity",)),
+        ("[0, 4, 0]", "[0, .inf, 0]", 20, ("script.1.push.force",)),
+        ("[0.1, 0, 0]", "[.nan, 0, 0]", 20, ("script.1.push.point",)),
         ("height: 2", "height: -1", 14, ("script.0.height",)),
         ("height: 2", "height: .nan", 14, ("script.0.height",)),
         ("height: 2", "height: .inf", 14, ("script.0.height",)),
         ("{kp_roll: 99}", "{kp_rol: 99}", 18, ("'kp_rol'", "'kp_roll'")),
         ("{kp_roll: 99}", "{kp_roll: -99}", 18, ("kp_roll", "2500")),
-        ("laps: 3", "laps: 0", 20, ("figure_eight.laps",)),
-        ("laps: 3", "period: 0", 20, ("figure_eight.period",)),
-        ("laps: 3", "period: -2", 20, ("figure_eight.period",)),
-        ("laps: 3", "length: .nan", 20, ("figure_eight.length",)),
-        ("laps: 3", "width: .inf", 20, ("figure_eight.width",)),
-        ("laps: 3", "center: [0, 0]", 20, ("figure_eight.center",)),
+        ("laps: 3", "laps: 0", 22, ("figure_eight.laps",)),
+        ("laps: 3", "period: 0", 22, ("figure_eight.period",)),
+        ("laps: 3", "period: -2", 22, ("figure_eight.period",)),
+        ("laps: 3", "length: .nan", 22, ("figure_eight.length",)),
+        ("laps: 3", "width: .inf", 22, ("figure_eight.width",)),
+        ("laps: 3", "center: [0, 0]", 22, ("figure_eight.center",)),
         ("0.00390625", "0.005", 6, ("rates.control_period", "multiple")),
         ("0.00390625", "0", 6, ("rates.control_period",)),
         ("control_period: 0.00390625", "physics_step: 0", 6, ("rates.physics_step",)),
@@ -149,7 +166,7 @@ def test_what_cannot_be_flown_is_named_with_its_line(write, old, new, line, word
         ("duration: 5", "duration: long", 10),
         ("duration: 5", "duration:", 10),
         ("[1, 2, 3]", "north", 9),
-        ("laps: 3", "laps: 1.5", 20),
+        ("laps: 3", "laps: 1.5", 22),
         ("{mass: '2.0'}", "{mass: 2.0}", 4),
         ('  mode: "off"\n  position: [1, 2, 3]', "  [1, 2]", 7),
         ("yaw_rate: 0.1", "yaw_rate: [1]", 17),

@@ -1,6 +1,7 @@
 """Oracles: the same flight flown in another way, to the bit; and what was asked for."""
 
 import dataclasses
+import logging
 import math
 
 import numpy as np
@@ -8,7 +9,15 @@ import pytest
 
 from workbench.errors import WorkbenchError
 from workbench.recording import Recording
-from workbench.scenario import Action, FigureEight, Rates, Scenario, Start, VehicleConfig
+from workbench.scenario import (
+    Action,
+    FigureEight,
+    Rates,
+    Scenario,
+    SensorsConfig,
+    Start,
+    VehicleConfig,
+)
 from workbench.session import Session
 from workbench.systems.flight_mode import FlightMode
 
@@ -297,6 +306,13 @@ def test_a_figure_of_eight_is_flown():
         (lambda s: s.command([1.0, 2.0]), ("velocity",)),
         (lambda s: s.command(yaw_rate=math.inf), ("yaw rate",)),
         (lambda s: s.go_to([0.0, 0.0, math.inf]), ("position",)),
+        (lambda s: s.gust([1.0, 2.0]), ("gust",)),
+        (lambda s: s.gust([99.0, 0.0, 0.0]), ("gust_x", "50")),
+        (lambda s: s.gust([1.0, 0.0, 0.0], 0.0), ("gust_duration",)),
+        (lambda s: s.push([math.nan, 0.0, 0.0]), ("push",)),
+        (lambda s: s.push([1.0, 0.0, 0.0], [0.0]), ("point",)),
+        (lambda s: s.push([1.0, 0.0, 0.0], duration=math.inf), ("push_duration",)),
+        (lambda s: s.reading("imu"), ("'imu'", "no sensors")),
         (lambda s: s.request("fly"), ("'fly'", "take_off")),
         (lambda s: s.request("lend"), ("'lend'", "'land'")),
         (lambda s: s.request("take_off", math.nan), ("height",)),
@@ -319,6 +335,51 @@ def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(act, words):
     assert not [word for word in words if word not in str(caught.value)]
     assert (session.snapshot(), session.get("kp_roll")) == before
     session.tick(0.1)
+
+
+WORLD = """
+obstacles: [{name: box, shape: {box: [2, 2, 2]}, position: [0, 0, 1]}]
+moving: [{name: cart, shape: {sphere: 0.5}, path: [[0, 5, 0, 1.5], [1, 9, 0, 1.5]]}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("position", "words"),
+    [
+        ([0.0, 0.0, 1.0], ["the flight begins inside 'box'"]),
+        ([1.2, 0.0, 1.0], ["from 'box', within the drone's own reach"]),
+        ([5.0, 0.0, 1.5], ["the flight begins inside 'cart'"]),
+        ([0.0, 3.0, 1.5], []),
+        ([9.0, 0.0, 1.5], []),  # where the cart comes to later
+        ([60.0, 0.0, 1.5], []),
+    ],
+)
+def test_a_flight_that_begins_in_an_obstacle_says_so_once(tmp_path, caplog, position, words):
+    (tmp_path / "world.yaml").write_text(WORLD)
+    world = str(tmp_path / "world.yaml")
+    with caplog.at_level(logging.INFO, logger="workbench"):
+        session = Session(Scenario(world=world, start=Start(position=position)))
+        session.reset()
+    said = [message for message in caplog.messages if "the flight begins" in message]
+    assert len(said) == len(words)
+    assert all(word in message for word, message in zip(words, said, strict=True))
+
+
+def test_standing_on_the_ground_is_not_worth_a_word(caplog):
+    with caplog.at_level(logging.INFO, logger="workbench"):
+        Session(Scenario(world="room", start=Start(mode="off")))
+    assert not [message for message in caplog.messages if "begins" in message]
+
+
+def test_a_reading_is_by_name_or_kind_and_none_before_the_first():
+    sensors = SensorsConfig(use=["depth_camera", "imu"], rates={"camera": 1.0})
+    session = Session(Scenario(sensors=sensors))
+    assert session.reading("camera") is session.reading("imu") is None
+    session.tick(STEP)
+    assert session.reading("camera") is session.reading("depth_camera")
+    assert session.reading("imu").stamp == 0.0
+    session.reset()
+    assert session.reading("camera") is session.reading("imu") is None
 
 
 def test_what_breaks_in_flight_becomes_a_sentence(monkeypatch):

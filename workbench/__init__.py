@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from workbench.design.step_response import StepResponse, fly_step
-    from workbench.diagram import make_flight_core, make_workbench
+    from workbench.diagram.core import make_flight_core
+    from workbench.diagram.workbench import make_workbench
     from workbench.errors import WorkbenchError
     from workbench.plant.loading import load_vehicle
     from workbench.plant.vehicle import Vehicle
-    from workbench.scenario import Scenario, VehicleConfig, load_scenario
+    from workbench.scenario import Scenario, SensorsConfig, VehicleConfig, load_scenario
     from workbench.session import Session
 
 _HOME = {
     "Scenario": "workbench.scenario",
+    "SensorsConfig": "workbench.scenario",
     "Session": "workbench.session",
     "StepResponse": "workbench.design.step_response",
     "Vehicle": "workbench.plant.vehicle",
@@ -26,12 +28,13 @@ _HOME = {
     "fly_step": "workbench.design.step_response",
     "load_scenario": "workbench.scenario",
     "load_vehicle": "workbench.plant.loading",
-    "make_flight_core": "workbench.diagram",
-    "make_workbench": "workbench.diagram",
+    "make_flight_core": "workbench.diagram.core",
+    "make_workbench": "workbench.diagram.workbench",
 }
 
 __all__ = [
     "Scenario",
+    "SensorsConfig",
     "Session",
     "StepResponse",
     "Vehicle",

@@ -64,7 +64,18 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from workbench.commands import app, fly, graph, hover, inspect, params, reproduce, step
+    from workbench.commands import (
+        app,
+        fly,
+        frames,
+        graph,
+        hover,
+        inspect,
+        lidar_trial,
+        params,
+        reproduce,
+        step,
+    )
 
     parser = Parser(
         prog="workbench",
@@ -75,7 +86,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, help="print the version and stop")
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
-    for command in (inspect, hover, reproduce, step, fly, params, graph, app):
+    listed = (inspect, frames, hover, reproduce, lidar_trial, step, fly, params, graph, app)
+    for command in listed:
         command.add_parser(commands)
     return parser
 

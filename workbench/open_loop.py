@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from workbench.configured import read_configured
-from workbench.diagram import OpenLoop, make_open_loop
+from workbench.configured import read_configured, read_configured_world, tell_world
+from workbench.diagram.open_loop import OpenLoop, make_open_loop
 from workbench.errors import sentences
+from workbench.live_context import start_position
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import place_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
 from workbench.scenario import Scenario, check_scenario
-from workbench.session import start_position
 from workbench.systems.cascade import Reference
 from workbench.systems.rotor_playback import RotorCommands, load_rotor_commands
 
@@ -26,11 +26,11 @@ def fly_open_loop(
     """Fly a CSV file of rotor thrusts for a scenario's duration.
 
     The vehicle begins as the scenario says, with its rotors at the first row's speeds; script,
-    gains and flight mode play no part. The commands go through the rotors' lag. What there is
-    none of is NaN in the recording: reference, mode and charge.
+    gains, sensors and flight mode play no part. The commands go through the rotors' lag. What
+    there is none of is NaN in the recording: reference, mode and charge; clearance is not measured.
 
     Args:
-        scenario: its vehicle, start, rates and duration are used.
+        scenario: its vehicle, world, start, rates and duration are used.
         table: see `systems.rotor_playback.load_rotor_commands`; its last row holds to the end.
         progress: called with the flown share, 0 .. 1.
 
@@ -41,7 +41,9 @@ def fly_open_loop(
     description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
     commands = load_rotor_commands(table, vehicle)
-    bench = make_open_loop(description, vehicle, scenario.rates, commands)
+    world = read_configured_world(scenario)
+    tell_world(world)
+    bench = make_open_loop(description, vehicle, scenario.rates, commands, world)
     simulator = Simulator(bench.diagram)
     _start(simulator, bench, scenario, vehicle, commands)
     slices = math.ceil(4.0 * scenario.duration)

@@ -19,7 +19,8 @@ class Parameter:
     Attributes:
         name: unique, as in `--set name=value` and in gain files.
         system: the diagram's system that has it in its numeric parameter 0, at the place that
-            the row has among the rows of that system.
+            the row has among the rows of that system; "rotors" is the controller's numeric
+            parameter 1.
         unit: SI.
         minimum: smallest value allowed.
         maximum: largest value allowed.
@@ -61,10 +62,36 @@ def _controller(
     return Parameter(name, "controller", unit, *limits, default, help)
 
 
+def _fault(kind: str) -> Parameter:
+    """Return the row of a fault to order, in all sensors of a kind."""
+    help = f"fault of the {kind.replace('_', ' ')}: 0 none, 1 frozen, 2 noisy, 3 silent"
+    return Parameter(f"{kind}_fault", kind, "1", 0.0, 3.0, 0.0, help)
+
+
+def _rotor(number: int) -> Parameter:
+    """Return the row of a fault to order, in one rotor."""
+    help = f"share of its thrust that rotor {number} gives; 0 stops it"
+    return Parameter(f"rotor_{number}", "rotors", "1", 0.0, 1.0, 1.0, help)
+
+
+def _air(name: str, unit: str, limits: tuple[float, float], default: float, help: str) -> Parameter:
+    return Parameter(name, "air", unit, *limits, default, help)
+
+
+_SPEED_OF_AIR = (-50.0, 50.0)
+_FORCE = (-1000.0, 1000.0)
+_PLACE = (-10.0, 10.0)
+_TIME = (0.0, 1e6)
+_DURATION = (0.001, 3600.0)
 _RATE = (0.0, 30.0)
 _DAMPING = (0.0, 1.0)
 _STIFFNESS = (0.0, 2500.0)
 _ANGLE_RATE = (0.0, 150.0)
+
+MOST_ROTORS = 12
+"""So many can be weakened; a vehicle may have fewer, or more."""
+SENSOR_KINDS = ("imu", "gps", "lidar", "range_finder", "barometer", "depth_camera")
+"""Rows of these systems act on every sensor of the kind; a flight may have none."""
 
 PARAMETERS: tuple[Parameter, ...] = (
     _controller(
@@ -95,8 +122,56 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter("landing_speed", "modes", "m/s", 0.1, 0.5, 0.4, "descent of a landing"),
     Parameter("battery_reserve", "modes", "1", 0.0, 0.9, 0.15, "charge at which the drone lands"),
     Parameter(
+        "obstacle_brake",
+        "modes",
+        "1/s",
+        0.0,
+        1.5,
+        0.0,
+        "largest speed towards an obstacle per way left; 0 sets no limit",
+    ),
+    Parameter(
+        "stop_distance", "modes", "m", 0.0, 20.0, 0.5, "clearance at which a braked drone stops"
+    ),
+    Parameter(
         "battery_duration", "battery", "s", 1.0, 36000.0, 1200.0, "time a full battery hovers"
     ),
+    Parameter(
+        "warning_distance",
+        "obstacles",
+        "m",
+        0.1,
+        20.0,
+        1.0,
+        "clearance below which there is a warning",
+    ),
+    _air("wind_x", "m/s", _SPEED_OF_AIR, 0.0, "velocity of the mean wind to the east"),
+    _air("wind_y", "m/s", _SPEED_OF_AIR, 0.0, "velocity of the mean wind to the north"),
+    _air("wind_z", "m/s", _SPEED_OF_AIR, 0.0, "velocity of the mean wind upwards"),
+    _air(
+        "turbulence",
+        "m/s",
+        (0.0, 50.0),
+        0.0,
+        "wind speed at 20 ft that makes it: light 7.7, moderate 15.4, severe 23.2",
+    ),
+    _air("gust_x", "m/s", _SPEED_OF_AIR, 0.0, "peak of the gust to the east"),
+    _air("gust_y", "m/s", _SPEED_OF_AIR, 0.0, "peak of the gust to the north"),
+    _air("gust_z", "m/s", _SPEED_OF_AIR, 0.0, "peak of the gust upwards"),
+    _air("gust_start", "s", _TIME, 0.0, "when the gust begins"),
+    _air("gust_duration", "s", _DURATION, 1.0, "how long the gust rises and falls"),
+    _air("push_x", "N", _FORCE, 0.0, "force of the push to the east"),
+    _air("push_y", "N", _FORCE, 0.0, "force of the push to the north"),
+    _air("push_z", "N", _FORCE, 0.0, "force of the push upwards"),
+    _air("push_at_x", "m", _PLACE, 0.0, "where the push acts, ahead of the base link's origin"),
+    _air("push_at_y", "m", _PLACE, 0.0, "where the push acts, left of the base link's origin"),
+    _air("push_at_z", "m", _PLACE, 0.0, "where the push acts, above the base link's origin"),
+    _air("push_start", "s", _TIME, 0.0, "when the push begins"),
+    _air("push_duration", "s", _DURATION, 0.1, "how long the push lasts"),
+    _air("drag_area", "m^2", (0.0, 10.0), 0.015, "drag coefficient times area of the body"),
+    _air("air_density", "kg/m^3", (0.0, 2.0), 1.225, "density of the air, for the body's drag"),
+    *map(_fault, SENSOR_KINDS),
+    *map(_rotor, range(1, MOST_ROTORS + 1)),
 )
 
 

@@ -33,6 +33,8 @@ class Recording:
         reference: (N, 8) what the pilot asked for until now, see `systems.cascade.Reference`.
         mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
         charge: (N) of the battery, 0 .. 1.
+        wind_W: (N, 3) velocity of the air at the drone [m/s].
+        clearance: (N) free way to the nearest obstacle [m], infinite where there is none.
     """
 
     vehicle: Vehicle
@@ -49,6 +51,8 @@ class Recording:
     reference: np.ndarray
     mode: np.ndarray
     charge: np.ndarray
+    wind_W: np.ndarray
+    clearance: np.ndarray
 
     def __repr__(self) -> str:
         return f"<Recording of {self.vehicle.name}: {len(self.time)} samples>"
@@ -64,7 +68,8 @@ class Recording:
             time: (N) [s].
             signals: (N, size) each, as the recorder has them: state (13) and acceleration (6) of
                 the plant, rotors (speeds, commands, ...), thrusts (n), reference (8), mode
-                (mode, ...), charge (1).
+                (mode, ...), charge (1), wind (3); obstacle (clearance, ...) in a world that has
+                obstacles.
         """
         state, acceleration, rotors = signals["state"], signals["acceleration"], signals["rotors"]
         n = len(vehicle.rotors)
@@ -83,6 +88,10 @@ class Recording:
             reference=signals["reference"],
             mode=signals["mode"][:, 0],
             charge=signals["charge"][:, 0],
+            wind_W=signals["wind"],
+            clearance=(
+                signals["obstacle"][:, 0] if "obstacle" in signals else np.full(len(time), np.inf)
+            ),
         )
 
     @property
@@ -161,6 +170,7 @@ class Recording:
             ("wdot_W", "xyz", "rad/s^2", self.wdot_WB),
             ("force_W", "xyz", "N", self.force_W),
             ("moment_B", "xyz", "N m", self.moment_B),
+            ("wind_W", "xyz", "m/s", self.wind_W),
         )
         for name, axes, unit, values in groups:
             for index, axis in enumerate(axes):
@@ -175,4 +185,6 @@ class Recording:
         columns["command.yaw_rate [rad/s]"] = self.reference[:, 3]
         columns["mode [1]"] = self.mode
         columns["charge [1]"] = self.charge
+        if np.isfinite(self.clearance).any():
+            columns["clearance [m]"] = self.clearance
         return columns

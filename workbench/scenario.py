@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
 from workbench.errors import WorkbenchError
 from workbench.parameters import checked
-from workbench.resources import find_file, find_model
+from workbench.resources import find_file, find_model, find_world
 from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 
 REQUESTS = ("arm", "take_off", "land", "stop")
@@ -22,6 +23,10 @@ SLOWEST = {
     "record_period": 10.0,
 }
 """Bounds of the periods, beyond which nothing flies [s]."""
+SLOWEST_SENSOR = 0.01
+"""Rate under which a sensor does not take part in any flight [1/s]."""
+LONGEST_LATENCY = 10.0
+"""Of a sensor [s]."""
 FARTHEST = 1e6
 """Largest number in a vector, in its unit."""
 LONGEST_PATH = 3600.0
@@ -70,11 +75,44 @@ class Start:
 
 
 @dataclass
+class SensorsConfig:
+    """Which of the vehicle's sensors measure, and how; those not named are not built.
+
+    Names or kinds (imu, gps, lidar, range_finder, barometer, depth_camera), or `all`; rates [1/s]
+    and latencies [s] by name or kind where the description's are not wanted; the seed of all
+    noise; whether there is noise.
+    """
+
+    use: list[str] = field(default_factory=list)
+    rates: dict[str, float] = field(default_factory=dict)
+    latency: dict[str, float] = field(default_factory=dict)
+    seed: int = 0
+    noise: bool = True
+
+
+@dataclass
+class Gust:
+    """A gust that rises to a velocity in W [m/s] and falls again, within a duration [s]."""
+
+    velocity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    duration: float = 1.0
+
+
+@dataclass
+class Push:
+    """A force in W [N] at a point of the body, in B [m], for a duration [s]."""
+
+    force: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    point: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    duration: float = 0.1
+
+
+@dataclass
 class Action:
     """Something the pilot does at a time [s]; what is not given stays as it is.
 
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off,
-    land, stop) with its height [m], or new values of live parameters.
+    land, stop) with its height [m], a gust, a push, or new values of live parameters.
     """
 
     at: float = 0.0
@@ -83,6 +121,8 @@ class Action:
     go_to: list[float] | None = None
     request: str | None = None
     height: float = 1.5
+    gust: Gust | None = None
+    push: Push | None = None
     set: dict[str, float] = field(default_factory=dict)
 
 
@@ -103,6 +143,8 @@ class Scenario:
 
     title: str = ""
     vehicle: VehicleConfig = field(default_factory=VehicleConfig)
+    world: str = "empty"
+    sensors: SensorsConfig = field(default_factory=SensorsConfig)
     rates: Rates = field(default_factory=Rates)
     start: Start = field(default_factory=Start)
     duration: float = 10.0
@@ -125,6 +167,7 @@ def load_scenario(path: Path | str) -> Scenario:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     check_scenario(scenario, file)
     _find_files(scenario.vehicle, file)
+    _find_world(scenario, file)
     return scenario
 
 
@@ -167,6 +210,7 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         steps = getattr(scenario.rates, rate.name) / step
         if steps < 1.0 or not float(steps).is_integer():
             raise refuse(("rates", rate.name), f"must be a multiple of the physics step {step:g} s")
+    _check_sensors(scenario.sensors, refuse)
     for index, action in enumerate(scenario.script):
         keys: Keys = ("script", index)
         if action.request is not None and action.request not in REQUESTS:
@@ -181,6 +225,9 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             raise refuse((*keys, "yaw_rate"), "must be a finite number of rad/s")
         if not 0.0 < action.height < math.inf:
             raise refuse((*keys, "height"), "must be a height above the ground in m")
+        for key, blow in (("gust", action.gust), ("push", action.push)):
+            if blow is not None and not 0.0 < blow.duration < math.inf:
+                raise refuse((*keys, key, "duration"), "must be a positive time in seconds")
         for name, value in action.set.items():
             checked({name: value}, file.where(*keys, "set", name) if file else "")
     for keys, vector in _vectors(scenario):
@@ -204,6 +251,20 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             raise refuse(("figure_eight", "laps"), "must be 1 or more")
 
 
+def _check_sensors(sensors: SensorsConfig, refuse: Callable[[Keys, str], WorkbenchError]) -> None:
+    """Refuse rates and latencies that no sensor has."""
+    for name, rate in sensors.rates.items():
+        if not SLOWEST_SENSOR <= rate < math.inf:
+            reason = f"must be {SLOWEST_SENSOR:g} samples a second or more"
+            raise refuse(("sensors", "rates", name), reason)
+    for name, latency in sensors.latency.items():
+        if not 0.0 <= latency <= LONGEST_LATENCY:
+            reason = f"must be within 0 .. {LONGEST_LATENCY:g} s"
+            raise refuse(("sensors", "latency", name), reason)
+    if sensors.seed < 0:
+        raise refuse(("sensors", "seed"), "must be 0 or more")
+
+
 def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
     """Let what a scenario names be found beside its file; refuse what is not there."""
     for name, folder in vehicle.packages.items():
@@ -220,6 +281,18 @@ def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
             raise WorkbenchError(f"{file.where('vehicle', key)}{error}") from None
 
 
+def _find_world(scenario: Scenario, file: YamlFile) -> None:
+    """Let a scenario's world be found beside its file; refuse one that is not there."""
+    beside = file.path.parent / scenario.world
+    try:
+        if beside.is_file():
+            scenario.world = str(beside.resolve())
+        else:
+            find_world(scenario.world)
+    except (WorkbenchError, OSError) as error:
+        raise WorkbenchError(f"{file.where('world')}{error}") from None
+
+
 def _vectors(scenario: Scenario) -> list[tuple[Keys, list[float]]]:
     """Return every vector of a scenario with its keys."""
     start = scenario.start
@@ -232,6 +305,11 @@ def _vectors(scenario: Scenario) -> list[tuple[Keys, list[float]]]:
     for index, action in enumerate(scenario.script):
         found.append((("script", index, "velocity"), action.velocity))
         found.append((("script", index, "go_to"), action.go_to))
+        if action.gust is not None:
+            found.append((("script", index, "gust", "velocity"), action.gust.velocity))
+        if action.push is not None:
+            found.append((("script", index, "push", "force"), action.push.force))
+            found.append((("script", index, "push", "point"), action.push.point))
     if scenario.figure_eight:
         found.append((("figure_eight", "center"), scenario.figure_eight.center))
     return [(keys, vector) for keys, vector in found if vector is not None]

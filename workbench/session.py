@@ -7,29 +7,36 @@ effect between steps, so that equal scenarios give equal flights, to the bit.
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import BasicVector, Context, Diagram, System
+from pydrake.systems.framework import Diagram
 
-from workbench.configured import read_configured, tell_remarks
-from workbench.diagram import Workbench, make_workbench
+from workbench.configured import (
+    read_configured,
+    read_configured_world,
+    tell_remarks,
+    tell_start,
+    tell_world,
+)
+from workbench.diagram.sensor_choice import choose_sensors
+from workbench.diagram.workbench import Workbench, make_workbench
 from workbench.errors import WorkbenchError, sentences, unknown_name
 from workbench.gains import flight_gains, remark_on_owner
-from workbench.parameters import Parameter, find_parameter, parameters_of
+from workbench.live_context import START_HEIGHT, LiveContext, start_position
+from workbench.observation import observe
+from workbench.parameters import checked, find_parameter
 from workbench.plant.loading import make_vehicle
-from workbench.plant.placing import place_vehicle
-from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
+from workbench.plant.worlds.world import World
 from workbench.recording import Recording
-from workbench.scenario import REQUESTS, Action, Scenario, Start, check_scenario
+from workbench.scenario import REQUESTS, Action, Scenario, check_scenario
+from workbench.script import Script
 from workbench.snapshot import Snapshot
+from workbench.systems.air.settings import gust_settings, push_settings
 from workbench.systems.cascade import Reference
-from workbench.systems.flight_mode import FlightMode, Request, initial_state
+from workbench.systems.flight_mode import FlightMode, Request
+from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.reference import figure_eight
-
-START_HEIGHT = 1.5
-"""Where a flight begins that starts hovering and says no place [m]."""
+from workbench.systems.sensors.readings import Reading
 
 
 class Session:
@@ -63,22 +70,33 @@ class Session:
             if eight
             else None
         )
+        self.world: World = read_configured_world(self.scenario)
+        tell_world(self.world)
         self._bench: Workbench = make_workbench(
-            description, self.vehicle, values, self.scenario.rates, path, meshcat
+            description,
+            self.vehicle,
+            values,
+            self.scenario.rates,
+            path,
+            meshcat,
+            self.world,
+            choose_sensors(self.vehicle, self.scenario),
+            self.scenario.sensors.seed,
         )
-        self._script = sorted(self.scenario.script, key=lambda action: action.at)
+        self._values = values
+        self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
         self.reset()
+        obstacles = self._bench.obstacles
+        if obstacles and (near := obstacles.nearest(self._live.root)):
+            tell_start(*near)
 
     def reset(self) -> None:
         """Begin again from the scenario's start, with the values it was built with."""
-        self._simulator = Simulator(self._bench.diagram)
+        self._live = LiveContext(self._bench, self.scenario, self._values)
         self._steps = 0
         self._due = 0.0
-        self._next_action = 0
+        self._script.rewind()
         self._requests = 0
-        self._start(self.scenario.start)
-        with sentences("the flight could not begin"):
-            self._simulator.Initialize()
 
     @property
     def diagram(self) -> Diagram:
@@ -88,7 +106,7 @@ class Session:
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return float(self._simulator.get_context().get_time())
+        return float(self._live.root.get_time())
 
     def command(
         self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
@@ -98,13 +116,13 @@ class Session:
         Raises:
             WorkbenchError: if a number is not finite.
         """
-        now = self._reference()
+        now = self._live.reference
         if velocity is not None:
             v_x, v_y, v_z = _finite("velocity", velocity, 3)
             now = now._replace(v_x=v_x, v_y=v_y, v_z=v_z, follow=0.0)
         if yaw_rate is not None:
             now = now._replace(yaw_rate=_finite("yaw rate", [yaw_rate], 1)[0])
-        self._set_reference(now)
+        self._live.reference = now
 
     def go_to(self, p_WB: Sequence[float]) -> None:
         """Ask for a place in W [m] and stay there.
@@ -122,8 +140,8 @@ class Session:
                 f"cannot go to a height of {p_z:g} m: the drone stands on the ground at "
                 f"{self.vehicle.ground_clearance:g} m"
             )
-        now = self._reference()
-        self._set_reference(Reference(0.0, 0.0, 0.0, now.yaw_rate, p_x, p_y, p_z, 1.0))
+        now = self._live.reference
+        self._live.reference = Reference(0.0, 0.0, 0.0, now.yaw_rate, p_x, p_y, p_z, 1.0)
 
     def request(self, what: str, height: float = START_HEIGHT) -> None:
         """Ask the flight mode to arm, take_off (to a height [m]), land, or stop at once.
@@ -139,17 +157,43 @@ class Session:
                 f"the height of a take_off is {height:g} m: give it one above {standing:g} m, at "
                 f"which the drone stands, up to the {ceiling:g} m of max_height"
             )
-        state = self._bench.recorder.now(self._simulator.get_context())["mode"]
+        state = self._bench.recorder.now(self._live.root)["mode"]
         mode, seen = FlightMode(int(state[0])), state[1]
         if what in ("land", "stop") or mode in (FlightMode.OFF, FlightMode.ARMED):
             # an old command must not come into force later
-            self._set_reference(Reference(*[0.0] * len(Reference._fields)))
-        source = self._bench.request.get_mutable_source_value(self._context_of(self._bench.request))
+            self._live.reference = Reference(*[0.0] * len(Reference._fields))
         code = float(Request[what.upper()])
         if seen < self._requests:  # the last one is still to be seen: the more urgent one stays
-            code = max(code, source.GetAtIndex(0))
+            code = max(code, self._live.request[0])
         self._requests += 1
-        source.set_value([code, float(self._requests), height])
+        self._live.request = [code, float(self._requests), height]
+
+    def gust(self, velocity: Sequence[float], duration: float = 1.0) -> None:
+        """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on.
+
+        It is added to the wind; a gust that still blows ends.
+
+        Raises:
+            WorkbenchError: if a number is out of the range of its parameter.
+        """
+        velocity = _finite("gust", velocity, 3)
+        self._set_all(gust_settings(velocity, self._next_update(), duration))
+
+    def push(
+        self,
+        force: Sequence[float],
+        point: Sequence[float] = (0.0, 0.0, 0.0),
+        duration: float = 0.1,
+    ) -> None:
+        """Push with a force in W [N] at a point of the body, in B [m], for a duration [s].
+
+        It begins with the next control update; a push that still acts ends.
+
+        Raises:
+            WorkbenchError: if a number is out of the range of its parameter.
+        """
+        force, point = _finite("push", force, 3), _finite("point of the push", point, 3)
+        self._set_all(push_settings(force, point, self._next_update(), duration))
 
     def set(self, name: str, value: float) -> None:
         """Give a live parameter a value; it takes effect at the next control update.
@@ -158,13 +202,11 @@ class Session:
             WorkbenchError: if it is unknown or out of range.
         """
         row = find_parameter(name)
-        vector, index = self._parameter(row)
-        vector.SetAtIndex(index, row.check(value))
+        self._live.set(row, row.check(value))
 
     def get(self, name: str) -> float:
         """Return the present value of a live parameter."""
-        vector, index = self._parameter(find_parameter(name))
-        return float(vector.GetAtIndex(index))
+        return self._live.get(find_parameter(name))
 
     def tick(self, duration: float) -> None:
         """Fly on for a time [s]; what does not make a whole physics step is owed to the next tick.
@@ -178,8 +220,9 @@ class Session:
         self._due += duration
         target = math.floor(self._due / step + 1e-6)
         while self._steps < target:
-            self._act()
-            self._advance(min(target, self._next_action_step()))
+            for action in self._script.due(self._steps):
+                self._do(action)
+            self._advance(min(target, self._script.next_step))
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
@@ -192,23 +235,32 @@ class Session:
 
     def recording(self) -> Recording:
         """Return everything flown since the start."""
-        context = self._simulator.get_context()
+        context = self._live.root
         recorder = self._bench.recorder
         return Recording.from_signals(
             self.vehicle, recorder.times(context), recorder.signals(context)
         )
 
+    def reading(self, sensor: str) -> Reading | None:
+        """Return what a sensor, by name or kind, delivered last; None if nothing yet.
+
+        Raises:
+            WorkbenchError: if no such sensor measures in this flight.
+        """
+        return self._bench.sensing.find(sensor).reading(self._live.root)
+
     def snapshot(self) -> Snapshot:
         """Return the present as a frozen copy."""
-        signals = self._bench.recorder.now(self._simulator.get_context())
-        return Snapshot.from_signals(self.time, signals)
+        start = start_position(self.scenario.start, self.vehicle)
+        return observe(self._bench, self._live.root, start)
 
-    def _act(self) -> None:
-        """Do what the script has for this step or before it."""
-        while self._next_action < len(self._script) and self._next_action_step() <= self._steps:
-            action = self._script[self._next_action]
-            self._next_action += 1
-            self._do(action)
+    def frames(self) -> FrameTransforms:
+        """Return the pose of every frame in its parent's, as it is now."""
+        port = self._bench.frames.frames_output
+        message: FrameTransforms = port.Eval(
+            self._bench.frames.GetMyContextFromRoot(self._live.root)
+        )
+        return message
 
     def _do(self, action: Action) -> None:
         for name, value in action.set.items():
@@ -219,66 +271,26 @@ class Session:
             self.command(action.velocity, action.yaw_rate)
         if action.go_to is not None:
             self.go_to(action.go_to)
+        if action.gust is not None:
+            self.gust(action.gust.velocity, action.gust.duration)
+        if action.push is not None:
+            self.push(action.push.force, action.push.point, action.push.duration)
 
-    def _next_action_step(self) -> int | float:
-        """Return the first step at or after the next action's time."""
-        if self._next_action == len(self._script):
-            return math.inf
-        at = self._script[self._next_action].at
-        return math.ceil(at / self.scenario.rates.physics_step - 1e-6)
+    def _next_update(self) -> float:
+        """Return the time of the first control update that is still to come [s]."""
+        period = self.scenario.rates.control_period
+        return math.ceil(self.time / period - 1e-6) * period
+
+    def _set_all(self, values: Mapping[str, float]) -> None:
+        """Set live parameters, or none if one is out of range."""
+        for name, value in checked(values).items():
+            self.set(name, value)
 
     def _advance(self, step: int | float) -> None:
         """Simulate up to a step."""
         with sentences(f"the flight broke off after {self.time:.3f} s"):
-            self._simulator.AdvanceTo(step * self.scenario.rates.physics_step)
+            self._live.simulator.AdvanceTo(step * self.scenario.rates.physics_step)
         self._steps = int(step)
-
-    def _start(self, start: Start) -> None:
-        """Put a scenario's start into the Context."""
-        flying = start.mode == "hovering"
-        frame = thrust_frame(self.vehicle)
-        p_WB = start_position(start, self.vehicle)
-        attitude = start.roll_pitch_yaw
-        plant = self._bench.airframe.plant
-        place_vehicle(
-            plant,
-            self._context_of(plant),
-            self.vehicle,
-            p_WB=p_WB,
-            roll_pitch_yaw=frame.roll_pitch_yaw(attitude) if flying else attitude,
-            v_WB=start.velocity,
-            w_WB=start.angular_velocity,
-        )
-        speeds = frame.hover_speeds if flying else np.zeros(len(self.vehicle.rotors))
-        computer = self._bench.computer
-        computer.set_rotors(self._context_of(computer), speeds, np.array(start.velocity))
-        mode = FlightMode.HOVERING if flying else FlightMode.OFF
-        modes = self._bench.modes
-        modes.set_mode(self._context_of(modes), initial_state(mode, p_WB), p_WB)
-
-    def _context_of(self, system: System) -> Context:
-        """Return a subsystem's part of the Context, to be written only here, between steps."""
-        return system.GetMyMutableContextFromRoot(self._simulator.get_mutable_context())
-
-    def _reference(self) -> Reference:
-        context = self._context_of(self._bench.pilot)
-        return Reference(*self._bench.pilot.get_source_value(context).get_value().tolist())
-
-    def _set_reference(self, reference: Reference) -> None:
-        context = self._context_of(self._bench.pilot)
-        self._bench.pilot.get_mutable_source_value(context).set_value(list(reference))
-
-    def _parameter(self, row: Parameter) -> tuple[BasicVector, int]:
-        """Return the vector in the Context that has a parameter, and its place there."""
-        system = self._bench.diagram.GetSubsystemByName(row.system)
-        vector = self._context_of(system).get_mutable_numeric_parameter(0)
-        return vector, parameters_of(row.system).index(row)
-
-
-def start_position(start: Start, vehicle: Vehicle) -> list[float]:
-    """Return where a flight begins [m]: as said, or standing, or hovering at `START_HEIGHT`."""
-    height = START_HEIGHT if start.mode == "hovering" else vehicle.ground_clearance
-    return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
 
 
 def _finite(what: str, values: Sequence[float], count: int) -> list[float]:

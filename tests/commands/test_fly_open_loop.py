@@ -47,10 +47,10 @@ def test_hover_thrust_hovers(run, table, out):
 def test_a_tenth_more_thrust_accelerates_by_a_tenth_of_gravity_after_the_lag(
     run, table, out, vehicle
 ):
-    _, log = fly(run, table((0.0, 1.0), (0.5, 1.1)), out, "--duration", "2")
+    _, log = fly(run, table((0.0, 1.0), (0.5, 1.1)), out, "--duration", "1")
     time, v_z = log["t [s]"], log["v_W.z [m/s]"]
     assert v_z[time <= 0.5] == pytest.approx(0.0, abs=1e-9)
-    late = time > 1.0
+    late = (time > 0.65) & (time < 0.85)  # slow yet: the air takes 5 mm/s² per (m/s)²
     slope = np.polyfit(time[late], v_z[late], 1)
     assert slope[0] == pytest.approx(0.1 * GRAVITY, rel=1e-3)
     # The line meets zero later by the rotors' lag, and a step of 1 ms of the sampled plant.

@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
-from workbench.diagram import Airframe, add_airframe
+from workbench.diagram.airframe import Airframe, add_airframe
 from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle

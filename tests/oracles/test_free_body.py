@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from workbench.diagram import add_airframe
+from workbench.diagram.airframe import add_airframe
 from workbench.scenario import Rates
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]

@@ -6,7 +6,7 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Linearize
 
-from workbench.diagram import make_flight_core
+from workbench.diagram.core import make_flight_core
 from workbench.gains import vehicle_gains
 from workbench.plant.loading import make_vehicle
 from workbench.systems.cascade import Gains, Guidance, Reference
@@ -112,6 +112,25 @@ def test_derivatives_by_reference(core, seed):
     wanted = differences(lambda u: core.derivatives(state, u), reference)
     assert np.abs(wanted[:, :4]).max() > 1.0
     agree(jacobian(carried, 8), wanted)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_derivatives_by_wind(core, seed):
+    """All of it through drag: force over mass, about 0.1 1/s, and moments at the hubs."""
+    state, reference = in_flight(core, seed)
+    wind = np.random.default_rng(seed).uniform(-5.0, 5.0, 3)
+
+    def at(wind):
+        root = core.root(state, reference)
+        core.diagram.GetInputPort("wind").FixValue(root, wind)
+        return core.diagram.EvalTimeDerivatives(root).CopyToVector()
+
+    root = core.root(state, reference, twin=True)
+    core.twin.GetInputPort("wind").FixValue(root, InitializeAutoDiff(wind).ravel())
+    carried = core.twin.EvalTimeDerivatives(root).CopyToVector()
+    wanted = differences(at, wind)
+    assert np.abs(wanted[10:13]).max() > 0.05
+    agree(jacobian(carried, 3), wanted)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,9 @@ from workbench.commands.options import (
     add_command,
     add_json_option,
     add_output_options,
+    add_sensor_options,
     add_vehicle_options,
+    with_sensors,
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
@@ -20,8 +23,10 @@ from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.flight_summary import FlightSummary
+    from workbench.plant.worlds.world import World
     from workbench.recording import Recording
     from workbench.scenario import Scenario
+    from workbench.snapshot import SensorStatus
 
 
 def add_parser(commands: Any) -> None:
@@ -61,6 +66,7 @@ def add_parser(commands: Any) -> None:
     )
     add_output_options(parser)
     add_vehicle_options(parser)
+    add_sensor_options(parser)
     add_json_option(parser)
 
 
@@ -79,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
     if args.csv and args.rotor_commands and args.csv.resolve() == args.rotor_commands.resolve():
         raise WorkbenchError(f"{args.csv}: is the table that is flown: name another file for --csv")
     path = find_scenario(args.scenario)
-    scenario = with_vehicle(load_scenario(path), args)
+    scenario = with_sensors(with_vehicle(load_scenario(path), args), args)
     title = scenario.title or path.stem
     if args.rotor_commands is not None:
         title = f"open loop, {args.rotor_commands.name} from the start of {path.stem}"
@@ -89,40 +95,51 @@ def run(args: argparse.Namespace) -> int:
         log = outputs.add(args.csv or args.output / f"{path.stem}.csv")
         plot = None if args.no_plots else outputs.add(args.output / f"{path.stem}.png")
         page = outputs.add(args.html) if args.html else None
-        recording = _fly(scenario, path.stem, args, page)
-        recording.write_csv(log)
+        flown = _fly(scenario, path.stem, args, page)
+        flown.recording.write_csv(log)
         if plot:
             from workbench.design.plots_flight import plot_flight
 
-            plot_flight(recording, f"{recording.vehicle.name}: {title}").savefig(plot)
-    _report(title, recording, outputs.files, args.json)
+            name = flown.recording.vehicle.name
+            plot_flight(flown.recording, f"{name}: {title}", flown.world).savefig(plot)
+    _report(title, flown, outputs.files, args.json)
     say_written(outputs.files)
     return ExitCode.DONE
 
 
-def _fly(
-    scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None
-) -> "Recording":
+@dataclass(frozen=True)
+class _Flown:
+    """A flight, where it was flown, and what its sensors did."""
+
+    recording: "Recording"
+    world: "World"
+    sensors: "tuple[SensorStatus, ...]" = ()
+
+
+def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None) -> _Flown:
     """Fly closed loop, or open loop where a table is given; `page` is the 3-D one to write."""
     with progress_bar(f"flying {name}") as progress:
         if args.rotor_commands is not None:
+            from workbench.configured import read_configured_world
             from workbench.open_loop import fly_open_loop
 
-            if args.set or args.gains or args.html:
+            if args.set or args.gains or args.html or args.sensors:
                 raise WorkbenchError(
-                    "--rotor-commands flies without a controller and is not drawn: leave out "
-                    "--set, --gains and --html"
+                    "--rotor-commands flies without a controller, and without sensors or a film: "
+                    "leave out --set, --gains, --sensors and --html"
                 )
-            return fly_open_loop(scenario, args.rotor_commands, progress)
+            recording = fly_open_loop(scenario, args.rotor_commands, progress)
+            return _Flown(recording, read_configured_world(scenario))
         from workbench.session import Session
 
         if page is None:
             session = Session(scenario, dict(args.set))
             session.run(progress)
-            return session.recording()
-        from workbench.design.flight_page import fly_and_film
+        else:
+            from workbench.design.flight_page import fly_and_film
 
-        return fly_and_film(scenario, dict(args.set), page, progress)
+            session = fly_and_film(scenario, dict(args.set), page, progress)
+        return _Flown(session.recording(), session.world, session.snapshot().sensors)
 
 
 def _list(args: argparse.Namespace) -> int:
@@ -148,18 +165,22 @@ def _list(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _report(title: str, recording: "Recording", files: list[Path], as_json: bool) -> None:
-    """Print the summary."""
+def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> None:
+    """Print the summary, and what the sensors did."""
     import dataclasses
 
     from workbench.design.flight_summary import summarise
 
-    summary = summarise(recording)
+    summary = summarise(flight.recording)
     if as_json:
-        print_json({"title": title, **dataclasses.asdict(summary), "files": files})
+        flown = {"title": title, **dataclasses.asdict(summary)}
+        print_json(flown | {"sensors": flight.sensors, "files": files})
         return
     print(title)
     print_table(_lines(summary), left=(0, 2))
+    if flight.sensors:
+        print()
+        print_table(_sensor_lines(flight.sensors), left=(0, 1))
 
 
 def _lines(summary: "FlightSummary") -> list[tuple[str, str, str]]:
@@ -175,6 +196,23 @@ def _lines(summary: "FlightSummary") -> list[tuple[str, str, str]]:
     ]
     if not math.isnan(summary.battery_used):
         lines.append(("battery used", f"{100.0 * summary.battery_used:.1f}", "%"))
+    if summary.least_clearance is not None:
+        lines.append(("least clearance", f"{summary.least_clearance:.2f}", "m from obstacles"))
     if summary.touch_down_speed is not None:
         lines.append(("touch-down speed", f"{summary.touch_down_speed:.2f}", "m/s"))
     return lines
+
+
+def _sensor_lines(sensors: "tuple[SensorStatus, ...]") -> list[tuple[str, ...]]:
+    """Return the table of sensors with its heading."""
+    rows = [
+        (
+            sensor.name,
+            sensor.kind.replace("_", " "),
+            f"{sensor.asked_rate:g}",
+            f"{sensor.rate:.2f}",
+            f"{1000.0 * sensor.age:.0f}" if math.isfinite(sensor.age) else "-",
+        )
+        for sensor in sensors
+    ]
+    return [("sensor", "kind", "asked Hz", "delivered Hz", "age ms"), *rows]

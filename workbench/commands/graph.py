@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
 def _diagram(args: argparse.Namespace) -> "Diagram":
     """Return the diagram of a vehicle."""
     from workbench.configured import read_configured
-    from workbench.diagram import make_flight_core
+    from workbench.diagram.core import make_flight_core
     from workbench.gains import flight_gains
     from workbench.plant.loading import make_vehicle
     from workbench.scenario import Scenario

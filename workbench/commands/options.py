@@ -28,7 +28,7 @@ def add_command(
 
 
 def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
-    """Add what chooses a vehicle and the values of its live parameters."""
+    """Add what chooses a vehicle, its world, and the values of its live parameters."""
     group = parser.add_argument_group("vehicle")
     group.add_argument(
         "--model",
@@ -38,6 +38,12 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
     )
     add_description_options(group)
     add_rotors_option(group)
+    group.add_argument(
+        "--world",
+        metavar="NAME|PATH",
+        help="shipped world (empty, room, obstacle_field, moving_obstacle), or a .yaml, .sdf or "
+        ".world file (default: the scenario's, or empty)",
+    )
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
         "--set",
@@ -80,6 +86,19 @@ def add_rotors_option(parser: "argparse._ActionsContainer") -> None:
         help="rotors (YAML) for a description that has none; without it, STEM.rotors.yaml beside "
         "the description",
     )
+
+
+def add_sensor_options(parser: argparse.ArgumentParser) -> None:
+    """Add what chooses the sensors that measure."""
+    group = parser.add_argument_group("sensors")
+    group.add_argument(
+        "--sensors",
+        metavar="NAME[,NAME]",
+        help="sensors that measure, by name or kind (imu, gps, lidar, range_finder, barometer, "
+        "depth_camera), or all (default: the scenario's, or none)",
+    )
+    group.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
+    group.add_argument("--no-noise", action="store_true", help="let sensors be exact")
 
 
 def add_json_option(parser: argparse.ArgumentParser) -> None:
@@ -132,7 +151,7 @@ def parse_package(text: str) -> tuple[str, str]:
 
 
 def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Give a scenario the vehicle that the command line names, and return it.
+    """Give a scenario the vehicle and the world that the command line names, and return it.
 
     Another model comes without the scenario's arguments and gains, which were for its own.
     """
@@ -145,4 +164,16 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
     if args.gains:
         scenario.vehicle.gains = args.gains
+    scenario.world = args.world or scenario.world
+    return scenario
+
+
+def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
+    """Give a scenario the sensors that the command line names, and return it."""
+    if args.sensors is not None:
+        scenario.sensors.use = [name.strip() for name in args.sensors.split(",") if name.strip()]
+    if args.seed is not None:
+        scenario.sensors.seed = args.seed
+    if args.no_noise:
+        scenario.sensors.noise = False
     return scenario

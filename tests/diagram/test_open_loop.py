@@ -1,0 +1,61 @@
+"""The airframe under a table: physics by hand."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from workbench.diagram.open_loop import make_open_loop
+from workbench.plant.placing import place_vehicle
+from workbench.plant.worlds.reading import read_world
+from workbench.scenario import Rates
+from workbench.systems.rotor_playback import RotorCommands
+
+HEIGHT = 10.0
+
+
+def started(bench, vehicle, height: float) -> Simulator:
+    """Return a simulator at rest in the air, with rotors at hover speed."""
+    simulator = Simulator(bench.diagram)
+    context = simulator.get_mutable_context()
+    plant, rotors = bench.airframe.plant, bench.rotors
+    rotors.set_rotors(rotors.GetMyMutableContextFromRoot(context), vehicle.hover_speeds)
+    place_vehicle(
+        plant,
+        plant.GetMyMutableContextFromRoot(context),
+        vehicle,
+        p_WB=[0, 0, height],
+        roll_pitch_yaw=[0, 0, 0],
+        v_WB=[0, 0, 0],
+        w_WB=[0, 0, 0],
+    )
+    return simulator
+
+
+def state_of(bench, simulator) -> np.ndarray:
+    return bench.recorder.now(simulator.get_context())["state"]
+
+
+def test_it_hovers_on_hover_thrust(description, vehicle):
+    """Two seconds; then one rotor gives up and it tumbles."""
+    hover = vehicle.hover_speeds
+    commands = RotorCommands(np.array([0.0, 2.0]), np.array([hover, [0.0, *hover[1:]]]))
+    bench = make_open_loop(description, vehicle, Rates(), commands)
+    simulator = started(bench, vehicle, HEIGHT)
+    simulator.AdvanceTo(2.0)
+    assert state_of(bench, simulator)[4:7] == pytest.approx([0, 0, HEIGHT], abs=1e-6)
+    simulator.AdvanceTo(2.5)
+    assert np.linalg.norm(state_of(bench, simulator)[7:10]) > 5.0
+
+
+def test_a_world_stands_in_its_way(description, vehicle, tmp_path):
+    """It falls on a table 1 m high, and comes to rest on it as it would on the ground."""
+    (tmp_path / "table.yaml").write_text(
+        "obstacles: [{name: table, shape: {box: [4, 4, 1]}, position: [0, 0, 0.5]}]"
+    )
+    commands = RotorCommands(np.array([0.0]), np.zeros((1, 4)))
+    world = read_world(tmp_path / "table.yaml", {})
+    bench = make_open_loop(description, vehicle, Rates(), commands, world)
+    simulator = started(bench, vehicle, 1.5)
+    simulator.AdvanceTo(2.0)
+    height = state_of(bench, simulator)[6]
+    assert height == pytest.approx(1.0 + vehicle.ground_clearance, abs=2e-3)

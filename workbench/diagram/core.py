@@ -1,0 +1,103 @@
+"""The flight core: plant, rotors and law; continuous for design, and sampled as it flies."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from workbench.diagram.airframe import Airframe, add_airframe, add_airframe_in_air
+from workbench.parameters import parameters_of
+from workbench.plant.description import Description
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Rates
+from workbench.systems.acceleration_estimate import make_acceleration_estimate
+from workbench.systems.air.continuous_drag import ContinuousDrag
+from workbench.systems.cascade import Gains
+from workbench.systems.controller import CascadedController
+from workbench.systems.flight_computer import FlightComputer
+from workbench.systems.rotor_lag import make_continuous_lag
+
+
+def make_flight_core(
+    description: Description, vehicle: Vehicle, gains: Mapping[str, float]
+) -> Diagram:
+    """Return plant, rotors, drag and controller as one continuous diagram.
+
+    It converts to AutoDiffXd, and `Linearize` of it is exact.
+
+    Input ports: reference (8) and guidance (22), see `systems.cascade`; wind (3), the velocity of
+    the air in W [m/s], still where nothing is connected.
+    Output ports: state (13), thrusts (n) [N], speeds (n) [rad/s].
+    """
+    builder = DiagramBuilder()
+    airframe, wrench = add_airframe_in_air(builder, description, vehicle, physics_step=0.0)
+    lag = builder.AddSystem(make_continuous_lag(vehicle.rotors))
+    estimate = builder.AddNamedSystem("acceleration_estimate", make_acceleration_estimate())
+    controller = builder.AddNamedSystem(
+        "controller",
+        CascadedController(vehicle=vehicle, gains=Gains(**parameter_values("controller", gains))),
+    )
+    builder.Connect(airframe.state, estimate.get_input_port())
+    builder.Connect(airframe.state, controller.GetInputPort("state"))
+    builder.Connect(estimate.get_output_port(), controller.GetInputPort("acceleration"))
+    builder.Connect(controller.get_output_port(), lag.get_input_port())
+    builder.Connect(lag.GetOutputPort("thrusts"), airframe.thrusts)
+    air = builder.AddNamedSystem(
+        "air",
+        ContinuousDrag(
+            vehicle=vehicle, drag_area=gains["drag_area"], air_density=gains["air_density"]
+        ),
+    )
+    builder.Connect(airframe.state, air.GetInputPort("state"))
+    builder.Connect(lag.GetOutputPort("speeds"), air.GetInputPort("speeds"))
+    builder.Connect(air.get_output_port(), wrench)
+    for name in ("reference", "guidance"):
+        builder.ExportInput(controller.GetInputPort(name), name)
+    builder.ExportInput(air.GetInputPort("wind"), "wind")
+    builder.ExportOutput(airframe.state, "state")
+    for name in ("thrusts", "speeds"):
+        builder.ExportOutput(lag.GetOutputPort(name), name)
+    diagram = builder.Build()
+    diagram.set_name("flight_core")
+    return diagram
+
+
+def add_sampled_core(
+    builder: DiagramBuilder,
+    description: Description,
+    vehicle: Vehicle,
+    gains: Mapping[str, float],
+    rates: Rates,
+) -> tuple[Airframe, FlightComputer]:
+    """Add the same core as it flies: discrete plant, sampled controller, rotors held with it.
+
+    There is no air around it.
+    """
+    airframe = add_airframe(builder, description, vehicle, physics_step=rates.physics_step)
+    return airframe, add_computer(builder, airframe, vehicle, gains, rates)
+
+
+def add_computer(
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    vehicle: Vehicle,
+    gains: Mapping[str, float],
+    rates: Rates,
+) -> FlightComputer:
+    """Add the sampled controller with the rotors, and connect the airframe."""
+    computer = builder.AddNamedSystem(
+        "controller",
+        FlightComputer(
+            vehicle=vehicle,
+            gains=Gains(**parameter_values("controller", gains)),
+            period=rates.control_period,
+        ),
+    )
+    builder.Connect(airframe.state, computer.GetInputPort("state"))
+    builder.Connect(computer.GetOutputPort("thrusts"), airframe.thrusts)
+    return computer
+
+
+def parameter_values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:
+    """Return one system's parameters by name."""
+    return {row.name: gains[row.name] for row in parameters_of(system)}

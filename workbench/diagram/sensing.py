@@ -1,0 +1,194 @@
+"""The sensors in the diagram: wires them to plant, scene and noise, and reads them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
+from pydrake.systems.framework import Context, DiagramBuilder
+from pydrake.systems.primitives import RandomSource
+
+from workbench.diagram.sensor_choice import SensorChoice
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.plant.home import Home
+from workbench.plant.sensors import Barometer, DepthCamera, Gps, Imu, Lidar, RangeFinder
+from workbench.systems.casting.caster import Caster
+from workbench.systems.casting.scene import anchored_frames, collect_scene
+from workbench.systems.noise import add_noise, noise_seed, seed_noise
+from workbench.systems.sensors.barometer import Barometer as BarometerSystem
+from workbench.systems.sensors.depth_camera import DepthCameraSystem, add_depth_camera
+from workbench.systems.sensors.gps import Gps as GpsSystem
+from workbench.systems.sensors.imu import Imu as ImuSystem
+from workbench.systems.sensors.lidar import Lidar as LidarSystem
+from workbench.systems.sensors.range_finder import RangeFinder as RangeFinderSystem
+from workbench.systems.sensors.readings import Reading
+
+SensorSystem = (
+    ImuSystem | GpsSystem | BarometerSystem | RangeFinderSystem | LidarSystem | DepthCameraSystem
+)
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """A sensor in the diagram, with the source of its noise if that is a system of its own."""
+
+    choice: SensorChoice
+    system: SensorSystem
+    noise: RandomSource | None = None
+
+    def reading(self, root_context: Context) -> Reading | None:
+        """Return what it delivered last, None if nothing yet."""
+        return self.system.reading(self.system.GetMyContextFromRoot(root_context))
+
+    def samples_taken(self, root_context: Context) -> int:
+        """Return how many samples it took since the start."""
+        return self.system.samples_taken(self.system.GetMyContextFromRoot(root_context))
+
+
+@dataclass(frozen=True)
+class Sensing:
+    """All sensors that measure."""
+
+    mounted: tuple[Mounted, ...] = ()
+
+    def find(self, name: str) -> Mounted:
+        """Return the sensor of a name, or the first of a kind.
+
+        Raises:
+            WorkbenchError: if none of that name measures.
+        """
+        for mounted in self.mounted:
+            if mounted.choice.sensor.name == name:
+                return mounted
+        of_kind = self.of_kind(name)
+        if of_kind:
+            return of_kind[0]
+        known = [mounted.choice.sensor.name for mounted in self.mounted]
+        if not known:
+            raise WorkbenchError(
+                f"'{name}' measures nothing: the flight has no sensors switched on"
+            )
+        raise unknown_name("sensor of this flight", name, known)
+
+    def of_kind(self, kind: str) -> tuple[Mounted, ...]:
+        """Return the sensors of a kind."""
+        return tuple(each for each in self.mounted if each.choice.sensor.kind == kind)
+
+    def seed(self, root_context: Context, seed: int) -> None:
+        """Let all sources of noise begin anew with the seed of a flight."""
+        for mounted in self.mounted:
+            if mounted.noise:
+                seed_noise(mounted.noise, root_context, seed)
+
+
+def add_sensors(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    base_link: str,
+    choices: Sequence[SensorChoice],
+    *,
+    home: Home,
+    seed: int,
+) -> Sensing:
+    """Add sensors to a diagram whose scene is complete.
+
+    Args:
+        builder: of the diagram.
+        plant: finalised.
+        scene_graph: of the plant; what is registered later is not seen.
+        base_link: of the vehicle in the plant.
+        choices: what to add.
+        home: where the world's origin lies.
+        seed: of all noise.
+    """
+    casting = any(isinstance(choice.sensor, Lidar | RangeFinder) for choice in choices)
+    mount = _Mount(
+        builder=builder,
+        plant=plant,
+        scene_graph=scene_graph,
+        base=plant.GetBodyByName(base_link),
+        home=home,
+        seed=seed,
+        caster=_caster(plant, scene_graph, base_link) if casting else None,
+    )
+    # Cameras come last: they change the scene for their renderer.
+    ordered = sorted(choices, key=lambda choice: isinstance(choice.sensor, DepthCamera))
+    mounted = {choice: mount.add(choice) for choice in ordered}
+    return Sensing(tuple(mounted[choice] for choice in choices))
+
+
+@dataclass(frozen=True)
+class _Mount:
+    """What sensors are hung on."""
+
+    builder: DiagramBuilder
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    base: RigidBody
+    home: Home
+    seed: int
+    caster: Caster | None
+
+    def add(self, choice: SensorChoice) -> Mounted:
+        """Add a sensor and connect it."""
+        timing = {"period": choice.period, "latency": choice.latency}
+        sensor = choice.sensor
+        # No two systems have one name: of a sensor's own, this one alone ends so.
+        name = f"{sensor.name.replace('::', '/')}_sensor"
+        if isinstance(sensor, DepthCamera):
+            camera = add_depth_camera(
+                self.builder,
+                self.plant,
+                self.scene_graph,
+                self.base,
+                sensor,
+                name=name,
+                seed=noise_seed(self.seed, sensor.name),
+                **timing,
+            )
+            return Mounted(choice, camera)
+        system: SensorSystem
+        match sensor:
+            case Imu():
+                system = ImuSystem(sensor=sensor, **timing)
+            case Gps():
+                system = GpsSystem(sensor=sensor, home=self.home, **timing)
+            case Barometer():
+                system = BarometerSystem(sensor=sensor, home=self.home, **timing)
+            case RangeFinder():
+                assert self.caster
+                system = RangeFinderSystem(sensor=sensor, caster=self.caster, **timing)
+            case Lidar():
+                assert self.caster
+                seed = noise_seed(self.seed, sensor.name)
+                system = LidarSystem(sensor=sensor, caster=self.caster, seed=seed, **timing)
+            case _:
+                raise TypeError(f"no system measures what a {type(sensor).__name__} does")
+        self.builder.AddNamedSystem(name, system)
+        return Mounted(choice, system, self._connect(system, choice.period))
+
+    def _connect(self, system: SensorSystem, period: float) -> RandomSource | None:
+        """Connect a sensor's inputs by their names; return the source of its noise."""
+        outputs = {
+            "state": self.plant.get_state_output_port(),
+            "acceleration": self.plant.get_generalized_acceleration_output_port(),
+            "geometry_query": self.scene_graph.get_query_output_port(),
+        }
+        noise = None
+        for index in range(system.num_input_ports()):
+            port = system.get_input_port(index)
+            if port.get_name() == "noise":
+                noise = add_noise(self.builder, port, period)
+            else:
+                self.builder.Connect(outputs[port.get_name()], port)
+        return noise
+
+
+def _caster(plant: MultibodyPlant, scene_graph: SceneGraph, base_link: str) -> Caster:
+    """Return a caster against everything but the vehicle."""
+    bodies = plant.GetBodiesWeldedTo(plant.GetBodyByName(base_link))
+    own = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
+    inspector = scene_graph.model_inspector()
+    return Caster(collect_scene(inspector, leave_out=own, anchored=anchored_frames(plant)))

@@ -1,0 +1,102 @@
+"""Which of a vehicle's sensors a flight has, how often they measure, and how exactly."""
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.plant.sensors import QUIET, Noise, Sensor
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import SLOWEST_SENSOR, Scenario, SensorsConfig
+
+USUAL_RATES = {
+    "imu": 200.0,
+    "gps": 10.0,
+    "lidar": 10.0,
+    "range_finder": 20.0,
+    "barometer": 50.0,
+    "depth_camera": 15.0,
+}
+"""Of sensors whose description leaves it open [1/s]."""
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class SensorChoice:
+    """A sensor that measures.
+
+    Attributes:
+        sensor: as declared, without noise where none is wanted.
+        asked_rate: samples a second that description or scenario ask for [1/s].
+        period: between samples [s]: the whole number of physics steps that is nearest.
+        latency: from a sample to its delivery [s].
+    """
+
+    sensor: Sensor
+    asked_rate: float
+    period: float
+    latency: float
+
+
+def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, ...]:
+    """Return the sensors that a scenario uses, in the vehicle's order.
+
+    A sample is taken at the end of a physics step, so that its stamp is the time of its truth:
+    the period is rounded to whole steps, and the rate delivered differs a little from the one
+    asked for.
+
+    Raises:
+        WorkbenchError: for a name that no sensor of the vehicle has, and for a rate of almost 0.
+    """
+    config = scenario.sensors
+    for key, names in (("use", config.use), ("rates", config.rates), ("latency", config.latency)):
+        for name in names:
+            _check_name(vehicle, name, f"sensors.{key}")
+    step = scenario.rates.physics_step
+    return tuple(
+        _choice(sensor, config, step)
+        for sensor in vehicle.sensors
+        if not {ALL, sensor.name, sensor.kind}.isdisjoint(config.use)
+    )
+
+
+def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:
+    declared = sensor.rate or USUAL_RATES[sensor.kind]
+    rate = config.rates.get(sensor.name, config.rates.get(sensor.kind, declared))
+    if rate < SLOWEST_SENSOR:
+        raise WorkbenchError(
+            f"sensor '{sensor.name}' takes {rate:g} samples a second: give it {SLOWEST_SENSOR:g} "
+            "or more in its description, or under sensors.rates"
+        )
+    latency = config.latency.get(sensor.name, config.latency.get(sensor.kind, 0.0))
+    return SensorChoice(
+        sensor=sensor if config.noise else without_noise(sensor),
+        asked_rate=rate,
+        period=step * max(1, round(1.0 / (rate * step))),
+        latency=latency,
+    )
+
+
+def without_noise(sensor: Sensor) -> Sensor:
+    """Return a sensor that is exact."""
+    quiet: dict[str, Any] = {
+        field.name: QUIET if isinstance(value, Noise) else (QUIET,) * len(value)
+        for field in dataclasses.fields(sensor)
+        if isinstance(value := getattr(sensor, field.name), Noise)
+        or (isinstance(value, tuple) and value and isinstance(value[0], Noise))
+    }
+    return dataclasses.replace(sensor, **quiet)
+
+
+def _check_name(vehicle: Vehicle, name: str, where: str) -> None:
+    """Refuse a name of no sensor."""
+    names = [sensor.name for sensor in vehicle.sensors]
+    kinds = [sensor.kind for sensor in vehicle.sensors]
+    if not names:
+        raise WorkbenchError(
+            f"{where} names '{name}', and {vehicle.name} has no sensors: add some to "
+            f"{vehicle.source} (docs/descriptions.md)"
+        )
+    known = dict.fromkeys([*names, *kinds, ALL])
+    if name not in known:
+        raise WorkbenchError(f"{where}: {unknown_name('sensor', name, known)}")

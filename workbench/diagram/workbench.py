@@ -1,0 +1,220 @@
+"""The workbench: the sampled core with everything around it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.trajectories import PiecewisePolynomial
+
+from workbench.diagram.airframe import Airframe, add_airframe_in_air, airframe_signals
+from workbench.diagram.core import add_computer, parameter_values
+from workbench.diagram.sensing import Sensing, add_sensors
+from workbench.diagram.sensor_choice import SensorChoice
+from workbench.plant.description import Description
+from workbench.plant.home import DEFAULT_HOME
+from workbench.plant.reach import reach
+from workbench.plant.vehicle import Vehicle
+from workbench.plant.vehicle_frames import frame_tree
+from workbench.plant.worlds.world import EMPTY, World
+from workbench.scenario import Rates
+from workbench.systems.air.air import Air, add_air
+from workbench.systems.air.settings import AirSettings
+from workbench.systems.battery import Battery
+from workbench.systems.flight_computer import FlightComputer
+from workbench.systems.flight_mode import Settings
+from workbench.systems.frame_poses import FramePoses
+from workbench.systems.mode_manager import ModeManager
+from workbench.systems.moving_obstacles import add_moving_obstacles
+from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
+from workbench.systems.propeller_display import add_propeller_display
+from workbench.systems.recorder import Recorder, add_recorder
+from workbench.systems.reference import add_reference
+
+PICTURE_PERIOD = 1 / 32
+"""Between pictures in Meshcat [s]."""
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """The full diagram, with the systems that a session reads and writes."""
+
+    diagram: Diagram
+    vehicle: Vehicle
+    airframe: Airframe
+    computer: FlightComputer
+    pilot: ConstantVectorSource
+    request: ConstantVectorSource
+    modes: ModeManager
+    recorder: Recorder
+    air: Air
+    sensing: Sensing
+    frames: FramePoses
+    obstacles: NearestObstacle | None
+
+
+def make_workbench(
+    description: Description,
+    vehicle: Vehicle,
+    gains: Mapping[str, float],
+    rates: Rates,
+    path: PiecewisePolynomial | None = None,
+    meshcat: Meshcat | None = None,
+    world: World = EMPTY,
+    sensors: Sequence[SensorChoice] = (),
+    seed: int = 0,
+) -> Workbench:
+    """Return the core with pilot, path, flight mode, battery, sensors and recorder around it.
+
+    Args:
+        description: what flies.
+        vehicle: its record.
+        gains: a value for every row of the parameter table, by name.
+        rates: periods of everything that is sampled.
+        path: `cascade.Reference` vectors over time, added to the pilot's, if there is one.
+        meshcat: where to draw, if anywhere.
+        world: what is around the vehicle.
+        sensors: those that measure.
+        seed: of their noise; that of the air is set with its Context.
+    """
+    builder = DiagramBuilder()
+    airframe, wrench = add_airframe_in_air(
+        builder, description, vehicle, physics_step=rates.physics_step, world=world
+    )
+    add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
+    computer = add_computer(builder, airframe, vehicle, gains, rates)
+    settings = AirSettings(**parameter_values("air", gains))
+    rotor_memory = computer.GetOutputPort("memory")
+    air = add_air(
+        builder, airframe.state, rotor_memory, wrench, vehicle, settings, rates.control_period
+    )
+    pilot, reference = add_reference(builder, path)
+    request = builder.AddNamedSystem("request", ConstantVectorSource([0.0, 0.0, 0.0]))
+    modes = builder.AddNamedSystem(
+        "modes",
+        ModeManager(
+            period=rates.mode_period,
+            settings=Settings(**parameter_values("modes", gains)),
+            standing_height=vehicle.ground_clearance,
+        ),
+    )
+    battery = builder.AddNamedSystem(
+        "battery", Battery(vehicle=vehicle, duration=gains["battery_duration"])
+    )
+    builder.Connect(reference, computer.GetInputPort("reference"))
+    builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
+    builder.Connect(airframe.state, modes.GetInputPort("state"))
+    builder.Connect(reference, modes.GetInputPort("reference"))
+    builder.Connect(request.get_output_port(), modes.GetInputPort("request"))
+    builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
+    builder.Connect(computer.GetOutputPort("thrusts"), battery.GetInputPort("thrusts"))
+    signals = airframe_signals(airframe, computer) | {
+        "reference": reference,
+        "mode": modes.GetOutputPort("mode"),
+        "charge": battery.GetOutputPort("charge"),
+        "wind": air.GetOutputPort("wind"),
+    }
+    frames = _add_frames(builder, airframe, description, vehicle, world)
+    obstacles = None
+    if world.names:
+        obstacles = _add_obstacles(builder, airframe, description, gains, rates)
+        builder.Connect(obstacles.walls_output, modes.GetInputPort("walls"))
+        signals |= {"obstacle": obstacles.obstacle_output}
+    recorder = add_recorder(builder, signals, rates.record_period)
+    if meshcat is not None:
+        _draw(builder, airframe, vehicle, computer, meshcat)
+    sensing = add_sensors(
+        builder,
+        airframe.plant,
+        airframe.scene_graph,
+        vehicle.base_link,
+        sensors,
+        home=world.home or DEFAULT_HOME,
+        seed=seed,
+    )
+    diagram = builder.Build()
+    diagram.set_name("workbench")
+    return Workbench(
+        diagram=diagram,
+        vehicle=vehicle,
+        airframe=airframe,
+        computer=computer,
+        pilot=pilot,
+        request=request,
+        modes=modes,
+        recorder=recorder,
+        air=air,
+        sensing=sensing,
+        frames=frames,
+        obstacles=obstacles,
+    )
+
+
+def _add_frames(
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    description: Description,
+    vehicle: Vehicle,
+    world: World,
+) -> FramePoses:
+    """Add the port of all frames."""
+    tree = frame_tree(
+        vehicle,
+        description.model,
+        fixed=[(obstacle.name, obstacle.X_WO) for obstacle in world.obstacles],
+        moving=[(moving.name, moving.pose) for moving in world.moving],
+    )
+    frames = builder.AddNamedSystem("frames", FramePoses(tree))
+    builder.Connect(airframe.state, frames.get_input_port())
+    return frames
+
+
+def _add_obstacles(
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    description: Description,
+    gains: Mapping[str, float],
+    rates: Rates,
+) -> NearestObstacle:
+    """Add the measurement of the nearest obstacle."""
+    inspector = airframe.scene_graph.model_inspector()
+    obstacles = builder.AddNamedSystem(
+        "obstacles",
+        NearestObstacle(
+            reach=reach(description.model, description.base_link, description.rotors),
+            not_obstacles=drone_and_ground(airframe.plant, inspector, description.base_link),
+            period=rates.mode_period,
+            lead=rates.physics_step,
+            warning_distance=gains["warning_distance"],
+        ),
+    )
+    builder.Connect(airframe.state, obstacles.GetInputPort("state"))
+    builder.Connect(
+        airframe.scene_graph.get_query_output_port(), obstacles.GetInputPort("geometry_query")
+    )
+    return obstacles
+
+
+def _draw(
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    vehicle: Vehicle,
+    computer: FlightComputer,
+    meshcat: Meshcat,
+) -> None:
+    """Draw the scene, with propellers that turn."""
+    add_propeller_display(
+        builder,
+        airframe.plant,
+        airframe.scene_graph,
+        vehicle,
+        computer.GetOutputPort("memory"),
+        period=PICTURE_PERIOD,
+    )
+    MeshcatVisualizer.AddToBuilder(
+        builder,
+        airframe.scene_graph,
+        meshcat,
+        MeshcatVisualizerParams(publish_period=PICTURE_PERIOD),
+    )

@@ -1,0 +1,160 @@
+"""The Context of a flying workbench: the only file that writes to it, between steps."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import BasicVector, Context, System
+
+from workbench.diagram.workbench import Workbench
+from workbench.errors import WorkbenchError, sentences
+from workbench.parameters import SENSOR_KINDS, Parameter, find_parameter, parameters_of
+from workbench.plant.placing import place_vehicle
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario, Start
+from workbench.systems.cascade import Reference
+from workbench.systems.flight_computer import SHARES
+from workbench.systems.flight_mode import FlightMode, initial_state
+
+START_HEIGHT = 1.5
+"""Where a flight begins that starts hovering and says no place [m]."""
+
+
+class LiveContext:
+    """A Simulator at a scenario's start, and what may be changed while it flies."""
+
+    def __init__(
+        self, bench: Workbench, scenario: Scenario, values: Mapping[str, float] | None = None
+    ) -> None:
+        """Begin a flight.
+
+        Args:
+            bench: what flies.
+            scenario: its start and seed are used.
+            values: of parameters by name; those of faults are set, the others stay as built.
+
+        Raises:
+            WorkbenchError: if Drake cannot begin, or a fault is ordered of what is not there.
+        """
+        self._bench = bench
+        self.simulator = Simulator(bench.diagram)
+        self._start(scenario.start)
+        root = self.simulator.get_mutable_context()
+        bench.air.set_seed(self._of(bench.air), scenario.sensors.seed)
+        bench.sensing.seed(root, scenario.sensors.seed)
+        for name, value in (values or {}).items():
+            row = find_parameter(name)
+            if row.system in (*SENSOR_KINDS, "rotors") and value != row.default:
+                self.set(row, value)
+        with sentences("the flight could not begin"):
+            self.simulator.Initialize()
+
+    @property
+    def root(self) -> Context:
+        """The whole diagram's, to be read."""
+        return self.simulator.get_context()
+
+    @property
+    def reference(self) -> Reference:
+        """What the pilot asks for."""
+        source = self._bench.pilot
+        return Reference(*source.get_source_value(self._of(source)).get_value().tolist())
+
+    @reference.setter
+    def reference(self, reference: Reference) -> None:
+        source = self._bench.pilot
+        source.get_mutable_source_value(self._of(source)).set_value(list(reference))
+
+    @property
+    def request(self) -> list[float]:
+        """What is asked of the flight mode: code, serial number, height."""
+        source = self._bench.request
+        values: list[float] = source.get_source_value(self._of(source)).get_value().tolist()
+        return values
+
+    @request.setter
+    def request(self, request: list[float]) -> None:
+        source = self._bench.request
+        source.get_mutable_source_value(self._of(source)).set_value(request)
+
+    def set(self, row: Parameter, value: float) -> None:
+        """Give a live parameter a value.
+
+        Raises:
+            WorkbenchError: if nothing in this flight has it.
+        """
+        for vector, index in self._places(row):
+            vector.SetAtIndex(index, value)
+
+    def get(self, row: Parameter) -> float:
+        """Return a live parameter's value; exceptions as for `set`."""
+        vector, index = self._places(row)[0]
+        return float(vector.GetAtIndex(index))
+
+    def _places(self, row: Parameter) -> list[tuple[BasicVector, int]]:
+        """Return the vectors in the Context that have a parameter, and its place there."""
+        index = parameters_of(row.system).index(row)
+        if row.system == "rotors":
+            computer, count = self._bench.computer, len(self._bench.vehicle.rotors)
+            if index >= count:
+                name = self._bench.vehicle.name
+                raise WorkbenchError(f"{row.name} cannot be set: {name} has {count} rotors")
+            return [(self._of(computer).get_mutable_numeric_parameter(SHARES), index)]
+        systems = self._systems(row.system)
+        if not systems:
+            raise WorkbenchError(
+                f"{row.name} cannot be set: nothing in this flight has it: "
+                + _remedy(row.system, self._bench.vehicle)
+            )
+        return [(self._of(each).get_mutable_numeric_parameter(0), index) for each in systems]
+
+    def _systems(self, name: str) -> list[System]:
+        """Return the systems that rows of a name belong to."""
+        if name in SENSOR_KINDS:
+            return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
+        if not self._bench.diagram.HasSubsystemNamed(name):
+            return []
+        return [self._bench.diagram.GetSubsystemByName(name)]
+
+    def _start(self, start: Start) -> None:
+        """Put a scenario's start into the Context."""
+        bench, vehicle = self._bench, self._bench.vehicle
+        flying = start.mode == "hovering"
+        frame = thrust_frame(vehicle)
+        p_WB = start_position(start, vehicle)
+        attitude = start.roll_pitch_yaw
+        plant = bench.airframe.plant
+        place_vehicle(
+            plant,
+            self._of(plant),
+            vehicle,
+            p_WB=p_WB,
+            roll_pitch_yaw=frame.roll_pitch_yaw(attitude) if flying else attitude,
+            v_WB=start.velocity,
+            w_WB=start.angular_velocity,
+        )
+        speeds = frame.hover_speeds if flying else np.zeros(len(vehicle.rotors))
+        bench.computer.set_rotors(self._of(bench.computer), speeds, np.array(start.velocity))
+        mode = FlightMode.HOVERING if flying else FlightMode.OFF
+        bench.modes.set_mode(self._of(bench.modes), initial_state(mode, p_WB), p_WB)
+
+    def _of(self, system: System) -> Context:
+        """Return a subsystem's part of the Context."""
+        return system.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+
+
+def start_position(start: Start, vehicle: Vehicle) -> list[float]:
+    """Return where a flight begins [m]: as said, or standing, or hovering at `START_HEIGHT`."""
+    height = START_HEIGHT if start.mode == "hovering" else vehicle.ground_clearance
+    return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
+
+
+def _remedy(system: str, vehicle: Vehicle) -> str:
+    """Return what to do about a system that is not there."""
+    if system not in SENSOR_KINDS:
+        return "fly in a world with obstacles, as `--world room`"
+    kind = system.replace("_", " ")
+    if any(sensor.kind == system for sensor in vehicle.sensors):
+        return f"switch the {kind} on, as `--sensors {system}`"
+    return f"{vehicle.name} has no {kind}"

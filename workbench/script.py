@@ -1,0 +1,32 @@
+"""A scenario's script: what the pilot does, step by step."""
+
+import math
+from collections.abc import Iterable, Iterator
+
+from workbench.scenario import Action
+
+
+class Script:
+    """Hands out actions at the first physics step at or after their time."""
+
+    def __init__(self, actions: Iterable[Action], physics_step: float) -> None:
+        self._actions = sorted(actions, key=lambda action: action.at)
+        self._physics_step = physics_step
+        self._done = 0
+
+    @property
+    def next_step(self) -> int | float:
+        """The step of the next action, infinite where there is none."""
+        if self._done == len(self._actions):
+            return math.inf
+        return math.ceil(self._actions[self._done].at / self._physics_step - 1e-6)
+
+    def due(self, step: int) -> Iterator[Action]:
+        """Yield what is to be done at a step or was before it; each action once."""
+        while self.next_step <= step:
+            self._done += 1
+            yield self._actions[self._done - 1]
+
+    def rewind(self) -> None:
+        """Begin again."""
+        self._done = 0
