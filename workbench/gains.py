@@ -10,6 +10,7 @@ from workbench.gain_rule import rule_gains
 from workbench.parameters import checked, defaults, find_parameter
 from workbench.plant.vehicle import Vehicle
 from workbench.resources import find_file
+from workbench.vehicle_parameters import check_settings
 from workbench.yaml_files import read_yaml
 
 _KEYS = ("vehicle", "origin", "gains")
@@ -101,6 +102,7 @@ def choose_gains(
     if gains:
         layers.append((gains, load_gains(find_file(gains)).gains))
     layers.append(("--set", checked(settings or {})))
+    check_settings(vehicle, settings or {})
     return {name: Gain(value, origin) for origin, layer in layers for name, value in layer.items()}
 
 

@@ -16,6 +16,7 @@ from workbench.scenario import Scenario, Start
 from workbench.systems.cascade import Reference
 from workbench.systems.flight_computer import SHARES
 from workbench.systems.flight_mode import FlightMode, initial_state
+from workbench.vehicle_parameters import check_parameters
 
 START_HEIGHT = 1.5
 """Where a flight begins that starts hovering and says no place [m]."""
@@ -94,18 +95,14 @@ class LiveContext:
 
     def _places(self, row: Parameter) -> list[tuple[BasicVector, int]]:
         """Return the vectors in the Context that have a parameter, and its place there."""
+        check_parameters(self._bench.vehicle, [row.name])
         index = parameters_of(row.system).index(row)
         if row.system == "rotors":
-            computer, count = self._bench.computer, len(self._bench.vehicle.rotors)
-            if index >= count:
-                name = self._bench.vehicle.name
-                raise WorkbenchError(f"{row.name} cannot be set: {name} has {count} rotors")
-            return [(self._of(computer).get_mutable_numeric_parameter(SHARES), index)]
+            return [(self._of(self._bench.computer).get_mutable_numeric_parameter(SHARES), index)]
         systems = self._systems(row.system)
         if not systems:
             raise WorkbenchError(
-                f"{row.name} cannot be set: nothing in this flight has it: "
-                + _remedy(row.system, self._bench.vehicle)
+                f"{row.name} cannot be set: nothing in this flight has it: {_remedy(row.system)}"
             )
         return [(self._of(each).get_mutable_numeric_parameter(0), index) for each in systems]
 
@@ -150,11 +147,8 @@ def start_position(start: Start, vehicle: Vehicle) -> list[float]:
     return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
 
 
-def _remedy(system: str, vehicle: Vehicle) -> str:
+def _remedy(system: str) -> str:
     """Return what to do about a system that is not there."""
-    if system not in SENSOR_KINDS:
-        return "fly in a world with obstacles, as `--world room`"
-    kind = system.replace("_", " ")
-    if any(sensor.kind == system for sensor in vehicle.sensors):
-        return f"switch the {kind} on, as `--sensors {system}`"
-    return f"{vehicle.name} has no {kind}"
+    if system in SENSOR_KINDS:
+        return f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+    return "fly in a world with obstacles, as `--world room`"

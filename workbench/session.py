@@ -37,6 +37,7 @@ from workbench.systems.flight_mode import FlightMode, Request
 from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.reference import figure_eight
 from workbench.systems.sensors.readings import Reading
+from workbench.vehicle_parameters import check_settings
 
 
 class Session:
@@ -84,6 +85,8 @@ class Session:
             self.scenario.sensors.seed,
         )
         self._values = values
+        for action in self.scenario.script:
+            check_settings(self.vehicle, action.set)
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
         self.reset()
         obstacles = self._bench.obstacles

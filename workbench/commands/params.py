@@ -32,16 +32,16 @@ def run(args: argparse.Namespace) -> int:
     """Print the table."""
     from workbench.configured import read_configured
     from workbench.gains import flight_gains
-    from workbench.parameters import PARAMETERS
     from workbench.plant.loading import make_vehicle
     from workbench.scenario import Scenario
+    from workbench.vehicle_parameters import vehicle_parameters
 
     config = with_vehicle(Scenario(), args).vehicle
     vehicle = make_vehicle(read_configured(config))
     values = flight_gains(vehicle, config.gains, dict(args.set))
     rows = [
         (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)
-        for row in PARAMETERS
+        for row in vehicle_parameters(vehicle)
     ]
     if args.json:
         print_json({"parameters": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
