@@ -5,11 +5,14 @@ import csv
 import numpy as np
 import pytest
 
-from workbench.resources import find_scenario, list_scenarios
+from workbench.resources import find_scenario, list_scenarios, list_worlds
 from workbench.scenario import load_scenario
 from workbench.session import Session
 
-SHIPPED = ["figure-eight", "full-speed", "hover", "paper-steps", "square", "take-off-and-land"]
+SHIPPED = [
+    *("all-sensors", "figure-eight", "full-speed", "hover", "lidar-trial"),
+    *("paper-steps", "square", "take-off-and-land", "windy"),
+]
 SUMMARY = [
     "duration",
     "distance",
@@ -20,6 +23,7 @@ SUMMARY = [
     "final_mode",
     "battery_used",
     "touch_down_speed",
+    "least_clearance",
 ]
 
 
@@ -33,21 +37,23 @@ def test_the_shipped_scenarios_are_listed_with_their_titles(run):
     assert list_scenarios() == SHIPPED
     said = run("fly", "--list")
     assert said.code == 0
-    assert [line.split()[0] for line in said.out.splitlines()] == SHIPPED
-    titles = {
-        entry["name"]: entry["title"] for entry in run("fly", "--list", "--json").json["scenarios"]
-    }
-    assert all(titles[name] in said.out and titles[name] for name in SHIPPED)
+    names = [line.split()[0] for line in said.out.splitlines() if line.startswith("  ")]
+    assert names == [*SHIPPED, *list_worlds()]
+    listed = run("fly", "--list", "--json").json
+    titles = {each["name"]: each["title"] for each in (*listed["scenarios"], *listed["worlds"])}
+    assert all(titles[name] in said.out and titles[name] for name in names)
 
 
 def test_json_sums_the_flight_up(run, out):
     said = run("fly", "hover", "--duration", "0.5", "--output", out, "--json")
     assert said.code == 0
-    assert list(said.json) == ["title", *SUMMARY, "files"]
+    assert list(said.json) == ["title", *SUMMARY, "sensors", "files"]
     assert said.json["duration"] == 0.5
     assert said.json["max_height"] == pytest.approx(1.5, abs=1e-3)
     assert said.json["final_mode"] == "hovering"
     assert said.json["touch_down_speed"] is None
+    assert said.json["least_clearance"] is None
+    assert said.json["sensors"] == []
     assert said.json["files"] == [str(out / "hover.csv"), str(out / "hover.png")]
     assert {path.name for path in out.iterdir()} == {"hover.csv", "hover.png"}
 

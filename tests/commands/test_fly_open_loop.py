@@ -98,3 +98,17 @@ def test_a_missing_table_and_gains_without_a_controller_are_refused(refused, tab
     assert "without a controller" in refused(
         "fly", "hover", "--rotor-commands", table((0.0, 1.0)), "--set", "kp_roll=1", "--output", out
     )
+
+
+def test_it_flies_in_its_world(run, table, out, write, vehicle):
+    """Without thrust it falls on a table of 1 m, and rests there."""
+    box = "{name: table, shape: {box: [4, 4, 1]}, position: [0, 0, 0.5]}"
+    world = write("world.yaml", f"obstacles: [{box}]")
+    _, log = fly(run, table((0.0, 0.0)), out, "--duration", "2", "--world", world)
+    assert log["p_W.z [m]"][-1] == pytest.approx(1.0 + vehicle.ground_clearance, abs=2e-3)
+
+
+def test_without_a_controller_there_are_no_sensors_either(refused, table, out):
+    rows = table((0.0, 1.0))
+    said = refused("fly", "hover", "--rotor-commands", rows, "--sensors", "imu", "--output", out)
+    assert "leave out --set, --gains, --sensors" in said

@@ -19,6 +19,7 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say_written
 from workbench.commands.progress import progress_bar
+from workbench.commands.shipped import print_shipped
 from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
@@ -42,7 +43,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "scenario", nargs="?", metavar="SCENARIO", help="shipped scenario, or a .yaml file"
     )
-    parser.add_argument("--list", action="store_true", help="list the shipped scenarios and stop")
+    parser.add_argument(
+        "--list", action="store_true", help="list the shipped scenarios and worlds and stop"
+    )
     parser.add_argument(
         "--duration",
         type=float,
@@ -76,7 +79,8 @@ def run(args: argparse.Namespace) -> int:
     from workbench.scenario import load_scenario
 
     if args.list:
-        return _list(args)
+        print_shipped(as_json=args.json)
+        return ExitCode.DONE
     if args.scenario is None:
         raise WorkbenchError(
             "no scenario is named: write it as in `workbench fly hover`; "
@@ -140,29 +144,6 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
 
             session = fly_and_film(scenario, dict(args.set), page, progress)
         return _Flown(session.recording(), session.world, session.snapshot().sensors)
-
-
-def _list(args: argparse.Namespace) -> int:
-    """Print the shipped scenarios with their titles."""
-    from workbench.resources import find_scenario, list_scenarios
-    from workbench.scenario import load_scenario
-
-    scenarios = {name: load_scenario(find_scenario(name)) for name in list_scenarios()}
-    if args.json:
-        print_json(
-            {
-                "scenarios": [
-                    {"name": name, "title": scenario.title, "duration": scenario.duration}
-                    for name, scenario in scenarios.items()
-                ]
-            }
-        )
-    else:
-        print_table(
-            [(name, f"{each.duration:g} s", each.title) for name, each in scenarios.items()],
-            left=(0, 2),
-        )
-    return ExitCode.DONE
 
 
 def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> None:

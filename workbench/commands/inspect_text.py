@@ -112,7 +112,7 @@ def _sensors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
             sensor.type,
             sensor.frame,
             _vector(sensor.p_BS),
-            f"{sensor.rate:g}" if sensor.rate else "every step",
+            f"{sensor.rate or sensor.usual_rate:g}",
         )
         for sensor in vehicle.sensors
     ]

@@ -41,8 +41,8 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--world",
         metavar="NAME|PATH",
-        help="shipped world (empty, room, obstacle_field, moving_obstacle), or a .yaml, .sdf or "
-        ".world file (default: the scenario's, or empty)",
+        help="shipped world (`workbench fly --list` lists them), or a .yaml, .sdf or .world file "
+        "(default: the scenario's, or empty)",
     )
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
