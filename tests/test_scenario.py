@@ -13,6 +13,7 @@ from workbench.scenario import (
     Push,
     Rates,
     Scenario,
+    SensorsConfig,
     Start,
     VehicleConfig,
     check_scenario,
@@ -92,6 +93,64 @@ def test_what_is_saved_is_loaded_again(write, tmp_path):
     path = tmp_path / "again.yaml"
     save_scenario(scenario, path)
     assert load_scenario(path) == scenario
+
+
+SENSORS = """duration: 5
+world: room
+sensors:
+  use: [imu, lidar]
+  rates: {imu: 100, lidar: 5}
+  latency:
+    lidar: 0.05
+  seed: 7
+  noise: false
+"""
+
+
+def test_sensors_and_world_are_read_and_saved(write, tmp_path):
+    scenario = load_scenario(write(SENSORS))
+    assert scenario == Scenario(
+        duration=5.0,
+        world="room",
+        sensors=SensorsConfig(
+            use=["imu", "lidar"],
+            rates={"imu": 100.0, "lidar": 5.0},
+            latency={"lidar": 0.05},
+            seed=7,
+            noise=False,
+        ),
+    )
+    save_scenario(scenario, tmp_path / "again.yaml")
+    assert load_scenario(tmp_path / "again.yaml") == scenario
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ("world: room", "world: rooom", 2, ("'rooom'", "did you mean 'room'")),
+        ("sensors:", "sensor:", 3, ("'sensor'", "'sensors'")),
+        ("[imu, lidar]", "all", 4, ("sensors.use", "a list")),
+        ("[imu, lidar]", "[imu, 3]", 4, ("sensors.use.1", "text")),
+        ("imu: 100", "imu: 0", 5, ("sensors.rates.imu", "0.01")),
+        ("imu: 100", "imu: -5", 5, ("sensors.rates.imu",)),
+        ("imu: 100", "imu: .nan", 5, ("sensors.rates.imu",)),
+        ("imu: 100", "imu: .inf", 5, ("sensors.rates.imu",)),
+        ("imu: 100", "imu: fast", 5, ("sensors.rates.imu", "a number")),
+        ("lidar: 0.05", "lidar: -1", 7, ("sensors.latency.lidar", "0 .. 10 s")),
+        ("lidar: 0.05", "lidar: 11", 7, ("sensors.latency.lidar",)),
+        ("lidar: 0.05", "lidar: .nan", 7, ("sensors.latency.lidar",)),
+        ("seed: 7", "seed: -1", 8, ("sensors.seed", "0 or more")),
+        ("seed: 7", "seed: 1.5", 8, ("sensors.seed", "whole number")),
+        ("noise: false", "noise: 0", 9, ("sensors.noise", "true or false")),
+        ("noise: false", "nois: false", 9, ("'nois'", "'noise'")),
+    ],
+)
+def test_sensors_that_cannot_be_had_are_named_with_their_line(write, old, new, line, words):
+    assert SENSORS.count(old) == 1
+    path = write(SENSORS.replace(old, new))
+    said = fault(path)
+    assert not [word for word in words if word not in said]
+    assert said.startswith(f"{path}:{line}: ")
 
 
 def test_only_what_differs_is_saved(tmp_path):

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from workbench.diagram.sensor_choice import USUAL_RATES, choose_sensors, without_noise
+from workbench.diagram.sensor_choice import choose_sensors, without_noise
 from workbench.errors import WorkbenchError
 from workbench.parameters import SENSOR_KINDS
 from workbench.plant.sensors import QUIET, Noise
@@ -32,7 +32,7 @@ def names(choices) -> list[str]:
 
 def test_the_vehicle_has_a_sensor_of_each_kind(vehicle):
     assert [sensor.name for sensor in vehicle.sensors] == NAMES
-    assert {sensor.kind for sensor in vehicle.sensors} == set(SENSOR_KINDS) == set(USUAL_RATES)
+    assert {sensor.kind for sensor in vehicle.sensors} == set(SENSOR_KINDS)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_what_the_description_leaves_open_is_usual(choose, vehicle, kind):
     (sensor,) = (sensor for sensor in vehicle.sensors if sensor.kind == kind)
     silent = dataclasses.replace(vehicle, sensors=(dataclasses.replace(sensor, rate=0.0),))
     (choice,) = choose(silent, use=[kind])
-    assert choice.asked_rate == USUAL_RATES[kind]
+    assert choice.asked_rate == choice.sensor.usual_rate > 0.0
 
 
 def test_a_rate_of_almost_nothing_is_refused_where_it_is_used(choose, vehicle):
@@ -176,3 +176,9 @@ def test_without_noise_nothing_else_is_lost(choose, vehicle):
         assert loud(choice.sensor) == sensor
     assert [choice.sensor for choice in choose(everything, use=["all"])] == [*everything.sensors]
     assert without_noise(without_noise(sensor)) == without_noise(sensor)
+
+
+def test_more_waiting_samples_than_memory_should_hold_are_refused(vehicle):
+    config = SensorsConfig(use=["lidar"], rates={"lidar": 1000.0}, latency={"lidar": 10.0})
+    with pytest.raises(WorkbenchError, match="'lidar': 10240 samples would wait .* less latency"):
+        choose_sensors(vehicle, Scenario(sensors=config))

@@ -104,6 +104,7 @@ def add_sensors(
         seed: of all noise.
     """
     casting = any(isinstance(choice.sensor, Lidar | RangeFinder) for choice in choices)
+    # The caster takes the scene as it is now: cameras change it for their renderer.
     mount = _Mount(
         builder=builder,
         plant=plant,
@@ -113,10 +114,7 @@ def add_sensors(
         seed=seed,
         caster=_caster(plant, scene_graph, base_link) if casting else None,
     )
-    # Cameras come last: they change the scene for their renderer.
-    ordered = sorted(choices, key=lambda choice: isinstance(choice.sensor, DepthCamera))
-    mounted = {choice: mount.add(choice) for choice in ordered}
-    return Sensing(tuple(mounted[choice] for choice in choices))
+    return Sensing(tuple(map(mount.add, choices)))
 
 
 @dataclass(frozen=True)

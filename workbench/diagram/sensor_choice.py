@@ -5,19 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.errors import WorkbenchError, unknown_name
-from workbench.plant.sensors import QUIET, Noise, Sensor
+from workbench.plant.sensors import QUIET, DepthCamera, Lidar, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import SLOWEST_SENSOR, Scenario, SensorsConfig
 
-USUAL_RATES = {
-    "imu": 200.0,
-    "gps": 10.0,
-    "lidar": 10.0,
-    "range_finder": 20.0,
-    "barometer": 50.0,
-    "depth_camera": 15.0,
-}
-"""Of sensors whose description leaves it open [1/s]."""
+MOST_WAITING = 20_000_000
+"""Numbers of samples that are taken and not yet delivered, of one sensor: 160 MB."""
 ALL = "all"
 
 
@@ -61,7 +54,7 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
 
 
 def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:
-    declared = sensor.rate or USUAL_RATES[sensor.kind]
+    declared = sensor.rate or sensor.usual_rate
     rate = config.rates.get(sensor.name, config.rates.get(sensor.kind, declared))
     if rate < SLOWEST_SENSOR:
         raise WorkbenchError(
@@ -69,12 +62,28 @@ def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:
             "or more in its description, or under sensors.rates"
         )
     latency = config.latency.get(sensor.name, config.latency.get(sensor.kind, 0.0))
+    period = step * max(1, round(1.0 / (rate * step)))
+    if latency / period * _size(sensor) > MOST_WAITING:
+        raise WorkbenchError(
+            f"sensor '{sensor.name}': {latency / period:.0f} samples would wait for delivery, more "
+            "than memory should hold: give it less latency or a lower rate"
+        )
     return SensorChoice(
         sensor=sensor if config.noise else without_noise(sensor),
         asked_rate=rate,
-        period=step * max(1, round(1.0 / (rate * step))),
+        period=period,
         latency=latency,
     )
+
+
+def _size(sensor: Sensor) -> int:
+    """Return about how many numbers a sample has."""
+    match sensor:
+        case Lidar():
+            return sensor.horizontal.samples * sensor.vertical.samples
+        case DepthCamera():
+            return sensor.width * sensor.height
+    return 10
 
 
 def without_noise(sensor: Sensor) -> Sensor:

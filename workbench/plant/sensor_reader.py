@@ -85,7 +85,7 @@ class _Names:
 def _rate(block: Block, declared: DeclaredSensor, element: str, remarks: Remarks) -> float:
     """Return samples per second; SDF and Gazebo have 0, each step, where it is not given."""
     if not block.has("update_rate"):
-        text = "update_rate 0: not given, a sample at each step as in Gazebo"
+        text = "update_rate: not given, the usual one of its kind"
         remarks.add("assumed", declared.file, element, text)
     rate = block.non_negative("update_rate", 0.0)
     if rate > _FASTEST:

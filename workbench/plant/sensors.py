@@ -58,7 +58,7 @@ class Sensor:
     """What all sensors have.
 
     The class constant `kind` is the name of what it is for scenarios: the same for each type that
-    means it.
+    means it; `usual_rate` is how often one measures whose description leaves it open [1/s].
 
     Attributes:
         name: as declared; unique in the vehicle.
@@ -71,6 +71,7 @@ class Sensor:
     """
 
     kind: ClassVar[str] = ""
+    usual_rate: ClassVar[float] = 0.0
 
     name: str
     type: str
@@ -86,6 +87,7 @@ class Imu(Sensor):
     """Gyroscope and accelerometer; noises along x, y, z in rad/s and m/s²."""
 
     kind: ClassVar[str] = "imu"
+    usual_rate: ClassVar[float] = 200.0
 
     angular_velocity: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
     linear_acceleration: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
@@ -96,6 +98,7 @@ class Gps(Sensor):
     """Satellite navigation (`gps` or `navsat`); noises in m and m/s."""
 
     kind: ClassVar[str] = "gps"
+    usual_rate: ClassVar[float] = 10.0
 
     horizontal_position: Noise = QUIET
     vertical_position: Noise = QUIET
@@ -117,6 +120,7 @@ class Lidar(Sensor):
     """Lidar (`lidar`, `ray`, `gpu_lidar`, `gpu_ray`); ranges and noise in m."""
 
     kind: ClassVar[str] = "lidar"
+    usual_rate: ClassVar[float] = 10.0
 
     horizontal: ScanAxis = ScanAxis(1, 0.0, 0.0)
     vertical: ScanAxis = ScanAxis(1, 0.0, 0.0)
@@ -131,6 +135,7 @@ class RangeFinder(Sensor):
     """Range finder: one ray along its x (a lidar of a single ray, or a `sonar`), all in m."""
 
     kind: ClassVar[str] = "range_finder"
+    usual_rate: ClassVar[float] = 20.0
 
     min_range: float = 0.0
     max_range: float = 0.0
@@ -149,6 +154,7 @@ class Barometer(Sensor):
     """
 
     kind: ClassVar[str] = "barometer"
+    usual_rate: ClassVar[float] = 50.0
 
     reference_altitude: float | None = None
     noise: Noise = QUIET
@@ -168,6 +174,7 @@ class DepthCamera(Sensor):
     """
 
     kind: ClassVar[str] = "depth_camera"
+    usual_rate: ClassVar[float] = 15.0
 
     width: int = 0
     height: int = 0

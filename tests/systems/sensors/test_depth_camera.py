@@ -243,3 +243,8 @@ def test_the_type_decides_whether_there_is_colour(kind, has_colour):
 def test_an_angle_of_view_that_no_pinhole_has_is_refused(fov):
     with pytest.raises(WorkbenchError, match="sensor 'camera': horizontal_fov .* between 0 and pi"):
         DepthCameraSystem(sensor=replace(SENSOR, horizontal_fov=fov), period=PERIOD)
+
+
+def test_a_picture_that_no_memory_holds_is_refused():
+    with pytest.raises(WorkbenchError, match="16384 x 16384: give it up to 4000000 pixels"):
+        DepthCameraSystem(sensor=replace(SENSOR, width=16384, height=16384), period=PERIOD)

@@ -21,6 +21,9 @@ from workbench.systems.sensors.pinhole import R_SC, Pinhole, make_pinhole
 from workbench.systems.sensors.readings import DepthImage
 from workbench.systems.sensors.sampled_sensor import LATE
 
+MOST_PIXELS = 4_000_000
+"""Of a picture; each takes 7 bytes."""
+
 COLOUR_TYPES = ("rgbd", "rgbd_camera")
 """The types of sensor that have a colour picture too."""
 
@@ -195,12 +198,17 @@ def camera_pinhole(sensor: DepthCamera) -> Pinhole:
     """Return the intrinsics that a description means.
 
     Raises:
-        WorkbenchError: if no pinhole camera sees so much.
+        WorkbenchError: if no pinhole camera sees so much, or no memory holds it.
     """
     if not 0.0 < sensor.horizontal_fov < math.pi:
         raise WorkbenchError(
             f"sensor '{sensor.name}': horizontal_fov of {sensor.horizontal_fov:g} rad: "
             "give it an angle between 0 and pi"
+        )
+    if sensor.width * sensor.height > MOST_PIXELS:
+        raise WorkbenchError(
+            f"sensor '{sensor.name}': pictures of {sensor.width} x {sensor.height}: "
+            f"give it up to {MOST_PIXELS} pixels"
         )
     return make_pinhole(sensor.width, sensor.height, sensor.horizontal_fov)
 
