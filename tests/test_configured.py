@@ -71,7 +71,7 @@ def test_remarks_are_said_one_by_one_and_then_summed_up(caplog):
     with caplog.at_level(logging.INFO):
         tell_world(World(EMPTY.source, "w", remarks=(ignored, *remarks)))
     assert caplog.messages[:MOST_TOLD] == [f"empty: model '{i}': gone" for i in range(MOST_TOLD)]
-    assert caplog.messages[MOST_TOLD:] == ["empty: and so on, 9 missing in all"]
+    assert caplog.messages[MOST_TOLD:] == ["empty: and so on, 9 missing, 1 not used in all"]
     caplog.clear()
     tell_world(EMPTY)
     assert caplog.messages == []

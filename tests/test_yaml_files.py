@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from workbench.errors import WorkbenchError
-from workbench.yaml_files import check_schema, read_yaml
+from workbench.yaml_files import FastLoader, check_schema, read_yaml
 
 TEXT = """title: a
 start:
@@ -142,3 +142,14 @@ def test_a_tag_is_read_by_a_loader_that_knows_it(write):
     path = write("a: !Shout hey")
     assert read_yaml(path, ShoutLoader).data == {"a": "HEY"}
     assert "not YAML" in fault(path)
+
+
+@pytest.mark.skipif(not hasattr(yaml, "CSafeLoader"), reason="PyYAML was built without libyaml")
+def test_libyaml_reads_where_it_is_there():
+    assert FastLoader is yaml.CSafeLoader
+
+
+@pytest.mark.parametrize("text", [TEXT, "a: &b 1", "a: {b: [1, .inf, 2001-01-01, ~, 'c']}"])
+def test_both_loaders_read_the_same(write, text):
+    path = write(text)
+    assert read_yaml(path) == read_yaml(path, yaml.SafeLoader)

@@ -38,7 +38,7 @@ def read_configured_world(scenario: Scenario) -> World:
 def tell_world(world: World) -> None:
     """Say what of a world is not as its file has it."""
     logger = logging.getLogger("workbench")
-    found = [remark for remark in world.remarks if remark.kind != "ignored"]
+    found = sorted(world.remarks, key=lambda remark: remark.kind == "ignored")
     for remark in found[:MOST_TOLD]:
         logger.info("%s", remark)
     if len(found) > MOST_TOLD:

@@ -96,6 +96,14 @@ def test_parts_of_a_world_are_frames_and_move_with_time(capsys):
     assert now != pytest.approx(world.pose(name, 0.0).translation())
 
 
+@pytest.mark.parametrize("flight", [(), ("--scenario", "hover", "--at", "0.1")])
+def test_what_is_left_out_of_a_world_is_said_once(capsys, tmp_path, flight):
+    path = tmp_path / "town.sdf"
+    path.write_text('<sdf version="1.9"><world name="w"><road name="r"/></world></sdf>')
+    assert main(["frames", "--world", str(path), *flight]) == 0
+    assert capsys.readouterr().err.count("<road> of the world") == 1
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

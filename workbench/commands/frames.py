@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from workbench.plant.frame_tree import FrameTree
     from workbench.plant.vehicle import Vehicle
+    from workbench.plant.worlds.world import World
     from workbench.scenario import Scenario
 
 
@@ -47,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
     """Print the tree or a transform."""
     from pydrake.math import RigidTransform
 
+    from workbench.configured import tell_world
     from workbench.resources import find_scenario
     from workbench.scenario import Scenario, load_scenario
 
@@ -59,12 +61,14 @@ def run(args: argparse.Namespace) -> int:
     flown = args.scenario is not None
     scenario = load_scenario(find_scenario(args.scenario)) if flown else Scenario()
     scenario = with_vehicle(scenario, args)
-    vehicle, tree = _read(scenario)
+    vehicle, world, tree = _read(scenario)
     for name in args.frames:
         tree.check(name)
     X_WB, time = RigidTransform([0.0, 0.0, vehicle.ground_clearance]), 0.0
-    if flown:
+    if flown:  # which tells of the world itself
         X_WB, time = _flown_to(args.at, scenario, args)
+    else:
+        tell_world(world)
     if args.frames:
         a, b = args.frames
         _print_transform(a, b, tree.X(a, b, X_WB, time), time, args)
@@ -73,8 +77,8 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _read(scenario: "Scenario") -> tuple["Vehicle", "FrameTree"]:
-    """Return the vehicle of a scenario, and all frames."""
+def _read(scenario: "Scenario") -> tuple["Vehicle", "World", "FrameTree"]:
+    """Return the vehicle and the world of a scenario, and all frames."""
     from workbench.configured import read_configured, read_configured_world
     from workbench.plant.loading import make_vehicle
     from workbench.plant.vehicle_frames import frame_tree
@@ -84,7 +88,7 @@ def _read(scenario: "Scenario") -> tuple["Vehicle", "FrameTree"]:
     world = read_configured_world(scenario)
     fixed = [(obstacle.name, obstacle.X_WO) for obstacle in world.obstacles]
     moving = [(obstacle.name, obstacle.pose) for obstacle in world.moving]
-    return vehicle, frame_tree(vehicle, description.model, fixed, moving)
+    return vehicle, world, frame_tree(vehicle, description.model, fixed, moving)
 
 
 def _flown_to(

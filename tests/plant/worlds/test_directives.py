@@ -1,5 +1,7 @@
 """Oracle: poses by hand, and that a plant of Drake's own would move where a weld is missing."""
 
+import logging
+
 import numpy as np
 import pytest
 
@@ -133,8 +135,64 @@ def test_an_endless_plane_is_refused(fault, write):
 
 
 def test_a_file_that_is_no_model_is_refused(fault, write):
-    write("<sdf", "box.sdf")
+    path = write("<sdf", "box.sdf")
+    assert f":2: {path}:1: not XML" in fault(f"directives:\n{ADD}{WELD}")
+    write("<robot", "box.urdf")
+    text = f"directives:\n{ADD}{WELD}".replace("box.sdf", "box.urdf")
+    assert ":2: Drake refuses it:" in fault(text)
+
+
+def test_drake_says_no_more_than_a_sentence(fault, write):
+    pose = f"<pose relative_to='{'x' * 1000}'/>"
+    write(BOX_SDF.format(TOUCHED.replace("<geometry>", f"{pose}<geometry>")), "box.sdf")
+    said = fault(f"directives:\n{ADD}{WELD}")
+    assert ":2: Drake refuses it:" in said
+    assert "xxx" in said
+    assert len(said) < 400
+
+
+def test_drake_logs_nothing_while_it_reads(fault, write, caplog):
+    write(BOX_SDF.format("<pose>nan 0 0 0 0 0</pose>"), "box.sdf")
     assert ":2: Drake refuses it:" in fault(f"directives:\n{ADD}{WELD}")
+    assert not caplog.records
+    logging.getLogger("drake").warning("heard")
+    assert [record.message for record in caplog.records] == ["heard"]
+
+
+def test_no_more_than_a_thousand_directives(fault, box):
+    assert fault("directives:\n" + ADD * 1001) == ":1: there are more than 1000: leave some out"
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ("translation: [.nan, 0, 0]", "'crate::base_link' stands nowhere"),
+        ("translation: [0, .inf, 0]", "'crate::base_link' stands nowhere"),
+        (
+            "translation: [0, 0, -1.1e6]",
+            "'crate::base_link' stands nowhere, or more than 1e+06 m away",
+        ),
+    ],
+)
+def test_an_obstacle_stands_somewhere(fault, box, place, said):
+    weld = WELD.replace("}", f", X_PC: {{{place}}}}}")
+    assert f":2: {said}" in fault(f"directives:\n{ADD}{weld}")
+
+
+@pytest.mark.parametrize(
+    ("shape", "said"),
+    [
+        ("<box><size>1 2e6 3</size></box>", "has a box with 1, 2e+06, 3: give it"),
+        ("<sphere><radius>2e6</radius></sphere>", "has a sphere with 2e+06"),
+        ("<capsule><radius>1</radius><length>2e6</length></capsule>", "capsule with 1, 2e+06"),
+        ("<cylinder><radius>2e6</radius><length>1</length></cylinder>", "cylinder with 2e+06, 1"),
+        ("<ellipsoid><radii>1 2 2e6</radii></ellipsoid>", "an ellipsoid with 1, 2, 2e+06"),
+    ],
+)
+def test_an_obstacle_has_a_size(fault, write, shape, said):
+    text = TOUCHED.replace("<box><size>1 2 3</size></box>", shape)
+    write(BOX_SDF.format(text), "box.sdf")
+    assert said.removeprefix("an ") in fault(f"directives:\n{ADD}{WELD}")
 
 
 def test_nothing_is_fetched_from_the_internet(fault, write):

@@ -4,13 +4,14 @@ import logging
 
 import numpy as np
 import pytest
-from pydrake.geometry import Box, HalfSpace, SceneGraph, Sphere
+from pydrake.geometry import Box, HalfSpace, Mesh, SceneGraph, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, SpatialInertia, UnitInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera
 from workbench.systems.sensors.depth_camera import add_depth_camera
 from workbench.systems.sensors.readings import DepthImage
@@ -287,3 +288,16 @@ def test_a_long_range_is_no_reason_to_warn(caplog):
     exact = ground_depth(random_pose(2, tilt=0.0))
     seen = exact < 290.0
     assert (np.abs(image.depth[seen] / exact[seen] - 1.0)).max() < 1e-4
+
+
+def test_a_mesh_that_the_renderer_does_not_take_is_named(tmp_path):
+    bare = tmp_path / "bare.obj"
+    bare.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    scene = Scene()
+    scene.draw(RigidTransform([3.0, 0.0, 1.0]), Mesh(str(bare)))
+    with pytest.raises(WorkbenchError, match="(?s)camera cannot draw a mesh: .*normals") as caught:
+        scene.look()
+    said = str(caught.value)
+    assert "bare.obj" in said
+    assert "\n" not in said
+    assert said.endswith("or take it out")

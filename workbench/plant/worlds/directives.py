@@ -1,7 +1,9 @@
 """Drake's model directives in a world file: read by Drake, kept as obstacles."""
 
+import logging
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import yaml
@@ -25,9 +27,15 @@ from workbench.errors import WorkbenchError, unknown_name
 from workbench.plant.formats.values import shortened
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.geometry import drawn_if_none
+from workbench.plant.worlds.includes import Includes
+from workbench.plant.worlds.sizes import refuse_endless
+from workbench.plant.worlds.tagged import TaggedLoader
 from workbench.plant.worlds.world import Obstacle
 from workbench.yaml_files import YamlFile
 
+MOST_DIRECTIVES = 1000
+_MOST_SAID = 300
+"""So many characters of what Drake says are passed on."""
 _KINDS = (
     "add_collision_filter_group",
     "add_directives",
@@ -36,21 +44,6 @@ _KINDS = (
     "add_model_instance",
     "add_weld",
 )
-
-
-class TaggedLoader(yaml.SafeLoader):
-    """Reads what has a tag of Drake's, as `!Rpy`, as if it had none."""
-
-
-def _without_tag(loader: yaml.SafeLoader, _: str, node: yaml.Node) -> object:
-    if isinstance(node, yaml.MappingNode):
-        return loader.construct_mapping(node, deep=True)
-    if isinstance(node, yaml.SequenceNode):
-        return loader.construct_sequence(node, deep=True)
-    return loader.construct_scalar(node)
-
-
-TaggedLoader.add_multi_constructor("!", _without_tag)
 
 
 def read_directives(file: YamlFile, finder: PackageFinder) -> tuple[Obstacle, ...]:
@@ -67,7 +60,29 @@ def read_directives(file: YamlFile, finder: PackageFinder) -> tuple[Obstacle, ..
     Raises:
         WorkbenchError: naming file and line of what Drake refuses, and of a model that could move.
     """
-    items = [_found(file, index, item, finder) for index, item in enumerate(_items(file))]
+    items, includes = _items(file), Includes(finder)
+    if len(items) > MOST_DIRECTIVES:
+        where = file.where("directives")
+        raise WorkbenchError(f"{where}there are more than {MOST_DIRECTIVES}: leave some out")
+    for index, item in enumerate(items):
+        _find(file, index, item, finder, includes)
+    with _quiet_drake():
+        plant, scene_graph = _accepted(file, items, finder)
+    context = plant.CreateDefaultContext()
+    bodies = [plant.get_body(BodyIndex(index)) for index in range(1, plant.num_bodies())]
+    return tuple(
+        _obstacle(plant, scene_graph.model_inspector(), file, body, context) for body in bodies
+    )
+
+
+def _accepted(
+    file: YamlFile, items: Sequence[yaml.Node], finder: PackageFinder
+) -> tuple[MultibodyPlant, SceneGraph]:
+    """Return a plant that is finalised, with what directives add.
+
+    Raises:
+        WorkbenchError: for the first directive that Drake refuses.
+    """
     try:
         plant, scene_graph = _processed(items, finder.packages)
         plant.Finalize()
@@ -77,12 +92,25 @@ def read_directives(file: YamlFile, finder: PackageFinder) -> tuple[Obstacle, ..
         )
         where = file.where("directives", bad) if bad < len(items) else file.where("directives")
         reason = " ".join(str(error).split())
+        if len(reason) > _MOST_SAID:
+            reason = f"{reason[:_MOST_SAID]}..."
         raise WorkbenchError(f"{where}Drake refuses it: {reason}") from error
-    context = plant.CreateDefaultContext()
-    bodies = [plant.get_body(BodyIndex(index)) for index in range(1, plant.num_bodies())]
-    return tuple(
-        _obstacle(plant, scene_graph.model_inspector(), file, body, context) for body in bodies
-    )
+    return plant, scene_graph
+
+
+@contextmanager
+def _quiet_drake() -> Iterator[None]:
+    """Hold back what Drake logs: what matters of it is in its exception."""
+    logger = logging.getLogger("drake")
+    logger.addFilter(_nothing)
+    try:
+        yield
+    finally:
+        logger.removeFilter(_nothing)
+
+
+def _nothing(_: logging.LogRecord) -> bool:
+    return False
 
 
 def _processed(
@@ -121,13 +149,17 @@ def _items(file: YamlFile) -> list[yaml.Node]:
     return next((node.value for key, node in root.value if key.value == "directives"), [])
 
 
-def _found(
-    file: YamlFile, index: int, item: yaml.MappingNode, finder: PackageFinder
-) -> yaml.MappingNode:
-    """Return a directive with the file that it names found.
+def _find(
+    file: YamlFile,
+    index: int,
+    item: yaml.MappingNode,
+    finder: PackageFinder,
+    includes: Includes,
+) -> None:
+    """Find the file that a directive names, and write its path into the directive.
 
     Raises:
-        WorkbenchError: if it is no directive, or its file is not there.
+        WorkbenchError: if it is no directive, or its file is not there or includes itself.
     """
     where = file.where("directives", index)
     kinds = [key.value for key, _ in item.value]
@@ -145,8 +177,11 @@ def _found(
             known = scheme != "package" or finder.folder(package)
             hint = "give it relative to this file" if known else finder.hint(shortened(package))
             raise WorkbenchError(f"{where}the file '{shortened(node.value)}' is not found: {hint}")
+        try:
+            includes.check(path, has_directives=kinds[0] == "add_directives")
+        except WorkbenchError as fault:
+            raise WorkbenchError(f"{where}{fault}") from fault
         node.value = f"file://{path}"
-    return item
 
 
 def _obstacle(
@@ -159,7 +194,7 @@ def _obstacle(
     """Return a body as an obstacle.
 
     Raises:
-        WorkbenchError: if it could move, or is endless.
+        WorkbenchError: if it could move, or is endless or too far away.
     """
     name = body.scoped_name().get_full()
     collisions = _geometries(inspector, name, plant.GetCollisionGeometriesForBody(body))
@@ -175,6 +210,8 @@ def _obstacle(
             "it; there is ground at z = 0 anyway"
         )
     X_WO = plant.EvalBodyPoseInWorld(context, body)
+    for geometry in (*collisions, *visuals):
+        refuse_endless(_where(file, name), name, X_WO, geometry)
     return Obstacle(name, X_WO, collisions, drawn_if_none(visuals, collisions))
 
 

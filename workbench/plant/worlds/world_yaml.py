@@ -10,9 +10,10 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from workbench.errors import WorkbenchError
 from workbench.plant.home import Home
 from workbench.plant.packages import PackageFinder
-from workbench.plant.worlds.directives import TaggedLoader, read_directives
+from workbench.plant.worlds.directives import read_directives
 from workbench.plant.worlds.geometry import collision, visual
 from workbench.plant.worlds.moving import read_moving
+from workbench.plant.worlds.tagged import TaggedLoader
 from workbench.plant.worlds.world import Obstacle, World, first_twice
 from workbench.plant.worlds.world_words import (
     HomeWords,

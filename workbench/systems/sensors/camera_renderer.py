@@ -27,6 +27,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.sensors import CameraInfo
 
+from workbench.errors import WorkbenchError
 from workbench.systems.casting.scene import anchored_frames
 from workbench.systems.sensors.pinhole import Pinhole
 
@@ -40,6 +41,8 @@ HORIZON = 1000.0
 """So far do cameras see colours [m]; the far clip is where depth ends, not the world."""
 
 _NEAREST = 1e-3
+_MOST_SAID = 300
+"""So many characters of what Drake says are passed on."""
 _SKY = (0.72, 0.84, 0.95)
 _LIGHTS = (
     # The sun, from the south-west, a little of it from the other side, and a lamp at the camera,
@@ -58,12 +61,23 @@ def add_camera_renderer(plant: MultibodyPlant, scene_graph: SceneGraph, body: Ri
         scene_graph: to which the renderer is added, if it is not there.
         body: the vehicle's base. What is fixed to it is seen no more, by any renderer: a housing
             drawn around its camera would blind it, and the lidar leaves its vehicle out too.
+
+    Raises:
+        WorkbenchError: if the renderer does not take a mesh, as an OBJ without normals.
     """
     if scene_graph.HasRenderer(RENDERER):
         return
     # EGL by default on Linux: it needs no screen.
     parameters = RenderEngineVtkParams(default_clear_color=_SKY, lights=list(_LIGHTS))
-    scene_graph.AddRenderer(RENDERER, MakeRenderEngineVtk(parameters))
+    renderer = MakeRenderEngineVtk(parameters)
+    try:
+        scene_graph.AddRenderer(RENDERER, renderer)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split())[:_MOST_SAID].rstrip(". ")
+        raise WorkbenchError(
+            f"the camera cannot draw a mesh: {reason}: give the mesh what it lacks (as normals), "
+            "or take it out"
+        ) from error
     for part in plant.GetBodiesWeldedTo(body):
         frame = plant.GetBodyFrameIdOrThrow(part.index())
         scene_graph.RemoveRole(plant.get_source_id(), frame, Role.kPerception)
