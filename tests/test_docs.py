@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from workbench.cli import main
 from workbench.gains import load_gains
@@ -80,6 +81,16 @@ def test_the_sensors_of_the_page_measure(tmp_path):
 def test_the_python_of_the_sensors_page_runs(capsys):
     code = shown("python", page=DOCS / "sensors.md")
     exec(compile(code, "sensors.md", "exec"), {"__name__": "__main__"})
+    assert capsys.readouterr().out.strip()
+
+
+def test_the_pictures_of_the_sensors_page_are_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code = shown("python", "import numpy", page=DOCS / "sensors.md")
+    exec(compile(code, "sensors.md", "exec"), {"__name__": "__main__"})
+    with Image.open("depth.png") as depth, Image.open("colour.png") as colour:
+        assert depth.size == colour.size == (320, 240)
+        assert 3000 < depth.getextrema()[1] <= 10_000
     assert capsys.readouterr().out.strip()
 
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 from workbench.errors import WorkbenchError
 from workbench.parameters import checked
 from workbench.resources import find_file, find_model, find_world
+from workbench.sensors_config import SensorsConfig, check_sensors
 from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 
 REQUESTS = ("arm", "take_off", "land", "stop")
@@ -23,12 +23,16 @@ SLOWEST = {
     "record_period": 10.0,
 }
 """Bounds of the periods, beyond which nothing flies [s]."""
-SLOWEST_SENSOR = 0.01
-"""Rate under which a sensor does not take part in any flight [1/s]."""
-LONGEST_LATENCY = 10.0
-"""Of a sensor [s]."""
 FARTHEST = 1e6
 """Largest number in a vector, in its unit."""
+_BLOWS = (
+    ("gust", "velocity", "gust"),
+    ("gust", "duration", "gust_duration"),
+    ("push", "force", "push"),
+    ("push", "point", "push_at"),
+    ("push", "duration", "push_duration"),
+)
+"""Part of an action, its key, and the parameters that it sets."""
 LONGEST_PATH = 3600.0
 """Of a figure of eight, all laps together [s]."""
 
@@ -72,22 +76,6 @@ class Start:
     roll_pitch_yaw: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     velocity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     angular_velocity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-
-
-@dataclass
-class SensorsConfig:
-    """Which of the vehicle's sensors measure, and how; those not named are not built.
-
-    Names or kinds (imu, gps, lidar, range_finder, barometer, depth_camera), or `all`; rates [1/s]
-    and latencies [s] by name or kind where the description's are not wanted; the seed of all
-    noise; whether there is noise.
-    """
-
-    use: list[str] = field(default_factory=list)
-    rates: dict[str, float] = field(default_factory=dict)
-    latency: dict[str, float] = field(default_factory=dict)
-    seed: int = 0
-    noise: bool = True
 
 
 @dataclass
@@ -210,7 +198,7 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         steps = getattr(scenario.rates, rate.name) / step
         if steps < 1.0 or not float(steps).is_integer():
             raise refuse(("rates", rate.name), f"must be a multiple of the physics step {step:g} s")
-    _check_sensors(scenario.sensors, refuse)
+    check_sensors(scenario.sensors, refuse)
     for index, action in enumerate(scenario.script):
         keys: Keys = ("script", index)
         if action.request is not None and action.request not in REQUESTS:
@@ -233,6 +221,8 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
     for keys, vector in _vectors(scenario):
         if len(vector) != 3 or not all(abs(number) <= FARTHEST for number in vector):
             raise refuse(keys, f"must be three finite numbers within ±{FARTHEST:g}, is {vector}")
+    for index, action in enumerate(scenario.script):
+        _check_blows(action, ("script", index), file)
     if scenario.start.position is not None and scenario.start.position[2] < 0.0:
         raise refuse(("start", "position"), "is below the ground: its third number is the height")
     eight = scenario.figure_eight
@@ -251,18 +241,18 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             raise refuse(("figure_eight", "laps"), "must be 1 or more")
 
 
-def _check_sensors(sensors: SensorsConfig, refuse: Callable[[Keys, str], WorkbenchError]) -> None:
-    """Refuse rates and latencies that no sensor has."""
-    for name, rate in sensors.rates.items():
-        if not SLOWEST_SENSOR <= rate < math.inf:
-            reason = f"must be {SLOWEST_SENSOR:g} samples a second or more"
-            raise refuse(("sensors", "rates", name), reason)
-    for name, latency in sensors.latency.items():
-        if not 0.0 <= latency <= LONGEST_LATENCY:
-            reason = f"must be within 0 .. {LONGEST_LATENCY:g} s"
-            raise refuse(("sensors", "latency", name), reason)
-    if sensors.seed < 0:
-        raise refuse(("sensors", "seed"), "must be 0 or more")
+def _check_blows(action: Action, keys: Keys, file: YamlFile | None) -> None:
+    """Refuse what is out of the range of the parameters that make a gust or a push."""
+    for blow, key, row in _BLOWS:
+        config = getattr(action, blow)
+        if config is not None:
+            value = getattr(config, key)
+            if key == "duration":
+                values = {row: value}
+            else:
+                values = {f"{row}_{axis}": part for axis, part in zip("xyz", value, strict=True)}
+            name = (*keys, blow, key)
+            checked(values, file.where(*name) if file else f"{dotted(name)}: ")
 
 
 def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:

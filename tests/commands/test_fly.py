@@ -11,14 +11,18 @@ from workbench.session import Session
 
 SHIPPED = [
     *("all-sensors", "figure-eight", "full-speed", "hover", "lidar-trial"),
-    *("paper-steps", "square", "take-off-and-land", "windy"),
+    *("paper-steps", "square", "take-off-and-land", "to-the-wall", "windy"),
 ]
 SUMMARY = [
     "duration",
     "distance",
     "max_speed",
     "max_height",
+    "min_height",
+    "end",
     "max_tilt",
+    "turned_over",
+    "max_yaw_rate",
     "max_rotor_use",
     "final_mode",
     "battery_used",
@@ -50,6 +54,9 @@ def test_json_sums_the_flight_up(run, out):
     assert list(said.json) == ["title", *SUMMARY, "sensors", "files"]
     assert said.json["duration"] == 0.5
     assert said.json["max_height"] == pytest.approx(1.5, abs=1e-3)
+    assert said.json["min_height"] == pytest.approx(1.5, abs=1e-3)
+    assert said.json["end"] == pytest.approx([0.0, 0.0, 1.5], abs=1e-3)
+    assert said.json["turned_over"] is None
     assert said.json["final_mode"] == "hovering"
     assert said.json["touch_down_speed"] is None
     assert said.json["least_clearance"] is None
@@ -73,7 +80,21 @@ def test_a_take_off_and_landing_is_summed_up_as_one(run, out):
     assert said.code == 0
     lines = {line[:16].strip(): line[16:].split() for line in said.out.splitlines()[1:]}
     assert lines["final mode"] == ["off"]
+    assert lines["lowest height"][1:] == ["m"]
+    assert lines["end"][:2] == ["0.00", "0.00"]
+    assert lines["max yaw rate"] == ["0.0", "deg/s"]
+    assert "turned over" not in said.err
     assert 0.3 < float(lines["touch-down speed"][0]) <= 0.5
+
+
+def test_who_turns_over_is_told_so(run, write, out):
+    start = (
+        "start: {position: [0, 0, 20], roll_pitch_yaw: [1.5, 0, 0], angular_velocity: [15, 0, 0]}"
+    )
+    path = write("roll.yaml", f"duration: 0.25\n{start}\n")
+    said = run("fly", path, "--output", out, "--no-plots", "--json")
+    assert 0.0 < said.json["turned_over"] < 0.1
+    assert "the drone turned over at 0.0 s" in said.err
 
 
 def test_full_speed_is_eight_metres_a_second_in_all_directions(run, out):

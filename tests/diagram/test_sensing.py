@@ -327,13 +327,16 @@ def test_names_that_look_like_those_of_helpers_do_not_clash(
         "imu_sensor": by_kind["barometer"],
         "imu_sensor_noise": by_kind["range_finder"],
         "part::imu": by_kind["imu"],
+        "part/imu": by_kind["imu"],
+        "part::eye": by_kind["depth_camera"],
+        "part/eye": by_kind["depth_camera"],
     }
     sensors = tuple(dataclasses.replace(sensor, name=name) for name, sensor in new.items())
     odd = dataclasses.replace(vehicle, sensors=sensors)
     choices = choose_sensors(odd, Scenario(sensors=SensorsConfig(use=["all"])))
     bench = make_workbench(description, odd, gains, Rates(), sensors=choices)
     assert [each.choice.sensor.name for each in bench.sensing.mounted] == list(new)
-    assert len([name for name in system_names(bench.diagram) if "imu" in name]) == 10
+    assert len([name for name in system_names(bench.diagram) if "imu" in name]) == 12
 
 
 def test_no_caster_is_made_where_nothing_casts(monkeypatch):

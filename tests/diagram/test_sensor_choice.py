@@ -72,7 +72,6 @@ def test_a_kind_chooses_every_sensor_of_it(choose, vehicle):
         (1024.0, 1),
         (700.0, 1),  # 1.46
         (600.0, 2),  # 1.71
-        (1e9, 1),  # no more than one a step
         (0.01, 102400),
     ],
 )
@@ -181,4 +180,10 @@ def test_without_noise_nothing_else_is_lost(choose, vehicle):
 def test_more_waiting_samples_than_memory_should_hold_are_refused(vehicle):
     config = SensorsConfig(use=["lidar"], rates={"lidar": 1000.0}, latency={"lidar": 10.0})
     with pytest.raises(WorkbenchError, match="'lidar': 10240 samples would wait .* less latency"):
+        choose_sensors(vehicle, Scenario(sensors=config))
+
+
+def test_a_rate_beyond_the_physics_is_refused(vehicle):
+    config = SensorsConfig(use=["imu"], rates={"imu": 5000.0})
+    with pytest.raises(WorkbenchError, match="'imu' is asked for 5000 .* allows 1024"):
         choose_sensors(vehicle, Scenario(sensors=config))

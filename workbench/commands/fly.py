@@ -17,7 +17,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.commands.shipped import print_shipped
 from workbench.errors import WorkbenchError
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from workbench.design.flight_summary import FlightSummary
     from workbench.plant.worlds.world import World
     from workbench.recording import Recording
+    from workbench.samples import Samples
     from workbench.scenario import Scenario
     from workbench.snapshot import SensorStatus
 
@@ -90,6 +91,7 @@ def run(args: argparse.Namespace) -> int:
         raise WorkbenchError(f"{args.csv}: is the table that is flown: name another file for --csv")
     path = find_scenario(args.scenario)
     scenario = with_sensors(with_vehicle(load_scenario(path), args), args)
+    scenario.sensors.keep = True
     title = scenario.title or path.stem
     if args.rotor_commands is not None:
         title = f"open loop, {args.rotor_commands.name} from the start of {path.stem}"
@@ -101,6 +103,9 @@ def run(args: argparse.Namespace) -> int:
         page = outputs.add(args.html) if args.html else None
         flown = _fly(scenario, path.stem, args, page)
         flown.recording.write_csv(log)
+        for samples in flown.samples:
+            name = samples.sensor.replace("/", "_").replace("::", "_")
+            samples.write(outputs.add(args.output / f"{path.stem}-{name}{samples.suffix}"))
         if plot:
             from workbench.design.plots_flight import plot_flight
 
@@ -118,6 +123,7 @@ class _Flown:
     recording: "Recording"
     world: "World"
     sensors: "tuple[SensorStatus, ...]" = ()
+    samples: "tuple[Samples, ...]" = ()
 
 
 def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None) -> _Flown:
@@ -143,7 +149,9 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             from workbench.design.flight_page import fly_and_film
 
             session = fly_and_film(scenario, dict(args.set), page, progress)
-        return _Flown(session.recording(), session.world, session.snapshot().sensors)
+        return _Flown(
+            session.recording(), session.world, session.snapshot().sensors, session.samples()
+        )
 
 
 def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> None:
@@ -153,6 +161,8 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
     from workbench.design.flight_summary import summarise
 
     summary = summarise(flight.recording)
+    if summary.turned_over is not None:
+        say(f"the drone turned over at {summary.turned_over:.1f} s")
     if as_json:
         flown = {"title": title, **dataclasses.asdict(summary)}
         print_json(flown | {"sensors": flight.sensors, "files": files})
@@ -171,7 +181,10 @@ def _lines(summary: "FlightSummary") -> list[tuple[str, str, str]]:
         ("distance", f"{summary.distance:.2f}", "m"),
         ("max speed", f"{summary.max_speed:.2f}", "m/s"),
         ("max height", f"{summary.max_height:.2f}", "m"),
+        ("lowest height", f"{summary.min_height:.2f}", "m"),
+        ("end", " ".join(f"{number:z.2f}" for number in summary.end), "m"),
         ("max tilt", f"{math.degrees(summary.max_tilt):.1f}", "deg"),
+        ("max yaw rate", f"{math.degrees(summary.max_yaw_rate):.1f}", "deg/s"),
         ("max rotor use", f"{100.0 * summary.max_rotor_use:.1f}", "% of the speed limit"),
         ("final mode", summary.final_mode, ""),
     ]

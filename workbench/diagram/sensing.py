@@ -12,6 +12,7 @@ from pydrake.systems.primitives import RandomSource
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.plant.home import Home
+from workbench.plant.sensor_frames import free_name
 from workbench.plant.sensors import Barometer, DepthCamera, Gps, Imu, Lidar, RangeFinder
 from workbench.systems.casting.caster import Caster
 from workbench.systems.casting.scene import anchored_frames, collect_scene
@@ -133,8 +134,10 @@ class _Mount:
         """Add a sensor and connect it."""
         timing = {"period": choice.period, "latency": choice.latency}
         sensor = choice.sensor
-        # No two systems have one name: of a sensor's own, this one alone ends so.
-        name = f"{sensor.name.replace('::', '/')}_sensor"
+        # No two systems have one name: of a sensor's own, this one alone ends so; `a::b` and `a/b`
+        # are two sensors.
+        taken = [system.get_name() for system in self.builder.GetSystems()]
+        name = free_name(taken, f"{sensor.name.replace('::', '/')}_sensor")
         if isinstance(sensor, DepthCamera):
             camera = add_depth_camera(
                 self.builder,

@@ -7,7 +7,8 @@ from typing import Any
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.plant.sensors import QUIET, DepthCamera, Lidar, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import SLOWEST_SENSOR, Scenario, SensorsConfig
+from workbench.scenario import Scenario
+from workbench.sensors_config import SLOWEST_SENSOR, SensorsConfig
 
 MOST_WAITING = 20_000_000
 """Numbers of samples that are taken and not yet delivered, of one sensor: 160 MB."""
@@ -23,12 +24,14 @@ class SensorChoice:
         asked_rate: samples a second that description or scenario ask for [1/s].
         period: between samples [s]: the whole number of physics steps that is nearest.
         latency: from a sample to its delivery [s].
+        kept: whether every sample is kept, to be written.
     """
 
     sensor: Sensor
     asked_rate: float
     period: float
     latency: float
+    kept: bool = False
 
 
 def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, ...]:
@@ -61,6 +64,11 @@ def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:
             f"sensor '{sensor.name}' takes {rate:g} samples a second: give it {SLOWEST_SENSOR:g} "
             "or more in its description, or under sensors.rates"
         )
+    if rate * step > 1.0 and rate != declared:
+        raise WorkbenchError(
+            f"sensor '{sensor.name}' is asked for {rate:g} samples a second: a physics step of "
+            f"{step:g} s allows {1.0 / step:g}"
+        )
     latency = config.latency.get(sensor.name, config.latency.get(sensor.kind, 0.0))
     period = step * max(1, round(1.0 / (rate * step)))
     if latency / period * _size(sensor) > MOST_WAITING:
@@ -73,6 +81,7 @@ def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:
         asked_rate=rate,
         period=period,
         latency=latency,
+        kept=config.keep,
     )
 
 

@@ -10,6 +10,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.diagram.airframe import Airframe, add_airframe_in_air, airframe_signals
 from workbench.diagram.core import add_computer, parameter_values
+from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.plant.description import Description
@@ -32,6 +33,9 @@ from workbench.systems.propeller_display import add_propeller_display
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.reference import add_reference
 
+WALL_PERIOD = 1 / 32
+"""About so often the flight looks at obstacles [s]: at 8 m/s every quarter of a metre."""
+
 PICTURE_PERIOD = 1 / 32
 """Between pictures in Meshcat [s]."""
 
@@ -50,6 +54,7 @@ class Workbench:
     recorder: Recorder
     air: Air
     sensing: Sensing
+    sample_logs: tuple[SampleLog, ...]
     frames: FramePoses
     obstacles: NearestObstacle | None
 
@@ -97,6 +102,7 @@ def make_workbench(
             period=rates.mode_period,
             settings=Settings(**parameter_values("modes", gains)),
             standing_height=vehicle.ground_clearance,
+            wall_period=_wall_period(rates) if world.names else None,
         ),
     )
     battery = builder.AddNamedSystem(
@@ -133,6 +139,7 @@ def make_workbench(
         home=world.home or DEFAULT_HOME,
         seed=seed,
     )
+    sample_logs = add_sample_logs(builder, sensing)
     diagram = builder.Build()
     diagram.set_name("workbench")
     return Workbench(
@@ -146,6 +153,7 @@ def make_workbench(
         recorder=recorder,
         air=air,
         sensing=sensing,
+        sample_logs=sample_logs,
         frames=frames,
         obstacles=obstacles,
     )
@@ -184,7 +192,7 @@ def _add_obstacles(
         NearestObstacle(
             reach=reach(description.model, description.base_link, description.rotors),
             not_obstacles=drone_and_ground(airframe.plant, inspector, description.base_link),
-            period=rates.mode_period,
+            period=_wall_period(rates),
             lead=rates.physics_step,
             warning_distance=gains["warning_distance"],
         ),
@@ -194,6 +202,11 @@ def _add_obstacles(
         airframe.scene_graph.get_query_output_port(), obstacles.GetInputPort("geometry_query")
     )
     return obstacles
+
+
+def _wall_period(rates: Rates) -> float:
+    """Return how often the flight looks at obstacles [s], in whole physics steps."""
+    return rates.physics_step * max(1, round(WALL_PERIOD / rates.physics_step))
 
 
 def _draw(

@@ -248,3 +248,9 @@ def test_an_angle_of_view_that_no_pinhole_has_is_refused(fov):
 def test_a_picture_that_no_memory_holds_is_refused():
     with pytest.raises(WorkbenchError, match="16384 x 16384: give it up to 4000000 pixels"):
         DepthCameraSystem(sensor=replace(SENSOR, width=16384, height=16384), period=PERIOD)
+
+
+@pytest.mark.parametrize("far", [1e-3, 1e-6])
+def test_a_clip_that_ends_before_anything_is_drawn_is_refused(far):
+    with pytest.raises(WorkbenchError, match=f"sensor 'camera': its clip ends at {far:g} m"):
+        DepthCameraSystem(sensor=replace(SENSOR, near=0.0, far=far), period=PERIOD)

@@ -12,6 +12,9 @@ from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import BarometerReading
 from workbench.systems.sensors.standard_atmosphere import altitude_at, pressure_at
 
+COLUMNS = ("pressure [Pa]", "altitude [m]")
+"""What a sample's numbers are."""
+
 USUAL = (2.0,)
 """Deviation of a common one [Pa]."""
 

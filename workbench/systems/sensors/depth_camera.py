@@ -27,6 +27,9 @@ MOST_PIXELS = 4_000_000
 COLOUR_TYPES = ("rgbd", "rgbd_camera")
 """The types of sensor that have a colour picture too."""
 
+NEAREST = 1e-3
+"""Depths from here on are drawn [m]; the renderer has the same."""
+
 USUAL = 0.01
 """Deviation of a common one, from which a fault makes noise where the description has none [m]."""
 
@@ -198,7 +201,7 @@ def camera_pinhole(sensor: DepthCamera) -> Pinhole:
     """Return the intrinsics that a description means.
 
     Raises:
-        WorkbenchError: if no pinhole camera sees so much, or no memory holds it.
+        WorkbenchError: if no pinhole camera sees so much or so near, or no memory holds it.
     """
     if not 0.0 < sensor.horizontal_fov < math.pi:
         raise WorkbenchError(
@@ -209,6 +212,11 @@ def camera_pinhole(sensor: DepthCamera) -> Pinhole:
         raise WorkbenchError(
             f"sensor '{sensor.name}': pictures of {sensor.width} x {sensor.height}: "
             f"give it up to {MOST_PIXELS} pixels"
+        )
+    if sensor.far <= NEAREST:
+        raise WorkbenchError(
+            f"sensor '{sensor.name}': its clip ends at {sensor.far:g} m: give it a far end beyond "
+            f"the {NEAREST:g} m from which on it is drawn"
         )
     return make_pinhole(sensor.width, sensor.height, sensor.horizontal_fov)
 

@@ -12,6 +12,16 @@ from workbench.systems.sensors.mounting import motion
 from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import GpsReading
 
+COLUMNS = (
+    "latitude [rad]",
+    "longitude [rad]",
+    "altitude [m]",
+    "v_east [m/s]",
+    "v_north [m/s]",
+    "v_up [m/s]",
+)
+"""What a sample's numbers are."""
+
 USUAL = (1.5, 1.5, 3.0, 0.1, 0.1, 0.2)
 """Deviations of a common one: position [m] and velocity [m/s], east, north and up."""
 

@@ -13,6 +13,20 @@ from workbench.systems.sensors.mounting import cross, motion
 from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import ImuReading
 
+COLUMNS = (
+    "f_x [m/s^2]",
+    "f_y [m/s^2]",
+    "f_z [m/s^2]",
+    "w_x [rad/s]",
+    "w_y [rad/s]",
+    "w_z [rad/s]",
+    "q_WS.w [1]",
+    "q_WS.x [1]",
+    "q_WS.y [1]",
+    "q_WS.z [1]",
+)
+"""What a sample's numbers are."""
+
 USUAL = (0.03, 0.03, 0.03, 0.002, 0.002, 0.002)
 """Deviations of a common one: specific force [m/s²] and angular velocity [rad/s] along x, y, z."""
 

@@ -14,6 +14,9 @@ from workbench.systems.sensors.mounting import motion
 from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import RangeReading
 
+COLUMNS = ("distance [m]",)
+"""What a sample's numbers are."""
+
 USUAL = (0.01,)
 """Deviation of a common one [m]."""
 

@@ -1,0 +1,41 @@
+"""Read a flight's kept samples as records."""
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from workbench.diagram.sample_logs import SampleLog
+from workbench.samples import Samples, SampleTable, ScanStack
+from workbench.systems.sensors import barometer, gps, imu, range_finder
+from workbench.systems.sensors.lidar import Lidar
+
+
+def read_samples(log: SampleLog, root_context: Context) -> Samples:
+    """Return every sample that a sensor delivered so far."""
+    name, system = log.mounted.choice.sensor.name, log.mounted.system
+    rows = log.rows(root_context)
+    stamps, values = rows[:, 0], rows[:, 1:]
+    columns: tuple[str, ...]
+    match system:
+        case Lidar():
+            pattern = system.pattern
+            ranges, p_WS, q_WS = np.split(
+                values, [values.shape[1] - 7, values.shape[1] - 4], axis=1
+            )
+            return ScanStack(
+                sensor=name,
+                azimuths=pattern.azimuths,
+                elevations=pattern.elevations,
+                stamps=stamps,
+                ranges=ranges.reshape(-1, *pattern.shape),
+                p_WS=p_WS,
+                q_WS=q_WS,
+            )
+        case imu.Imu():
+            columns = imu.COLUMNS
+        case gps.Gps():
+            columns = gps.COLUMNS
+        case barometer.Barometer():
+            columns = barometer.COLUMNS
+        case _:
+            columns = range_finder.COLUMNS
+    return SampleTable(name, columns, stamps, values)

@@ -1,0 +1,74 @@
+"""What sensors delivered in a flight, sample by sample, as files for other tools."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class SampleTable:
+    """All samples of a sensor of a few numbers.
+
+    Attributes:
+        sensor: its name.
+        columns: what the numbers are, with units.
+        stamps: when they were taken (N) [s].
+        values: (N, columns).
+    """
+
+    sensor: str
+    columns: tuple[str, ...]
+    stamps: np.ndarray
+    values: np.ndarray
+
+    suffix = ".csv"
+
+    def write(self, path: Path) -> None:
+        """Write one row a sample, with units in the header."""
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(("stamp [s]", *self.columns))
+            writer.writerows(np.column_stack([self.stamps, self.values]).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class ScanStack:
+    """All scans of a lidar.
+
+    Attributes:
+        sensor: its name.
+        azimuths: of the columns (columns) [rad].
+        elevations: of the layers (layers) [rad].
+        stamps: when the scans were taken (N) [s].
+        ranges: (N, layers, columns) [m]; what is not finite is no return.
+        p_WS: where the sensor was (N, 3) [m].
+        q_WS: its orientation, unit quaternions w, x, y, z (N, 4).
+    """
+
+    sensor: str
+    azimuths: np.ndarray
+    elevations: np.ndarray
+    stamps: np.ndarray
+    ranges: np.ndarray
+    p_WS: np.ndarray
+    q_WS: np.ndarray
+
+    suffix = ".npz"
+
+    def write(self, path: Path) -> None:
+        """Write all arrays by their names, for `numpy.load`."""
+        with path.open("wb") as file:
+            np.savez_compressed(
+                file,
+                azimuths=self.azimuths,
+                elevations=self.elevations,
+                stamps=self.stamps,
+                ranges=self.ranges,
+                p_WS=self.p_WS,
+                q_WS=self.q_WS,
+            )
+
+
+Samples = SampleTable | ScanStack
