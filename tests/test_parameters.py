@@ -187,6 +187,11 @@ def test_a_row_is_found_by_name():
     assert find_parameter("kp_roll").name == "kp_roll"
 
 
+def test_of_an_endless_name_the_beginning_is_repeated():
+    with pytest.raises(WorkbenchError, match=f"'{60 * 'a'}...': known are"):
+        find_parameter(100_000 * "a")
+
+
 def test_an_unknown_name_is_answered_with_the_nearest():
     with pytest.raises(WorkbenchError, match="'kp_rol': did you mean 'kp_roll'"):
         find_parameter("kp_rol")

@@ -220,5 +220,5 @@ def test_a_rotor_that_the_vehicle_has_not_got_is_refused():
     session = in_the_air("dh_drone")
     with pytest.raises(WorkbenchError, match=said):
         session.set("rotor_9", 0.0)
-    with pytest.raises(WorkbenchError, match="rotor_1 is 1.1 1: keep it within 0 .. 1"):
+    with pytest.raises(WorkbenchError, match="rotor_1 is 1.1: keep it within 0 .. 1$"):
         session.set("rotor_1", 1.1)

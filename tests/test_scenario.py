@@ -134,7 +134,7 @@ def test_sensors_and_world_are_read_and_saved(write, tmp_path):
         ("imu: 100", "imu: 0", 5, ("sensors.rates.imu", "0.01")),
         ("imu: 100", "imu: -5", 5, ("sensors.rates.imu",)),
         ("imu: 100", "imu: .nan", 5, ("sensors.rates.imu",)),
-        ("imu: 100", "imu: .inf", 5, ("sensors.rates.imu",)),
+        ("imu: 100", "imu: .inf", 5, ("sensors.rates.imu", "a finite number")),
         ("imu: 100", "imu: fast", 5, ("sensors.rates.imu", "a number")),
         ("lidar: 0.05", "lidar: -1", 7, ("sensors.latency.lidar", "0 .. 10 s")),
         ("lidar: 0.05", "lidar: 11", 7, ("sensors.latency.lidar",)),
@@ -191,6 +191,11 @@ def test_saving_where_nothing_can_be_written_is_refused(tmp_path):
         ("duration: 2}", "duration: .nan}", 19, ("script.1.gust.duration",)),
         ("duration: 2}", "period: 2}", 19, ("'period'",)),
         ("[3, 0, 0]", "[3, 0]", 19, ("script.1.gust.velocity",)),
+        ("[3, 0, 0]", "[3, 0, 51]", 19, ("gust_z is 51", "-50 .. 50 m/s")),
+        ("duration: 2}", "duration: 4000}", 19, ("gust_duration is 4000",)),
+        ("[0, 4, 0]", "[0, 4000, 0]", 20, ("push_y is 4000", "-1000 .. 1000 N")),
+        ("[0.1, 0, 0]", "[11, 0, 0]", 20, ("push_at_x is 11", "-10 .. 10 m")),
+        ("[0.1, 0, 0]", "[0, 0, 0], duration: 0.0001", 20, ("push_duration is 0.0001",)),
         ("[0, 4, 0]", "[0, .inf, 0]", 20, ("script.1.push.force",)),
         ("[0.1, 0, 0]", "[.nan, 0, 0]", 20, ("script.1.push.point",)),
         ("height: 2", "height: -1", 14, ("script.0.height",)),
@@ -243,6 +248,31 @@ def test_what_is_built_in_python_is_checked_too():
         check_scenario(Scenario(duration=0.0))
     with pytest.raises(WorkbenchError, match="^script.0.at must be"):
         check_scenario(Scenario(script=[Action(at=-1.0)]))
+
+    with pytest.raises(WorkbenchError, match="^script.0.push.force: push_x is 2000 N"):
+        check_scenario(Scenario(script=[Action(push=Push(force=[2000.0, 0.0, 0.0]))]))
+
+
+@pytest.mark.parametrize(
+    ("sensors", "words"),
+    [
+        ({}, "sensors is {}, and should be a SensorsConfig"),
+        (SensorsConfig(use="imu"), "sensors.use is 'imu', and should be a list of names"),
+        (SensorsConfig(use=[3]), "sensors.use is [3], and should be a list of names"),
+        (SensorsConfig(rates=[1.0]), "sensors.rates is [1.0], and should be numbers by name"),
+        (SensorsConfig(rates={"imu": "fast"}), "sensors.rates.imu must be a finite number"),
+        (SensorsConfig(latency=None), "sensors.latency is None"),
+        (SensorsConfig(latency={"imu": "x"}), "sensors.latency.imu must be within"),
+        (SensorsConfig(seed="x"), "sensors.seed is 'x', and should be a whole number"),
+        (SensorsConfig(seed=1.5), "sensors.seed is 1.5"),
+        (SensorsConfig(noise="maybe"), "sensors.noise is 'maybe', and should be true or false"),
+        (SensorsConfig(keep="x"), "sensors.keep is 'x'"),
+    ],
+)
+def test_sensors_of_other_types_are_a_sentence(sensors, words):
+    with pytest.raises(WorkbenchError) as caught:
+        check_scenario(Scenario(sensors=sensors))
+    assert words in str(caught.value)
 
 
 @pytest.mark.parametrize("name", list_scenarios())

@@ -5,6 +5,7 @@ import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
 
+from workbench.errors import WorkbenchError
 from workbench.frames import FlightFrames
 from workbench.plant.description import read_description
 from workbench.plant.vehicle_frames import frame_tree
@@ -77,3 +78,14 @@ def test_frames_follow_the_flight(framed):
         if old != new
     }
     assert moved == {"base_link", "ball", "cart"}
+
+
+def test_any_frame_in_any_other_is_that_of_the_chain(framed):
+    X = framed.pose("lidar_link", "camera_optical")
+    wanted = chained(framed, "lidar_link").InvertAndCompose(chained(framed, "camera_optical"))
+    assert X.IsNearlyEqualTo(wanted, 1e-12)
+
+
+def test_a_frame_that_is_not_there_is_a_sentence(framed):
+    with pytest.raises(WorkbenchError, match="unknown frame 'camera_optcal': did you mean"):
+        framed.pose("world", "camera_optcal")

@@ -4,6 +4,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
+LONGEST_ECHO = 60
+"""Of what was asked for, a sentence repeats so many characters."""
+
 
 class WorkbenchError(Exception):
     """Bad input, said in one sentence: what, where, and what to do about it."""
@@ -12,9 +15,11 @@ class WorkbenchError(Exception):
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     """Return the error for a `name` that is none of the `known` ones, with the nearest named."""
     names = sorted(map(str, known))
-    near = get_close_matches(str(name), names, n=1)
+    asked = str(name)
+    asked = asked if len(asked) <= LONGEST_ECHO else f"{asked[:LONGEST_ECHO]}..."
+    near = get_close_matches(asked, names, n=1)
     hint = f"did you mean '{near[0]}'? " if near else ""
-    return WorkbenchError(f"unknown {kind} '{name}': {hint}known are {', '.join(names)}")
+    return WorkbenchError(f"unknown {kind} '{asked}': {hint}known are {', '.join(names)}")
 
 
 @contextmanager

@@ -26,6 +26,7 @@ class Parameter:
         maximum: largest value allowed.
         default: where no gain file says otherwise.
         help: what it does, for a tool tip.
+        whole: whether only whole numbers mean something.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Parameter:
     maximum: float
     default: float
     help: str
+    whole: bool = False
 
     def check(self, value: float, where: str = "") -> float:
         """Return `value` as a float.
@@ -49,10 +51,13 @@ class Parameter:
         if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
             raise WorkbenchError(f"{where}{self.name} is '{value}': give it a number")
         if not self.minimum <= value <= self.maximum:
+            unit = "" if self.unit == "1" else f" {self.unit}"
             raise WorkbenchError(
-                f"{where}{self.name} is {value:g} {self.unit}: keep it within "
-                f"{self.minimum:g} .. {self.maximum:g} {self.unit}"
+                f"{where}{self.name} is {value:g}{unit}: keep it within "
+                f"{self.minimum:g} .. {self.maximum:g}{unit}"
             )
+        if self.whole and not float(value).is_integer():
+            raise WorkbenchError(f"{where}{self.name} is {value:g}: it is {self.help}")
         return float(value)
 
 
@@ -65,7 +70,7 @@ def _controller(
 def _fault(kind: str) -> Parameter:
     """Return the row of a fault to order, in all sensors of a kind."""
     help = f"fault of the {kind.replace('_', ' ')}: 0 none, 1 frozen, 2 noisy, 3 silent"
-    return Parameter(f"{kind}_fault", kind, "1", 0.0, 3.0, 0.0, help)
+    return Parameter(f"{kind}_fault", kind, "1", 0.0, 3.0, 0.0, help, whole=True)
 
 
 def _rotor(number: int) -> Parameter:

@@ -6,8 +6,10 @@ effect between steps, so that equal scenarios give equal flights, to the bit.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from numbers import Real
 
 from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
 from workbench.configured import (
@@ -17,6 +19,7 @@ from workbench.configured import (
     tell_start,
     tell_world,
 )
+from workbench.diagram.kept_samples import read_samples
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
 from workbench.errors import WorkbenchError, sentences, unknown_name
@@ -24,10 +27,12 @@ from workbench.gains import flight_gains, remark_on_owner
 from workbench.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.observation import observe
 from workbench.parameters import checked, find_parameter
+from workbench.pilot_numbers import finite
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.recording import Recording
+from workbench.samples import Samples
 from workbench.scenario import REQUESTS, Action, Scenario, check_scenario
 from workbench.script import Script
 from workbench.snapshot import Snapshot
@@ -121,10 +126,10 @@ class Session:
         """
         now = self._live.reference
         if velocity is not None:
-            v_x, v_y, v_z = _finite("velocity", velocity, 3)
+            v_x, v_y, v_z = finite("velocity", velocity, 3)
             now = now._replace(v_x=v_x, v_y=v_y, v_z=v_z, follow=0.0)
         if yaw_rate is not None:
-            now = now._replace(yaw_rate=_finite("yaw rate", [yaw_rate], 1)[0])
+            now = now._replace(yaw_rate=finite("yaw rate", [yaw_rate], 1)[0])
         self._live.reference = now
 
     def go_to(self, p_WB: Sequence[float]) -> None:
@@ -137,7 +142,7 @@ class Session:
             raise WorkbenchError(
                 "cannot go to a place while the scenario flies its figure of eight"
             )
-        p_x, p_y, p_z = _finite("position", p_WB, 3)
+        p_x, p_y, p_z = finite("position", p_WB, 3)
         if p_z < self.vehicle.ground_clearance:
             raise WorkbenchError(
                 f"cannot go to a height of {p_z:g} m: the drone stands on the ground at "
@@ -154,6 +159,8 @@ class Session:
         """
         if what not in REQUESTS:
             raise unknown_name("request", what, REQUESTS)
+        if not isinstance(height, Real):
+            raise WorkbenchError(f"the height of a {what} is {height!r:.60}: give it a number")
         standing, ceiling = self.vehicle.ground_clearance, self.get("max_height")
         if what == "take_off" and not standing < height <= ceiling:
             raise WorkbenchError(
@@ -179,7 +186,7 @@ class Session:
         Raises:
             WorkbenchError: if a number is out of the range of its parameter.
         """
-        velocity = _finite("gust", velocity, 3)
+        velocity = finite("gust", velocity, 3)
         self._set_all(gust_settings(velocity, self._next_update(), duration))
 
     def push(
@@ -195,7 +202,7 @@ class Session:
         Raises:
             WorkbenchError: if a number is out of the range of its parameter.
         """
-        force, point = _finite("push", force, 3), _finite("point of the push", point, 3)
+        force, point = finite("push", force, 3), finite("point of the push", point, 3)
         self._set_all(push_settings(force, point, self._next_update(), duration))
 
     def set(self, name: str, value: float) -> None:
@@ -217,8 +224,8 @@ class Session:
         Raises:
             WorkbenchError: if the simulation cannot go on.
         """
-        if not 0.0 <= duration < math.inf:
-            raise WorkbenchError(f"cannot fly on for {duration} s: give it a positive time")
+        if not isinstance(duration, Real) or not 0.0 <= duration < math.inf:
+            raise WorkbenchError(f"cannot fly on for {duration!r:.60} s: give it a positive time")
         step = self.scenario.rates.physics_step
         self._due += duration
         target = math.floor(self._due / step + 1e-6)
@@ -252,10 +259,23 @@ class Session:
         """
         return self._bench.sensing.find(sensor).reading(self._live.root)
 
+    def samples(self) -> tuple[Samples, ...]:
+        """Return all that sensors delivered since the start, where the scenario keeps it."""
+        return tuple(read_samples(log, self._live.root) for log in self._bench.sample_logs)
+
     def snapshot(self) -> Snapshot:
         """Return the present as a frozen copy."""
         start = start_position(self.scenario.start, self.vehicle)
         return observe(self._bench, self._live.root, start)
+
+    def pose(self, a: str, b: str) -> RigidTransform:
+        """Return X_AB, the pose of frame B in frame A as it is now; `workbench frames` lists them.
+
+        Raises:
+            WorkbenchError: if there is no frame of a name.
+        """
+        frames = self._bench.frames
+        return frames.pose(frames.GetMyContextFromRoot(self._live.root), a, b)
 
     def frames(self) -> FrameTransforms:
         """Return the pose of every frame in its parent's, as it is now."""
@@ -294,10 +314,3 @@ class Session:
         with sentences(f"the flight broke off after {self.time:.3f} s"):
             self._live.simulator.AdvanceTo(step * self.scenario.rates.physics_step)
         self._steps = int(step)
-
-
-def _finite(what: str, values: Sequence[float], count: int) -> list[float]:
-    numbers = [float(value) for value in values]
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise WorkbenchError(f"{what} is {list(values)}: give it {count} finite number(s)")
-    return numbers

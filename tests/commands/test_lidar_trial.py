@@ -124,3 +124,28 @@ def test_the_table_has_all_three_criteria(run, scenario, out):
 def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
     assert word in refused("lidar-trial", "--output", out, *options)
     assert not out.parent.exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "options", "word"),
+    [
+        ("duration: 0.0005", (), "no scan was delivered in the flight"),
+        ("duration: 0.005", (), "too short to judge"),
+        ("duration: 0.5\nsensors: {latency: {lidar: 2}}", (), "fly longer than 2.11 s"),
+        ("duration: 0.5", ("--set", "lidar_fault=3"), "not silent"),
+    ],
+)
+def test_a_flight_without_scans_is_a_sentence(refused, write, out, more, options, word):
+    path = write("brief.yaml", f"{more}\nworld: room\n")
+    said = refused("lidar-trial", "--scenario", path, "--output", out, *options)
+    assert word in said
+    assert not list(out.parent.glob("out/*"))
+
+
+def test_a_wall_that_is_hit_is_touched(run, write, out):
+    script = "script: [{at: 0, velocity: [2, 0, 0]}]"
+    start = "start: {position: [4, 0, 1.5]}"
+    path = write("wall.yaml", f"duration: 1.5\nworld: room\n{start}\n{script}\n")
+    said = run("lidar-trial", "--scenario", path, "--output", out, "--no-plots")
+    assert said.code == 1
+    assert "the flight touched wall_east: it came within" in said.out

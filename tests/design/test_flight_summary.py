@@ -81,6 +81,24 @@ def test_tilt_rotor_use_and_battery(made_up, vehicle):
     assert summary.battery_used == pytest.approx(0.25)
 
 
+def test_lowest_height_end_and_yaw_rate(made_up):
+    rates = np.array([[3.0, 0.0, 0.2], [0.0, -3.0, -0.5], [0.0, 0.0, 0.1]])
+    summary = summarise(made_up([0.0, 1.0, 2.0], [[0, 0, 5], [1, 2, 3], [4, 5, 6]], w_WB=rates))
+    assert (summary.min_height, summary.end) == (3.0, (4.0, 5.0, 6.0))
+    assert summary.max_yaw_rate == 0.5
+
+
+@pytest.mark.parametrize(
+    ("tilts", "time"), [([0.1, 1.57], None), ([0.1, 1.58, 3.1, 1.58], 1.0), ([3.1, 0.0], 0.0)]
+)
+def test_a_drone_turned_over_when_it_first_tilts_beyond_90_degrees(made_up, tilts, time):
+    half = 0.5 * np.array(tilts)
+    turned = np.stack([np.cos(half), np.sin(half), 0.0 * half, 0.0 * half], axis=1)
+    places = np.tile([0.0, 0.0, 5.0], (len(tilts), 1))
+    flight = made_up(np.arange(float(len(tilts))), places, q_WB=turned)
+    assert summarise(flight).turned_over == time
+
+
 def test_touch_down_is_the_sinking_speed_before_the_ground(made_up, vehicle):
     time = np.linspace(0.0, 4.0, 513)
     height = np.maximum(1.0 - 0.4 * time, 0.0) + vehicle.ground_clearance

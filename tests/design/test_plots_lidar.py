@@ -89,6 +89,19 @@ def panel(figure, start):
     return next(axes for title, axes in panels(figure).items() if title.startswith(start))
 
 
+@pytest.mark.parametrize("along", [0.0, 2.0, 8.0, 40.0])
+def test_the_legend_of_the_cloud_does_not_hide_its_title(tmp_path, along):
+    """From a region as wide as it is high to one far wider."""
+    flight = make_flight(0.0, speed=along, samples=300)
+    figure = plot_trial(report_trial(flight, flight), "drone: a trial")
+    figure.savefig(tmp_path / "trial.png")
+    axes = panel(figure, "cloud of")
+    title = next(t for t in (axes._left_title, axes.title) if t.get_text().startswith("cloud of"))
+    legend = axes.get_legend().get_window_extent()
+    assert not legend.overlaps(title.get_window_extent())
+    assert legend.x1 <= figure.bbox.x1
+
+
 def test_every_panel_has_a_title_and_units(figure):
     titles = list(panels(figure))
     assert [title.split()[0] for title in titles] == ["cloud", "the", "errors:", "errors", "speed"]

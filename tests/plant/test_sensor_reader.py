@@ -5,7 +5,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.errors import WorkbenchError
 from workbench.plant.formats.xml import read_xml
-from workbench.plant.model import DeclaredSensor, Link, Model
+from workbench.plant.model import DeclaredSensor, Link, Model, NamedFrame
 from workbench.plant.remarks import Remarks
 from workbench.plant.sensor_reader import read_sensors
 from workbench.plant.sensors import (
@@ -42,7 +42,7 @@ def sensor(kind, body="", name="eye", rate="<update_rate>50</update_rate>") -> s
 def read(tmp_path):
     """Read sensors, each on the link arm, which is 0.1 m in front of the base and looks left."""
 
-    def read_text(text, remarks=None, links=("arm",) * 9):
+    def read_text(text, remarks=None, links=("arm",) * 9, p_LS=(0.02, 0.0, 0.03), frames=()):
         path = tmp_path / "drone.sdf"
         path.write_text(f"<link>\n{text}</link>")
         X_MB = RigidTransform(RollPitchYaw(0.0, 0.3, 0.0), [0.0, 0.0, 5.0])
@@ -57,9 +57,9 @@ def read(tmp_path):
                     Link("leg", X_MB, None, (), ()),
                 ),
                 joints=(),
-                frames=(),
+                frames=frames,
                 sensors=tuple(
-                    DeclaredSensor(path, link, RigidTransform([0.02, 0.0, 0.03]), element)
+                    DeclaredSensor(path, link, RigidTransform(p_LS), element)
                     for link, element in zip(links, read_xml(path), strict=False)
                 ),
                 plugins=(),
@@ -94,8 +94,36 @@ def test_name_type_link_and_rate_are_as_declared(read):
 
 @pytest.mark.parametrize("tag", ["gz_frame_id", "ignition_frame_id", "frame_id"])
 def test_the_frame_is_the_links_unless_the_file_asks_for_another(read, tag):
-    plain, labelled = read(sensor("imu") + sensor("imu", f"<{tag}>optical</{tag}>", name="b"))
+    text = sensor("imu") + sensor("imu", f"<{tag}>optical</{tag}>", name="b")
+    plain, labelled = read(text, p_LS=(0.0, 0.0, 0.0))
     assert (plain.frame, labelled.frame) == ("arm", "optical")
+    assert read(text)[1].frame == "optical"
+
+
+@pytest.mark.parametrize(
+    ("name", "frame"),
+    [
+        ("eye", "eye"),
+        ("leg", "leg_sensor"),
+        ("world", "world_sensor"),
+        ("mast", "mast_sensor"),
+    ],
+)
+def test_beside_its_link_a_sensor_has_a_frame_of_its_own(read, name, frame):
+    mast = NamedFrame("mast", "leg", RigidTransform())
+    (found,) = read(sensor("imu", name=name), frames=(mast,))
+    assert found.frame == frame
+
+
+def test_a_sensor_that_is_turned_on_its_link_has_one_too(read):
+    turned = RigidTransform(RollPitchYaw(0.0, 0.0, 0.1), [0.0, 0.0, 0.0])
+    (found,) = read(sensor("imu"), p_LS=turned)
+    assert found.frame == "eye"
+
+
+def test_frames_of_sensors_are_told_apart(read):
+    first, second = read(sensor("imu", name="leg") + sensor("imu", name="leg_sensor"))
+    assert (first.frame, second.frame) == ("leg_sensor", "leg_sensor_sensor")
 
 
 def test_without_a_rate_it_is_each_step_as_in_gazebo(read):

@@ -18,6 +18,14 @@ from workbench.resources import find_model
 
 EYE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
+POSED = """<link name="arm"/>
+<joint name="j" type="fixed"><parent link="base"/><child link="arm"/>
+<origin xyz="0.1 0 0" rpy="0 0 0.3"/></joint>
+<gazebo reference="arm"><sensor name="plain" type="imu"/>
+<sensor name="eye" type="imu"><pose>0 0.02 0 0.1 0 0</pose></sensor>
+<sensor name="arm" type="imu"><pose>0 0 0 0 0.5 0</pose></sensor></gazebo>
+</robot>"""
+
 
 @pytest.fixture(scope="module")
 def description():
@@ -108,6 +116,19 @@ def test_where_that_is_taken_too_it_gets_a_number(vehicle, description):
     sensors = (sensor(Sensor, "GPS_link_sensor"), sensor(Sensor, "GPS_link"))
     names = frame_tree(dataclasses.replace(vehicle, sensors=sensors), description.model).names
     assert names[-2:] == ("GPS_link_sensor", "GPS_link_sensor_2")
+
+
+def test_readings_are_labelled_with_a_frame_that_is_where_their_data_are(quad, write):
+    """A vehicle from its file; where the data are is the sensor's pose in the body."""
+    description = read_description(write(quad.replace("</robot>", POSED)))
+    vehicle = make_vehicle(description)
+    tree = frame_tree(vehicle, description.model)
+    labels = [each.frame for each in vehicle.sensors]
+    assert labels == ["arm", "eye", "arm_sensor"]
+    for each in vehicle.sensors:
+        X_BS = tree.X("base", each.frame, RigidTransform())
+        assert X_BS.translation() == pytest.approx(each.p_BS, abs=1e-12)
+        assert X_BS.rotation().matrix() == pytest.approx(np.array(each.R_BS), abs=1e-12)
 
 
 def test_a_label_that_is_no_link_is_another_name_for_the_sensors_frame(vehicle, description):

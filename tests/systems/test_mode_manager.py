@@ -115,3 +115,27 @@ def test_the_state_is_that_of_the_pure_functions(flown):
     manager, _ = flown
     assert manager.GetOutputPort("mode").size() == len(ModeState._fields)
     assert manager.GetOutputPort("guidance").size() == len(Guidance._fields)
+
+
+def test_walls_are_renewed_between_updates_of_the_mode_and_nothing_else():
+    settings = SETTINGS._replace(obstacle_brake=1.0, stop_distance=0.5)
+    manager = ModeManager(
+        period=PERIOD, settings=settings, standing_height=0.1, wall_period=PERIOD / 4
+    )
+    simulator = Simulator(manager)
+    context = simulator.get_mutable_context()
+    for name, value in (("reference", list(REFERENCE)), ("request", [0.0] * 3), ("charge", [0.9])):
+        manager.GetInputPort(name).FixValue(context, value)
+    manager.GetInputPort("state").FixValue(context, STATE)
+    nothing = [0.0, 0.0, 0.0, math.inf]
+    manager.GetInputPort("walls").FixValue(context, [1.0, 0.0, 0.0, 3.0] + 2 * nothing)
+    manager.set_mode(context, initial_state(FlightMode.HOVERING, P), P)
+    simulator.AdvanceTo(0.6 * PERIOD)  # it has looked at 0, 1/4 and 1/2 of a period
+    before = Guidance(*outputs(manager, context)[1])
+    manager.GetInputPort("state").FixValue(context, [*STATE[:4], P[0] + 0.1, *STATE[5:]])
+    manager.GetInputPort("walls").FixValue(context, [1.0, 0.0, 0.0, 2.0] + 2 * nothing)
+    simulator.AdvanceTo(0.9 * PERIOD)
+    after = Guidance(*outputs(manager, context)[1])
+    assert before.first_place == pytest.approx(P[0] + 3.0 - 0.5)
+    assert after.first_place == pytest.approx(P[0] + 0.1 + 2.0 - 0.5)
+    assert after == before._replace(first_place=after.first_place)

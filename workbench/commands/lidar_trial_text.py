@@ -109,10 +109,9 @@ def _print_response(report: "TrialReport") -> None:
         )
     nearest = report.clearance
     if nearest.obstacle:
-        print(
-            f"\nthe flight came within {nearest.distance:.2f} m of {nearest.obstacle} (base "
-            f"link, at {nearest.time:.1f} s)"
-        )
+        way = f"{nearest.distance:.2f} m of {nearest.obstacle} (base link, at {nearest.time:.1f} s)"
+        touched = f"touched {nearest.obstacle}: it " if report.reach > 0.0 else ""
+        print(f"\nthe flight {touched}came within {way}")
 
 
 def trial_result(report: "TrialReport", scenario: "Scenario", files: list[Path]) -> dict[str, Any]:

@@ -11,6 +11,9 @@ from workbench.parameters import parse_setting
 if TYPE_CHECKING:
     from workbench.scenario import Scenario
 
+NO_SENSORS = "none"
+"""What to name for none."""
+
 
 def add_command(
     commands: Any, name: str, summary: str, example: str, run: Callable[[argparse.Namespace], int]
@@ -95,7 +98,7 @@ def add_sensor_options(parser: argparse.ArgumentParser) -> None:
         "--sensors",
         metavar="NAME[,NAME]",
         help="sensors that measure, by name or kind (imu, gps, lidar, range_finder, barometer, "
-        "depth_camera), or all (default: the scenario's, or none)",
+        f"depth_camera), all, or {NO_SENSORS} (default: the scenario's)",
     )
     group.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
     group.add_argument("--no-noise", action="store_true", help="let sensors be exact")
@@ -171,7 +174,8 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
 def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     """Give a scenario the sensors that the command line names, and return it."""
     if args.sensors is not None:
-        scenario.sensors.use = [name.strip() for name in args.sensors.split(",") if name.strip()]
+        names = [name.strip() for name in args.sensors.split(",")]
+        scenario.sensors.use = [name for name in names if name not in ("", NO_SENSORS)]
     if args.seed is not None:
         scenario.sensors.seed = args.seed
     if args.no_noise:

@@ -24,7 +24,11 @@ class FlightSummary:
         distance: length of the path [m].
         max_speed: [m/s].
         max_height: of the base link above the ground [m].
+        min_height: likewise, the least [m].
+        end: where the base link is at the end, in W [m].
         max_tilt: [rad].
+        turned_over: when the drone first tilted beyond 90 deg [s]; None if it never did.
+        max_yaw_rate: about world z, either way [rad/s].
         max_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
         final_mode: the flight mode at the end, in words; "open loop" where there is none.
         battery_used: share of the charge, 0 .. 1; NaN where there is no battery.
@@ -38,7 +42,11 @@ class FlightSummary:
     distance: float
     max_speed: float
     max_height: float
+    min_height: float
+    end: tuple[float, float, float]
     max_tilt: float
+    turned_over: float | None
+    max_yaw_rate: float
     max_rotor_use: float
     final_mode: str
     battery_used: float
@@ -50,12 +58,18 @@ def summarise(recording: Recording) -> FlightSummary:
     """Return the summary of a flight."""
     mode = float(recording.mode[-1])
     least = float(recording.clearance.min())
+    x, y, z = recording.p_WB[-1].tolist()
+    over = np.flatnonzero(recording.tilt > 0.5 * math.pi)
     return FlightSummary(
         duration=float(recording.time[-1] - recording.time[0]),
         distance=float(np.linalg.norm(np.diff(recording.p_WB, axis=0), axis=1).sum()),
         max_speed=float(np.linalg.norm(recording.v_WB, axis=1).max()),
         max_height=float(recording.p_WB[:, 2].max()),
+        min_height=float(recording.p_WB[:, 2].min()),
+        end=(x, y, z),
         max_tilt=float(recording.tilt.max()),
+        turned_over=float(recording.time[over[0]]) if len(over) else None,
+        max_yaw_rate=float(np.abs(recording.w_WB[:, 2]).max()),
         max_rotor_use=float(recording.rotor_use.max()),
         final_mode="open loop" if math.isnan(mode) else FlightMode(int(mode)).label,
         battery_used=float(recording.charge[0] - recording.charge[-1]),

@@ -79,6 +79,11 @@ class TrialReport:
     clearance: Clearance
 
     @property
+    def reach(self) -> float:
+        """How far the drone reached into an obstacle, 0 if it touched none [m]."""
+        return max(0.0, 0.5 * self.flight.recording.vehicle.span - self.clearance.distance)
+
+    @property
     def demands(self) -> list[Demand]:
         """Return everything that is demanded."""
         return [*self._accuracy_demands(), *self._time_demands()]
@@ -114,7 +119,6 @@ class TrialReport:
         """Everything found in time, every scan in time, and nothing touched."""
         delays = [each.delay for each in self.detections if not math.isnan(each.delay)]
         flight, response = self.flight, self.response
-        touched = 0.5 * self.flight.recording.vehicle.span - self.clearance.distance
         return [
             Demand(
                 "detection",
@@ -132,7 +136,7 @@ class TrialReport:
             ),
             Demand("response", "late_scans", "", float(response.late), 0.0),
             Demand("response", "lost_scans", "", float(response.lost), 0.0),
-            Demand("flight", "reach_into_obstacles", "m", max(0.0, touched), 0.0),
+            Demand("flight", "reach_into_obstacles", "m", self.reach, 0.0),
         ]
 
 
@@ -153,7 +157,7 @@ def fly_trial(
         meshcat: where to draw the first flight, if anywhere.
 
     Raises:
-        WorkbenchError: if it cannot be flown, or the vehicle has no lidar.
+        WorkbenchError: if it cannot be flown, the vehicle has no lidar, or no scan was delivered.
     """
 
     def half(done: float) -> Callable[[float], None]:

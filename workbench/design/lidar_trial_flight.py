@@ -126,7 +126,7 @@ def fly_between(
         meshcat: where to draw, if anywhere.
 
     Raises:
-        WorkbenchError: if it cannot be flown, or the vehicle has no lidar.
+        WorkbenchError: if it cannot be flown, the vehicle has no lidar, or no scan was delivered.
     """
     scenario = copy.deepcopy(scenario)
     choice = _choose(Session(Scenario(vehicle=scenario.vehicle)).vehicle, scenario)
@@ -146,10 +146,21 @@ def fly_between(
             scans.append(Scan(reading.stamp, session.time, np.array(reading.ranges), X_WS))
         if progress:
             progress((index + 1) / slices)
+    recording = session.recording()
+    if not scans or len(recording.time) < 2:
+        least = choice.period + choice.latency + control_period
+        raise WorkbenchError(
+            f"the flight of {session.time:.3g} s is too short to judge a scan: fly longer than "
+            f"{least:.3g} s"
+            if scans
+            else f"no scan was delivered in the flight: with a period of {choice.period:.3g} s and "
+            f"a latency of {choice.latency:g} s fly longer than {least:.3g} s, with a lidar "
+            "that is not silent"
+        )
     lidar = choice.sensor
     assert isinstance(lidar, Lidar)
     return TrialFlight(
-        recording=session.recording(),
+        recording=recording,
         lidar=lidar,
         asked_rate=choice.asked_rate,
         period=choice.period,

@@ -24,6 +24,8 @@ _MARGIN = 3.0
 """Shown around obstacles and path [m]."""
 _MOST_POINTS = 60_000
 """Drawn of a cloud; more make a file large and a picture no clearer."""
+_WIDE = 1.7
+"""A region this much longer from west to east leaves room for a legend beside its title."""
 _GROUND_COLOUR = "0.8"
 
 
@@ -106,7 +108,10 @@ def _draw_from_above(
     axes.set_aspect("equal", adjustable="box")
     axes.set_xlabel("x, east [m]")
     label(axes, _cloud_title(report), "y, north [m]")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+    if (high[0] - low[0]) / (high[1] - low[1]) > _WIDE:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+    else:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _cloud_title(report: TrialReport) -> str:

@@ -1,13 +1,18 @@
 """The sensors that a description declares."""
 
+import dataclasses
 from collections import Counter
+
+from pydrake.math import RigidTransform
 
 from workbench.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
+from workbench.plant.frame_tree import WORLD
 from workbench.plant.model import DeclaredSensor, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.mount import body_pose, triple
 from workbench.plant.sensor_block import Block
+from workbench.plant.sensor_frames import sensor_frames
 from workbench.plant.sensor_kinds import READERS
 from workbench.plant.sensors import Sensor
 
@@ -52,7 +57,7 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
         common = Sensor(
             name=names.unique(name, link.name),
             type=kind,
-            frame=next((text for tag in _FRAMES if (text := block.text(tag))), link.name),
+            frame=_asked_frame(block, declared),
             link=link.name,
             rate=_rate(block, declared, element, remarks),
             p_BS=triple(X_BS.translation()),
@@ -61,7 +66,12 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
         sensor = READERS[kind](common, block, remarks)
         if sensor:
             sensors.append(sensor)
-    return tuple(sensors)
+    # A frame that is in nobody's way has the sensor's name, which is what the tree calls it too.
+    others = {WORLD, *(link.name for link in model.links), *(frame.name for frame in model.frames)}
+    return tuple(
+        sensor if sensor.frame else dataclasses.replace(sensor, frame=names.own)
+        for sensor, names in zip(sensors, sensor_frames(sensors, others), strict=True)
+    )
 
 
 class _Names:
@@ -80,6 +90,13 @@ class _Names:
             name = f"{stem}_{self._asked[stem] + 1}"
         self._given.add(name)
         return name
+
+
+def _asked_frame(block: Block, declared: DeclaredSensor) -> str:
+    """Return what the file labels readings with, else the link if S lies in it, else nothing."""
+    asked = next((text for tag in _FRAMES if (text := block.text(tag))), "")
+    in_link = declared.X_LS.IsNearlyEqualTo(RigidTransform(), 1e-12)
+    return asked or (declared.link if in_link else "")
 
 
 def _rate(block: Block, declared: DeclaredSensor, element: str, remarks: Remarks) -> float:

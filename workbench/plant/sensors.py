@@ -63,7 +63,8 @@ class Sensor:
     Attributes:
         name: as declared; unique in the vehicle.
         type: as declared: imu, navsat, gpu_lidar, ...
-        frame: the frame that its data are labelled with: a link's name or what the file asks for.
+        frame: the frame that its data are labelled with: what the file asks for, or else the link
+            where the sensor's own frame S is the link's, or else S by its name in the frame tree.
         link: on which it is mounted.
         rate: samples per second [1/s]; 0 where the file leaves it open.
         p_BS: position in the body frame [m].

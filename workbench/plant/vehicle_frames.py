@@ -15,7 +15,8 @@ from workbench.plant.frame_tree import (
     TreeFrame,
 )
 from workbench.plant.model import Model
-from workbench.plant.sensors import DepthCamera, Sensor
+from workbench.plant.sensor_frames import SensorFrames, free_name, sensor_frames
+from workbench.plant.sensors import Sensor
 from workbench.plant.vehicle import Vehicle
 
 X_SO = RigidTransform(RotationMatrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])))
@@ -50,12 +51,13 @@ def frame_tree(
     for named in model.frames:
         if named.link in poses and named.name not in frames.taken:
             frames.add(FixedFrame(named.name, named.link, named.X_LF))
-    for sensor in vehicle.sensors:
-        _add_sensor(frames, sensor, poses[sensor.link])
+    names = sensor_frames(vehicle.sensors, frames.taken)
+    for sensor, named_so in zip(vehicle.sensors, names, strict=True):
+        _add_sensor(frames, sensor, named_so, poses[sensor.link])
     for name, X_WF in fixed:
-        frames.add(FixedFrame(frames.free(name), WORLD, X_WF))
+        frames.add(FixedFrame(free_name(frames.taken, name), WORLD, X_WF))
     for name, motion in moving:
-        frames.add(MovingFrame(frames.free(name), motion))
+        frames.add(MovingFrame(free_name(frames.taken, name), motion))
     return FrameTree(tuple(frames.found))
 
 
@@ -70,12 +72,6 @@ class _Frames:
     def add(self, frame: TreeFrame) -> None:
         self.found.append(frame)
         self.taken.add(frame.name)
-
-    def free(self, *wishes: str) -> str:
-        """Return the first wish that is not taken, or the last one with a number."""
-        *_, last = wishes
-        numbered = (f"{last}_{number}" for number in range(2, len(self.taken) + 3))
-        return next(name for name in (*wishes, *numbered) if name not in self.taken)
 
 
 def _add_links(
@@ -92,12 +88,11 @@ def _add_links(
         todo += children
 
 
-def _add_sensor(frames: _Frames, sensor: Sensor, X_BL: RigidTransform) -> None:
+def _add_sensor(frames: _Frames, sensor: Sensor, names: SensorFrames, X_BL: RigidTransform) -> None:
     """Add a sensor's frame S on its link L, and those that go with it."""
     X_BS = RigidTransform(RotationMatrix(np.array(sensor.R_BS)), np.array(sensor.p_BS))
-    name = frames.free(sensor.name, f"{sensor.name}_sensor")
-    frames.add(FixedFrame(name, sensor.link, X_BL.InvertAndCompose(X_BS)))
-    if isinstance(sensor, DepthCamera):
-        frames.add(FixedFrame(frames.free(f"{sensor.name}_optical"), name, X_SO))
-    if sensor.frame not in frames.taken:
-        frames.add(FixedFrame(sensor.frame, name, RigidTransform()))
+    frames.add(FixedFrame(names.own, sensor.link, X_BL.InvertAndCompose(X_BS)))
+    if names.optical:
+        frames.add(FixedFrame(names.optical, names.own, X_SO))
+    if names.alias:
+        frames.add(FixedFrame(names.alias, names.own, RigidTransform()))

@@ -46,9 +46,20 @@ class FramePoses(LeafSystem):
             {self.input_port_ticket(self._state.get_index()), self.time_ticket()},
         )
 
-    def _calc_frames(self, context: Context, output: Value) -> None:
+    def pose(self, context: Context, a: str, b: str) -> RigidTransform:
+        """Return X_AB, the pose of frame B in frame A.
+
+        Raises:
+            WorkbenchError: if there is no frame of a name.
+        """
+        return self._tree.X(a, b, self._pose_of_base(context), context.get_time())
+
+    def _pose_of_base(self, context: Context) -> RigidTransform:
         state = self._state.Eval(context)
         q_WB = Quaternion(state[0:4] / np.linalg.norm(state[0:4]))
+        return RigidTransform(q_WB, state[4:7])
+
+    def _calc_frames(self, context: Context, output: Value) -> None:
         time = context.get_time()
-        transforms = self._tree.transforms(RigidTransform(q_WB, state[4:7]), time)
+        transforms = self._tree.transforms(self._pose_of_base(context), time)
         output.set_value(FrameTransforms(time, transforms))

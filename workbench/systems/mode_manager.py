@@ -30,7 +30,23 @@ class ModeManager(LeafSystem):
     Numeric parameter 0: `flight_mode.Settings`.
     """
 
-    def __init__(self, *, period: float, settings: Settings, standing_height: float) -> None:
+    def __init__(
+        self,
+        *,
+        period: float,
+        settings: Settings,
+        standing_height: float,
+        wall_period: float | None = None,
+    ) -> None:
+        """Declare ports, state and updates.
+
+        Args:
+            period: between updates of the mode [s].
+            settings: to begin with.
+            standing_height: of the base link's origin on the ground [m].
+            wall_period: between looks at the walls, which matter sooner than the mode [s]; None
+                where there are none to come.
+        """
         super().__init__()
         self._standing_height = standing_height
         self.DeclareNumericParameter(BasicVector(list(settings)))
@@ -44,6 +60,8 @@ class ModeManager(LeafSystem):
         self.DeclareStateOutputPort("guidance", self.guidance_index)
         self.DeclareStateOutputPort("mode", self.mode_index)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        if wall_period is not None:
+            self.DeclarePeriodicDiscreteUpdateEvent(wall_period, 0.0, self._update_walls)
 
     def set_mode(self, context: Context, state: ModeState, p_WB: list[float]) -> None:
         """Put a mode state, and the guidance that follows from it, into a Context."""
@@ -74,4 +92,14 @@ class ModeManager(LeafSystem):
             mode = FlightMode(int(state.mode))
             guide = with_walls(guide, walls, now.p_WB, mode, settings)
         discrete_state.set_value(self.mode_index, list(state))
+        discrete_state.set_value(self.guidance_index, list(guide))
+
+    def _update_walls(self, context: Context, discrete_state: DiscreteValues) -> None:
+        """Renew what the guidance has of walls; where the mode is updated too, it was just now."""
+        settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
+        mode, *_ = discrete_state.get_vector(self.mode_index).CopyToVector().tolist()
+        guide = Guidance(*discrete_state.get_vector(self.guidance_index).CopyToVector().tolist())
+        walls = self._walls.Eval(context).tolist()
+        p_WB = self._state.Eval(context)[4:7].tolist()
+        guide = with_walls(guide, walls, p_WB, FlightMode(int(mode)), settings)
         discrete_state.set_value(self.guidance_index, list(guide))
