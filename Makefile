@@ -34,6 +34,7 @@ format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff format .
 
 bench: setup ## measure; compares within one run, so not part of test
+	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[bench]"
 	$(BIN)/python benchmarks/run.py
 
 clean: ## remove .venv, build leftovers and caches; out/ stays
