@@ -37,7 +37,7 @@ MAY_IMPORT = {
     "observation": "diagram snapshot systems",
     "configured": "errors resources scenario plant",
     "live_context": "errors parameters vehicle_parameters scenario plant systems diagram",
-    "script": "scenario",
+    "script": "scenario systems",
     "pilot_numbers": "errors",
     "session": "errors configured recording samples snapshot observation live_context script gains "
     "parameters pilot_numbers vehicle_parameters scenario plant systems diagram",

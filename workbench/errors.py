@@ -12,6 +12,10 @@ class WorkbenchError(Exception):
     """Bad input, said in one sentence: what, where, and what to do about it."""
 
 
+class FlightBrokenError(WorkbenchError):
+    """A flight that could not go on; what was flown until then is there."""
+
+
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     """Return the error for a `name` that is none of the `known` ones, with the nearest named."""
     names = sorted(map(str, known))

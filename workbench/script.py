@@ -1,9 +1,12 @@
-"""A scenario's script: what the pilot does, step by step."""
+"""What a scenario has flown: its script, step by step, and its path."""
 
 import math
 from collections.abc import Iterable, Iterator
 
-from workbench.scenario import Action
+from pydrake.trajectories import PiecewisePolynomial
+
+from workbench.scenario import Action, Scenario
+from workbench.systems.reference import figure_eight
 
 
 class Script:
@@ -30,3 +33,11 @@ class Script:
     def rewind(self) -> None:
         """Begin again."""
         self._done = 0
+
+
+def scenario_path(scenario: Scenario) -> PiecewisePolynomial | None:
+    """Return the path that a scenario flies beside its script, None where it has none."""
+    eight = scenario.figure_eight
+    if eight is None:
+        return None
+    return figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)

@@ -22,7 +22,7 @@ from workbench.configured import (
 from workbench.diagram.kept_samples import read_samples
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
-from workbench.errors import WorkbenchError, sentences, unknown_name
+from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
 from workbench.gains import flight_gains, remark_on_owner
 from workbench.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.observation import observe
@@ -34,13 +34,12 @@ from workbench.plant.worlds.world import World
 from workbench.recording import Recording
 from workbench.samples import Samples
 from workbench.scenario import REQUESTS, Action, Scenario, check_scenario
-from workbench.script import Script
+from workbench.script import Script, scenario_path
 from workbench.snapshot import Snapshot
 from workbench.systems.air.settings import gust_settings, push_settings
 from workbench.systems.cascade import Reference
 from workbench.systems.flight_mode import FlightMode, Request
 from workbench.systems.frame_poses import FrameTransforms
-from workbench.systems.reference import figure_eight
 from workbench.systems.sensors.readings import Reading
 from workbench.vehicle_parameters import check_settings
 
@@ -70,12 +69,6 @@ class Session:
         tell_remarks(description, self.vehicle)
         values = flight_gains(self.vehicle, self.scenario.vehicle.gains, settings)
         remark_on_owner(self.scenario.vehicle.gains, self.vehicle.name)
-        eight = self.scenario.figure_eight
-        path = (
-            figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)
-            if eight
-            else None
-        )
         self.world: World = read_configured_world(self.scenario)
         tell_world(self.world)
         self._bench: Workbench = make_workbench(
@@ -83,7 +76,7 @@ class Session:
             self.vehicle,
             values,
             self.scenario.rates,
-            path,
+            scenario_path(self.scenario),
             meshcat,
             self.world,
             choose_sensors(self.vehicle, self.scenario),
@@ -222,7 +215,7 @@ class Session:
         """Fly on for a time [s]; what does not make a whole physics step is owed to the next tick.
 
         Raises:
-            WorkbenchError: if the simulation cannot go on.
+            FlightBrokenError: if the simulation cannot go on.
         """
         if not isinstance(duration, Real) or not 0.0 <= duration < math.inf:
             raise WorkbenchError(f"cannot fly on for {duration!r:.60} s: give it a positive time")
@@ -311,6 +304,11 @@ class Session:
 
     def _advance(self, step: int | float) -> None:
         """Simulate up to a step."""
-        with sentences(f"the flight broke off after {self.time:.3f} s"):
+        try:
             self._live.simulator.AdvanceTo(step * self.scenario.rates.physics_step)
+        except (RuntimeError, SystemExit) as error:
+            reason = " ".join(str(error).split())
+            raise FlightBrokenError(
+                f"the flight broke off after {self.time:.3f} s: {reason}"
+            ) from error
         self._steps = int(step)

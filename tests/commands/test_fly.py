@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 
+from workbench.errors import FlightBrokenError
 from workbench.resources import find_scenario, list_scenarios, list_worlds
 from workbench.scenario import load_scenario
 from workbench.session import Session
@@ -193,6 +194,19 @@ def test_no_file_is_left_where_the_flight_fails(refused, monkeypatch, out):
     monkeypatch.setattr(Session, "run", fails)
     assert "broke off" in refused("fly", "hover", "--output", out)
     assert not out.parent.exists()
+
+
+def test_what_was_flown_before_a_flight_broke_off_is_written(run, monkeypatch, out):
+    def breaks(session, progress):
+        session.tick(0.5)
+        raise FlightBrokenError("the flight broke off after 0.500 s: as a test")
+
+    monkeypatch.setattr(Session, "run", breaks)
+    said = run("fly", "hover", "--sensors", "imu", "--output", out)
+    assert said.code == 1
+    assert "the flight broke off after 0.500 s: as a test; what was flown" in said.err
+    assert columns(out / "hover.csv")["t [s]"][-1] == pytest.approx(0.5, abs=0.01)
+    assert (out / "hover-imu.csv").is_file()
 
 
 def test_a_log_in_a_folder_that_cannot_be_is_refused(refused, tmp_path, out):

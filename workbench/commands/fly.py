@@ -20,7 +20,7 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.commands.shipped import print_shipped
-from workbench.errors import WorkbenchError
+from workbench.errors import FlightBrokenError, WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.flight_summary import FlightSummary
@@ -113,17 +113,21 @@ def run(args: argparse.Namespace) -> int:
             plot_flight(flown.recording, f"{name}: {title}", flown.world).savefig(plot)
     _report(title, flown, outputs.files, args.json)
     say_written(outputs.files)
+    if flown.broken:
+        say(f"{flown.broken}; what was flown until then is in the log")
+        return ExitCode.NOT_AS_DEMANDED
     return ExitCode.DONE
 
 
 @dataclass(frozen=True)
 class _Flown:
-    """A flight, where it was flown, and what its sensors did."""
+    """A flight, where it was flown, what its sensors did, and why it broke off, if it did."""
 
     recording: "Recording"
     world: "World"
     sensors: "tuple[SensorStatus, ...]" = ()
     samples: "tuple[Samples, ...]" = ()
+    broken: str = ""
 
 
 def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None) -> _Flown:
@@ -142,15 +146,23 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             return _Flown(recording, read_configured_world(scenario))
         from workbench.session import Session
 
+        broken = ""
         if page is None:
             session = Session(scenario, dict(args.set))
-            session.run(progress)
+            try:
+                session.run(progress)
+            except FlightBrokenError as error:  # what led to it is in the log
+                broken = str(error)
         else:
             from workbench.design.flight_page import fly_and_film
 
             session = fly_and_film(scenario, dict(args.set), page, progress)
         return _Flown(
-            session.recording(), session.world, session.snapshot().sensors, session.samples()
+            recording=session.recording(),
+            world=session.world,
+            sensors=() if broken else session.snapshot().sensors,
+            samples=session.samples(),
+            broken=broken,
         )
 
 
