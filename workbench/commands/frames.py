@@ -81,14 +81,12 @@ def _read(scenario: "Scenario") -> tuple["Vehicle", "World", "FrameTree"]:
     """Return the vehicle and the world of a scenario, and all frames."""
     from workbench.configured import read_configured, read_configured_world
     from workbench.plant.loading import make_vehicle
-    from workbench.plant.vehicle_frames import frame_tree
+    from workbench.plant.vehicle_frames import frames_in_world
 
     description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
     world = read_configured_world(scenario)
-    fixed = [(obstacle.name, obstacle.X_WO) for obstacle in world.obstacles]
-    moving = [(obstacle.name, obstacle.pose) for obstacle in world.moving]
-    return vehicle, world, frame_tree(vehicle, description.model, fixed, moving)
+    return vehicle, world, frames_in_world(vehicle, description.model, world)
 
 
 def _flown_to(

@@ -17,7 +17,7 @@ from workbench.plant.description import Description
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.reach import reach
 from workbench.plant.vehicle import Vehicle
-from workbench.plant.vehicle_frames import frame_tree
+from workbench.plant.vehicle_frames import frames_in_world
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario import Rates
 from workbench.systems.air.air import Air, add_air
@@ -167,12 +167,7 @@ def _add_frames(
     world: World,
 ) -> FramePoses:
     """Add the port of all frames."""
-    tree = frame_tree(
-        vehicle,
-        description.model,
-        fixed=[(obstacle.name, obstacle.X_WO) for obstacle in world.obstacles],
-        moving=[(moving.name, moving.pose) for moving in world.moving],
-    )
+    tree = frames_in_world(vehicle, description.model, world)
     frames = builder.AddNamedSystem("frames", FramePoses(tree))
     builder.Connect(airframe.state, frames.get_input_port())
     return frames

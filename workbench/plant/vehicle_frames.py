@@ -18,6 +18,7 @@ from workbench.plant.model import Model
 from workbench.plant.sensor_frames import SensorFrames, free_name, sensor_frames
 from workbench.plant.sensors import Sensor
 from workbench.plant.vehicle import Vehicle
+from workbench.plant.worlds.world import World
 
 X_SO = RigidTransform(RotationMatrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])))
 """Optical frame of a camera (z forward, x right, y down) in the sensor's own (x forward, z up)."""
@@ -59,6 +60,16 @@ def frame_tree(
     for name, motion in moving:
         frames.add(MovingFrame(free_name(frames.taken, name), motion))
     return FrameTree(tuple(frames.found))
+
+
+def frames_in_world(vehicle: Vehicle, model: Model, world: World) -> FrameTree:
+    """Return all frames of a drone in a world, obstacles included; see `frame_tree`."""
+    return frame_tree(
+        vehicle,
+        model,
+        fixed=[(obstacle.name, obstacle.X_WO) for obstacle in world.obstacles],
+        moving=[(moving.name, moving.pose) for moving in world.moving],
+    )
 
 
 class _Frames:

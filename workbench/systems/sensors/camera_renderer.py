@@ -40,7 +40,9 @@ GROUND_SIDE = 2000.0
 HORIZON = 1000.0
 """So far do cameras see colours [m]; the far clip is where depth ends, not the world."""
 
-_NEAREST = 1e-3
+NEAREST = 1e-3
+"""Depths from here on are drawn [m]."""
+
 _MOST_SAID = 300
 """So many characters of what Drake says are passed on."""
 _SKY = (0.72, 0.84, 0.95)
@@ -120,7 +122,7 @@ def render_cameras(
     info = CameraInfo(
         pinhole.width, pinhole.height, pinhole.fx, pinhole.fy, pinhole.cx + 0.5, pinhole.cy + 0.5
     )
-    nearest = max(near, _NEAREST)
+    nearest = max(near, NEAREST)
     clipping = ClippingRange(nearest / 4.0, max(HORIZON, 2.0 * far))
     core = RenderCameraCore(RENDERER, info, clipping, RigidTransform())
     return DepthRenderCamera(core, DepthRange(nearest, far)), ColorRenderCamera(core)

@@ -15,10 +15,11 @@ from pydrake.systems.sensors import ImageDepth32F, ImageRgba8U, RgbdSensor
 
 from workbench.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera
-from workbench.systems.sensors.camera_renderer import add_camera_renderer, render_cameras
+from workbench.systems.sensors.camera_renderer import NEAREST, add_camera_renderer, render_cameras
+from workbench.systems.sensors.counted_draws import drawn_bias, sample_draws
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.pinhole import R_SC, Pinhole, make_pinhole
-from workbench.systems.sensors.readings import DepthImage
+from workbench.systems.sensors.readings import DepthImage, fixed
 from workbench.systems.sensors.sampled_sensor import LATE
 
 MOST_PIXELS = 4_000_000
@@ -26,9 +27,6 @@ MOST_PIXELS = 4_000_000
 
 COLOUR_TYPES = ("rgbd", "rgbd_camera")
 """The types of sensor that have a colour picture too."""
-
-NEAREST = 1e-3
-"""Depths from here on are drawn [m]; the renderer has the same."""
 
 USUAL = 0.01
 """Deviation of a common one, from which a fault makes noise where the description has none [m]."""
@@ -67,9 +65,7 @@ class DepthCameraSystem(LeafSystem):
         self.latency = latency
         self._pinhole = camera_pinhole(sensor)
         self._seed = seed
-        self._bias = sensor.noise.bias_mean + sensor.noise.bias_stddev * float(
-            _generator(seed, [0, 0, 1, 0]).standard_normal()
-        )
+        self._bias = drawn_bias(sensor.noise, seed)
         self._kept = 1 + math.ceil(latency / period - LATE)
         self.DeclareNumericParameter(BasicVector([float(Fault.NONE)]))
         self.depth_input = self.DeclareAbstractInputPort("depth", Value(ImageDepth32F()))
@@ -115,14 +111,14 @@ class DepthCameraSystem(LeafSystem):
         X_WC = self.pose_input.Eval(context)
         colour = None
         if self.colour_input is not None:
-            colour = _fixed(self.colour_input.Eval(context).data[:, :, :3].copy())
+            colour = fixed(self.colour_input.Eval(context).data[:, :, :3].copy())
         return DepthImage(
             stamp=context.get_time(),
             frame=self.sensor.frame,
-            p_WS=_fixed(X_WC.translation()),
-            R_WS=_fixed(X_WC.rotation().matrix() @ R_SC.T),
+            p_WS=fixed(X_WC.translation()),
+            R_WS=fixed(X_WC.rotation().matrix() @ R_SC.T),
             pinhole=self._pinhole,
-            depth=_fixed(self._depth(context, scale)),
+            depth=fixed(self._depth(context, scale)),
             colour=colour,
         )
 
@@ -138,8 +134,8 @@ class DepthCameraSystem(LeafSystem):
         seen = np.isfinite(depth)
         measured: np.ndarray = depth + np.float32(offset)
         if deviation > 0.0:
-            counter = [0, 0, 0, round(context.get_time() / self.period)]
-            normal = _generator(self._seed, counter).standard_normal(depth.shape, np.float32)
+            number = round(context.get_time() / self.period)
+            normal = sample_draws(self._seed, number).standard_normal(depth.shape, np.float32)
             measured += np.float32(deviation) * normal
         if noise.precision > 0.0:
             measured = np.float32(noise.precision) * np.round(measured / noise.precision)
@@ -219,13 +215,3 @@ def camera_pinhole(sensor: DepthCamera) -> Pinhole:
             f"the {NEAREST:g} m from which on it is drawn"
         )
     return make_pinhole(sensor.width, sensor.height, sensor.horizontal_fov)
-
-
-def _generator(seed: int, counter: list[int]) -> np.random.Generator:
-    return np.random.Generator(np.random.Philox(key=seed, counter=counter))
-
-
-def _fixed(array: np.ndarray) -> np.ndarray:
-    """Return the array, which nobody can write to any more."""
-    array.flags.writeable = False
-    return array

@@ -13,8 +13,9 @@ from pydrake.systems.framework import BasicVector, Context
 from workbench.errors import WorkbenchError
 from workbench.plant.sensors import Lidar as LidarRecord
 from workbench.systems.casting.caster import Caster
+from workbench.systems.sensors.counted_draws import drawn_bias, sample_draws
 from workbench.systems.sensors.mounting import motion, rotation
-from workbench.systems.sensors.readings import LidarScan
+from workbench.systems.sensors.readings import LidarScan, fixed
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.sensors.scan_pattern import make_scan_pattern
 
@@ -72,9 +73,7 @@ class Lidar(SampledSensor):
         self._n = len(self.pattern.directions_S)
         super().__init__(size=self._n + POSE, period=period, latency=latency)
         self._seed = seed
-        self._bias = sensor.noise.bias_mean + sensor.noise.bias_stddev * float(
-            _generator(seed, [0, 0, 1, 0]).standard_normal()
-        )
+        self._bias = drawn_bias(sensor.noise, seed)
         self._p_BS = np.array(sensor.p_BS)
         self._R_BS = np.array(sensor.R_BS)
         self._q_BS = RotationMatrix(self._R_BS).ToQuaternion()
@@ -115,7 +114,7 @@ class Lidar(SampledSensor):
         seen = np.isfinite(ranges)
         if deviation > 0.0:
             number = round(context.get_time() / self.period)
-            normal = _generator(self._seed, [0, 0, 0, number]).standard_normal(self._n)
+            normal = sample_draws(self._seed, number).standard_normal(self._n)
             ranges += offset + deviation * normal
         else:
             ranges += offset
@@ -133,10 +132,10 @@ class Lidar(SampledSensor):
         return LidarScan(
             stamp=float(sample[0]),
             frame=self.sensor.frame,
-            p_WS=_fixed(p_WS),
-            R_WS=_fixed(rotation(q_WS)),
+            p_WS=fixed(p_WS),
+            R_WS=fixed(rotation(q_WS)),
             pattern=self.pattern,
-            ranges=_fixed(ranges.reshape(self.pattern.shape)),
+            ranges=fixed(ranges.reshape(self.pattern.shape)),
         )
 
     def _calc_ranges(self, context: Context, output: BasicVector) -> None:
@@ -144,13 +143,3 @@ class Lidar(SampledSensor):
 
     def _calc_scan(self, context: Context, output: Any) -> None:
         output.set_value(self.reading(context))
-
-
-def _generator(seed: int, counter: list[int]) -> np.random.Generator:
-    return np.random.Generator(np.random.Philox(key=seed, counter=counter))
-
-
-def _fixed(array: np.ndarray) -> np.ndarray:
-    """Return the array, which nobody can write to any more."""
-    array.flags.writeable = False
-    return array

@@ -171,3 +171,9 @@ class LidarScan(Reading):
     def points_W(self) -> np.ndarray:
         """Return the point cloud in the world, m x 3 [m]."""
         return self.p_WS + self.points_S() @ self.R_WS.T
+
+
+def fixed(array: np.ndarray) -> np.ndarray:
+    """Return the array, which nobody can write to any more."""
+    array.flags.writeable = False
+    return array
