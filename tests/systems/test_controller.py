@@ -7,6 +7,7 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from workbench.systems.cascade import Gains
 from workbench.systems.controller import CascadedController
 from workbench.systems.flight_law import law_constants, rotor_commands
+from workbench.systems.loop_points import closed_loops
 
 PORTS = ("state", "acceleration", "reference", "guidance")
 
@@ -25,7 +26,8 @@ def output(controller, context, signals) -> np.ndarray:
 def pure(vehicle, signals, gains) -> list[float]:
     commands = [0.0] * len(vehicle.rotors)
     whole = [1.0] * len(vehicle.rotors)
-    rotor_commands(*signals, gains, whole, law_constants(vehicle, 0.0), commands)
+    constants = law_constants(vehicle, 0.0)
+    rotor_commands(*signals, gains, whole, constants, closed_loops(), commands)
     return commands
 
 

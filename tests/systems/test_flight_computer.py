@@ -8,6 +8,7 @@ from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.cascade import Gains
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.flight_law import control_update, law_constants
+from workbench.systems.loop_points import closed_loops
 
 PERIOD = 1 / 128
 PORTS = ("state", "reference", "guidance")
@@ -21,7 +22,8 @@ def computer(vehicle, gains):
 def pure(vehicle, inputs, gains, memory, shares=(1.0, 1.0, 1.0, 1.0)):
     thrusts, after = np.zeros(4), np.zeros(11)
     constants, estimate = law_constants(vehicle, PERIOD), sampled_estimate(PERIOD)
-    control_update(*inputs, gains, shares, constants, estimate, memory, thrusts, after)
+    loops = closed_loops()
+    control_update(*inputs, gains, shares, constants, loops, estimate, memory, thrusts, after)
     return thrusts, after
 
 

@@ -21,14 +21,13 @@ from workbench.systems.cascade import (
 from workbench.systems.flight_law import (
     control_update,
     law_constants,
-    mass_velocity,
     packed,
     packed_update,
     rotor_commands,
-    still_air_drag,
-    thrust_attitude,
     unpacked,
 )
+from workbench.systems.flight_state import mass_velocity, still_air_drag, thrust_attitude
+from workbench.systems.loop_points import CLOSED, closed_loops
 from workbench.systems.mixer import mix
 from workbench.systems.rotor_response import rotor_period, step_rotor
 from workbench.systems.stopped_rotors import mix_without
@@ -39,19 +38,19 @@ WHOLE = [1.0] * 4
 
 def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
     found = [0.0] * 4
-    rotor_commands(*signals, gains, shares, constants, found)
+    rotor_commands(*signals, gains, shares, constants, closed_loops(), found)
     return found
 
 
 def commands_in_a_row(vehicle, signals, gains) -> list[float]:
     state, acceleration, reference, guide = signals
-    wanted = wanted_velocity(state[4:7], reference, guide, gains)
+    wanted = wanted_velocity(state[4:7], reference, guide, gains, closed_loops())
     rates = drag_rates(vehicle)
     drag = still_air_drag(state[:4], state[10:13], rates)
-    f_W = wanted_specific_force(state[10:13], acceleration, wanted, gains, drag)
+    f_W = wanted_specific_force(state[10:13], acceleration, wanted, gains, closed_loops(), drag)
     inertia = vehicle.inertia[np.triu_indices(3)].tolist()
     turn = (state[:4], state[7:10], f_W, wanted[3])
-    wrench = wanted_wrench(*turn, vehicle.mass, inertia, gains, rates.yaw)
+    wrench = wanted_wrench(*turn, vehicle.mass, inertia, gains, closed_loops(), rates.yaw)
     most = [rotor.motor_constant * rotor.max_rot_velocity**2 for rotor in vehicle.rotors]
     least = [0.01 * thrust for thrust in most]  # a tenth of the speed
     thrusts = [0.0] * 4
@@ -96,6 +95,7 @@ def updated(signals, gains, constants, memory, shares=WHOLE) -> tuple[np.ndarray
         gains,
         shares,
         constants,
+        closed_loops(),
         sampled_estimate(PERIOD),
         memory,
         thrusts,
@@ -136,7 +136,9 @@ def test_an_update_in_place_is_the_same(vehicle, gains, random_signals):
     state, _, reference, guide = signals
     thrusts = np.zeros(4)
     inputs = (state, reference, guide, gains, WHOLE)
-    control_update(*inputs, constants, sampled_estimate(PERIOD), memory, thrusts, memory)
+    control_update(
+        *inputs, constants, closed_loops(), sampled_estimate(PERIOD), memory, thrusts, memory
+    )
     assert memory.tolist() == after.tolist()
 
 
@@ -161,6 +163,7 @@ def test_the_packed_update_is_the_update(vehicle, gains, random_signals):
         np.array(gains),
         np.array(WHOLE),
         *packed(constants),
+        np.array(CLOSED),
         sampled_estimate(PERIOD),
         memory,
         thrusts,

@@ -12,7 +12,7 @@ from workbench.systems.rotor_lag import HeldRotors, make_continuous_lag
 
 UP, DOWN = 0.0125, 0.025
 PERIOD = 1 / 1024
-BLEND = 1.0
+BLEND = 3.0
 """Speed difference over which the two time constants blend [rad/s]."""
 LIMIT = 1100.0
 
@@ -64,7 +64,7 @@ COMMAND = np.array([1000.0, 200.0, 900.0, 300.0])
 
 @pytest.mark.parametrize(("time", "rotor_indices"), [(UP, (0, 2)), (DOWN, (1, 3))])
 def test_continuous_63_percent_of_the_way_takes_one_time_constant(rotors, time, rotor_indices):
-    """Half a rad/s of the blend, on a way of 600."""
+    """Within half of the blend, on a way of 600."""
     lag, simulator = continuous(rotors, BEGIN, COMMAND)
     done = way_done(simulator, lag.GetOutputPort("speeds").Eval, BEGIN, COMMAND, time)
     for index in rotor_indices:

@@ -12,7 +12,7 @@ from workbench.systems.rotor_response import rotor_period, split_error, step_rot
 
 UP, DOWN = 0.0125, 0.025
 PERIOD = 1 / 128
-BLEND = 1.0
+BLEND = 3.0
 """Speed difference over which the two time constants blend [rad/s]."""
 
 

@@ -16,6 +16,24 @@ from typing import Any, NamedTuple
 from numba.extending import register_jitable
 
 from workbench.plant.gravity import GRAVITY
+from workbench.systems.loop_points import (
+    FORCE_X,
+    FORCE_Y,
+    FORCE_Z,
+    PITCH,
+    PITCH_ACCELERATION,
+    POSITION_X,
+    POSITION_Y,
+    POSITION_Z,
+    ROLL,
+    ROLL_ACCELERATION,
+    VELOCITY_X,
+    VELOCITY_Y,
+    VELOCITY_Z,
+    YAW_ACCELERATION,
+    YAW_RATE,
+    passed,
+)
 from workbench.systems.obstacle_brake import braked
 
 Scalar = Any
@@ -108,7 +126,7 @@ BRAKE = Guidance._fields.index("brake")
 
 @register_jitable
 def wanted_velocity(
-    p_WB: Vector, reference: Vector, guidance: Vector, gains: Vector
+    p_WB: Vector, reference: Vector, guidance: Vector, gains: Vector, loops: Vector
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return velocity (x, y, z) in W and yaw rate: the reference or the hold, within limits.
 
@@ -117,6 +135,7 @@ def wanted_velocity(
         reference: see `Reference`.
         guidance: see `Guidance`.
         gains: see `Gains`.
+        loops: see `loop_points`.
     """
     x, y, z = p_WB
     v_x, v_y, v_z, yaw_rate, p_x, p_y, p_z, follow = reference
@@ -128,9 +147,13 @@ def wanted_velocity(
         # a pilot who steers is not pulled back while the mode has yet to notice
         hold_xy = 0.0
         hold_z = 0.0
-    v_x = authority * (v_x + follow * kp_xy * (p_x - x)) + hold_xy * kp_xy * (hold_x - x)
-    v_y = authority * (v_y + follow * kp_xy * (p_y - y)) + hold_xy * kp_xy * (hold_y - y)
-    v_z = authority * (v_z + follow * kp_z * (p_z - z)) + hold_z * kp_z * (hold_height - z) + climb
+    follow = authority * follow
+    e_x = passed(follow * (p_x - x) + hold_xy * (hold_x - x), POSITION_X, loops)
+    e_y = passed(follow * (p_y - y) + hold_xy * (hold_y - y), POSITION_Y, loops)
+    e_z = passed(follow * (p_z - z) + hold_z * (hold_height - z), POSITION_Z, loops)
+    v_x = authority * v_x + kp_xy * e_x
+    v_y = authority * v_y + kp_xy * e_y
+    v_z = authority * v_z + kp_z * e_z + climb
     yaw_rate = authority * yaw_rate
 
     speed_squared = v_x * v_x + v_y * v_y
@@ -158,7 +181,12 @@ def wanted_velocity(
 
 @register_jitable
 def wanted_specific_force(
-    v_WB: Vector, a_WB: Vector, wanted: Vector, gains: Vector, drag: Vector = NO_DRAG
+    v_WB: Vector,
+    a_WB: Vector,
+    wanted: Vector,
+    gains: Vector,
+    loops: Vector,
+    drag: Vector = NO_DRAG,
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Return force over mass [m/s²] in W, tilted no more than allowed.
 
@@ -170,15 +198,19 @@ def wanted_specific_force(
         a_WB: acceleration estimate for the derivative terms [m/s²].
         wanted: velocity [m/s] and yaw rate from `wanted_velocity`.
         gains: see `Gains`.
+        loops: see `loop_points`.
         drag: what the air is thought to take, over mass, in W [m/s²].
     """
     v_x, v_y, v_z = v_WB
     a_x, a_y, a_z = a_WB
     wanted_x, wanted_y, wanted_z, _ = wanted
     _, _, kp_x, kp_y, kp_z, kd_x, kd_y, kd_z, _, _, _, _, _, _, _, _, max_tilt, _ = gains
-    f_x = kp_x * (wanted_x - v_x) - kd_x * a_x + drag[0]
-    f_y = kp_y * (wanted_y - v_y) - kd_y * a_y + drag[1]
-    f_z = kp_z * (wanted_z - v_z) - kd_z * a_z + drag[2] + GRAVITY
+    e_x = passed(wanted_x - v_x, VELOCITY_X, loops)
+    e_y = passed(wanted_y - v_y, VELOCITY_Y, loops)
+    e_z = passed(wanted_z - v_z, VELOCITY_Z, loops)
+    f_x = passed(kp_x * e_x - kd_x * a_x + drag[0], FORCE_X, loops)
+    f_y = passed(kp_y * e_y - kd_y * a_y + drag[1], FORCE_Y, loops)
+    f_z = passed(kp_z * e_z - kd_z * a_z + drag[2], FORCE_Z, loops) + GRAVITY
     if f_z < LEAST_LIFT:
         f_z = LEAST_LIFT
     level_squared = f_x * f_x + f_y * f_y
@@ -199,6 +231,7 @@ def wanted_wrench(
     mass: float,
     inertia: Sequence[float],
     gains: Vector,
+    loops: Vector,
     yaw_drag: Scalar = 0.0,
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return the force along body z [N] and the moment about the centre of mass in B [N·m].
@@ -214,6 +247,7 @@ def wanted_wrench(
         mass: all-up mass [kg].
         inertia: I_BBcm_B as xx, xy, xz, yy, yz, zz [kg·m²].
         gains: see `Gains`.
+        loops: see `loop_points`.
         yaw_drag: angular acceleration that drag takes over the rate about body z [1/s].
     """
     w, x, y, z = q_WB
@@ -247,9 +281,12 @@ def wanted_wrench(
         e_y = scale * f_x
 
     _, _, _, _, _, _, _, _, kp_roll, kp_pitch, kd_roll, kd_pitch, kp_yaw, _, _, _, _, _ = gains
-    a_x = kp_roll * e_x + kd_roll * (r20 * yaw_rate - w_x)
-    a_y = kp_pitch * e_y + kd_pitch * (r21 * yaw_rate - w_y)
-    a_z = kp_yaw * (r22 * yaw_rate - w_z) + yaw_drag * w_z
+    e_x = passed(e_x, ROLL, loops)
+    e_y = passed(e_y, PITCH, loops)
+    e_z = passed(r22 * yaw_rate - w_z, YAW_RATE, loops)
+    a_x = passed(kp_roll * e_x + kd_roll * (r20 * yaw_rate - w_x), ROLL_ACCELERATION, loops)
+    a_y = passed(kp_pitch * e_y + kd_pitch * (r21 * yaw_rate - w_y), PITCH_ACCELERATION, loops)
+    a_z = passed(kp_yaw * e_z + yaw_drag * w_z, YAW_ACCELERATION, loops)
 
     xx, xy, xz, yy, yz, zz = inertia
     h_x = xx * w_x + xy * w_y + xz * w_z

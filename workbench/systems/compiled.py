@@ -18,17 +18,22 @@ from workbench.errors import WorkbenchError
 
 LAW = (
     "cascade.py",
+    "loop_points.py",
     "obstacle_brake.py",
     "mixer.py",
     "stopped_rotors.py",
     "rotor_response.py",
+    "flight_state.py",
     "flight_law.py",
 )
 """The files that the control law stands in, in this folder."""
 
 
 def compile_cached(
-    function: Callable[..., Any], sources: Sequence[str] = LAW, what: str = "the control law"
+    function: Callable[..., Any],
+    sources: Sequence[str] = LAW,
+    what: str = "the control law",
+    nogil: bool = False,
 ) -> Callable[..., Any]:
     """Return `function` compiled at its first call, which takes a few seconds once a machine.
 
@@ -38,17 +43,18 @@ def compile_cached(
         function: which compiles.
         sources: the files of all that it calls, from this folder; a change in one compiles anew.
         what: it computes, for people.
+        nogil: whether other Python threads may run meanwhile; worth it where a call takes long.
     """
     try:
         folder = cache_folder(_digest(sources)) / function.__name__
         folder.mkdir(exist_ok=True)
     except (WorkbenchError, OSError):  # it runs without a cache, too
-        return _Announced(numba.njit(function), what)
+        return _Announced(numba.njit(nogil=nogil)(function), what)
     new = not any(folder.iterdir())
     before = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
     try:
-        compiled = numba.njit(cache=True)(function)
+        compiled = numba.njit(cache=True, nogil=nogil)(function)
     finally:
         config.CACHE_DIR = before  # type: ignore[attr-defined]
     return _Announced(compiled, what) if new else compiled

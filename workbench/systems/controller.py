@@ -9,6 +9,10 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.cascade import Gains, Guidance, Reference
 from workbench.systems.flight_law import law_constants, rotor_commands
+from workbench.systems.loop_points import CLOSED, COUNT, SIGNALS
+
+GAINS, PROBES = range(2)
+"""Numeric parameters."""
 
 
 @TemplateSystem.define("CascadedController_", T_list=[float, AutoDiffXd])
@@ -23,6 +27,7 @@ def CascadedController_(T: Any) -> Any:
     Output port:
         commands (n): rotor speeds [rad/s].
     Numeric parameter 0: `cascade.Gains`.
+    Numeric parameter 1: gates and injections of the loop points (30), see `loop_points`.
     """
 
     class Impl(LeafSystem_[T]):
@@ -33,6 +38,7 @@ def CascadedController_(T: Any) -> Any:
             self._constants = law_constants(vehicle, 0.0)
             self._shares = [1.0] * len(vehicle.rotors)
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
+            self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in CLOSED]))
             self._state = self.DeclareVectorInputPort("state", 13)
             self._acceleration = self.DeclareVectorInputPort("acceleration", 3)
             self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
@@ -47,19 +53,30 @@ def CascadedController_(T: Any) -> Any:
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(self, vehicle=other.vehicle, gains=other.gains, converter=converter)
 
+        def loop_signals(self, context: Any) -> list[Any]:
+            """Return what comes to each of the loop points (15) now."""
+            return self._run(context)[1]
+
         def _calc_commands(self, context: Any, output: Any) -> None:
+            output.SetFromVector(self._run(context)[0])
+
+        def _run(self, context: Any) -> tuple[list[Any], list[Any]]:
+            """Return commands and signals at the loop points."""
             commands = [0.0] * len(self.vehicle.rotors)
+            probes = context.get_numeric_parameter(PROBES).CopyToVector().tolist()
+            loops = [*probes, *[0.0] * COUNT]
             rotor_commands(
                 self._state.Eval(context).tolist(),
                 self._acceleration.Eval(context).tolist(),
                 self._reference.Eval(context).tolist(),
                 self._guidance.Eval(context).tolist(),
-                context.get_numeric_parameter(0).CopyToVector().tolist(),
+                context.get_numeric_parameter(GAINS).CopyToVector().tolist(),
                 self._shares,
                 self._constants,
+                loops,
                 commands,
             )
-            output.SetFromVector(commands)
+            return commands, loops[SIGNALS:]
 
     return Impl
 

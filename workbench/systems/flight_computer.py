@@ -5,6 +5,7 @@ are one system here because of what was measured: each entry into Python from Dr
 some 20 µs, each further system half a microsecond at every physics step.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.cascade import Gains, Guidance, Reference
@@ -22,10 +24,11 @@ from workbench.systems.flight_law import (
     packed,
     packed_update,
 )
+from workbench.systems.loop_points import CLOSED, COUNT, SIGNALS
 
 THRUSTS, MEMORY = range(2)
 """Groups of the discrete state."""
-GAINS, SHARES = range(2)
+GAINS, SHARES, PROBES = range(3)
 """Numeric parameters."""
 
 compiled_update = compile_cached(packed_update)
@@ -45,24 +48,35 @@ def FlightComputer_(T: Any) -> Any:
             the acceleration estimate's filtered velocity [m/s].
     Numeric parameter 0: `cascade.Gains`.
     Numeric parameter 1: shares of their thrust that the rotors give (n), all of it to begin with.
+    Numeric parameter 2: gates and injections of the loop points (30), see `loop_points`.
+
+    The law knows `vehicle`; `rotors` are those that turn, where they differ from its own.
 
     With floats the law runs compiled, with AutoDiffXd as plain Python.
     """
 
     class Impl(LeafSystem_[T]):
         def _construct(
-            self, *, vehicle: Vehicle, gains: Gains, period: float, converter: Any = None
+            self,
+            *,
+            vehicle: Vehicle,
+            gains: Gains,
+            period: float,
+            rotors: Sequence[Rotor] | None = None,
+            converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
             self.vehicle = vehicle
             self.gains = gains
             self.period = period
             self._n = len(vehicle.rotors)
-            self._constants = law_constants(vehicle, period)
+            self.rotors = rotors
+            self._constants = law_constants(vehicle, period, rotors)
             self._body, self._rotors = packed(self._constants)
             self._estimate = sampled_estimate(period)
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
             self.DeclareNumericParameter(BasicVector_[T]([T(1.0)] * self._n))
+            self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in CLOSED]))
             self._state = self.DeclareVectorInputPort("state", 13)
             self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
             self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
@@ -77,6 +91,7 @@ def FlightComputer_(T: Any) -> Any:
                 vehicle=other.vehicle,
                 gains=other.gains,
                 period=other.period,
+                rotors=other.rotors,
                 converter=converter,
             )
 
@@ -95,6 +110,7 @@ def FlightComputer_(T: Any) -> Any:
                 context.get_numeric_parameter(SHARES).get_value(),
                 self._body,
                 self._rotors,
+                context.get_numeric_parameter(PROBES).get_value(),
                 self._estimate,
                 context.get_discrete_state(MEMORY).get_value(),
                 discrete_state.get_mutable_value(THRUSTS),
@@ -102,8 +118,18 @@ def FlightComputer_(T: Any) -> Any:
             )
 
         def _update(self, context: Any, discrete_state: Any) -> None:
+            thrusts, memory, _ = self.update(context)
+            discrete_state.set_value(THRUSTS, thrusts)
+            # a command cut to its limit has become a plain number
+            memory = [value if isinstance(value, T) else T(value) for value in memory]
+            discrete_state.set_value(MEMORY, memory)
+
+        def update(self, context: Any) -> tuple[list[Any], list[Any], list[Any]]:
+            """Return thrusts, memory and the signals at the loop points (15) of an update now."""
             thrusts: list[Any] = [0.0] * self._n
             memory: list[Any] = [0.0] * (2 * self._n + 3)
+            probes = context.get_numeric_parameter(PROBES).CopyToVector().tolist()
+            loops: list[Any] = [*probes, *[0.0] * COUNT]
             control_update(
                 self._state.Eval(context).tolist(),
                 self._reference.Eval(context).tolist(),
@@ -111,15 +137,13 @@ def FlightComputer_(T: Any) -> Any:
                 context.get_numeric_parameter(GAINS).CopyToVector().tolist(),
                 context.get_numeric_parameter(SHARES).CopyToVector().tolist(),
                 self._constants,
+                loops,
                 self._estimate,
                 context.get_discrete_state(MEMORY).CopyToVector().tolist(),
                 thrusts,
                 memory,
             )
-            discrete_state.set_value(THRUSTS, thrusts)
-            # a command cut to its limit has become a plain number
-            memory = [value if isinstance(value, T) else T(value) for value in memory]
-            discrete_state.set_value(MEMORY, memory)
+            return thrusts, memory, loops[SIGNALS:]
 
     return Impl
 

@@ -4,16 +4,19 @@ They run as plain Python with lists (floats or AutoDiffXd) and compiled with arr
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
 
 from workbench.plant.drag import drag_rates
-from workbench.plant.rotors import wrench_matrix
+from workbench.plant.rotors import Rotor, wrench_matrix
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.cascade import wanted_specific_force, wanted_velocity, wanted_wrench
+from workbench.systems.flight_state import mass_velocity, still_air_drag, thrust_attitude
+from workbench.systems.loop_points import COUNT, SIGNALS
 from workbench.systems.mixer import mix
 from workbench.systems.rotor_response import rotor_period, step_rotor
 from workbench.systems.stopped_rotors import any_stopped, mix_without
@@ -22,8 +25,6 @@ Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
-STILL = 1e-12
-"""Added to a squared speed, so that its root has a derivative at rest [m²/s²]."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
@@ -51,8 +52,17 @@ class LawConstants(NamedTuple):
     rotors: Any
 
 
-def law_constants(vehicle: Vehicle, period: float) -> LawConstants:
-    """Return the constants of a vehicle; `period` [s] is the control period, 0 for none."""
+def law_constants(
+    vehicle: Vehicle, period: float, rotors: Sequence[Rotor] | None = None
+) -> LawConstants:
+    """Return the constants of a vehicle.
+
+    Args:
+        vehicle: as the law knows it.
+        period: of control [s], 0 for none.
+        rotors: those that turn, if they are not as the law believes.
+    """
+    turning = vehicle.rotors if rotors is None else rotors
     frame = thrust_frame(vehicle)
     inertia = frame.inertia_T
     lever = vehicle.p_BoBcm_B if math.hypot(*vehicle.p_BoBcm_B) > NEAR else (0.0, 0.0, 0.0)
@@ -70,7 +80,7 @@ def law_constants(vehicle: Vehicle, period: float) -> LawConstants:
         idle_thrusts=frame.idle_thrusts.tolist(),
         max_thrusts=max_thrusts,
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
-        rotors=[rotor_period(rotor, period) for rotor in vehicle.rotors] if period else [],
+        rotors=[rotor_period(rotor, period) for rotor in turning] if period else [],
     )
 
 
@@ -105,67 +115,6 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
 
 
 @register_jitable
-def thrust_attitude(q_WB: Signal, q_BT: Signal) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return the orientation q_WT of the frame in which the rotors lift along z."""
-    w, x, y, z = q_WB
-    t_w, t_x, t_y, t_z = q_BT
-    return (
-        w * t_w - x * t_x - y * t_y - z * t_z,
-        w * t_x + x * t_w + y * t_z - z * t_y,
-        w * t_y - x * t_z + y * t_w + z * t_x,
-        w * t_z + x * t_y - y * t_x + z * t_w,
-    )
-
-
-@register_jitable
-def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the velocity of the centre of mass in W [m/s].
-
-    Rotors move that point; an origin far from it swings the wrong way at first when the drone
-    tilts, and a law that fed that back would chase its own tilting.
-    """
-    w, x, y, z = state[0:4]
-    p_x, p_y, p_z = p_BoBcm_B
-    s = 2.0 / (w * w + x * x + y * y + z * z)
-    t_x = s * (y * p_z - z * p_y)
-    t_y = s * (z * p_x - x * p_z)
-    t_z = s * (x * p_y - y * p_x)
-    l_x = p_x + w * t_x + y * t_z - z * t_y
-    l_y = p_y + w * t_y + z * t_x - x * t_z
-    l_z = p_z + w * t_z + x * t_y - y * t_x
-    w_x, w_y, w_z = state[7:10]
-    return (
-        state[10] + w_y * l_z - w_z * l_y,
-        state[11] + w_z * l_x - w_x * l_z,
-        state[12] + w_x * l_y - w_y * l_x,
-    )
-
-
-@register_jitable
-def still_air_drag(q_WT: Signal, v_WB: Signal, drag: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return what drag takes from a vehicle in still air, over mass, in W [m/s²].
-
-    Rotors that turn as in hover pull across their axis, the body against its velocity. The wind
-    is not known to the law.
-
-    Args:
-        q_WT: orientation of the frame in which the rotors lift along z.
-        v_WB: velocity [m/s].
-        drag: see `plant.drag.DragRates`.
-    """
-    w, x, y, z = q_WT
-    s = 2.0 / (w * w + x * x + y * y + z * z)
-    n_x = s * (x * z + w * y)
-    n_y = s * (y * z - w * x)
-    n_z = 1.0 - s * (x * x + y * y)
-    v_x, v_y, v_z = v_WB
-    across, squared, _ = drag
-    pull = across + squared * (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
-    along = across * (v_x * n_x + v_y * n_y + v_z * n_z)
-    return pull * v_x - along * n_x, pull * v_y - along * n_y, pull * v_z - along * n_z
-
-
-@register_jitable
 def rotor_commands(
     state: Signal,
     acceleration: Signal,
@@ -174,6 +123,7 @@ def rotor_commands(
     gains: Signal,
     shares: Signal,
     constants: LawConstants,
+    loops: Signal,
     commands: Signal,
 ) -> None:
     """Write the commanded rotor speeds (n) [rad/s] into `commands`.
@@ -187,15 +137,16 @@ def rotor_commands(
         shares: of their thrust that rotors give (n). The law knows which have stopped, with a
             share of 0, as motors report that; of weak ones it knows nothing.
         constants: of the vehicle.
+        loops: see `loop_points`.
         commands: n places.
     """
     n = len(constants.allocation)
     if guidance[1] > 0.0:
-        wanted = wanted_velocity(state[4:7], reference, guidance, gains)
+        wanted = wanted_velocity(state[4:7], reference, guidance, gains, loops)
         q_WT = thrust_attitude(state[0:4], constants.q_BT)
         v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
         drag = still_air_drag(q_WT, v_WBcm, constants.drag)
-        f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains, drag)
+        f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains, loops, drag)
         force, m_x, m_y, m_z = wanted_wrench(
             q_WT,
             state[7:10],
@@ -204,6 +155,7 @@ def rotor_commands(
             constants.mass,
             constants.inertia,
             gains,
+            loops,
             constants.drag[2],
         )
         if any_stopped(shares):
@@ -235,6 +187,7 @@ def control_update(
     gains: Signal,
     shares: Signal,
     constants: LawConstants,
+    loops: Signal,
     estimate: tuple[float, float],
     memory: Signal,
     thrusts: Signal,
@@ -252,6 +205,7 @@ def control_update(
         gains: see there.
         shares: see there; a rotor that stops gives all of its thrust while it runs down.
         constants: see there.
+        loops: see there.
         estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
         memory: (2 n + 3).
         thrusts: n places for mean thrusts until the next update [N].
@@ -263,7 +217,9 @@ def control_update(
     e_y = state[11] - memory[2 * n + 1]
     e_z = state[12] - memory[2 * n + 2]
     acceleration = (rate * e_x, rate * e_y, rate * e_z)
-    rotor_commands(state, acceleration, reference, guidance, gains, shares, constants, thrusts)
+    rotor_commands(
+        state, acceleration, reference, guidance, gains, shares, constants, loops, thrusts
+    )
     for i in range(n):
         command = thrusts[i]
         limit = constants.rotors[i][1]
@@ -288,13 +244,29 @@ def packed_update(
     shares: np.ndarray,
     body: np.ndarray,
     rotors: np.ndarray,
+    probes: np.ndarray,
     estimate: tuple[float, float],
     memory: np.ndarray,
     thrusts: np.ndarray,
     next_memory: np.ndarray,
 ) -> None:
-    """Do `control_update` with packed constants; this is what gets compiled."""
+    """Do `control_update` with packed constants; this is what gets compiled.
+
+    `probes` are gates and injections of the loop points (30).
+    """
     constants = unpacked(body, rotors)
+    loops = np.empty(SIGNALS + COUNT)
+    loops[:SIGNALS] = probes
     control_update(
-        state, reference, guidance, gains, shares, constants, estimate, memory, thrusts, next_memory
+        state,
+        reference,
+        guidance,
+        gains,
+        shares,
+        constants,
+        loops,
+        estimate,
+        memory,
+        thrusts,
+        next_memory,
     )

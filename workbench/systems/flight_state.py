@@ -1,0 +1,73 @@
+"""What the law reads off the plant's state: attitude, motion of the mass, and drag."""
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+Scalar = Any
+Signal = Any
+"""A sequence of scalars: a list in Python, an array in compiled code."""
+
+STILL = 1e-12
+"""Added to a squared speed, so that its root has a derivative at rest [m²/s²]."""
+
+
+@register_jitable
+def thrust_attitude(q_WB: Signal, q_BT: Signal) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the orientation q_WT of the frame in which the rotors lift along z."""
+    w, x, y, z = q_WB
+    t_w, t_x, t_y, t_z = q_BT
+    return (
+        w * t_w - x * t_x - y * t_y - z * t_z,
+        w * t_x + x * t_w + y * t_z - z * t_y,
+        w * t_y - x * t_z + y * t_w + z * t_x,
+        w * t_z + x * t_y - y * t_x + z * t_w,
+    )
+
+
+@register_jitable
+def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the velocity of the centre of mass in W [m/s].
+
+    Rotors move that point; an origin far from it swings the wrong way at first when the drone
+    tilts, and a law that fed that back would chase its own tilting.
+    """
+    w, x, y, z = state[0:4]
+    p_x, p_y, p_z = p_BoBcm_B
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    t_x = s * (y * p_z - z * p_y)
+    t_y = s * (z * p_x - x * p_z)
+    t_z = s * (x * p_y - y * p_x)
+    l_x = p_x + w * t_x + y * t_z - z * t_y
+    l_y = p_y + w * t_y + z * t_x - x * t_z
+    l_z = p_z + w * t_z + x * t_y - y * t_x
+    w_x, w_y, w_z = state[7:10]
+    return (
+        state[10] + w_y * l_z - w_z * l_y,
+        state[11] + w_z * l_x - w_x * l_z,
+        state[12] + w_x * l_y - w_y * l_x,
+    )
+
+
+@register_jitable
+def still_air_drag(q_WT: Signal, v_WB: Signal, drag: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return what drag takes from a vehicle in still air, over mass, in W [m/s²].
+
+    Rotors that turn as in hover pull across their axis, the body against its velocity. The wind
+    is not known to the law.
+
+    Args:
+        q_WT: orientation of the frame in which the rotors lift along z.
+        v_WB: velocity [m/s].
+        drag: see `plant.drag.DragRates`.
+    """
+    w, x, y, z = q_WT
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    n_x = s * (x * z + w * y)
+    n_y = s * (y * z - w * x)
+    n_z = 1.0 - s * (x * x + y * y)
+    v_x, v_y, v_z = v_WB
+    across, squared, _ = drag
+    pull = across + squared * (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
+    along = across * (v_x * n_x + v_y * n_y + v_z * n_z)
+    return pull * v_x - along * n_x, pull * v_y - along * n_y, pull * v_z - along * n_z

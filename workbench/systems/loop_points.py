@@ -1,0 +1,81 @@
+"""The places where a signal of the law can be cut, scaled, added to or measured.
+
+At each the law passes on gate times signal plus injection. With gates of 1 and injections of 0, as
+in every normal flight, that changes no bit. A loop is opened by its gate, delayed or driven by its
+injection, and its transfer functions are derivatives by injections: linear models, margins and
+their proof in flight all go through here.
+"""
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+Scalar = Any
+Signal = Any
+"""A sequence of scalars: a list in Python, an array in compiled code."""
+
+POINTS = (
+    "position_x_error",
+    "position_y_error",
+    "position_z_error",
+    "velocity_x_error",
+    "velocity_y_error",
+    "velocity_z_error",
+    "acceleration_x",
+    "acceleration_y",
+    "acceleration_z",
+    "roll_error",
+    "pitch_error",
+    "yaw_rate_error",
+    "roll_acceleration",
+    "pitch_acceleration",
+    "yaw_acceleration",
+)
+"""Errors [m, m/s, 1, rad/s] and what follows from them: specific force in W, without gravity
+[m/s²], and angular acceleration about the axes of the frame that hovers upright [rad/s²]. The
+errors of roll and pitch are twice the sine of half the angle, about x and y of that frame."""
+
+COUNT = len(POINTS)
+GATES = 0
+INJECTIONS = COUNT
+SIGNALS = 2 * COUNT
+"""Where the three parts of a `loops` sequence begin; the third is written by the law."""
+
+(
+    POSITION_X,
+    POSITION_Y,
+    POSITION_Z,
+    VELOCITY_X,
+    VELOCITY_Y,
+    VELOCITY_Z,
+    FORCE_X,
+    FORCE_Y,
+    FORCE_Z,
+    ROLL,
+    PITCH,
+    YAW_RATE,
+    ROLL_ACCELERATION,
+    PITCH_ACCELERATION,
+    YAW_ACCELERATION,
+) = range(COUNT)
+
+CLOSED = (1.0,) * COUNT + (0.0,) * COUNT
+"""Gates and injections of a normal flight."""
+
+
+def closed_loops() -> list[float]:
+    """Return a `loops` sequence of a normal flight."""
+    return [*CLOSED, *[0.0] * COUNT]
+
+
+@register_jitable
+def passed(signal: Scalar, point: int, loops: Signal) -> Scalar:
+    """Return what goes on from a point, and note what came there.
+
+    Args:
+        signal: that comes.
+        point: its place in `POINTS`.
+        loops: gates, injections, and places for the signals, one each a point.
+    """
+    loops[SIGNALS + point] = signal
+    return loops[GATES + point] * signal + loops[INJECTIONS + point]
