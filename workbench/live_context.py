@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, System
 
+from workbench.diagram.core import STATE_DELAY
 from workbench.diagram.workbench import Workbench
 from workbench.errors import WorkbenchError, sentences
 from workbench.parameters import SENSOR_KINDS, Parameter, find_parameter, parameters_of
@@ -133,8 +134,18 @@ class LiveContext:
         )
         speeds = frame.hover_speeds if flying else np.zeros(len(vehicle.rotors))
         bench.computer.set_rotors(self._of(bench.computer), speeds, np.array(start.velocity))
+        self._fill_delay()
         mode = FlightMode.HOVERING if flying else FlightMode.OFF
         bench.modes.set_mode(self._of(bench.modes), initial_state(mode, p_WB), p_WB)
+
+    def _fill_delay(self) -> None:
+        """Let a controller that sees the state late have seen the start until now."""
+        if self._bench.diagram.HasSubsystemNamed(STATE_DELAY):
+            context = self._of(self._bench.diagram.GetSubsystemByName(STATE_DELAY))
+            plant = self._bench.airframe.plant
+            state = plant.GetPositionsAndVelocities(self._of(plant))
+            seen = context.get_discrete_state_vector().size() // state.size
+            context.SetDiscreteState(np.tile(state, seen))
 
     def _of(self, system: System) -> Context:
         """Return a subsystem's part of the Context."""

@@ -13,6 +13,7 @@ from workbench.errors import sentences
 from workbench.live_context import start_position
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import place_vehicle
+from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
 from workbench.scenario import Scenario, check_scenario
@@ -43,7 +44,8 @@ def fly_open_loop(
     commands = load_rotor_commands(table, vehicle)
     world = read_configured_world(scenario)
     tell_world(world)
-    bench = make_open_loop(description, vehicle, scenario.rates, commands, world)
+    flown = varied(description, vehicle, scenario.vehicle.variation)
+    bench = make_open_loop(flown, vehicle, scenario.rates, commands, world)
     simulator = Simulator(bench.diagram)
     _start(simulator, bench, scenario, vehicle, commands)
     slices = math.ceil(4.0 * scenario.duration)

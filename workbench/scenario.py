@@ -9,6 +9,7 @@ from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
 from workbench.errors import WorkbenchError
 from workbench.parameters import checked
+from workbench.plant.variation import Variation
 from workbench.resources import find_file, find_model, find_world
 from workbench.sensors_config import SensorsConfig, check_sensors
 from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
@@ -43,7 +44,7 @@ class VehicleConfig:
 
     A shipped model's name or the path of a description, arguments for its xacro file, folders of
     packages and models that it refers to, by name, and the paths of a file of rotors for a
-    description that has none, and of a gain file.
+    description that has none, and of a gain file; and how what flies differs from all that.
     """
 
     model: str = "dh_drone"
@@ -51,6 +52,7 @@ class VehicleConfig:
     packages: dict[str, str] = field(default_factory=dict)
     rotors: str = ""
     gains: str = ""
+    variation: Variation = field(default_factory=Variation)
 
 
 @dataclass
@@ -199,6 +201,7 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         if steps < 1.0 or not float(steps).is_integer():
             raise refuse(("rates", rate.name), f"must be a multiple of the physics step {step:g} s")
     check_sensors(scenario.sensors, refuse)
+    scenario.vehicle.variation.check(file.where("vehicle", "variation") if file else "")
     for index, action in enumerate(scenario.script):
         keys: Keys = ("script", index)
         if action.request is not None and action.request not in REQUESTS:

@@ -29,6 +29,7 @@ from workbench.observation import observe
 from workbench.parameters import checked, find_parameter
 from workbench.pilot_numbers import finite
 from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.recording import Recording
@@ -66,13 +67,14 @@ class Session:
         check_scenario(self.scenario)
         description = read_configured(self.scenario.vehicle)
         self.vehicle: Vehicle = make_vehicle(description)
+        variation = self.scenario.vehicle.variation
         tell_remarks(description, self.vehicle)
         values = flight_gains(self.vehicle, self.scenario.vehicle.gains, settings)
         remark_on_owner(self.scenario.vehicle.gains, self.vehicle.name)
         self.world: World = read_configured_world(self.scenario)
         tell_world(self.world)
         self._bench: Workbench = make_workbench(
-            description,
+            varied(description, self.vehicle, variation),
             self.vehicle,
             values,
             self.scenario.rates,
@@ -81,6 +83,7 @@ class Session:
             self.world,
             choose_sensors(self.vehicle, self.scenario),
             self.scenario.sensors.seed,
+            variation.control_delay,
         )
         self._values = values
         for action in self.scenario.script:

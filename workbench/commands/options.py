@@ -1,11 +1,12 @@
 """Options that several commands share, and what they make of a scenario."""
 
 import argparse
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.errors import WorkbenchError
+from workbench.errors import WorkbenchError, unknown_name
 from workbench.parameters import parse_setting
 
 if TYPE_CHECKING:
@@ -56,6 +57,15 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="value of a live parameter, as kp_velocity_z=6; `workbench params` lists them; may be "
         "repeated",
+    )
+    group.add_argument(
+        "--vary",
+        action="append",
+        type=parse_variation,
+        default=[],
+        metavar="NAME=VALUE",
+        help="let what flies differ from what the controller knows: factors on mass, inertia, "
+        "rotor_lag, and control_delay in control periods, as mass=1.05; may be repeated",
     )
 
 
@@ -153,6 +163,26 @@ def parse_package(text: str) -> tuple[str, str]:
     return name.strip(), folder.strip()
 
 
+def parse_variation(text: str) -> tuple[str, float]:
+    """Return name and value of a variation written NAME=VALUE.
+
+    Raises:
+        WorkbenchError: if it is not of that form, or unknown.
+    """
+    from workbench.plant.variation import Variation
+
+    name, equals, value = text.partition("=")
+    names = [field.name for field in dataclasses.fields(Variation)]
+    if not equals:
+        raise WorkbenchError(f"'{text}' is no variation: write NAME=VALUE, as mass=1.05")
+    if name.strip() not in names:
+        raise unknown_name("variation", name.strip(), names)
+    try:
+        return name.strip(), int(value) if name.strip() == "control_delay" else float(value)
+    except ValueError:
+        raise WorkbenchError(f"the variation of {name} is '{value}': give it a number") from None
+
+
 def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     """Give a scenario the vehicle and the world that the command line names, and return it.
 
@@ -167,6 +197,9 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
     if args.gains:
         scenario.vehicle.gains = args.gains
+    variation = dataclasses.replace(scenario.vehicle.variation, **dict(args.vary))
+    variation.check()
+    scenario.vehicle.variation = variation
     scenario.world = args.world or scenario.world
     return scenario
 

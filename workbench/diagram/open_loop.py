@@ -45,7 +45,7 @@ def make_open_loop(
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
     rotors = builder.AddNamedSystem(
-        "rotors", HeldRotors(rotors=vehicle.rotors, period=rates.physics_step)
+        "rotors", HeldRotors(rotors=description.rotors, period=rates.physics_step)
     )
     playback = builder.AddNamedSystem("rotor_playback", make_rotor_playback(commands))
     builder.Connect(playback.get_output_port(), rotors.get_input_port())

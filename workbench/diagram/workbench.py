@@ -69,12 +69,13 @@ def make_workbench(
     world: World = EMPTY,
     sensors: Sequence[SensorChoice] = (),
     seed: int = 0,
+    control_delay: int = 0,
 ) -> Workbench:
     """Return the core with pilot, path, flight mode, battery, sensors and recorder around it.
 
     Args:
-        description: what flies.
-        vehicle: its record.
+        description: what flies, which may be a variation, see `plant.variation`.
+        vehicle: as the controller knows it.
         gains: a value for every row of the parameter table, by name.
         rates: periods of everything that is sampled.
         path: `cascade.Reference` vectors over time, added to the pilot's, if there is one.
@@ -82,13 +83,16 @@ def make_workbench(
         world: what is around the vehicle.
         sensors: those that measure.
         seed: of their noise; that of the air is set with its Context.
+        control_delay: control periods by which the controller sees the state late.
     """
     builder = DiagramBuilder()
     airframe, wrench = add_airframe_in_air(
         builder, description, vehicle, physics_step=rates.physics_step, world=world
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
-    computer = add_computer(builder, airframe, vehicle, gains, rates)
+    computer = add_computer(
+        builder, airframe, description.rotors, vehicle, gains, rates, control_delay
+    )
     settings = AirSettings(**parameter_values("air", gains))
     rotor_memory = computer.GetOutputPort("memory")
     air = add_air(
