@@ -1,0 +1,34 @@
+import pytest
+
+from workbench.design.linear.operating_point import OperatingPoint, parse_point
+from workbench.errors import WorkbenchError
+
+
+@pytest.mark.parametrize(
+    ("text", "point"),
+    [
+        ("hover", OperatingPoint()),
+        ("vx=5, vz=-1", OperatingPoint(velocity=(5.0, 0.0, -1.0))),
+        ("yaw_rate=0.2,ay=3", OperatingPoint(yaw_rate=0.2, acceleration=(0.0, 3.0, 0.0))),
+        ("hold=1", OperatingPoint(hold=True)),
+    ],
+)
+def test_a_text_names_a_point_and_back(text, point):
+    assert parse_point(text) == point
+    assert parse_point(point.label) == point
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("speed=3", "unknown quantity of an operating point 'speed'"),
+        ("vx=fast", "'vx=fast' is no part of an operating point"),
+        ("vx", "'vx' is no part"),
+        ("vx=nan", "give finite numbers"),
+        ("vx=1,hold=1", "a place is held in hover only"),
+        ("", "unknown quantity"),
+    ],
+)
+def test_what_is_no_point_is_said(text, said):
+    with pytest.raises(WorkbenchError, match=said.replace("(", r"\(")):
+        parse_point(text)

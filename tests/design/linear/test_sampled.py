@@ -1,0 +1,151 @@
+"""Oracles: AutoDiff through the wired diagram, differences of flights, and small flown steps."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
+from pydrake.systems.analysis import Simulator_
+
+from workbench.design.linear.operating_point import parse_point
+from workbench.design.linear.study import LinearStudy
+from workbench.design.linear.trim import guidance_of, memory_of, reference_of
+from workbench.design.step_response import fly_step
+from workbench.diagram.sampled_core import make_sampled_core
+from workbench.errors import WorkbenchError
+from workbench.plant.variation import Variation
+from workbench.scenario import Scenario, VehicleConfig
+
+
+def quaternion_rows(q_WB: np.ndarray) -> np.ndarray:
+    """Return dq by a small rotation vector in W, by the quaternion product (1, a/2) q."""
+    columns = []
+    for axis in np.eye(3):
+        v, (w, *u) = axis / 2, q_WB
+        columns.append([-v @ u, *(w * v + np.cross(v, u))])
+    return np.array(columns).T
+
+
+def period_matrix(study, trim) -> np.ndarray:
+    """Return the state's derivatives through a period of the diagram, in W (33, 33)."""
+    core = make_sampled_core(study._flown, study.vehicle, study.gains, study.scenario.rates)
+    diagram = core.diagram.ToAutoDiffXd()
+    simulator = Simulator_[AutoDiffXd](diagram)
+    root = simulator.get_mutable_context()
+
+    def of(system):
+        copy = diagram.GetSubsystemByName(system.get_name())
+        return copy.GetMyMutableContextFromRoot(root)
+
+    memory = memory_of(trim, study._rate)
+    update = study._derivatives.update(trim.state, memory, reference_of(trim), guidance_of(trim))
+    values = np.concatenate([trim.state, update.thrusts, memory, update.wrench])
+    seeds = np.zeros((34, 33))
+    seeds[0:4, 0:3] = quaternion_rows(trim.q_WB)
+    seeds[4:, 3:] = np.eye(30)
+    x = InitializeAutoDiff(values, seeds)
+    plant, computer, held = of(core.plant), of(core.computer), of(core.held_drag)
+    plant.SetDiscreteState(0, x[:13])
+    computer.SetDiscreteState(0, x[13:17])
+    computer.SetDiscreteState(1, x[17:28])
+    held.SetDiscreteState(x[28:])
+    diagram.GetInputPort("reference").FixValue(root, reference_of(trim))
+    diagram.GetInputPort("guidance").FixValue(root, guidance_of(trim))
+    simulator.Initialize()  # the update at 0 stands in the first period
+    simulator.AdvanceTo(study.scenario.rates.control_period)
+    parts = [plant.get_discrete_state(0), computer.get_discrete_state(0)]
+    parts += [computer.get_discrete_state(1), held.get_discrete_state(0)]
+    rows = np.vstack([ExtractGradient(part.CopyToVector()) for part in parts])
+    q_after = np.array([v.value() for v in parts[0].CopyToVector()[:4]])
+    angles = np.linalg.pinv(quaternion_rows(q_after)) @ rows[0:4]
+    return np.vstack([angles, rows[4:]])
+
+
+@pytest.mark.parametrize(
+    "text", ["hover", "vx=5,vy=-2", "vz=3", "yaw_rate=0.3", "vx=3,yaw_rate=0.3"]
+)
+def test_it_is_the_derivative_through_a_period_of_the_diagram(study, text):
+    model = study.sampled(parse_point(text))
+    wanted = period_matrix(study, model.trim)
+    angle = model.trim.point.yaw_rate * model.period
+    back = np.array(
+        [[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+    )
+    for block in (0, 3, 6, 9, 24):
+        wanted[block : block + 3] = back @ wanted[block : block + 3]
+    assert np.abs(model.A - wanted).max() < 1e-9 * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize(
+    ("axis", "amplitude", "shown"),
+    [("x", 0.02, "v_x"), ("y", -0.02, "v_y"), ("z", 0.01, "v_z"), ("yaw", 0.002, "w_z")],
+)
+def test_small_steps_flown_and_linear_agree(study, axis, amplitude, shown):
+    step = fly_step(axis, amplitude, duration=2.0)
+    asked = "reference_yaw_rate" if axis == "yaw" else f"reference_v_{axis}"
+    linear = linear_step(study.sampled(), asked, shown, len(step.time))
+    assert np.abs(step.response - amplitude * linear).max() < 0.005 * abs(amplitude)
+
+
+def linear_step(model, asked, shown, count) -> np.ndarray:
+    b, c = model.B([asked])[:, 0], model.C([shown])[0]
+    x, found = np.zeros(len(b)), []
+    for _ in range(count):
+        found.append(c @ x)
+        x = model.A @ x + b
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("variation", "axis"),
+    [
+        (Variation(inertia=1.3), "x"),
+        (Variation(rotor_lag=1.5), "x"),
+        (Variation(control_delay=1), "x"),
+        (Variation(control_delay=3), "y"),
+    ],
+)
+def test_a_varied_vehicle_flies_as_its_linear_model(study, variation, axis):
+    scenario = Scenario(vehicle=VehicleConfig(variation=variation))
+    step = fly_step(axis, 0.02, duration=1.5, scenario=scenario)
+    asked, shown = f"reference_v_{axis}", f"v_{axis}"
+    linear = linear_step(LinearStudy(scenario).sampled(), asked, shown, len(step.time))
+    assert np.abs(step.response - 0.02 * linear).max() < 0.005 * 0.02
+    nominal = linear_step(study.sampled(), asked, shown, len(step.time))
+    assert np.abs(linear - nominal).max() > 0.005
+
+
+def test_noise_on_a_measurement_acts_as_the_measured_thing_does(study):
+    """Through the law alone: a step later the rotors' commands differ as if it had moved."""
+    model = study.sampled()
+    commands = [model.state_names.index(f"command_{i}") for i in (1, 2, 3, 4)]
+    for place, name in enumerate(model.state_names[:12]):
+        noise = model.B([f"noise_{name}"])[commands, 0]
+        assert noise == pytest.approx(model.A[commands, place], abs=1e-9)
+
+
+def test_a_cut_loop_answers_its_injection_with_the_loop(study):
+    """1 + L = det(zI - A) / det(zI - A_cut), and no signal goes round a cut loop at once."""
+    model = study.sampled()
+    for point in ("acceleration_x", "pitch_error", "yaw_acceleration"):
+        A, b, c = model.cut(point)
+        assert model.D([point], [point]) == pytest.approx(0.0, abs=1e-12)
+        L = model.open_loop(point)
+        for w in (1.0, 8.0, 50.0):
+            z = np.exp(1j * w * model.period)
+            ratio = np.linalg.det(z * np.eye(33) - model.A) / np.linalg.det(z * np.eye(33) - A)
+            assert 1 + complex(L(z)) == pytest.approx(ratio, rel=1e-6)
+
+
+def test_a_turn_with_a_late_controller_is_refused():
+    scenario = Scenario(vehicle=VehicleConfig(variation=Variation(control_delay=1)))
+    with pytest.raises(WorkbenchError, match="leave one out"):
+        LinearStudy(scenario).sampled(parse_point("yaw_rate=0.2"))
+
+
+def test_a_place_is_held_by_its_own_loop(study):
+    held = study.sampled(parse_point("hold=1"))
+    x = np.abs(np.linalg.eigvals(held.A))
+    assert (x > 1.0 - 1e-9).sum() == 1  # yaw alone drifts
+    step = dataclasses.replace(held).state_space(["reference_p_z"], ["p_z"])
+    assert float(np.real(step.dcgain())) == pytest.approx(1.0, rel=1e-6)

@@ -1,0 +1,120 @@
+"""`workbench linearize`: exact linear models, for python-control and for people."""
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_vehicle_options,
+    flown_with,
+    with_vehicle,
+)
+from workbench.commands.printing import print_json, print_table
+
+if TYPE_CHECKING:
+    import control
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "linearize",
+        "Give the exact linear model of the closed loop, the vehicle, or an opened loop, at a trim "
+        "point: its order and poles, or with --json its matrices with the names of all signals.",
+        "workbench linearize --at vx=5 --loop pitch --minimal",
+        run,
+    )
+    add_vehicle_options(parser)
+    parser.add_argument(
+        "--at",
+        default="hover",
+        metavar="POINT",
+        help="hover, or as vx=5,vz=-1,yaw_rate=0.2, in m/s and rad/s; ax, ay, az [m/s²] for an "
+        "instant of an accelerated flight; hold=1 while a place is held (default: hover)",
+    )
+    parser.add_argument(
+        "--loop",
+        default="closed",
+        metavar="NAME",
+        help="closed, vehicle, or the loop to open: velocity_x, velocity_y, velocity_z, roll, "
+        "pitch, yaw_rate, position_x, position_y, position_z (default: closed)",
+    )
+    parser.add_argument(
+        "--cut", default="actuator", metavar="PLACE", help="open it at its actuator or its error"
+    )
+    parser.add_argument(
+        "--time",
+        default="sampled",
+        metavar="KIND",
+        help="sampled, with hold and delay as they fly, or continuous (default: sampled)",
+    )
+    parser.add_argument(
+        "--inputs", metavar="NAME[,NAME]", help="inputs wanted (default: what the pilot asks for)"
+    )
+    parser.add_argument(
+        "--outputs", metavar="NAME[,NAME]", help="outputs wanted (default: velocity and yaw rate)"
+    )
+    parser.add_argument(
+        "--minimal", action="store_true", help="leave out what plays no part between them"
+    )
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Linearise and print."""
+    from workbench.design.linear.linearize import linearize
+    from workbench.scenario import Scenario
+
+    system = linearize(
+        with_vehicle(Scenario(), args),
+        at=args.at,
+        loop=args.loop,
+        cut=args.cut,
+        time=args.time,
+        inputs=_names(args.inputs),
+        outputs=_names(args.outputs),
+        gains=dict(args.set),
+        minimal=args.minimal,
+    )
+    if args.json:
+        print_json(
+            {
+                "at": args.at,
+                "loop": args.loop,
+                "period": float(system.dt),
+                "states": [] if args.minimal else list(system.state_labels),
+                "inputs": list(system.input_labels),
+                "outputs": list(system.output_labels),
+                **{name: getattr(system, name).tolist() for name in "ABCD"},
+            }
+        )
+    else:
+        _print(system, args)
+    return ExitCode.DONE
+
+
+def _print(system: "control.StateSpace", args: argparse.Namespace) -> None:
+    """Print order and poles, fast ones last, in the words of `control.damp`."""
+    import numpy as np
+
+    kind = f"sampled each {1e3 * system.dt:.4g} ms" if system.dt else "continuous"
+    print(f"{args.loop} at {args.at}, {kind}, {flown_with(args)}: {system.nstates} states")
+    print(f"inputs:  {', '.join(system.input_labels)}")
+    print(f"outputs: {', '.join(system.output_labels)}")
+    frequencies, dampings, poles = system.damp()
+    rows = [
+        (f"{pole:.5g}", f"{frequency:.4g}", f"{damping:.3f}")
+        for frequency, damping, pole in sorted(
+            zip(frequencies, dampings, poles, strict=True), key=lambda row: (row[0], row[2].imag)
+        )
+        if np.isfinite(frequency) and pole.imag >= 0.0
+    ]
+    print_table([("pole", "frequency rad/s", "damping"), *rows])
+
+
+def _names(text: str | None) -> list[str] | None:
+    """Return the names of a list separated by commas, None for none."""
+    return [name.strip() for name in text.split(",")] if text else None

@@ -1,0 +1,1 @@
+"""Linear models of the closed loop, by exact derivatives of what flies."""

@@ -1,0 +1,100 @@
+"""The linear model of the continuous flight core: exact, without sampling, hold and delay."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
+from pydrake.systems.framework import Diagram
+
+from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
+from workbench.design.linear.derivatives import DRAG, HELD, HOLD_X, REFERENCE, STATE, constants
+from workbench.design.linear.model import LinearModel, Signal, Trim
+from workbench.design.linear.names import filtered, motion, numbered, points, references
+from workbench.design.linear.trim import guidance_of, reference_of
+from workbench.diagram.core import parameter_values
+from workbench.systems.controller import GAINS, PROBES
+from workbench.systems.loop_points import CLOSED, COUNT, INJECTIONS
+
+
+class ContinuousDerivatives:
+    """An AutoDiff copy of a flight core, kept, whose Context is filled anew each time.
+
+    Args:
+        core: from `make_flight_core`.
+    """
+
+    def __init__(self, core: Diagram) -> None:
+        self._diagram = core.ToAutoDiffXd()
+        self._root = self._diagram.CreateDefaultContext()
+        self._controller = self._diagram.GetSubsystemByName("controller")
+        self._in_controller = self._controller.GetMyMutableContextFromRoot(self._root)
+
+    def model(self, trim: Trim, gains: dict[str, float], rate: float) -> LinearModel:
+        """Return the linear model at a trim.
+
+        Args:
+            trim: where.
+            gains: parameter values by name.
+            rate: of the acceleration estimate [1/s].
+        """
+        n = trim.speeds.size
+        states, inputs = STATE + n + 3, REFERENCE + HELD + COUNT
+        seeds = np.eye(states + inputs)
+        at_states, at_inputs = seeds[:states], seeds[states:]
+        values = np.concatenate([trim.state, trim.speeds, trim.v_WB - trim.vdot_WB / rate])
+        rows = np.vstack([state_seeds(trim.q_WB) @ at_states[:STATE], at_states[STATE:]])
+        self._root.SetContinuousState(InitializeAutoDiff(values, rows))
+        self._fix("reference", reference_of(trim), 0, at_inputs[:REFERENCE])
+        held = at_inputs[REFERENCE : REFERENCE + HELD]
+        self._fix("guidance", guidance_of(trim), HOLD_X, held)
+        self._set(GAINS, constants(parameter_values("controller", gains).values()))
+        air = self._diagram.GetSubsystemByName("air").GetMyMutableContextFromRoot(self._root)
+        air.get_mutable_numeric_parameter(0).SetFromVector(constants(gains[d] for d in DRAG))
+        probes = np.zeros((len(CLOSED), states + inputs))
+        probes[INJECTIONS:] = at_inputs[REFERENCE + HELD :]
+        self._set(PROBES, InitializeAutoDiff(np.array(CLOSED), probes))
+
+        slopes = _gradient(
+            self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), states + inputs
+        )
+        slopes = np.vstack([reduced(trim.q_WB) @ slopes[:13], slopes[13:]])
+        signals = _gradient(self._controller.loop_signals(self._in_controller), states + inputs)
+        thrusts, speeds = (
+            _gradient(self._diagram.GetOutputPort(name).Eval(self._root), states + inputs)
+            for name in ("thrusts", "speeds")
+        )
+        outputs = np.vstack([seeds[:STATE], signals, thrusts, speeds])
+        A = slopes[:, :states]
+        turn_with_heading(A, trim.point.yaw_rate, (3, 6, 9, STATE + n))
+        return LinearModel(
+            A=A,
+            input_matrix=slopes[:, states:],
+            output_matrix=outputs[:, :states],
+            feedthrough=outputs[:, states:],
+            period=0.0,
+            states=(*motion(), *numbered("speed", n, "rad/s"), *filtered()),
+            inputs=(*references(), *points()),
+            outputs=_outputs(n),
+            trim=trim,
+        )
+
+    def _fix(self, port: str, values: np.ndarray, start: int, seeds: np.ndarray) -> None:
+        """Give an input port values, of which some have derivatives."""
+        rows = np.zeros((values.size, seeds.shape[1]))
+        rows[start : start + seeds.shape[0]] = seeds
+        self._diagram.GetInputPort(port).FixValue(self._root, InitializeAutoDiff(values, rows))
+
+    def _set(self, index: int, values: np.ndarray) -> None:
+        self._in_controller.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
+
+
+def _outputs(n: int) -> tuple[Signal, ...]:
+    return (*motion(), *points(), *numbered("thrust", n, "N"), *numbered("speed", n, "rad/s"))
+
+
+def _gradient(values: Any, columns: int) -> np.ndarray:
+    """Return the derivatives of AutoDiff values, those of plain numbers being 0."""
+    flat = np.array(values, dtype=object).ravel()
+    whole = np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(v) for v in flat])
+    found = ExtractGradient(whole)
+    return found if found.shape[1] else np.zeros((found.shape[0], columns))

@@ -1,0 +1,90 @@
+"""Linear models for python-control, in one call."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from workbench.design.linear.loops import LOOPS, find_loop
+from workbench.design.linear.minimal import minimal_realisation
+from workbench.design.linear.model import LinearModel
+from workbench.design.linear.operating_point import OperatingPoint, parse_point
+from workbench.design.linear.study import HOVER, LinearStudy
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.scenario import Scenario
+
+CLOSED, VEHICLE = "closed", "vehicle"
+WHAT = (CLOSED, VEHICLE, *(loop.name for loop in LOOPS))
+TIMES = ("sampled", "continuous")
+ASKED = ("reference_v_x", "reference_v_y", "reference_v_z", "reference_yaw_rate")
+SHOWN = ("v_x", "v_y", "v_z", "w_z")
+
+
+def linearize(
+    scenario: Scenario | None = None,
+    *,
+    at: OperatingPoint | str = HOVER,
+    loop: str = CLOSED,
+    cut: str = "actuator",
+    time: str = "sampled",
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    gains: Mapping[str, float] | None = None,
+    minimal: bool = False,
+) -> Any:
+    """Return an exact linear model as a `control.StateSpace` with names.
+
+    Args:
+        scenario: its vehicle, variation, gains and rates are used.
+        at: where, as a point or as `vx=5,yaw_rate=0.2`.
+        loop: `closed`; `vehicle`, from rotor commands to motion; or a loop's name: the open loop L
+            with negative feedback, opened there while all others stay closed.
+        cut: where the loop is opened: `actuator`, what it asks of the loop inside it, or `error`.
+        time: `sampled`, from one control update to the next, with hold and computing delay as they
+            fly; or `continuous`, without them.
+        inputs: names of those wanted of the closed loop or the vehicle.
+        outputs: names of those wanted.
+        gains: parameter values by name that differ from the scenario's.
+        minimal: leave out what plays no part between these inputs and outputs.
+
+    Raises:
+        WorkbenchError: if a name is unknown, or there is no such flight.
+    """
+    point = parse_point(at) if isinstance(at, str) else at
+    if loop not in WHAT:
+        raise unknown_name("loop", loop, WHAT)
+    if time not in TIMES:
+        raise unknown_name("kind of time", time, TIMES)
+    study = LinearStudy(scenario)
+    if loop == VEHICLE:
+        system = _vehicle(study.bare_vehicle(point, gains), time, study, inputs, outputs)
+    else:
+        found = study.sampled if time == "sampled" else study.continuous
+        if loop == CLOSED:
+            system = found(point, gains).state_space(inputs or ASKED, outputs or SHOWN)
+        elif inputs or outputs:
+            raise WorkbenchError("an open loop goes from its cut to its cut: leave the names out")
+        else:
+            wanted = find_loop(loop)
+            if wanted.hold and not point.hold:
+                point = OperatingPoint(hold=True)
+            system = found(point, gains).open_loop(wanted.point(cut))
+    return minimal_realisation(system) if minimal else system
+
+
+def _vehicle(
+    model: LinearModel,
+    time: str,
+    study: LinearStudy,
+    inputs: Sequence[str] | None,
+    outputs: Sequence[str] | None,
+) -> Any:
+    """Return the vehicle's model, sampled under held commands where that is asked."""
+    commands = [signal.name for signal in model.inputs]
+    motions = [signal.name for signal in model.outputs[:12]]
+    system = model.state_space(inputs or commands, outputs or motions)
+    if time == "continuous":
+        return system
+    import control
+
+    return control.sample_system(
+        system, study.scenario.rates.control_period, method="zoh", name=system.name
+    )

@@ -1,0 +1,159 @@
+"""A linear model with named signals, of the closed loop and of each loop opened."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.errors import WorkbenchError, unknown_name
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Name and unit of a state, an input or an output."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Trim:
+    """A flight that is steady, or held still for an instant.
+
+    Attributes:
+        point: that it makes true.
+        q_WB: orientation, a unit quaternion w, x, y, z.
+        p_WB: place [m]; any will do, far from ground and ceiling.
+        v_WB: velocity in W [m/s].
+        w_WB: angular velocity in W [rad/s].
+        vdot_WB: acceleration in W [m/s²].
+        speeds: of the rotors (n) [rad/s].
+        reference: velocity [m/s] and yaw rate [rad/s] that the pilot asks for (4).
+    """
+
+    point: OperatingPoint
+    q_WB: np.ndarray
+    p_WB: np.ndarray
+    v_WB: np.ndarray
+    w_WB: np.ndarray
+    vdot_WB: np.ndarray
+    speeds: np.ndarray
+    reference: np.ndarray
+
+    @property
+    def state(self) -> np.ndarray:
+        """The plant's state (13)."""
+        return np.concatenate([self.q_WB, self.p_WB, self.w_WB, self.v_WB])
+
+    @property
+    def tilt(self) -> float:
+        """Angle between body z and world z [rad]."""
+        w, x, y, z = self.q_WB
+        return float(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)))
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """The closed loop at a trim, in the axes of the heading.
+
+    Attributes:
+        A: (m, m).
+        input_matrix: (m, k).
+        output_matrix: (l, m).
+        feedthrough: (l, k).
+        period: of the sampled model [s]; 0 for the continuous one.
+        states: m of them.
+        inputs: k of them.
+        outputs: l of them.
+        trim: where.
+    """
+
+    A: np.ndarray
+    input_matrix: np.ndarray
+    output_matrix: np.ndarray
+    feedthrough: np.ndarray
+    period: float
+    states: tuple[Signal, ...]
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    trim: Trim
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(signal.name for signal in self.states)
+
+    def B(self, names: Sequence[str]) -> np.ndarray:
+        """Return the columns of some inputs, (m, names)."""
+        return self.input_matrix[:, self._places(names, self._inputs, "input")]
+
+    def C(self, names: Sequence[str]) -> np.ndarray:
+        """Return the rows of some outputs, (names, m)."""
+        return self.output_matrix[self._places(names, self._outputs, "output")]
+
+    def D(self, outputs: Sequence[str], inputs: Sequence[str]) -> np.ndarray:
+        """Return what goes straight through, (outputs, inputs)."""
+        rows = self.feedthrough[self._places(outputs, self._outputs, "output")]
+        return rows[:, self._places(inputs, self._inputs, "input")]
+
+    def cut(self, point: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the loop opened at a loop point, as A (m, m), b (m) and c (m).
+
+        With negative feedback the open loop is L = -c (zI - A)⁻¹ b, and 1 + L is the ratio of the
+        characteristic polynomials of the closed and of the opened loop.
+        """
+        b, c = self.B([point])[:, 0], self.C([point])[0]
+        return self.A - np.outer(b, c), b, c
+
+    def open_loop(self, point: str) -> Any:
+        """Return the open loop L at a loop point as a `control.StateSpace`."""
+        A, b, c = self.cut(point)
+        return self._named(A, b[:, None], -c[None, :], np.zeros((1, 1)), [point], [point])
+
+    def state_space(self, inputs: Sequence[str], outputs: Sequence[str]) -> Any:
+        """Return the closed loop between some of its signals as a `control.StateSpace`."""
+        return self._named(
+            self.A, self.B(inputs), self.C(outputs), self.D(outputs, inputs), inputs, outputs
+        )
+
+    def _named(
+        self,
+        A: np.ndarray,
+        B: np.ndarray,
+        C: np.ndarray,
+        D: np.ndarray,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+    ) -> Any:
+        import control  # takes a second to load
+
+        return control.ss(
+            A,
+            B,
+            C,
+            D,
+            self.period,
+            inputs=list(inputs),
+            outputs=list(outputs),
+            states=list(self.state_names),
+            name=self.trim.point.label,
+        )
+
+    @cached_property
+    def _inputs(self) -> dict[str, int]:
+        return {signal.name: place for place, signal in enumerate(self.inputs)}
+
+    @cached_property
+    def _outputs(self) -> dict[str, int]:
+        return {signal.name: place for place, signal in enumerate(self.outputs)}
+
+    def _places(self, names: Sequence[str], known: dict[str, int], what: str) -> list[int]:
+        if isinstance(names, str):
+            raise WorkbenchError(f"'{names}' is a name: give a list of names, as ['{names}']")
+        for name in names:
+            if name not in known:
+                raise unknown_name(what, name, list(known))
+        return [known[name] for name in names]

@@ -1,0 +1,59 @@
+"""Names and units of the signals of linear models."""
+
+from workbench.design.linear.model import Signal
+from workbench.systems.loop_points import POINTS
+
+_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+
+
+def motion(prefix: str = "") -> tuple[Signal, ...]:
+    """Return small angles, place, angular velocity and velocity, in the axes of the heading."""
+    groups = (
+        (("roll", "pitch", "yaw"), "rad"),
+        (("p_x", "p_y", "p_z"), "m"),
+        (("w_x", "w_y", "w_z"), "rad/s"),
+        (("v_x", "v_y", "v_z"), "m/s"),
+    )
+    return tuple(Signal(prefix + name, unit) for names, unit in groups for name in names)
+
+
+def numbered(name: str, count: int, unit: str) -> tuple[Signal, ...]:
+    """Return a signal of each rotor, numbered from 1."""
+    return tuple(Signal(f"{name}_{index + 1}", unit) for index in range(count))
+
+
+def filtered() -> tuple[Signal, ...]:
+    """Return the velocity that the acceleration estimate remembers."""
+    return tuple(Signal(f"filtered_v_{axis}", "m/s") for axis in "xyz")
+
+
+def wrench() -> tuple[Signal, ...]:
+    """Return the drag's force and moment in B, as they are held."""
+    return tuple(Signal(f"drag_{axis}", "N") for axis in "xyz") + tuple(
+        Signal(f"drag_moment_{axis}", "N m") for axis in "xyz"
+    )
+
+
+def references() -> tuple[Signal, ...]:
+    """Return what is asked for: velocity and yaw rate, and the place that is held."""
+    return (
+        *(Signal(f"reference_v_{axis}", "m/s") for axis in "xyz"),
+        Signal("reference_yaw_rate", "rad/s"),
+        *(Signal(f"reference_p_{axis}", "m") for axis in "xyz"),
+    )
+
+
+def points() -> tuple[Signal, ...]:
+    """Return the loop points: as inputs their injections, as outputs their signals."""
+    return tuple(Signal(name, _unit(name)) for name in POINTS)
+
+
+def _unit(point: str) -> str:
+    """Return the unit of a loop point's signal."""
+    if point in ("roll_error", "pitch_error"):
+        return "1"
+    if point == "yaw_rate_error":
+        return "rad/s"
+    if point.endswith("_acceleration"):
+        return "rad/s^2"
+    return _UNITS[point.split("_")[0]]

@@ -1,0 +1,99 @@
+"""Where a flight is linearised."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from workbench.errors import WorkbenchError, unknown_name
+
+HOVER = "hover"
+_KEYS = {
+    "vx": ("velocity", 0),
+    "vy": ("velocity", 1),
+    "vz": ("velocity", 2),
+    "ax": ("acceleration", 0),
+    "ay": ("acceleration", 1),
+    "az": ("acceleration", 2),
+}
+_NAMES = (*_KEYS, "yaw_rate", "hold")
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """A flight to linearise at; without arguments, hover.
+
+    The axes are those of the heading: as W at the moment, but turning with the yaw rate. So a
+    velocity with a yaw rate is a steady turn, and every point without acceleration is a steady
+    flight.
+
+    Attributes:
+        velocity: of the base link [m/s].
+        yaw_rate: about world z [rad/s].
+        acceleration: over that of the steady turn [m/s²]; anything but 0 is an instant, not a
+            steady flight.
+        hold: whether the place is held, as while nothing is asked of a hovering drone.
+    """
+
+    velocity: Triple = (0.0, 0.0, 0.0)
+    yaw_rate: float = 0.0
+    acceleration: Triple = (0.0, 0.0, 0.0)
+    hold: bool = False
+
+    def __post_init__(self) -> None:
+        numbers = (*self.velocity, self.yaw_rate, *self.acceleration)
+        if not all(map(math.isfinite, numbers)):
+            raise WorkbenchError(f"the operating point has {numbers}: give finite numbers")
+        if self.hold and any(numbers):
+            raise WorkbenchError("a place is held in hover only: leave hold or the motion out")
+
+    @property
+    def label(self) -> str:
+        """The point as `parse_point` reads it."""
+        parts = [
+            f"{name}={getattr(self, field)[index]:g}"
+            for name, (field, index) in _KEYS.items()
+            if getattr(self, field)[index]
+        ]
+        if self.yaw_rate:
+            parts.append(f"yaw_rate={self.yaw_rate:g}")
+        if self.hold:
+            parts.append("hold=1")
+        return ",".join(parts) or HOVER
+
+
+def parse_point(text: str) -> OperatingPoint:
+    """Return the point that a text names: `hover`, or as `vx=5,vz=-1,yaw_rate=0.2,ax=3,hold=1`.
+
+    Raises:
+        WorkbenchError: if it is none.
+    """
+    point = OperatingPoint()
+    for part in text.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if name == HOVER and not equals:
+            continue
+        if name not in _NAMES:
+            raise unknown_name("quantity of an operating point", name, (HOVER, *_NAMES))
+        try:
+            number = float(value)
+        except ValueError:
+            raise WorkbenchError(
+                f"'{part.strip()}' is no part of an operating point: write vx=5,vz=-1"
+            ) from None
+        if name in _KEYS:
+            field, index = _KEYS[name]
+            vector = list(getattr(point, field))
+            vector[index] = number
+            x, y, z = vector
+            point = (
+                dataclasses.replace(point, velocity=(x, y, z))
+                if field == "velocity"
+                else dataclasses.replace(point, acceleration=(x, y, z))
+            )
+        elif name == "hold":
+            point = dataclasses.replace(point, hold=number != 0.0)
+        else:
+            point = dataclasses.replace(point, yaw_rate=number)
+    return point

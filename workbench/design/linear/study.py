@@ -1,0 +1,103 @@
+"""One vehicle, read once, and its linear models at any point with any gains."""
+
+from collections.abc import Mapping
+from functools import cached_property
+
+from workbench.configured import read_configured
+from workbench.design.linear.bare_vehicle import VehicleDerivatives
+from workbench.design.linear.continuous import ContinuousDerivatives
+from workbench.design.linear.derivatives import Derivatives
+from workbench.design.linear.model import LinearModel, Trim
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.sampled import sampled_model
+from workbench.design.linear.trim import find_trim
+from workbench.diagram.core import make_flight_core, make_vehicle_core
+from workbench.diagram.sampled_core import make_sampled_core
+from workbench.errors import sentences
+from workbench.gains import flight_gains
+from workbench.parameters import checked
+from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import varied
+from workbench.scenario import Scenario, check_scenario
+from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
+
+HOVER = OperatingPoint()
+
+
+class LinearStudy:
+    """Reads a scenario's vehicle and gives its linear models in milliseconds.
+
+    Args:
+        scenario: its vehicle, variation, gains and rates are used; the air is calm.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be read.
+    """
+
+    def __init__(self, scenario: Scenario | None = None) -> None:
+        self.scenario = scenario or Scenario()
+        check_scenario(self.scenario)
+        config = self.scenario.vehicle
+        self._description = read_configured(config)
+        self.vehicle = make_vehicle(self._description)
+        self.gains: Mapping[str, float] = flight_gains(self.vehicle, config.gains)
+        self._flown = varied(self._description, self.vehicle, config.variation)
+        core = make_sampled_core(self._flown, self.vehicle, self.gains, self.scenario.rates)
+        self._derivatives = Derivatives(core, len(self.vehicle.rotors))
+        _, self._rate = sampled_estimate(self.scenario.rates.control_period)
+
+    def trim(self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None) -> Trim:
+        """Return the trim of an operating point.
+
+        Args:
+            point: to be reached.
+            gains: parameter values by name that differ from the scenario's.
+
+        Raises:
+            WorkbenchError: if it does not fly like that.
+        """
+        values = self._values(gains)
+        self._derivatives.set_gains(values)
+        with sentences("there is no trim"):
+            return find_trim(self._derivatives, self.vehicle, values, point, self._rate)
+
+    def sampled(
+        self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
+    ) -> LinearModel:
+        """Return the exact model of what flies, from one control update to the next.
+
+        Arguments and exceptions are those of `trim`.
+        """
+        trim = self.trim(point, gains)
+        delay = self.scenario.vehicle.variation.control_delay
+        return sampled_model(self._derivatives, trim, self.scenario.rates, self._rate, delay)
+
+    def continuous(
+        self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
+    ) -> LinearModel:
+        """Return the model of the continuous core, which has no sampling, hold or delay.
+
+        Arguments and exceptions are those of `trim`.
+        """
+        trim = self.trim(point, gains)
+        return self._continuous.model(trim, self._values(gains), 1.0 / TIME_CONSTANT)
+
+    def bare_vehicle(
+        self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
+    ) -> LinearModel:
+        """Return the continuous model of the vehicle alone, from rotor commands to motion.
+
+        Arguments and exceptions are those of `trim`.
+        """
+        return self._bare_vehicle.model(self.trim(point, gains), self._values(gains))
+
+    @cached_property
+    def _bare_vehicle(self) -> VehicleDerivatives:
+        return VehicleDerivatives(make_vehicle_core(self._flown, self.vehicle, self.gains))
+
+    @cached_property
+    def _continuous(self) -> ContinuousDerivatives:
+        return ContinuousDerivatives(make_flight_core(self._flown, self.vehicle, self.gains))
+
+    def _values(self, gains: Mapping[str, float] | None) -> dict[str, float]:
+        return {**self.gains, **checked(gains or {})}

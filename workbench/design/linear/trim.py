@@ -1,0 +1,148 @@
+"""Find the attitude, rotor speeds and reference that make a flight steady."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.math import RollPitchYaw
+
+from workbench.design.linear.attitude import angle_seeds
+from workbench.design.linear.derivatives import REFERENCE, STATE, WRENCH, Derivatives
+from workbench.design.linear.model import Trim
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.errors import WorkbenchError
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
+from workbench.systems.cascade import Guidance, Reference
+
+HEIGHT = 10.0
+"""Where it is done: far from the ground, and from any ceiling but a low one [m]."""
+BELOW_CEILING = 2.0
+"""Or this far under the largest height, at which climbs are slowed [m]."""
+TOLERANCE = 1e-9
+"""Of accelerations [m/s², rad/s²] and of commands as shares of their speeds."""
+ROUNDS = 40
+LARGEST_TURN = 0.3
+"""Of the attitude in a round [rad]."""
+
+
+def find_trim(
+    derivatives: Derivatives,
+    vehicle: Vehicle,
+    gains: Mapping[str, float],
+    point: OperatingPoint,
+    rate: float,
+) -> Trim:
+    """Return the trim of an operating point, by Newton's method.
+
+    Unknown are the tilt, the rotors' speeds, and velocity and yaw rate asked for; they make the
+    accelerations those of the point, and the commands the speeds.
+
+    Args:
+        derivatives: of what flies, with these gains set.
+        vehicle: as the law knows it.
+        gains: parameter values by name.
+        point: to be reached.
+        rate: of the acceleration estimate, see `systems.acceleration_estimate` [1/s].
+
+    Raises:
+        WorkbenchError: if it does not fly like that, whatever is asked for.
+    """
+    n = len(vehicle.rotors)
+    trim = _first_guess(vehicle, gains, point)
+    best = np.inf
+    for _ in range(ROUNDS):
+        residual, jacobian = _residual(derivatives, trim, rate)
+        worst = float(np.abs(residual).max())
+        if not np.isfinite(worst):
+            break
+        best = min(best, worst)
+        if worst < TOLERANCE:
+            return trim
+        change = np.linalg.lstsq(jacobian, -residual, rcond=1e-12)[0]
+        turn = float(np.abs(change[:2]).max())
+        trim = _moved(trim, change * min(1.0, LARGEST_TURN / max(turn, 1e-12)), n)
+    raise WorkbenchError(
+        f"there is no flight as '{point.label}' for {vehicle.name} with these gains: "
+        f"{best:.2g} m/s², rad/s² or shares of a rotor's speed are left; it may be beyond "
+        "max_speed, max_climb_rate, max_yaw_rate, max_tilt or what the rotors can give"
+    )
+
+
+def guidance_of(trim: Trim) -> np.ndarray:
+    """Return the guidance (22) of a trim: motors on, and the place held where it says so."""
+    hold = float(trim.point.hold)
+    x, y, z = trim.p_WB.tolist()
+    return np.array(Guidance(1.0, 1.0, 1.0, 0.0, hold, hold, x, y, z), dtype=float)
+
+
+def reference_of(trim: Trim) -> np.ndarray:
+    """Return the pilot's reference (8) of a trim."""
+    return np.concatenate([trim.reference, np.zeros(len(Reference._fields) - REFERENCE)])
+
+
+def memory_of(trim: Trim, rate: float) -> np.ndarray:
+    """Return the law's memory (2 n + 3) in a steady flight or one of constant acceleration."""
+    return np.concatenate([trim.speeds, trim.speeds, trim.v_WB - trim.vdot_WB / rate])
+
+
+def _first_guess(vehicle: Vehicle, gains: Mapping[str, float], point: OperatingPoint) -> Trim:
+    frame = thrust_frame(vehicle)
+    attitude = RollPitchYaw(np.array(frame.roll_pitch_yaw([0.0, 0.0, 0.0])))
+    height = min(HEIGHT, max(0.0, gains["max_height"] - BELOW_CEILING))
+    v_WB, w_WB = np.array(point.velocity), np.array([0.0, 0.0, point.yaw_rate])
+    return Trim(
+        point=point,
+        q_WB=attitude.ToQuaternion().wxyz(),
+        p_WB=np.array([0.0, 0.0, height]),
+        v_WB=v_WB,
+        w_WB=w_WB,
+        vdot_WB=np.array(point.acceleration) + np.cross(w_WB, v_WB),
+        speeds=frame.hover_speeds.copy(),
+        reference=np.array([*point.velocity, point.yaw_rate]),
+    )
+
+
+def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return what is left of the equations (6 + n), and its derivatives by the unknowns."""
+    n = trim.speeds.size
+    update = derivatives.update(
+        trim.state, memory_of(trim, rate), reference_of(trim), guidance_of(trim)
+    )
+    acceleration, by = derivatives.acceleration(trim.state, update.thrusts, update.wrench)
+    wanted = np.concatenate([np.zeros(3), trim.vdot_WB])
+    scale = np.maximum(trim.speeds, 1.0)
+    left = np.concatenate(
+        [acceleration - wanted, update.memory[n : 2 * n] / scale - trim.speeds / scale]
+    )
+
+    tilt = slice(0, 2)
+    speeds = slice(STATE, STATE + n)
+    asked = slice(STATE + 2 * n + 3, STATE + 2 * n + 3 + REFERENCE)
+
+    def columns(rows: np.ndarray) -> np.ndarray:
+        """Pick the unknowns; the held command moves with the speed, which has settled on it."""
+        return np.hstack([rows[:, tilt], rows[:, speeds], rows[:, asked]])
+
+    thrusts_by, wrench_by = columns(update.thrusts_by), columns(update.wrench_by)
+    state_by = np.zeros((STATE, thrusts_by.shape[1]))
+    state_by[tilt, tilt] = np.eye(2)
+    blocks = by[:, :STATE], by[:, STATE : STATE + n], by[:, STATE + n : STATE + n + WRENCH]
+    moved = blocks[0] @ state_by + blocks[1] @ thrusts_by + blocks[2] @ wrench_by
+    commands_by = columns(update.memory_by[n : 2 * n])
+    commands_by[:, 2 : 2 + n] -= np.eye(n)
+    return left, np.vstack([moved, commands_by / scale[:, None]])
+
+
+def _moved(trim: Trim, change: np.ndarray, n: int) -> Trim:
+    """Return a trim after a Newton step."""
+    q = trim.q_WB + angle_seeds(trim.q_WB)[:, :2] @ change[:2]
+    return Trim(
+        point=trim.point,
+        q_WB=q / np.linalg.norm(q),
+        p_WB=trim.p_WB,
+        v_WB=trim.v_WB,
+        w_WB=trim.w_WB,
+        vdot_WB=trim.vdot_WB,
+        speeds=np.maximum(trim.speeds + change[2 : 2 + n], 0.0),
+        reference=trim.reference + change[2 + n :],
+    )
