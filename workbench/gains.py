@@ -1,28 +1,29 @@
-"""Gain files: the values of live parameters that belong to a vehicle, as YAML."""
+"""Which values a flight has: defaults, the rule, gain files and settings, one over the other."""
 
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.gain_files import GainFile, gains_at, load_gains, save_gains
 from workbench.gain_rule import rule_gains
-from workbench.parameters import checked, defaults, find_parameter
+from workbench.parameters import PARAMETERS, checked, defaults
 from workbench.plant.vehicle import Vehicle
 from workbench.resources import find_file
 from workbench.vehicle_parameters import check_settings
-from workbench.yaml_files import read_yaml
 
-_KEYS = ("vehicle", "origin", "gains")
-
-
-@dataclass(frozen=True)
-class GainFile:
-    """A set of parameter values with the vehicle they are for and where they come from."""
-
-    vehicle: str
-    origin: str
-    gains: Mapping[str, float]
+__all__ = [
+    "Gain",
+    "GainFile",
+    "choose_gains",
+    "flight_gains",
+    "gains_at",
+    "load_gains",
+    "make_profile",
+    "remark_on_owner",
+    "rule_values",
+    "save_gains",
+    "vehicle_gains",
+]
 
 
 @dataclass(frozen=True)
@@ -33,32 +34,6 @@ class Gain:
     origin: str
 
 
-def load_gains(path: Path) -> GainFile:
-    """Read and check a gain file.
-
-    Raises:
-        WorkbenchError: naming file and line of what is wrong.
-    """
-    file = read_yaml(path)
-    for key in file.data:
-        if key not in _KEYS:
-            raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
-    gains = file.data.get("gains")
-    if not isinstance(gains, dict):
-        raise WorkbenchError(
-            f"{file.where('gains')}a gain file has 'gains:' with NAME: VALUE lines"
-        )
-    values = {}
-    for name, value in gains.items():
-        where = file.where("gains", str(name))
-        values[name] = find_parameter(str(name), where).check(value, where)
-    return GainFile(
-        vehicle=str(file.data.get("vehicle", "")),
-        origin=str(file.data.get("origin", "")),
-        gains=values,
-    )
-
-
 def vehicle_gains(vehicle: Vehicle) -> dict[str, float]:
     """Return all values for a vehicle: defaults, the rule's, `gains.yaml` beside its description.
 
@@ -66,6 +41,11 @@ def vehicle_gains(vehicle: Vehicle) -> dict[str, float]:
         WorkbenchError: if that file is wrong.
     """
     return flight_gains(vehicle)
+
+
+def rule_values(vehicle: Vehicle) -> dict[str, float]:
+    """Return all values for a vehicle without any gain file: defaults, and the rule's."""
+    return {**defaults(), **rule_gains(vehicle)}
 
 
 def flight_gains(
@@ -83,6 +63,19 @@ def flight_gains(
     """
     chosen = choose_gains(vehicle, gains, settings)
     return {name: choice.value for name, choice in chosen.items()}
+
+
+def make_profile(vehicle: Vehicle, values: Mapping[str, float], origin: str) -> GainFile:
+    """Return the gain file of a vehicle: its controller's rows, and what else its rule gives.
+
+    Args:
+        vehicle: its name goes into the file.
+        values: parameter values by name; those of other rows are left out.
+        origin: a sentence on where they come from.
+    """
+    ruled = rule_gains(vehicle)
+    rows = [row.name for row in PARAMETERS if row.system == "controller" or row.name in ruled]
+    return GainFile(vehicle.name, origin, {name: values[name] for name in rows if name in values})
 
 
 def choose_gains(

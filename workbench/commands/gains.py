@@ -1,0 +1,240 @@
+"""`workbench gains`: show, compare, save and restore gain files."""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.gains_text import (
+    print_changes,
+    print_history,
+    print_values,
+)
+from workbench.commands.options import (
+    add_command,
+    add_description_options,
+    add_json_option,
+    add_rotors_option,
+    add_vehicle_options,
+    flown_with,
+    with_vehicle,
+)
+from workbench.commands.printing import print_json, say_written
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.plant.vehicle import Vehicle
+
+_SUFFIXES = (".yaml", ".yml")
+"""What a gain file's name ends in; so it is told from a description's."""
+_RULE, _DEFAULT = "rule", "default"
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command and its own commands."""
+    parser = add_command(
+        commands,
+        "gains",
+        "Show, compare, save and restore gains; a gain file keeps every state that was saved.",
+        "workbench gains diff dh_drone rule",
+        _ask,
+    )
+    actions = parser.add_subparsers(title="commands", metavar="COMMAND")
+    show = add_command(
+        actions,
+        "show",
+        "Print a gain file, or the gains that a model flies with, with units and origin.",
+        "workbench gains show my_gains.yaml",
+        _show,
+    )
+    show.add_argument("file", nargs="?", type=Path, metavar="FILE", help="gain file")
+    _add_model_options(show)
+    add_json_option(show)
+    diff = add_command(
+        actions,
+        "diff",
+        "Print what differs between two sets of gains; what one lacks comes from the rule.",
+        "workbench gains diff dh_drone my_gains.yaml",
+        _diff,
+    )
+    help = f"gain file (.yaml), model, '{_RULE}' (gains that follow from the vehicle) or "
+    for side in ("a", "b"):
+        diff.add_argument(side, metavar=side.upper(), help=f"{help}'{_DEFAULT}'")
+    _add_model_options(diff)
+    add_json_option(diff)
+    save = add_command(
+        actions,
+        "save",
+        "Write the gains that a model flies with to a file; one that is there gets one more state.",
+        "workbench gains save my_gains.yaml --set kp_velocity_z=3 --origin 'softer climb'",
+        _save,
+    )
+    save.add_argument("file", type=Path, metavar="FILE", help="gain file to write (.yaml)")
+    save.add_argument("--origin", metavar="TEXT", help="where the values come from, for the file")
+    add_vehicle_options(save)
+    add_json_option(save)
+    history = add_command(
+        actions,
+        "history",
+        "List the states that were saved in a gain file.",
+        "workbench gains history my_gains.yaml",
+        _history,
+    )
+    history.add_argument("file", type=Path, metavar="FILE", help="gain file")
+    add_json_option(history)
+    restore = add_command(
+        actions,
+        "restore",
+        "Bring an earlier state of a gain file back, as one more state.",
+        "workbench gains restore my_gains.yaml 0",
+        _restore,
+    )
+    restore.add_argument("file", type=Path, metavar="FILE", help="gain file")
+    restore.add_argument("state", type=int, metavar="N", help="as `workbench gains history` has it")
+    add_json_option(restore)
+
+
+def _ask(args: argparse.Namespace) -> int:
+    """Say what there is, as no command was given."""
+    raise WorkbenchError("say what to do: workbench gains show, diff, save, history or restore")
+
+
+def _show(args: argparse.Namespace) -> int:
+    """Print a file, or what a model flies with."""
+    from workbench.gains import choose_gains, load_gains, make_profile
+
+    if args.file is None:
+        vehicle = _read_vehicle(args)
+        chosen = choose_gains(vehicle)
+        all_values = {name: gain.value for name, gain in chosen.items()}
+        values = make_profile(vehicle, all_values, "").gains
+        origins = {name: chosen[name].origin for name in values}
+        about = {"vehicle": vehicle.name}
+    else:
+        file = load_gains(args.file)
+        values = file.gains
+        origins = dict.fromkeys(values, "")
+        about = {"vehicle": file.vehicle, "origin": file.origin}
+    print_values(about, values, origins, as_json=args.json)
+    return ExitCode.DONE
+
+
+def _diff(args: argparse.Namespace) -> int:
+    """Print the differences of two sets."""
+    from workbench.gain_diff import diff_gains
+    from workbench.gains import rule_values
+
+    vehicle = _read_vehicle_of_sides(args)
+    changes = diff_gains(_side(args.a, vehicle), _side(args.b, vehicle), rule_values(vehicle))
+    print_changes(args.a, args.b, vehicle.name, changes, as_json=args.json)
+    return ExitCode.DONE
+
+
+def _save(args: argparse.Namespace) -> int:
+    """Write what a model flies with."""
+    from workbench.gains import flight_gains, make_profile, save_gains
+
+    if args.file.suffix not in _SUFFIXES:
+        raise WorkbenchError(f"{args.file}: a gain file's name ends in .yaml")
+    vehicle = _read_vehicle(args)
+    values = flight_gains(vehicle, args.gains or "", dict(args.set))
+    origin = f"{vehicle.name} {flown_with(args)}" if args.origin is None else args.origin
+    profile = make_profile(vehicle, values, origin)
+    for name, _ in args.set:
+        if name not in profile.gains:
+            raise WorkbenchError(f"{name} is no gain of a vehicle, and cannot be saved with them")
+    saved = save_gains(args.file, profile)
+    if args.json:
+        print_json(
+            {
+                "file": args.file,
+                "vehicle": saved.vehicle,
+                "origin": saved.origin,
+                "gains": saved.gains,
+                "state": len(saved.history) - 1,
+            }
+        )
+    say_written([args.file])
+    return ExitCode.DONE
+
+
+def _history(args: argparse.Namespace) -> int:
+    """List the states of a file."""
+    from workbench.gains import load_gains
+
+    print_history(load_gains(args.file), as_json=args.json)
+    return ExitCode.DONE
+
+
+def _restore(args: argparse.Namespace) -> int:
+    """Save an earlier state of a file again."""
+    from workbench.gain_diff import diff_gains
+    from workbench.gains import gains_at, load_gains, save_gains
+    from workbench.parameters import defaults
+
+    before = load_gains(args.file)
+    after = save_gains(args.file, gains_at(before, args.state))
+    changes = diff_gains(before.gains, after.gains, defaults())
+    print_changes("before", f"state {args.state}", after.vehicle, changes, as_json=args.json)
+    say_written([args.file])
+    return ExitCode.DONE
+
+
+def _add_model_options(parser: argparse.ArgumentParser) -> None:
+    """Add what names a model, and no values of its parameters."""
+    group = parser.add_argument_group("vehicle")
+    group.add_argument(
+        "--model", metavar="NAME|PATH", help="shipped model or description (default: dh_drone)"
+    )
+    add_description_options(group)
+    add_rotors_option(group)
+    parser.set_defaults(world="", gains="", set=[], vary=[])
+
+
+def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
+    """Return the vehicle that the command line names."""
+    from workbench.configured import read_configured
+    from workbench.plant.loading import make_vehicle
+    from workbench.scenario import Scenario
+
+    return make_vehicle(read_configured(with_vehicle(Scenario(), args).vehicle))
+
+
+def _read_vehicle_of_sides(args: argparse.Namespace) -> "Vehicle":
+    """Return whose rule counts in a comparison: --model's, else that of a side."""
+    from workbench.gains import load_gains
+    from workbench.resources import find_file, list_models
+
+    models = [side for side in (args.a, args.b) if _is_model(side)]
+    files = [find_file(side) for side in (args.a, args.b) if _is_file(side)]
+    named = [load_gains(file).vehicle for file in files]
+    models += [name for name in named if name in list_models()]
+    args.model = args.model or (models[0] if models else None)
+    return _read_vehicle(args)
+
+
+def _side(side: str, vehicle: "Vehicle") -> Mapping[str, float]:
+    """Return the gains of one side of a comparison."""
+    from workbench.gains import load_gains, make_profile, rule_values, vehicle_gains
+    from workbench.parameters import defaults
+    from workbench.plant.loading import load_vehicle
+    from workbench.resources import find_file, find_model
+
+    if _is_file(side):
+        return load_gains(find_file(side)).gains
+    if side == _RULE:
+        values = rule_values(vehicle)
+    elif side == _DEFAULT:
+        values = defaults()
+    else:
+        values = vehicle_gains(load_vehicle(find_model(side)))
+    return make_profile(vehicle, values, "").gains
+
+
+def _is_file(side: str) -> bool:
+    return Path(side).suffix in _SUFFIXES
+
+
+def _is_model(side: str) -> bool:
+    return not _is_file(side) and side not in (_RULE, _DEFAULT)
