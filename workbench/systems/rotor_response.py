@@ -45,7 +45,7 @@ def rotor_period(rotor: Rotor, period: float) -> list[float]:
 
 @register_jitable
 def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
-    """Return max(error, 0) and min(error, 0) to within half of `BLEND`, smooth, with the same sum."""
+    """Return max(error, 0) and min(error, 0) to within `BLEND` / 2, smooth, with the same sum."""
     root = (error * error + BLEND * BLEND) ** 0.5 - BLEND
     return (error + root) / 2.0, (error - root) / 2.0
 

@@ -9,6 +9,7 @@ from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, Ini
 from pydrake.systems.framework import System
 
 from workbench.design.linear.attitude import reduced, state_seeds
+from workbench.design.linear.last_call import LastCall
 from workbench.diagram.core import parameter_values
 from workbench.diagram.sampled_core import SampledCore
 from workbench.systems.cascade import Guidance
@@ -58,27 +59,33 @@ class Step:
 class Derivatives:
     """An AutoDiff copy of a sampled core, kept, whose Context is filled anew each time.
 
+    Its functions, each of which remembers its last call: `update(state, memory, reference,
+    guidance) -> Update`, `step(state, thrusts, wrench) -> Step`, and `acceleration`, of the same
+    arguments, which returns wdot and vdot (6) and their derivatives by the columns of a step.
+
     Args:
         core: what flies.
-        rotors: how many it has.
     """
 
-    def __init__(self, core: SampledCore, rotors: int) -> None:
+    def __init__(self, core: SampledCore) -> None:
         diagram = core.diagram.ToAutoDiffXd()
         root = diagram.CreateDefaultContext()
-        self._rotors = rotors
         self._plant, self._in_plant = _found(diagram, root, core.plant)
         self._computer, self._in_computer = _found(diagram, root, core.computer)
         self._drag, self._in_drag = _found(diagram, root, core.drag)
         _, self._in_held = _found(diagram, root, core.held_drag)
         self._diagram, self._root = diagram, root
+        self.update = LastCall(self._update)
+        self.step = LastCall(self._step)
+        self.acceleration = LastCall(self._acceleration)
 
     def set_gains(self, gains: Mapping[str, float]) -> None:
         """Let the law fly with parameter values, by name, in air of theirs."""
         _set(self._in_computer, GAINS, constants(parameter_values("controller", gains).values()))
         _set(self._in_drag, 0, constants(gains[name] for name in DRAG))
+        self.update.forget()
 
-    def update(
+    def _update(
         self,
         state: np.ndarray,
         memory: np.ndarray,
@@ -124,7 +131,7 @@ class Derivatives:
             _gradient(wrench, sum(sizes)),
         )
 
-    def step(self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray) -> Step:
+    def _step(self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray) -> Step:
         """Return a physics step from a plant state (13) under thrusts (n) and a wrench (6)."""
         sizes = (STATE, thrusts.size, wrench.size)
         seeds = np.split(np.eye(sum(sizes)), np.cumsum(sizes)[:-1])
@@ -137,7 +144,7 @@ class Derivatives:
         reached = ExtractValue(after).ravel()
         return Step(reached, reduced(reached[:4]) @ _gradient(after, sum(sizes)))
 
-    def acceleration(
+    def _acceleration(
         self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return wdot and vdot (6), and their derivatives by the columns of `step`."""

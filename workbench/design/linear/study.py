@@ -16,6 +16,7 @@ from workbench.diagram.sampled_core import make_sampled_core
 from workbench.errors import sentences
 from workbench.gains import flight_gains
 from workbench.parameters import checked
+from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import varied
 from workbench.scenario import Scenario, check_scenario
@@ -29,22 +30,32 @@ class LinearStudy:
 
     Args:
         scenario: its vehicle, variation, gains and rates are used; the air is calm.
+        description: of its vehicle, if that has been read already.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read.
     """
 
-    def __init__(self, scenario: Scenario | None = None) -> None:
+    def __init__(
+        self, scenario: Scenario | None = None, description: Description | None = None
+    ) -> None:
         self.scenario = scenario or Scenario()
         check_scenario(self.scenario)
         config = self.scenario.vehicle
-        self._description = read_configured(config)
+        self._description = description or read_configured(config)
         self.vehicle = make_vehicle(self._description)
         self.gains: Mapping[str, float] = flight_gains(self.vehicle, config.gains)
         self._flown = varied(self._description, self.vehicle, config.variation)
         core = make_sampled_core(self._flown, self.vehicle, self.gains, self.scenario.rates)
-        self._derivatives = Derivatives(core, len(self.vehicle.rotors))
+        self._derivatives = Derivatives(core)
         _, self._rate = sampled_estimate(self.scenario.rates.control_period)
+
+    def like(self, scenario: Scenario) -> "LinearStudy":
+        """Return a study of the same description with another variation, gains or rates.
+
+        Reading a description takes most of the time that a study does.
+        """
+        return LinearStudy(scenario, self._description)
 
     def trim(self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None) -> Trim:
         """Return the trim of an operating point.

@@ -1,0 +1,106 @@
+"""`workbench judge`."""
+
+import csv
+
+import pytest
+
+from workbench.design.judge.margins import loop_margins
+from workbench.design.linear.loops import LOOPS
+from workbench.design.linear.study import LinearStudy
+
+PNG = b"\x89PNG"
+
+
+@pytest.fixture(scope="module")
+def judged(run, tmp_path_factory):
+    out = tmp_path_factory.mktemp("judge")
+    return run("judge", "--loop", "pitch", "--output", out, "--json"), out
+
+
+def test_json_has_every_loop_with_the_margins_of_the_python_call(judged):
+    said, _ = judged
+    assert said.code == 0, said.err
+    loops = {loop["loop"]: loop for loop in said.json["loops"]}
+    assert list(loops) == [loop.name for loop in LOOPS]
+    expected = loop_margins(LinearStudy().sampled(), "pitch_acceleration")
+    assert loops["pitch"]["actuator"]["phase_margin"] == pytest.approx(expected.phase_margin)
+    assert loops["velocity_z"]["error"]["gain_reduction_margin"] == 0.0
+    assert said.json["stable"] is True
+
+
+def test_json_has_modes_steps_and_the_slowest_rate(judged):
+    found = judged[0].json
+    assert {"real", "imaginary", "frequency", "damping", "time_constant"} == set(found["modes"][0])
+    assert [step["axis"] for step in found["steps"]] == ["x", "y", "z", "yaw"]
+    assert found["steps"][2]["linear"]["rise_time"] == pytest.approx(
+        found["steps"][2]["flown"]["rise_time"], rel=0.1
+    )
+    assert found["slowest"]["safe_period"] > found["period"]
+
+
+def test_pictures_are_written_and_nothing_else(judged):
+    said, out = judged
+    assert {path.name for path in out.iterdir()} == {"judge-pitch.png", "judge-rates.png"}
+    assert all(path.read_bytes()[:4] == PNG for path in out.iterdir())
+    assert "judge-pitch.png" in said.err
+
+
+def test_away_from_hover_the_table_has_a_loop_a_row(run, out):
+    said = run("judge", "--at", "vx=4", "--cut", "error", "--no-plots", "--output", out)
+    assert said.code == 0
+    lines = said.out.splitlines()
+    assert "at vx=4" in lines[0]
+    head = next(index for index, line in enumerate(lines) if line.startswith("loop "))
+    names = [line.split()[0] for line in lines[head + 2 : head + 8]]
+    assert names == [loop.name for loop in LOOPS if not loop.hold]
+    assert "position" not in said.out
+    assert not out.exists()
+
+
+def test_an_unstable_loop_is_named_and_ends_as_1(run, out):
+    said = run("judge", "--at", "vx=1", "--set", "kp_pitch=2000", "--no-plots", "--output", out)
+    assert said.code == 1
+    assert "grows through pitch" in said.err
+    assert "unstable" in said.out
+    assert "Traceback" not in said.err
+
+
+def test_sensitivities_are_a_table_and_a_picture(run, out):
+    said = run("judge", "--sensitivity", "--axis", "yaw", "--output", out, "--json")
+    assert said.code == 0
+    found = {each["metric"]: each for each in said.json["sensitivities"]}
+    assert found["rise_time"]["elasticities"]["kp_yaw_rate"] == pytest.approx(-1.07, abs=0.1)
+    assert found["overshoot"]["elasticities"]["kp_roll"] is None
+    assert {path.name for path in out.iterdir()} == {"judge-sensitivity-yaw.png"}
+
+
+def test_a_map_is_a_table_and_a_picture(run, out):
+    said = run("judge", "--map", "speed,climb", "--output", out)
+    assert said.code == 0
+    assert "weakest: " in said.out
+    names = {path.name for path in out.iterdir()}
+    assert names == {"judge-map-speed-climb.csv", "judge-map-speed-climb.png"}
+    rows = list(csv.reader((out / "judge-map-speed-climb.csv").read_text().splitlines()))
+    assert len(rows) == 82
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--loop", "pich"], "did you mean 'pitch'"),
+        (["--at", "vx=fast"], "vx=5"),
+        (["--at", "speed=5"], "operating point"),
+        (["--at", "vx=5", "--loop", "position_x"], "hover only"),
+        (["--map", "speed"], "two"),
+        (["--map", "speed,sped"], "did you mean 'speed'"),
+        (["--map", "speed,speed"], "two directions"),
+        (["--map", "speed,tilt", "--sensitivity"], "not allowed"),
+        (["--sensitivity", "--at", "vx=5"], "--at"),
+        (["--sensitivity", "--axis", "w"], "axis"),
+        (["--cut", "middle"], "--cut"),
+        (["--set", "kp_rol=1"], "kp_roll"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
+    assert word in refused("judge", "--output", out, *options)
+    assert not out.parent.exists()

@@ -1,0 +1,95 @@
+"""The judgement of the shipped drone: what it says of loops, steps, rates, and of bad gains."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from workbench.design.judge.loop_judgement import growing_loops, judge_loops
+from workbench.design.judge.report import judge
+from workbench.design.judge.step_pair import linear_step, step_pair
+from workbench.design.linear.loops import LOOPS
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.scenario import Scenario
+
+
+@pytest.fixture(scope="module")
+def found():
+    return judge()
+
+
+def test_every_loop_is_judged(found):
+    assert [loop.loop for loop in found.loops] == [loop.name for loop in LOOPS]
+    assert found.unstable == ()
+    assert found.period == 1 / 128
+    for loop in found.loops:
+        assert loop.actuator.stable
+        assert loop.error.gain_margin > 1.5
+        assert loop.error.phase_margin > 0.3
+
+
+def test_inner_loops_are_faster_than_outer_ones(found):
+    crossover = {loop.loop: loop.error.crossover for loop in found.loops}
+    assert crossover["position_x"] < crossover["velocity_x"] < crossover["pitch"]
+    assert crossover["position_z"] < crossover["velocity_z"]
+
+
+def test_linear_and_flown_steps_stand_side_by_side(found):
+    assert [step.axis for step in found.steps] == ["x", "y", "z", "yaw"]
+    for step in found.steps:
+        assert step.flown is not None
+        assert step.linear.rise_time == pytest.approx(step.flown.rise_time, rel=0.15)
+        assert step.difference < 0.1
+        assert len(step.time) == len(step.linear_response) == len(step.flown_response)
+
+
+def test_a_small_flown_step_is_the_linear_one(steering):
+    pair = step_pair(steering, "x", 0.02, duration=1.5, scenario=Scenario())
+    assert pair.difference < 0.005
+
+
+def test_the_linear_step_is_python_controls(steering):
+    import control
+
+    system = steering.state_space(["reference_v_z"], ["v_z"])
+    time = steering.period * np.arange(200)
+    expected = control.step_response(system, time).outputs.ravel()
+    assert linear_step(steering, "reference_v_z", "v_z", 200) == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_law_may_run_slower_but_not_any_slower(found):
+    slowest = found.slowest
+    by_steps = {round(sample.period * 1024): sample for sample in slowest.samples}
+    assert slowest.stable_period == slowest.samples[-1].period == 51 / 1024  # a scenario's slowest
+    assert slowest.at_limit
+    safe = round(slowest.safe_period * 1024)
+    assert by_steps[safe].phase_margin >= math.radians(30.0) > by_steps[safe + 1].phase_margin
+    assert 8 < safe < 51
+
+
+def test_away_from_hover_there_are_margins_and_no_steps(study):
+    loops = judge_loops(study.sampled(OperatingPoint(velocity=(5.0, 0.0, 0.0))))
+    assert [loop.loop for loop in loops] == [loop.name for loop in LOOPS if not loop.hold]
+
+
+@pytest.mark.parametrize(
+    ("settings", "guilty"),
+    [
+        ({"kp_pitch": 2000.0}, {"pitch"}),
+        ({"kd_roll": 0.0}, {"roll"}),
+        ({"kp_velocity_x": 30.0}, {"velocity_x", "pitch"}),
+    ],
+)
+def test_the_loop_through_which_a_mode_grows_is_named(study, settings, guilty):
+    model = study.sampled(gains=settings)
+    assert set(growing_loops(model)) == guilty
+    assert not any(loop.error.stable for loop in judge_loops(model))
+
+
+def test_a_set_that_cannot_fly_is_judged_all_the_same():
+    found = judge(settings={"kp_velocity_y": 30.0})
+    assert "velocity_y" in found.unstable
+    assert math.isnan(found.slowest.stable_period) or found.slowest.stable_period < 1 / 128
+    assert len(found.steps) == 4
+    assert dataclasses.is_dataclass(found.steps[0].linear)

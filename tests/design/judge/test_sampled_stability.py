@@ -1,0 +1,44 @@
+"""The slowest rate, against a flight with the law at it, and slower."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from workbench.design.judge.sampled_stability import rate_sample, slowest_rate
+from workbench.design.linear.study import LinearStudy
+from workbench.design.step_response import fly_step
+from workbench.scenario import Scenario
+
+FAST = {"kp_velocity_x": 20.5}
+"""With this the border lies at a rate that steps are flown at in a moment."""
+
+
+def growth(steps) -> float:
+    """Return how much more a small flown step swings at its end than before, law so slow."""
+    scenario = Scenario()
+    scenario.rates = copy.deepcopy(scenario.rates)
+    scenario.rates.control_period = steps / 1024
+    flown = fly_step("x", 0.01, duration=6.0, scenario=scenario, settings=FAST).response
+    quarter = len(flown) // 4
+    return float(np.ptp(flown[-quarter:]) / np.ptp(flown[quarter : 2 * quarter]))
+
+
+def test_the_border_is_where_a_flown_step_stops_settling():
+    found = slowest_rate(settings=FAST)
+    border = round(found.stable_period * 1024)
+    assert rate_sample(LinearStudy(), border, settings=FAST).stable
+    assert not rate_sample(LinearStudy(), border + 1, settings=FAST).stable
+    assert growth(border - 12) < 0.7 < 1.4 < growth(border + 8)
+
+
+def test_a_law_that_is_unstable_at_any_rate_has_no_slowest():
+    found = slowest_rate(settings={"kd_pitch": 0.0, "kd_velocity_x": 0.0, "kp_velocity_x": 30.0})
+    assert np.isnan(found.stable_period)
+    assert np.isnan(found.safe_period)
+    assert len(found.samples) == 1
+
+
+@pytest.mark.parametrize("steps", [4, 8])
+def test_the_period_is_the_one_asked_for(steps):
+    assert rate_sample(LinearStudy(), steps).period == steps / 1024

@@ -1,0 +1,75 @@
+"""Sensitivities, against central differences of the same flight, and against the flown one."""
+
+import dataclasses
+import math
+
+import pytest
+
+from workbench.design.judge.carried_flight import STEP
+from workbench.design.judge.sensitivity import METRICS, step_sensitivity
+from workbench.design.step_metrics import StepMetrics
+from workbench.design.step_response import fly_step
+from workbench.errors import WorkbenchError
+from workbench.parameters import parameters_of
+
+DURATION = 1.0
+
+
+@pytest.fixture(scope="module")
+def found():
+    return {each.metric: each for each in step_sensitivity("x", 2.0, duration=DURATION)}
+
+
+def values(**settings):
+    flown = step_sensitivity("x", 2.0, duration=DURATION, settings=settings)
+    return {each.metric: each.value for each in flown}
+
+
+@pytest.mark.parametrize("gain", ["kd_pitch", "max_tilt"])
+def test_derivatives_are_those_of_central_differences(found, study, gain):
+    value = study.gains[gain]
+    h = 1e-6 * value
+    above, below = values(**{gain: value + h}), values(**{gain: value - h})
+    for metric in METRICS:
+        slope = (above[metric] - below[metric]) / (2.0 * h)
+        scale = abs(found[metric].value / value) * 1e-3
+        assert found[metric].derivatives[gain] == pytest.approx(slope, rel=1e-5, abs=1e-5 * scale)
+
+
+def test_metrics_are_those_of_the_flown_step(found):
+    flown = fly_step("x", 2.0, duration=DURATION).metrics
+    assert found["rise_time"].value == pytest.approx(flown.rise_time, abs=2 * STEP)
+    assert found["settling_time"].value == pytest.approx(flown.settling_time, abs=2 * STEP)
+    assert found["peak"].value == pytest.approx(flown.peak, rel=2e-3)
+    assert {field.name for field in dataclasses.fields(StepMetrics)} < set(METRICS)
+
+
+def test_elasticities_are_percent_per_percent(found, study):
+    rise = found["rise_time"]
+    share = rise.derivatives["kp_velocity_x"] * study.gains["kp_velocity_x"] / rise.value
+    assert rise.elasticities["kp_velocity_x"] == pytest.approx(share)
+    assert -1.3 < share < -0.7
+    assert set(rise.elasticities) == {row.name for row in parameters_of("controller")}
+    assert rise.elasticities["kp_velocity_y"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_step_down_is_a_step_too():
+    down = {each.metric: each for each in step_sensitivity("z", -1.0, duration=DURATION)}
+    assert down["steady_state_value"].value == pytest.approx(-1.0, abs=0.05)
+    assert down["rise_time"].elasticities["kp_velocity_z"] < -0.5
+    assert math.isnan(down["overshoot"].elasticities["kp_velocity_z"])
+
+
+@pytest.mark.parametrize(
+    ("axis", "amplitude", "duration", "word"),
+    [
+        ("w", 1.0, 1.0, "axis"),
+        ("x", 0.0, 1.0, "not 0"),
+        ("x", math.nan, 1.0, "not 0"),
+        ("x", 1.0, 0.0, "0.1 s"),
+        ("x", 1.0, math.inf, "0.1 s"),
+    ],
+)
+def test_what_is_no_step_is_refused(axis, amplitude, duration, word):
+    with pytest.raises(WorkbenchError, match=word):
+        step_sensitivity(axis, amplitude, duration=duration)

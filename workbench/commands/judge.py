@@ -1,0 +1,204 @@
+"""`workbench judge`: margins, modes, steps and rates of the closed loop that flies."""
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.judge_text import (
+    map_result,
+    print_judgement,
+    print_map,
+    print_sensitivities,
+    result,
+    sensitivity_result,
+)
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_output_options,
+    add_vehicle_options,
+    with_vehicle,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, say, say_written
+from workbench.commands.progress import progress_bar
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.design.judge.report import Judgement
+    from workbench.design.linear.operating_point import OperatingPoint
+    from workbench.scenario import Scenario
+
+DESCRIPTION_OF_MAP = "speed, tilt, climb, yaw_rate, payload"
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "judge",
+        "Judge the closed loop: every loop's margins, modes, steps, and the slowest safe rate.",
+        "workbench judge --loop pitch --at vx=5\n"
+        "  workbench judge --sensitivity --axis x\n"
+        "  workbench judge --map speed,payload",
+        run,
+    )
+    parser.add_argument(
+        "--loop", metavar="NAME", help="draw all of one loop, as velocity_x, roll, yaw_rate"
+    )
+    parser.add_argument(
+        "--at",
+        default="hover",
+        metavar="POINT",
+        help="operating point: hover, or as vx=5,vz=-1,yaw_rate=0.2,ax=3 (default: hover)",
+    )
+    parser.add_argument(
+        "--cut",
+        choices=("actuator", "error"),
+        default="actuator",
+        help="where loops are opened for table and pictures (default: actuator)",
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--sensitivity",
+        action="store_true",
+        help="instead: what every gain does to every number of a step",
+    )
+    what.add_argument(
+        "--map",
+        metavar="A,B",
+        help=f"instead: margins and damping over two of {DESCRIPTION_OF_MAP}",
+    )
+    parser.add_argument(
+        "--axis",
+        choices=("x", "y", "z", "yaw"),
+        default="x",
+        help="of the step for --sensitivity (default: x)",
+    )
+    add_output_options(parser)
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Judge, print, write pictures; 1 if a mode grows."""
+    from workbench.design.linear.loops import find_loop
+    from workbench.design.linear.operating_point import OperatingPoint, parse_point
+    from workbench.scenario import Scenario
+
+    point = parse_point(args.at)
+    if args.loop and find_loop(args.loop).hold and point != OperatingPoint():
+        raise WorkbenchError(f"the loop {args.loop} is closed at hover only: leave --at out")
+    if (args.sensitivity or args.map) and (args.at != "hover" or args.loop):
+        raise WorkbenchError("--sensitivity and --map begin at hover: leave --at and --loop out")
+    scenario = with_vehicle(Scenario(), args)
+    if args.sensitivity:
+        return _sensitivity(args, scenario)
+    if args.map:
+        return _map(args, scenario)
+    return _judge(args, scenario, point)
+
+
+def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoint") -> int:
+    """Judge one operating point."""
+    from workbench.design.judge.report import judge
+
+    with Outputs() as outputs:
+        name = f"judge-{args.loop}.png" if args.loop else "judge-loops.png"
+        plot = None if args.no_plots else outputs.add(args.output / name)
+        rates = None if args.no_plots else outputs.add(args.output / "judge-rates.png")
+        with progress_bar("judging the loops") as progress:
+            found = judge(scenario, point=point, settings=dict(args.set), progress=progress)
+        if plot and rates:
+            from workbench.design.judge.plots_map import plot_rates
+
+            _draw(args, scenario, found).savefig(plot)
+            plot_rates(found.slowest, f"{found.vehicle}: how slow the law may run").savefig(rates)
+    if args.json:
+        print_json(result(found) | {"files": outputs.files})
+    else:
+        print_judgement(found, args.cut)
+    if outputs.files:
+        say_written(outputs.files)
+    if found.unstable:
+        say(f"unstable: a mode grows through {' and '.join(found.unstable)}")
+        return ExitCode.NOT_AS_DEMANDED
+    return ExitCode.DONE
+
+
+def _draw(args: argparse.Namespace, scenario: "Scenario", found: "Judgement") -> Any:
+    """Return the picture of one loop, or of all."""
+    from workbench.design.judge.plots_loop import plot_loop, plot_loops
+    from workbench.design.linear.loops import find_loop
+
+    if not args.loop:
+        return plot_loops(found.steering, found.holding, cut=args.cut)
+    loop = find_loop(args.loop)
+    model = found.holding if loop.hold else found.steering
+    return plot_loop(model or found.steering, loop, found.steps, cut=args.cut)
+
+
+def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
+    """Say what the gains do to a step."""
+    from workbench.design.judge.sensitivity import step_sensitivity
+    from workbench.design.judge.step_pair import STEPS
+    from workbench.design.step_response import UNITS
+
+    amplitude = dict(STEPS)[args.axis]
+    title = f"step of {amplitude:g} {UNITS[args.axis]} along {args.axis}"
+    with Outputs() as outputs:
+        name = f"judge-sensitivity-{args.axis}.png"
+        plot = None if args.no_plots else outputs.add(args.output / name)
+        with progress_bar("flying a step with its derivatives") as progress:
+            found = step_sensitivity(
+                args.axis,
+                amplitude,
+                scenario=scenario,
+                settings=dict(args.set),
+                progress=progress,
+            )
+        if plot:
+            from workbench.design.judge.plots_map import plot_sensitivity
+
+            plot_sensitivity(found, title).savefig(plot)
+    if args.json:
+        print_json(sensitivity_result(args.axis, amplitude, found) | {"files": outputs.files})
+    else:
+        print_sensitivities(title, found)
+    if outputs.files:
+        say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _map(args: argparse.Namespace, scenario: "Scenario") -> int:
+    """Draw the operating map."""
+    from workbench.design.judge.operating_map import find_direction, operating_map
+
+    names = [name.strip() for name in args.map.split(",")]
+    if len(names) != 2:
+        raise WorkbenchError(
+            f"a map goes along two directions: write --map A,B with two of {DESCRIPTION_OF_MAP}"
+        )
+    first, second = (find_direction(name).name for name in names)
+    if first == second:
+        raise WorkbenchError(f"a map goes along two directions: name another one beside {first}")
+    with Outputs() as outputs:
+        table = outputs.add(args.output / f"judge-map-{first}-{second}.csv")
+        plot = None
+        if not args.no_plots:
+            plot = outputs.add(args.output / f"judge-map-{first}-{second}.png")
+        with progress_bar("judging over the map") as progress:
+            found = operating_map(
+                first, second, scenario=scenario, settings=dict(args.set), progress=progress
+            )
+        found.write_csv(table)
+        if plot:
+            from workbench.design.judge.plots_map import plot_map
+
+            plot_map(found).savefig(plot)
+    if args.json:
+        print_json(map_result(found) | {"files": outputs.files})
+    else:
+        print_map(found)
+    say_written(outputs.files)
+    return ExitCode.DONE

@@ -1,0 +1,211 @@
+"""How a judgement reads: tables for people, and plain data for JSON."""
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands.printing import print_table
+
+if TYPE_CHECKING:
+    from workbench.design.judge.margins import LoopMargins
+    from workbench.design.judge.modes import Mode
+    from workbench.design.judge.operating_map import Direction, OperatingMap
+    from workbench.design.judge.report import Judgement
+    from workbench.design.judge.sensitivity import Sensitivity
+
+_HEAD = (
+    "loop",
+    "gain margin",
+    "down to",
+    "phase",
+    "delay",
+    "disk",
+    "Ms",
+    "bandwidth",
+    "crossover",
+)
+_UNITS = ("", "[factor]", "[factor]", "[deg]", "[ms]", "[1]", "[1]", "[rad/s]", "[rad/s]")
+_FAINT = 0.005
+"""Gains that change no metric by this much are left out [% per %]."""
+
+
+def result(found: "Judgement") -> dict[str, Any]:
+    """Return a judgement as JSON has it; angles in rad."""
+    return {
+        "vehicle": found.vehicle,
+        "point": found.point.label,
+        "period": found.period,
+        "stable": not found.unstable,
+        "unstable_loops": found.unstable,
+        "loops": found.loops,
+        "modes": found.modes,
+        "modes_holding": found.modes_holding,
+        "steps": [
+            {
+                "axis": step.axis,
+                "amplitude": step.amplitude,
+                "linear": step.linear,
+                "flown": step.flown,
+                "difference": step.difference,
+                "broken": step.broken,
+            }
+            for step in found.steps
+        ],
+        "slowest": found.slowest,
+    }
+
+
+def print_judgement(found: "Judgement", cut: str) -> None:
+    """Print the loops, a row each, then modes, steps and rates."""
+    print(f"{found.vehicle} at {found.point.label}, law at {1.0 / found.period:g} Hz")
+    print(f"\nloops, opened at the {cut}:")
+    rows: list[tuple[str, ...]] = [_HEAD, _UNITS]
+    rows += [(loop.loop, *_cells(getattr(loop, cut))) for loop in found.loops]
+    print_table(rows)
+    _print_modes("modes while the pilot steers", found.modes, found.period)
+    if found.modes_holding:
+        slow = found.modes_holding[:4]
+        _print_modes("slowest modes while the place is held", slow, found.period)
+    _print_steps(found)
+    slowest = found.slowest
+    limit = ", the slowest there is," if slowest.at_limit else ""
+    print(
+        f"\nthe law runs at {1.0 / found.period:g} Hz; it is stable down to "
+        f"{_hertz(slowest.stable_period)}{limit} and keeps 30 deg of phase margin down to "
+        f"{_hertz(slowest.safe_period)}"
+    )
+
+
+def print_sensitivities(title: str, found: "tuple[Sensitivity, ...]") -> None:
+    """Print what every gain does to every metric."""
+    print(f"{title}: percent that a number changes per percent of a gain\n")
+    names = [
+        name
+        for name in found[0].elasticities
+        if any(abs(each.elasticities[name]) > _FAINT for each in found)
+    ]
+    rows = [("", "value", *names)]
+    rows += [
+        (each.metric, f"{each.value:.4g}", *(_number(each.elasticities[n], "+.2f") for n in names))
+        for each in found
+    ]
+    print_table(rows)
+    rest = [name for name in found[0].elasticities if name not in names]
+    print(f"\nno part in it: {', '.join(rest) or 'none'}")
+
+
+def sensitivity_result(
+    axis: str, amplitude: float, found: "tuple[Sensitivity, ...]"
+) -> dict[str, Any]:
+    """Return sensitivities as JSON has them."""
+    return {"axis": axis, "amplitude": amplitude, "sensitivities": found}
+
+
+def print_map(found: "OperatingMap") -> None:
+    """Print the weakest place of a map, and the smallest disk margin at every point."""
+    first, second = found.first, found.second
+    print(f"{found.vehicle}: smallest disk margin, {first.name} across, {second.name} down\n")
+    rows = [[f"{second.name} [{second.unit}]", *(f"{x:.3g}" for x in found.first_values)]]
+    rows += [
+        [f"{value:.3g}", *(_number(x, ".2f") for x in line)]
+        for value, line in zip(found.second_values, found.disk_margin.tolist(), strict=True)
+    ]
+    print_table(rows)
+    known = [
+        (found.disk_margin[row, column], row, column)
+        for row in range(len(found.second_values))
+        for column in range(len(found.first_values))
+        if math.isfinite(found.disk_margin[row, column])
+    ]
+    if known:
+        disk, row, column = min(known)
+        print(
+            f"\nweakest: {found.weakest[row][column]} at "
+            f"{_place(first, found.first_values[column])} and "
+            f"{_place(second, found.second_values[row])}: disk margin {disk:.2f}"
+        )
+    holes = found.disk_margin.size - len(known)
+    if holes:
+        print(f"{holes} of {found.disk_margin.size} points cannot be flown")
+
+
+def map_result(found: "OperatingMap") -> dict[str, Any]:
+    """Return a map as JSON has it; angles in rad."""
+    return {
+        "vehicle": found.vehicle,
+        "first": {"name": found.first.name, "unit": found.first.unit},
+        "second": {"name": found.second.name, "unit": found.second.unit},
+        "first_values": found.first_values.tolist(),
+        "second_values": found.second_values.tolist(),
+        "phase_margin": found.phase_margin.tolist(),
+        "disk_margin": found.disk_margin.tolist(),
+        "damping": found.damping.tolist(),
+        "weakest_loop": found.weakest,
+    }
+
+
+def _cells(margins: "LoopMargins") -> tuple[str, ...]:
+    """Return a loop's numbers as texts."""
+    if not margins.stable:
+        return ("unstable", *["-"] * 7)
+    return (
+        _number(margins.gain_margin, ".3g"),
+        _number(margins.gain_reduction_margin or math.nan, ".3g"),
+        _number(math.degrees(margins.phase_margin), ".1f"),
+        _number(1e3 * margins.delay_margin, ".1f"),
+        _number(margins.disk_margin, ".2f"),
+        _number(margins.peak_sensitivity, ".2f"),
+        _number(margins.bandwidth, ".3g"),
+        _number(margins.crossover, ".3g"),
+    )
+
+
+def _print_modes(title: str, found: "tuple[Mode, ...]", period: float) -> None:
+    """Print poles in the words of python-control's `damp`, without those faster than sampling."""
+    print(f"\n{title}:")
+    shown = [mode for mode in found if mode.frequency < math.pi / period]
+    rows = [("pole [1/s]", "damping", "frequency [rad/s]", "time constant [s]")]
+    rows += [
+        (
+            f"{mode.real:.4g}" + (f" ± {mode.imaginary:.4g}i" if mode.imaginary else ""),
+            _number(mode.damping, ".3f"),
+            f"{mode.frequency:.4g}",
+            _number(mode.time_constant, ".3g"),
+        )
+        for mode in shown
+    ]
+    print_table(rows, left=())
+    if len(shown) < len(found):
+        print(f"{len(found) - len(shown)} more die out within a sample")
+
+
+def _print_steps(found: "Judgement") -> None:
+    """Print linear and flown metrics side by side."""
+    if not found.steps:
+        return
+    print("\nsteps from hover, linear and flown:")
+    rows = [("", *(word for step in found.steps for word in (f"{step.axis} linear", "flown")))]
+    names = [field.name for field in dataclasses.fields(found.steps[0].linear)]
+    for name in names:
+        cells = [name]
+        for step in found.steps:
+            flown = math.nan if step.flown is None else getattr(step.flown, name)
+            cells += [_number(getattr(step.linear, name), ".4g"), _number(flown, ".4g")]
+        rows.append(tuple(cells))
+    print_table(rows)
+    for step in found.steps:
+        if step.broken:
+            print(f"the {step.axis} step broke off: {step.broken}")
+
+
+def _number(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "-"
+
+
+def _place(direction: "Direction", value: float) -> str:
+    unit = "" if direction.unit == "1" else f" {direction.unit}"
+    return f"{direction.name} {value:.3g}{unit}"
+
+
+def _hertz(period: float) -> str:
+    return f"{1.0 / period:.1f} Hz" if math.isfinite(period) else "no rate"

@@ -1,0 +1,1 @@
+"""The judgement of every loop of the closed loop that flies."""

@@ -1,0 +1,157 @@
+"""A step flown with its derivatives by the gains carried along, on the continuous flight core."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.autodiffutils import (
+    AutoDiffXd,
+    ExtractGradient,
+    ExtractValue,
+    InitializeAutoDiff,
+)
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator_
+from pydrake.systems.framework import Diagram
+
+from workbench.configured import read_configured
+from workbench.design.judge.hermite import Curve
+from workbench.design.step_response import AXES, START_HEIGHT
+from workbench.diagram.core import make_flight_core, parameter_values
+from workbench.gains import flight_gains
+from workbench.plant.loading import make_vehicle
+from workbench.plant.placing import place_vehicle
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario
+from workbench.systems.cascade import Gains, Guidance, Reference
+
+STEP = 1 / 128
+"""Of the integrator, Runge-Kutta of third order, and between the samples of the curves [s]."""
+_RATE = {"x": 10, "y": 11, "z": 12, "yaw": 9}
+"""Place of an axis' velocity in the plant's state."""
+_BODY = 13
+
+
+@dataclass(frozen=True)
+class CarriedFlight:
+    """A step from hover, as curves that carry derivatives by the gains.
+
+    Attributes:
+        axis: x, y, z or yaw.
+        amplitude: of the command, given at time 0 [m/s or rad/s].
+        gains: what the derivatives are by, in order: name and value.
+        response: velocity along the axis [m/s], or yaw rate [rad/s].
+        rotor_use: of every rotor, as share of its speed limit.
+    """
+
+    axis: str
+    amplitude: float
+    gains: dict[str, float]
+    response: Curve
+    rotor_use: tuple[Curve, ...]
+
+
+def fly_carried(
+    axis: str,
+    amplitude: float,
+    *,
+    duration: float,
+    scenario: Scenario | None = None,
+    settings: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> CarriedFlight:
+    """Fly a step with derivatives by all parameters of the controller.
+
+    What flies is the vehicle as its controller knows it, without a scenario's variation.
+
+    Arguments are those of `fly_step`.
+    """
+    config = (scenario or Scenario()).vehicle
+    description = read_configured(config)
+    vehicle = make_vehicle(description)
+    values = flight_gains(vehicle, config.gains, settings)
+    gains = parameter_values("controller", values)
+    core = make_flight_core(description, vehicle, values)
+    start = _hover(core, vehicle)
+    simulator = _prepared(core.ToAutoDiffXd(), start, axis, amplitude, Gains(**gains))
+    count = round(duration / STEP)
+    states, rates = [], []
+    for index in range(count + 1):
+        simulator.AdvanceTo(index * STEP)
+        context = simulator.get_context()
+        states.append(context.get_continuous_state_vector().CopyToVector())
+        rates.append(simulator.get_system().EvalTimeDerivatives(context).CopyToVector())
+        if progress:
+            progress(index / count)
+    time = STEP * np.arange(count + 1)
+    state, rate = np.array(states), np.array(rates)
+    rotors = range(_BODY, _BODY + len(vehicle.rotors))
+    return CarriedFlight(
+        axis=axis,
+        amplitude=amplitude,
+        gains=gains,
+        response=_curve(time, state[:, _RATE[axis]], rate[:, _RATE[axis]], len(gains)),
+        rotor_use=tuple(
+            _curve(time, state[:, place] / limit, rate[:, place] / limit, len(gains))
+            for place, limit in zip(
+                rotors, (rotor.max_rot_velocity for rotor in vehicle.rotors), strict=True
+            )
+        ),
+    )
+
+
+def _hover(core: Diagram, vehicle: Vehicle) -> np.ndarray:
+    """Return the core's state (13 + n + 3) in hover."""
+    root = core.CreateDefaultContext()
+    frame = thrust_frame(vehicle)
+    plant = core.GetSubsystemByName("plant")
+    place_vehicle(
+        plant,
+        plant.GetMyMutableContextFromRoot(root),
+        vehicle,
+        p_WB=[0.0, 0.0, START_HEIGHT],
+        roll_pitch_yaw=frame.roll_pitch_yaw([0.0, 0.0, 0.0]),
+        v_WB=[0.0, 0.0, 0.0],
+        w_WB=[0.0, 0.0, 0.0],
+    )
+    state: np.ndarray = root.get_continuous_state_vector().CopyToVector()
+    state[_BODY : _BODY + len(vehicle.rotors)] = frame.hover_speeds
+    return state
+
+
+def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: Gains) -> Any:
+    """Return a Simulator at hover with the command just given."""
+    root = core.CreateDefaultContext()
+    root.SetContinuousState(start)
+    controller = core.GetSubsystemByName("controller").GetMyMutableContextFromRoot(root)
+    carried = InitializeAutoDiff(np.array(gains)).ravel()
+    controller.get_mutable_numeric_parameter(0).SetFromVector(carried)
+    reference = np.zeros(len(Reference._fields))
+    reference[AXES.index(axis)] = amplitude
+    # as in flight, the place is held until a pilot steers; turning in place goes on holding it
+    hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, START_HEIGHT)
+    core.GetInputPort("reference").FixValue(root, reference)
+    core.GetInputPort("guidance").FixValue(root, np.array(hold))
+    simulator = Simulator_[AutoDiffXd](core, root)
+    ResetIntegratorFromFlags(simulator, "runge_kutta3", STEP)
+    simulator.get_mutable_integrator().set_fixed_step_mode(True)
+    simulator.Initialize()
+    return simulator
+
+
+def _curve(time: np.ndarray, values: np.ndarray, slopes: np.ndarray, count: int) -> Curve:
+    """Return a curve of AutoDiffXd values (N) and their derivatives by time (N)."""
+    return Curve(
+        time=time,
+        value=ExtractValue(values).ravel(),
+        slope=ExtractValue(slopes).ravel(),
+        value_by_gain=_gradient(values, count),
+        slope_by_gain=_gradient(slopes, count),
+    )
+
+
+def _gradient(values: np.ndarray, count: int) -> np.ndarray:
+    """Return the derivatives (N, g) of AutoDiffXd values (N), of which some may carry none."""
+    rows: np.ndarray = ExtractGradient(values.reshape(-1, 1))
+    return rows if rows.shape[1] else np.zeros((len(values), count))

@@ -1,0 +1,212 @@
+"""How far a loop is from instability: margins in python-control's words, of the exact sampled loop.
+
+A grid of frequencies finds where a response crosses or turns; zooming in makes the numbers exact.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.judge.loop_response import CutModel, LoopResponses, loop_responses
+
+DECADES = 5.0
+"""Frequencies looked at reach so far below the highest."""
+GRID = 320
+"""Frequencies in them."""
+_ZOOM = np.linspace(0.0, 1.0, 9)
+_ZOOMS = 3
+"""Each makes an interval eight times as short; the chord of what is left is exact to 1e-8."""
+_PHASE, _SIZE, _FALL = range(3)
+_LEAST = 1e-6
+"""Gain margins beyond this, or its inverse, are none: rounding makes crossings there."""
+HALF_POWER = 10.0 ** (-3.0 / 20.0)
+"""-3 dB, python-control's end of the bandwidth."""
+
+
+@dataclass(frozen=True)
+class LoopMargins:
+    """How much a loop bears, of a closed loop cut at one point.
+
+    An unstable closed loop bears nothing: factors are 1, angles, times and the disk 0, the peak
+    is infinite and frequencies NaN.
+
+    Attributes:
+        gain_margin: smallest factor above 1 on the loop's gain that brings it to the verge of
+            instability; infinite if there is none.
+        gain_reduction_margin: largest factor below 1 that does; 0 if there is none.
+        phase_margin: smallest turn of the phase that does, whichever way [rad].
+        delay_margin: smallest delay in the loop that does [s].
+        disk_margin: python-control's balanced one (skew 0), alpha = 1 / max |S - 1/2|: gain may
+            change by any factor within (2 - alpha) / (2 + alpha) and its inverse while the phase
+            turns as well.
+        peak_sensitivity: largest |S| = |1 / (1 + L)|.
+        bandwidth: frequency at which T = L / (1 + L) first falls 3 dB below its low end [rad/s].
+        crossover: highest frequency at which |L| is 1 [rad/s].
+        stable: whether the closed loop is; integrators that no loop closes are left out.
+    """
+
+    gain_margin: float
+    gain_reduction_margin: float
+    phase_margin: float
+    delay_margin: float
+    disk_margin: float
+    peak_sensitivity: float
+    bandwidth: float
+    crossover: float
+    stable: bool = True
+
+
+UNSTABLE = LoopMargins(1.0, 1.0, 0.0, 0.0, 0.0, math.inf, math.nan, math.nan, stable=False)
+
+
+def loop_margins(model: CutModel, point: str) -> LoopMargins:
+    """Return the margins of a model's loop cut at a point.
+
+    Args:
+        model: a closed loop that can be cut.
+        point: one of `loop_points.POINTS`.
+    """
+    return all_margins(model, [point])[0]
+
+
+def all_margins(model: CutModel, points: Sequence[str]) -> tuple[LoopMargins, ...]:
+    """Return the margins at several points of one model, in one pass."""
+    return response_margins(loop_responses(model, points))
+
+
+def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
+    """Return the margins of open loops."""
+    if not loops.stable:
+        return (UNSTABLE,) * len(loops.opened)
+    grid = frequency_grid(loops)
+    response = loops.at(grid)
+    edges = _edges(loops)
+    zeros = _zeros(loops, grid, response)
+    peaks, disks = _lowest(loops, grid, response, np.nan_to_num(edges[:, 1:]))
+    found = []
+    for index in range(len(loops.opened)):
+        phase, size, fall = (zeros.of(index, kind) for kind in (_PHASE, _SIZE, _FALL))
+        real = -np.append(zeros.response[phase].real, edges[index].real)
+        factors = 1.0 / real[(real > _LEAST) & (real < 1.0 / _LEAST)]
+        crossings = zeros.frequency[size]
+        turn = (np.angle(zeros.response[size]) + math.pi) % (2.0 * math.pi)
+        found.append(
+            LoopMargins(
+                gain_margin=float(factors[factors > 1.0].min(initial=math.inf)),
+                gain_reduction_margin=float(factors[factors <= 1.0].max(initial=0.0)),
+                phase_margin=float(np.minimum(turn, 2.0 * math.pi - turn).min(initial=math.inf)),
+                delay_margin=float((turn / crossings).min(initial=math.inf)),
+                disk_margin=float(disks[index]),
+                peak_sensitivity=float(1.0 / peaks[index]),
+                bandwidth=float(zeros.frequency[fall][0]) if fall.any() else math.nan,
+                crossover=float(crossings.max()) if len(crossings) else math.nan,
+            )
+        )
+    return tuple(found)
+
+
+def frequency_grid(loops: LoopResponses) -> np.ndarray:
+    """Return frequencies (F) [rad/s] up to the highest: even in log, denser at faint damping."""
+    top = loops.highest
+    even = np.geomspace(top * 10.0**-DECADES, top * 0.99999, GRID)
+    poles = np.append(loops.closed, loops.opened)
+    if loops.period:
+        with np.errstate(divide="ignore"):
+            poles = np.log(poles[poles != 0.0]) / loops.period
+    size = np.abs(poles)
+    damping = np.abs(poles.real) / np.maximum(size, 1e-300)
+    faint = (damping < 0.15) & (poles.imag > even[0]) & (size < top)
+    spread = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
+    near = poles.imag[faint, None] + np.abs(poles.real[faint, None]) * spread
+    near = near[(near > even[0]) & (near < even[-1])]
+    return np.unique(np.append(even, near))
+
+
+@dataclass(frozen=True)
+class _Zeros:
+    """Where (K) a response is real, of size 1, or of a T that falls through -3 dB."""
+
+    loop: np.ndarray
+    kind: np.ndarray
+    frequency: np.ndarray
+    response: np.ndarray
+
+    def of(self, loop: int, kind: int) -> np.ndarray:
+        """Return which (K) are of one loop and kind."""
+        found: np.ndarray = (self.loop == loop) & (self.kind == kind)
+        return found
+
+
+def _zeros(loops: LoopResponses, grid: np.ndarray, response: np.ndarray) -> _Zeros:
+    """Return all crossings that margins are read from."""
+    level = HALF_POWER * np.abs(response[:, 0] / (1.0 + response[:, 0]))
+    with np.errstate(invalid="ignore"):
+        values = _shapes(response, level[:, None])
+        crosses = (values[..., 1:] > 0.0) != (values[..., :-1] > 0.0)
+        crosses &= np.isfinite(values[..., 1:]) & np.isfinite(values[..., :-1])
+    crosses[_PHASE] &= (response.real[:, 1:] < 0.0) | (response.real[:, :-1] < 0.0)
+    kind, loop, place = np.nonzero(crosses)
+    low, high = grid[place], grid[place + 1]
+    rows = np.arange(len(kind))
+    first = last = np.zeros(len(kind))
+    for _ in range(_ZOOMS):
+        at = low[:, None] + (high - low)[:, None] * _ZOOM
+        values = _shapes(loops.at(at, loop), level[loop, None])[kind, rows]
+        positive = values > 0.0
+        step = np.argmax(positive[:, 1:] != positive[:, :-1], axis=1)
+        low, high = at[rows, step], at[rows, step + 1]
+        first, last = values[rows, step], values[rows, step + 1]
+    rise = np.where(last == first, 1.0, last - first)
+    zero = low - first * (high - low) / rise
+    return _Zeros(loop, kind, zero, loops.at(zero[:, None], loop)[:, 0])
+
+
+def _shapes(response: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Return what is zero where L is real, where |L| is 1, and where |T| is at a level."""
+    size = response.real**2 + response.imag**2
+    return np.stack(
+        [response.imag, size - 1.0, size - level**2 * (size + 2.0 * response.real + 1.0)]
+    )
+
+
+def _lowest(
+    loops: LoopResponses, grid: np.ndarray, response: np.ndarray, edge: np.ndarray
+) -> np.ndarray:
+    """Return the lowest distance from -1 and the lowest disk margin, (2, P)."""
+    count = len(response)
+    loop, rows = np.tile(np.arange(count), 2), np.arange(2 * count)
+    values = _distances(response).reshape(2 * count, -1)
+    place = np.argmin(values, axis=1)
+    low, high = grid[np.maximum(place - 1, 0)], grid[np.minimum(place + 1, len(grid) - 1)]
+    for _ in range(_ZOOMS + 1):
+        at = low[:, None] + (high - low)[:, None] * _ZOOM
+        both = _distances(loops.at(at, loop))
+        values = np.concatenate([both[0, :count], both[1, count:]])
+        place = np.argmin(values, axis=1)
+        low = at[rows, np.maximum(place - 1, 0)]
+        high = at[rows, np.minimum(place + 1, len(_ZOOM) - 1)]
+    lowest: np.ndarray = np.fmin(values.min(axis=1).reshape(2, count), _distances(edge)[..., 0])
+    return lowest
+
+
+def _distances(response: np.ndarray) -> np.ndarray:
+    """Return |1 + L| and 2 |1 + L| / |1 - L|; infinite where L is."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        near = np.abs(1.0 + response)
+        both = np.stack([near, 2.0 * near / np.abs(1.0 - response)])
+    both[np.isnan(both)] = math.inf
+    return both
+
+
+def _edges(loops: LoopResponses) -> np.ndarray:
+    """Return L (P, 2) at rest and at half the sampling rate, where it is real; NaN if not finite.
+
+    Above a continuous loop's highest frequency nothing is left of it.
+    """
+    edges = loops.at(np.array([0.0, loops.highest]))
+    if not loops.period:
+        edges[:, 1] = math.nan
+    edges[~(np.abs(edges) < 1.0 / _LEAST) | (edges == 0.0)] = math.nan
+    return edges

@@ -1,0 +1,65 @@
+"""Poles of the closed loop in the words of python-control's `damp`."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.judge.loop_response import INTEGRATOR, CutModel, closed_poles
+
+_GONE = 1e-9
+"""A sampled pole no larger than this has forgotten everything after a sample."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A pole, or a pair of them; of a sampled loop s = ln(z) / period.
+
+    Attributes:
+        real: of the pole [1/s]; negative dies out.
+        imaginary: 0, or that of the upper one of a pair [rad/s].
+        frequency: natural frequency [rad/s].
+        damping: ratio; 1 for a real pole that dies out, negative for one that grows.
+        time_constant: of dying out [s]; negative for what grows.
+    """
+
+    real: float
+    imaginary: float
+    frequency: float
+    damping: float
+    time_constant: float
+
+
+def modes(model: CutModel) -> tuple[Mode, ...]:
+    """Return the closed loop's modes, the slowest first.
+
+    Integrators that no loop closes (place and heading while a pilot steers) are left out, and so
+    are poles at z = 0.
+    """
+    poles = natural_poles(closed_poles(model), model.period)
+    poles = poles[(poles.imag >= -1e-9) & (np.abs(poles) > INTEGRATOR)]
+    return tuple(_mode(pole) for pole in sorted(poles, key=lambda pole: (abs(pole), pole.imag)))
+
+
+def natural_poles(poles: np.ndarray, period: float) -> np.ndarray:
+    """Return poles in continuous terms [1/s]; those that forget within a sample are left out."""
+    if not period:
+        return poles
+    found: np.ndarray = np.log(poles[np.abs(poles) > _GONE].astype(complex)) / period
+    return found
+
+
+def least_damping(found: tuple[Mode, ...]) -> float:
+    """Return the smallest damping ratio of all modes, 1 if there are none."""
+    return min((mode.damping for mode in found), default=1.0)
+
+
+def _mode(pole: complex) -> Mode:
+    size, real = abs(pole), float(pole.real)
+    return Mode(
+        real=real,
+        imaginary=max(float(pole.imag), 0.0),
+        frequency=float(size),
+        damping=float(-real / size) if size else math.nan,
+        time_constant=-1.0 / real if real else math.inf,
+    )

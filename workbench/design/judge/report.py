@@ -1,0 +1,106 @@
+"""The judgement of a vehicle with its gains: every loop, every mode, every step."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from workbench.design.judge.loop_judgement import LoopJudgement, growing_loops, judge_loops
+from workbench.design.judge.modes import Mode, modes
+from workbench.design.judge.sampled_stability import SlowestRate, slowest_rate
+from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
+from workbench.design.linear.model import LinearModel
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.gains import flight_gains
+from workbench.scenario import Scenario
+
+STEP_DURATION = 5.0
+"""Flown after a step's command [s]."""
+HOVER = OperatingPoint()
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Everything about the closed loop at one operating point.
+
+    Attributes:
+        vehicle: its name.
+        point: where.
+        period: of the control law [s].
+        loops: in the order of `LOOPS`; those that hold a place at hover only.
+        modes: while the pilot steers, the slowest first.
+        modes_holding: modes while the place is held; empty away from hover.
+        steps: linear and flown; empty away from hover.
+        slowest: how slow the law may run.
+        unstable: names of the loops through which a mode grows.
+        steering: the closed loop while the pilot steers.
+        holding: the same while the place is held; None away from hover.
+    """
+
+    vehicle: str
+    point: OperatingPoint
+    period: float
+    loops: tuple[LoopJudgement, ...]
+    modes: tuple[Mode, ...]
+    modes_holding: tuple[Mode, ...]
+    steps: tuple[StepPair, ...]
+    slowest: SlowestRate
+    unstable: tuple[str, ...]
+    steering: LinearModel
+    holding: LinearModel | None
+
+
+def judge(
+    scenario: Scenario | None = None,
+    *,
+    point: OperatingPoint = HOVER,
+    settings: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Judgement:
+    """Judge the closed loop that flies: margins, modes, steps, and the slowest safe rate.
+
+    Args:
+        scenario: its vehicle and rates are used.
+        point: where to linearise; steps and position loops are judged at hover only.
+        settings: parameter values.
+        progress: called with the share done, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
+    """
+    scenario = scenario or Scenario()
+    study = LinearStudy(scenario)
+    gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings)
+    steering = study.sampled(dataclasses.replace(point, hold=False), gains)
+    at_hover = dataclasses.replace(point, hold=False) == HOVER
+    holding = study.sampled(dataclasses.replace(HOVER, hold=True), gains) if at_hover else None
+    say = progress or (lambda share: None)
+    steps = []
+    if at_hover:
+        for index, (axis, amplitude) in enumerate(STEPS):
+            say(index / (len(STEPS) + 1))
+            steps.append(
+                step_pair(
+                    steering,
+                    axis,
+                    amplitude,
+                    duration=STEP_DURATION,
+                    scenario=scenario,
+                    settings=settings,
+                )
+            )
+    slowest = slowest_rate(scenario, point=point, settings=settings)
+    say(1.0)
+    return Judgement(
+        vehicle=study.vehicle.name,
+        point=point,
+        period=steering.period,
+        loops=judge_loops(steering, holding),
+        modes=modes(steering),
+        modes_holding=modes(holding) if holding else (),
+        steps=tuple(steps),
+        slowest=slowest,
+        unstable=growing_loops(steering) or (growing_loops(holding) if holding else ()),
+        steering=steering,
+        holding=holding,
+    )

@@ -1,0 +1,128 @@
+"""How slow the law may run: the exact sampled loop at longer and longer control periods."""
+
+import copy
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from workbench.design.judge.loop_judgement import judge_loops
+from workbench.design.judge.loop_response import (
+    INTEGRATOR,
+    closed_poles,
+    growth_rate,
+    spectral_radius,
+)
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.gains import flight_gains
+from workbench.scenario import SLOWEST, Scenario
+
+SAFE_PHASE = math.radians(30.0)
+"""A rate is called safe at which every loop keeps this phase margin [rad]."""
+COARSE = (1, 2, 4, 8, 12, 16, 24, 32, 40, 48, 64)
+"""Periods looked at first, in physics steps; then the border between two of them is looked for."""
+HOVER = OperatingPoint()
+
+
+@dataclass(frozen=True)
+class RateSample:
+    """The closed loop at one control period.
+
+    Attributes:
+        period: [s].
+        spectral_radius: largest |z| of a pole, integrators that nothing reads left out.
+        stable: whether no mode grows.
+        phase_margin: smallest of all loops [rad], 0 where unstable.
+    """
+
+    period: float
+    spectral_radius: float
+    stable: bool
+    phase_margin: float
+
+
+@dataclass(frozen=True)
+class SlowestRate:
+    """How slow the control law may run with its gains.
+
+    Attributes:
+        stable_period: longest control period up to which the loop is stable [s]; NaN if none.
+        safe_period: longest up to which every loop keeps `SAFE_PHASE` [s]; NaN if none.
+        samples: all that was looked at, by period.
+    """
+
+    stable_period: float
+    safe_period: float
+    samples: tuple[RateSample, ...]
+
+    @property
+    def at_limit(self) -> bool:
+        """Whether the loop is still stable at the longest period that a scenario may have."""
+        return self.stable_period == self.samples[-1].period
+
+
+def slowest_rate(
+    scenario: Scenario | None = None,
+    *,
+    point: OperatingPoint = HOVER,
+    settings: Mapping[str, float] | None = None,
+) -> SlowestRate:
+    """Return how slow the law may run, to the physics step.
+
+    Args:
+        scenario: its vehicle and physics step are used.
+        point: where to linearise.
+        settings: parameter values.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
+    """
+    scenario = scenario or Scenario()
+    study = LinearStudy(scenario)
+    most = math.floor(SLOWEST["control_period"] / scenario.rates.physics_step + 1e-9)
+    samples: dict[int, RateSample] = {}
+
+    def sample(steps: int) -> RateSample:
+        if steps not in samples:
+            samples[steps] = rate_sample(study, steps, point, settings)
+        return samples[steps]
+
+    def longest(holds: Callable[[RateSample], bool]) -> float:
+        good, bad = 0, most + 1
+        for steps in (*(n for n in COARSE if n < most), most):
+            if not holds(sample(steps)):
+                bad = steps
+                break
+            good = steps
+        while bad - good > 1:
+            middle = (good + bad) // 2
+            good, bad = (middle, bad) if holds(sample(middle)) else (good, middle)
+        return good * scenario.rates.physics_step if good else math.nan
+
+    return SlowestRate(
+        stable_period=longest(lambda found: found.stable),
+        safe_period=longest(lambda found: found.phase_margin >= SAFE_PHASE),
+        samples=tuple(samples[steps] for steps in sorted(samples)),
+    )
+
+
+def rate_sample(
+    study: LinearStudy,
+    steps: int,
+    point: OperatingPoint = HOVER,
+    settings: Mapping[str, float] | None = None,
+) -> RateSample:
+    """Return the closed loop with a control period of so many physics steps."""
+    slowed = copy.deepcopy(study.scenario)
+    slowed.rates.control_period = steps * slowed.rates.physics_step
+    gains = flight_gains(study.vehicle, slowed.vehicle.gains, settings)
+    model = study.like(slowed).sampled(point, gains)
+    loops, poles = judge_loops(model), closed_poles(model)
+    return RateSample(
+        period=model.period,
+        spectral_radius=spectral_radius(poles),
+        stable=growth_rate(poles, model.period) < INTEGRATOR,
+        phase_margin=min(
+            margins.phase_margin for loop in loops for margins in (loop.actuator, loop.error)
+        ),
+    )

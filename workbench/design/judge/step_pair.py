@@ -1,0 +1,128 @@
+"""One step twice: by the linear model, and flown on the full diagram."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.linear.model import LinearModel
+from workbench.design.step_metrics import StepMetrics, step_metrics
+from workbench.design.step_response import fly_step
+from workbench.errors import FlightBrokenError
+from workbench.scenario import Scenario
+
+STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
+"""Axis and amplitude, [m/s] and [rad/s]: the paper's."""
+INPUTS = {
+    "x": "reference_v_x",
+    "y": "reference_v_y",
+    "z": "reference_v_z",
+    "yaw": "reference_yaw_rate",
+}
+OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
+
+
+@dataclass(frozen=True)
+class StepPair:
+    """A step from hover, of the linear model and of the flight.
+
+    Attributes:
+        axis: x, y, z or yaw.
+        amplitude: of the command [m/s or rad/s].
+        time: (N) from the command on [s].
+        linear_response: (N), what the linear model says.
+        flown_response: (N); empty if the flight broke off.
+        linear: metrics of the one.
+        flown: metrics of the other; None if the flight broke off.
+        broken: why it did, or "".
+    """
+
+    axis: str
+    amplitude: float
+    time: np.ndarray
+    linear_response: np.ndarray
+    flown_response: np.ndarray
+    linear: StepMetrics
+    flown: StepMetrics | None
+    broken: str = ""
+
+    @property
+    def difference(self) -> float:
+        """Largest distance between the two responses, as share of the amplitude."""
+        if self.flown is None:
+            return float("nan")
+        gap = np.abs(self.linear_response - self.flown_response).max()
+        return float(gap / abs(self.amplitude))
+
+
+def step_pair(
+    model: LinearModel,
+    axis: str,
+    amplitude: float,
+    *,
+    duration: float,
+    scenario: Scenario,
+    settings: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> StepPair:
+    """Return a step of a sampled model at hover beside the flown one.
+
+    Args:
+        model: of the same scenario and settings, while the pilot steers.
+        axis: x, y, z or yaw.
+        amplitude: of the command [m/s or rad/s].
+        duration: after the command [s].
+        scenario: as for `fly_step`, and so the next two.
+        settings: see there.
+        progress: see there.
+
+    Raises:
+        WorkbenchError: as `fly_step`.
+    """
+    try:
+        flight = fly_step(
+            axis,
+            amplitude,
+            duration=duration,
+            scenario=scenario,
+            settings=settings,
+            progress=progress,
+        )
+    except FlightBrokenError as error:
+        time = model.period * np.arange(round(duration / model.period) + 1)
+        response = amplitude * linear_step(model, INPUTS[axis], OUTPUTS[axis], len(time))
+        metrics = step_metrics(time, response, amplitude)
+        return StepPair(
+            axis, amplitude, time, response, np.zeros(0), metrics, None, broken=str(error)
+        )
+    time = flight.time
+    response = amplitude * linear_step(model, INPUTS[axis], OUTPUTS[axis], len(time))
+    return StepPair(
+        axis=axis,
+        amplitude=amplitude,
+        time=time,
+        linear_response=response,
+        flown_response=flight.response,
+        linear=step_metrics(time, response, amplitude),
+        flown=flight.metrics,
+    )
+
+
+def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> np.ndarray:
+    """Return the answer (N) of a sampled model, at rest until a command goes to 1 at time 0.
+
+    Args:
+        model: sampled.
+        command: name of an input.
+        answer: name of an output.
+        samples: N.
+    """
+    A, b, c = model.A, model.B([command])[:, 0], model.C([answer])[0]
+    through = float(model.D([answer], [command])[0, 0])
+    state = np.zeros(len(A))
+    response = np.empty(samples)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for index in range(samples):
+            response[index] = c @ state + through
+            state = A @ state + b
+    return response
