@@ -1,0 +1,162 @@
+"""`workbench sweep`: many candidates flown, in a table and on a map."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_output_options,
+    add_vehicle_options,
+    flown_with,
+    with_vehicle,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, say, say_written
+from workbench.commands.progress import progress_bar
+from workbench.commands.stopping import stop_on_interrupt
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.design.sweep.table import SweepTable
+
+_OWN_LOOP = "axis"
+"""What --margins means without a name."""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "sweep",
+        "Fly a step with many values of any parameters, and write a table and a map of a metric.",
+        "workbench sweep kp_velocity_x=2..8:25 kp_pitch=100..400:25 --axis x --metric overshoot",
+        run,
+    )
+    parser.add_argument(
+        "ranges",
+        nargs="+",
+        metavar="NAME=LOW..HIGH[:POINTS][:log]",
+        help="what is swept: a live parameter, or vary.mass, vary.inertia, vary.rotor_lag, which "
+        "the controller does not know of; as kp_roll=100..400:9",
+    )
+    parser.add_argument("--axis", choices=("x", "y", "z", "yaw"), default="z", help="(default: z)")
+    parser.add_argument(
+        "--amplitude",
+        type=float,
+        metavar="A",
+        help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2)",
+    )
+    parser.add_argument(
+        "--duration",
+        type=float,
+        default=3.0,
+        metavar="T",
+        help="flown after the command's edge, in s (default: 3)",
+    )
+    parser.add_argument(
+        "--metric",
+        default="settling_time",
+        metavar="NAME",
+        help="that is drawn, and by which the best is chosen (default: settling_time)",
+    )
+    parser.add_argument(
+        "--method",
+        default="grid",
+        metavar="NAME",
+        help="grid, random, or sobol, which spreads evenly (default: grid)",
+    )
+    parser.add_argument(
+        "--samples",
+        type=int,
+        default=256,
+        metavar="N",
+        help="of random and sobol (default: 256)",
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of both (default: 0)")
+    parser.add_argument(
+        "--margins",
+        nargs="?",
+        const=_OWN_LOOP,
+        default="",
+        metavar="LOOP",
+        help="compute margins too, of the axis's own loop or of this one, as pitch",
+    )
+    parser.add_argument(
+        "--full",
+        action="store_true",
+        help="fly every candidate on the full diagram, a second each, instead of the compiled one",
+    )
+    parser.add_argument(
+        "--table",
+        type=Path,
+        metavar="FILE",
+        help="the table, .csv or .parquet (default: sweep-AXIS.csv in the output folder)",
+    )
+    add_output_options(parser)
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Sweep, prove the best, print it, write table and picture."""
+    from workbench.commands.sweep_text import print_sweep, sweep_result
+    from workbench.design.sweep.best import prove_best
+    from workbench.design.sweep.table_file import check_table_path, write_table
+
+    table_path = args.table or args.output / f"sweep-{args.axis}.csv"
+    check_table_path(table_path)
+    with Outputs() as outputs, stop_on_interrupt() as stopped:
+        log = outputs.add(table_path)
+        plot = None if args.no_plots else outputs.add(args.output / f"sweep-{args.axis}.png")
+        with progress_bar(f"sweeping {len(args.ranges)} parameters") as progress:
+            table = _sweep(args, progress, stopped)
+        if not len(table):
+            raise KeyboardInterrupt  # nothing is there to be kept
+        best = prove_best(table, args.metric)
+        write_table(table, log)
+        if plot:
+            from workbench.design.sweep.plot_sweep import plot_sweep
+
+            plot_sweep(table, args.metric, best).savefig(plot)
+    if args.json:
+        print_json(sweep_result(table, best, args.metric) | {"files": outputs.files})
+    else:
+        print_sweep(table, best, args.metric, flown_with(args))
+    say_written(outputs.files)
+    if len(table) < table.planned:
+        say(f"interrupted after {len(table)} of {table.planned} candidates; those are in the table")
+        return ExitCode.INTERRUPTED
+    return ExitCode.DONE
+
+
+def _sweep(args: argparse.Namespace, progress: Any, stopped: Any) -> "SweepTable":
+    """Fly what the command line asks for."""
+    from workbench.design.reproduce import PAPER
+    from workbench.design.sweep.compiled_flights import fly_compiled
+    from workbench.design.sweep.full_flights import fly_full
+    from workbench.design.sweep.loops import axis_loop
+    from workbench.design.sweep.metrics import MARGINS, find_metric
+    from workbench.design.sweep.sweep import sweep
+    from workbench.scenario import Scenario
+
+    if find_metric(args.metric) in MARGINS and not args.margins:
+        raise WorkbenchError(f"{args.metric} is not measured: add --margins")
+    paper = {figure.axis: figure.command for figure in PAPER}
+    return sweep(
+        args.ranges,
+        method=args.method,
+        samples=args.samples,
+        seed=args.seed,
+        axis=args.axis,
+        amplitude=paper[args.axis] if args.amplitude is None else args.amplitude,
+        duration=args.duration,
+        scenario=with_vehicle(Scenario(), args),
+        settings=dict(args.set),
+        loop=axis_loop(args.axis) if args.margins == _OWN_LOOP else args.margins,
+        fly=fly_full if args.full else fly_compiled,
+        progress=progress,
+        stop=stopped,
+    )

@@ -1,0 +1,1 @@
+"""Sweeps: many candidates flown, their metrics in a table and on a map."""

@@ -1,0 +1,117 @@
+"""The step that every candidate of a sweep flies, and what a candidate is."""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from workbench.configured import read_configured
+from workbench.design.step_response import AXES, LEAST_DURATION, UNITS
+from workbench.design.sweep.ranges import VARY, SweepRange
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.gains import flight_gains
+from workbench.parameters import PARAMETERS
+from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import Variation
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario
+from workbench.vehicle_parameters import check_parameters
+
+_LIMITS = {"x": "max_speed", "y": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate"}
+"""Parameter that a step along an axis must stay below."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Values of live parameters by name, and how the drone differs from what is known of it."""
+
+    settings: Mapping[str, float]
+    variation: Variation
+
+
+@dataclass(frozen=True)
+class SweepCase:
+    """A step that is flown with many candidates.
+
+    Attributes:
+        axis: x, y, z or yaw.
+        amplitude: of the command [m/s] or [rad/s].
+        duration: flown after the command's edge [s].
+        scenario: its vehicle, world and rates are used.
+        settings: parameter values that all candidates share, by name.
+
+    Raises:
+        WorkbenchError: if that makes no step.
+    """
+
+    axis: str
+    amplitude: float
+    duration: float = 3.0
+    scenario: Scenario = field(default_factory=Scenario)
+    settings: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.axis not in AXES:
+            raise unknown_name("axis", self.axis, AXES)
+        if not 0.0 < abs(self.amplitude) < math.inf:
+            raise WorkbenchError(
+                f"the amplitude is {self.amplitude:g}: give it a finite number, and not 0"
+            )
+        if not LEAST_DURATION <= self.duration < math.inf:
+            raise WorkbenchError(
+                f"a step cannot be measured in {self.duration:g} s: give it {LEAST_DURATION:g} s "
+                "or more"
+            )
+
+    def vehicle(self) -> Vehicle:
+        """Return what flies, as its controller knows it.
+
+        Raises:
+            WorkbenchError: if its description cannot be read.
+        """
+        return make_vehicle(read_configured(self.scenario.vehicle))
+
+    def values(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return all parameter values as they are without a sweep, by name.
+
+        Raises:
+            WorkbenchError: if a setting or gain file is wrong.
+        """
+        return flight_gains(vehicle, self.scenario.vehicle.gains, self.settings)
+
+    def candidate(self, ranges: Sequence[SweepRange], row: Sequence[float]) -> Candidate:
+        """Return the candidate with these values of what is swept."""
+        swept = {each.name: float(value) for each, value in zip(ranges, row, strict=True)}
+        settings, factors = dict(self.settings), dict[str, Any]()
+        for name, value in swept.items():
+            if name.startswith(VARY):
+                factors[name.removeprefix(VARY)] = value
+            else:
+                settings[name] = value
+        variation = dataclasses.replace(self.scenario.vehicle.variation, **factors)
+        return Candidate(settings, variation)
+
+    def present(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> list[float]:
+        """Return the values that what is swept has without a sweep."""
+        values = self.values(vehicle)
+        variation = dataclasses.asdict(self.scenario.vehicle.variation)
+        values |= {f"{VARY}{name}": value for name, value in variation.items()}
+        return [values[each.name] for each in ranges]
+
+    def check(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> None:
+        """Refuse a sweep that the vehicle cannot fly.
+
+        Raises:
+            WorkbenchError: if it lacks what is swept, or a limit would cut the step.
+        """
+        rows = [row.name for row in PARAMETERS]
+        check_parameters(vehicle, [each.name for each in ranges if each.name in rows])
+        limit = _LIMITS[self.axis]
+        lows = {each.name: each.low for each in ranges}
+        most = lows.get(limit, self.values(vehicle)[limit])
+        if abs(self.amplitude) > most:
+            raise WorkbenchError(
+                f"a step of {self.amplitude:g} {UNITS[self.axis]} along {self.axis} cannot be "
+                f"flown: use an amplitude within ±{most:g}, or raise {limit}"
+            )

@@ -1,0 +1,72 @@
+"""What a sweep measures of each candidate, and which way is better."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.errors import unknown_name
+
+ARRIVED = 5.0
+"""A step that is farther from its command in the end did not get there [%]."""
+
+
+class SweepMetric(NamedTuple):
+    """A number of a candidate.
+
+    Attributes:
+        name: as python-control has it.
+        unit: of its values; "" for that of the command.
+        better: -1 if smaller is better, 1 if larger is, 0 if nearer to the command is.
+    """
+
+    name: str
+    unit: str
+    better: int = -1
+
+
+FLOWN: tuple[SweepMetric, ...] = (
+    SweepMetric("rise_time", "s"),
+    SweepMetric("settling_time", "s"),
+    SweepMetric("overshoot", "%"),
+    SweepMetric("undershoot", "%"),
+    SweepMetric("peak", "", 0),
+    SweepMetric("peak_time", "s"),
+    SweepMetric("steady_state_value", "", 0),
+    SweepMetric("steady_state_error", "%"),
+    SweepMetric("peak_rotor_use", "1"),
+)
+"""Of the flight."""
+MARGINS: tuple[SweepMetric, ...] = (
+    SweepMetric("phase_margin", "rad", 1),
+    SweepMetric("gain_margin", "1", 1),
+    SweepMetric("delay_margin", "s", 1),
+    SweepMetric("disk_margin", "1", 1),
+)
+"""Of the linear model's loop."""
+
+
+def find_metric(name: str) -> SweepMetric:
+    """Return the metric of a name.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    for metric in (*FLOWN, *MARGINS):
+        if metric.name == name:
+            return metric
+    raise unknown_name("metric", name, [metric.name for metric in (*FLOWN, *MARGINS)])
+
+
+def cost(metric: SweepMetric, values: np.ndarray, command: float) -> np.ndarray:
+    """Return values as costs: the smaller the better, infinite where there is no value."""
+    far = np.abs(np.abs(values) - abs(command))
+    costs = -metric.better * values if metric.better else far
+    return np.where(np.isnan(costs), np.inf, costs)
+
+
+def for_people(unit: str) -> tuple[float, str]:
+    """Return what a value is multiplied by to be shown, and its unit then; angles in degrees."""
+    if unit == "rad":
+        return math.degrees(1.0), "deg"
+    return 1.0, "" if unit == "1" else unit

@@ -1,0 +1,125 @@
+"""What is swept: a parameter or a variation, between two values."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.parameters import PARAMETERS, find_parameter
+from workbench.plant.variation import LEAST, MOST, Variation
+
+POINTS = 9
+"""Of a range that does not say how many."""
+MOST_POINTS = 10_000
+VARY = "vary."
+"""What the names of variations begin with; they are of the drone, not of its controller."""
+VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag"))
+_SYSTEMS = ("controller", "air", "rotors")
+"""Whose rows act in a step flight."""
+SWEPT = (*(row.name for row in PARAMETERS if row.system in _SYSTEMS), *VARIATIONS)
+"""What can be swept."""
+
+
+@dataclass(frozen=True)
+class SweepRange:
+    """A number that is swept.
+
+    Attributes:
+        name: a live parameter that acts in a step flight, or vary.mass, vary.inertia,
+            vary.rotor_lag.
+        low: smallest value.
+        high: largest value.
+        points: how many a grid has, both ends among them.
+        log: whether points are spread evenly over the logarithm.
+
+    Raises:
+        WorkbenchError: if there is no such range.
+    """
+
+    name: str
+    low: float
+    high: float
+    points: int = POINTS
+    log: bool = False
+
+    def __post_init__(self) -> None:
+        if self.name not in SWEPT:
+            try:
+                find_parameter(self.name)
+            except WorkbenchError:
+                raise unknown_name("parameter", self.name, SWEPT) from None
+            raise WorkbenchError(
+                f"{self.name} cannot be swept, as it does nothing in a step: sweep gains, limits, "
+                f"air, rotors, or {', '.join(VARIATIONS)}"
+            )
+        for value in (self.low, self.high):
+            check_value(self.name, value)
+        if not self.low < self.high:
+            raise WorkbenchError(
+                f"{self.name} is swept from {self.low:g} to {self.high:g}: give the smaller first"
+            )
+        if not 2 <= self.points <= MOST_POINTS:
+            raise WorkbenchError(f"{self.name} has {self.points} points: give 2 .. {MOST_POINTS}")
+        if self.log and self.low <= 0.0:
+            raise WorkbenchError(
+                f"{self.name} is swept from {self.low:g} over its logarithm: begin above 0"
+            )
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return "1" if self.name in VARIATIONS else find_parameter(self.name).unit
+
+    @property
+    def grid(self) -> np.ndarray:
+        """The values of a grid, (points)."""
+        return self.spread(np.linspace(0.0, 1.0, self.points))
+
+    def spread(self, shares: np.ndarray) -> np.ndarray:
+        """Return the values at shares of the way from low to high, 0 .. 1, of any shape."""
+        if self.log:
+            values = np.exp(math.log(self.low) + shares * math.log(self.high / self.low))
+        else:
+            values = self.low + shares * (self.high - self.low)
+        return np.clip(values, self.low, self.high)
+
+
+def parse_range(text: str) -> SweepRange:
+    """Return the range of a text NAME=LOW..HIGH, NAME=LOW..HIGH:POINTS, with :log for a logarithm.
+
+    Raises:
+        WorkbenchError: if it is not of that form, or there is no such range.
+    """
+    name, equals, rest = text.partition("=")
+    span, *options = rest.split(":")
+    low, dots, high = span.partition("..")
+    log = bool(options) and options[-1].strip() == "log"
+    counts = options[:-1] if log else options
+    try:
+        if not (equals and dots and len(counts) <= 1):
+            raise ValueError
+        points = int(counts[0]) if counts else POINTS
+        ends = float(low), float(high)
+    except ValueError:
+        raise WorkbenchError(
+            f"'{text}' is no range: write NAME=LOW..HIGH:POINTS, as kp_roll=100..400:9, and :log "
+            "behind it for a logarithmic one"
+        ) from None
+    return SweepRange(name.strip(), *ends, points=points, log=log)
+
+
+def check_value(name: str, value: float) -> None:
+    """Refuse a value that a swept name cannot have.
+
+    Raises:
+        WorkbenchError: if it is none.
+    """
+    if name not in VARIATIONS:
+        find_parameter(name).check(value)
+    elif math.isfinite(value):
+        factor: dict[str, Any] = {name.removeprefix(VARY): value}
+        Variation(**factor).check()
+    else:
+        raise WorkbenchError(f"{name} is {value:g}: give a factor within {LEAST:g} .. {MOST:g}")

@@ -1,0 +1,99 @@
+"""Fly many candidates and measure them."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from workbench.design.linear.loops import find_loop
+from workbench.design.sweep.case import SweepCase
+from workbench.design.sweep.compiled_flights import fly_compiled
+from workbench.design.sweep.flown import FlySweep, Progress, Stop
+from workbench.design.sweep.metrics import FLOWN, MARGINS
+from workbench.design.sweep.ranges import SweepRange, parse_range
+from workbench.design.sweep.samples import sample
+from workbench.design.sweep.table import SweepTable
+from workbench.scenario import Scenario
+
+FLIGHT_SHARE = 0.1
+"""Of the time, where margins are computed as well."""
+
+
+def sweep(
+    ranges: Sequence[SweepRange | str],
+    *,
+    method: str = "grid",
+    samples: int = 256,
+    seed: int = 0,
+    axis: str = "z",
+    amplitude: float = 1.0,
+    duration: float = 3.0,
+    scenario: Scenario | None = None,
+    settings: Mapping[str, float] | None = None,
+    loop: str = "",
+    fly: FlySweep = fly_compiled,
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+) -> SweepTable:
+    """Fly a step with every candidate of a sweep and measure it.
+
+    Args:
+        ranges: what is swept, as ranges or as texts like "kp_roll=100..400:9".
+        method: grid, random or sobol.
+        samples: candidates of random and sobol; a grid's follow from its ranges.
+        seed: of random and sobol.
+        axis: of the step, x, y, z or yaw.
+        amplitude: of its command [m/s] or [rad/s].
+        duration: flown after the command's edge [s].
+        scenario: its vehicle, gains, world and rates are used.
+        settings: parameter values that all candidates share.
+        loop: whose margins are computed as well, see `linear.loops`; "" for none.
+        fly: `fly_compiled`, or `fly_full` for the full diagram in processes.
+        progress: called with the share done, 0 .. 1.
+        stop: asked from time to time; True ends the sweep with what is done.
+
+    Raises:
+        WorkbenchError: if that is no sweep.
+    """
+    parsed = tuple(parse_range(each) if isinstance(each, str) else each for each in ranges)
+    case = SweepCase(axis, amplitude, duration, scenario or Scenario(), dict(settings or {}))
+    parameters = sample(parsed, method, samples, seed)
+    vehicle = case.vehicle()
+    case.check(parsed, vehicle)
+    cut = find_loop(loop) if loop else None
+    present = np.array(case.present(parsed, vehicle))
+    # the present gains fly first, so that they are there whenever the sweep is stopped
+    rows = np.vstack([present, parameters])
+    candidates = [case.candidate(parsed, row) for row in rows]
+    share = FLIGHT_SHARE if cut else 1.0
+    flown = fly(case, vehicle, candidates, _part(progress, 0.0, share), stop)
+    metrics, values = FLOWN, flown.values
+    if cut:
+        from workbench.design.sweep.loop_margins import candidate_margins
+
+        flying = flown.done & np.isnan(flown.diverged_at)
+        tell = _part(progress, share, 1.0)
+        margins = candidate_margins(case, candidates, flying, cut, tell, stop)
+        metrics, values = (*FLOWN, *MARGINS), np.hstack([values, margins])
+    kept = flown.done[1:]
+    return SweepTable(
+        case=case,
+        vehicle=vehicle.name,
+        ranges=parsed,
+        method=method,
+        seed=seed,
+        planned=len(parameters),
+        metrics=metrics,
+        parameters=parameters[kept],
+        values=values[1:][kept],
+        diverged_at=flown.diverged_at[1:][kept],
+        present=present,
+        present_values=values[0],
+    )
+
+
+def _part(progress: Progress | None, first: float, last: float) -> Callable[[float], None] | None:
+    """Return what tells progress of a part of the work."""
+    if progress is None:
+        return None
+    tell = progress
+    return lambda share: tell(first + share * (last - first))
