@@ -22,10 +22,14 @@ MAY_IMPORT = {
     "cache": "errors",
     "parameters": "errors resources yaml_files",
     "sensors_config": "errors yaml_files",
-    "scenario": "errors resources yaml_files parameters sensors_config",
+    "scenario": "errors resources yaml_files parameters sensors_config plant",
     "gain_rule": "errors parameters plant",
     "vehicle_parameters": "errors parameters plant",
-    "gains": "errors resources yaml_files parameters vehicle_parameters plant gain_rule",
+    "atomic_write": "errors",
+    "gain_history": "errors yaml_files",
+    "gain_files": "errors yaml_files atomic_write parameters gain_history",
+    "gain_diff": "parameters",
+    "gains": "errors resources parameters vehicle_parameters plant gain_rule gain_files",
     "plant": "errors cache yaml_files",
     "link": "errors",
     "recording": "errors plant",
@@ -42,14 +46,17 @@ MAY_IMPORT = {
     "session": "errors configured recording samples snapshot observation live_context script gains "
     "parameters pilot_numbers vehicle_parameters scenario plant systems diagram",
     "open_loop": "errors configured live_context recording scenario plant systems diagram",
-    "design": "errors resources recording gains parameters scenario plant systems diagram session",
+    "design": "errors resources sensors_config yaml_files cache recording gains gain_rule "
+    "parameters vehicle_parameters configured scenario plant systems diagram session",
     "gui": "errors parameters scenario link session design",
-    "commands": "errors resources yaml_files recording gains parameters vehicle_parameters "
-    "scenario plant link configured systems diagram samples snapshot session open_loop design",
+    "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
+    "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
+    "session open_loop design",
     "commands/app": "gui",
     "cli": "errors commands",
+    "pytest_plugin": "errors atomic_write design",
     "__main__": "cli",
-    "__init__": "errors scenario plant diagram session design",
+    "__init__": "errors scenario plant diagram session design gains gain_diff",
 }
 """What of ours a room may import besides itself. `room/file` is what one file of it may besides."""
 

@@ -1,4 +1,4 @@
-"""Where the shipped models, gains, scenarios and worlds are found."""
+"""Where the shipped models, gains, scenarios, worlds and specs are found."""
 
 from pathlib import Path
 
@@ -49,6 +49,20 @@ def find_world(name_or_path: str) -> Path:
     return _find(name_or_path, "world", list_worlds(), worlds_dir(), "{}.yaml")
 
 
+def specs_dir() -> Path:
+    """Return the folder of shipped specs."""
+    return models_dir() / "specs"
+
+
+def find_spec(name_or_path: str) -> Path:
+    """Return the YAML file for a shipped spec's name or for a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    return _find(name_or_path, "spec", list_specs(), specs_dir(), "{}.spec.yaml")
+
+
 def find_file(path: str) -> Path:
     """Return the file at a path.
 
@@ -74,6 +88,11 @@ def list_scenarios() -> list[str]:
 def list_worlds() -> list[str]:
     """Return the names of the shipped worlds."""
     return sorted(path.stem for path in worlds_dir().glob("*.yaml"))
+
+
+def list_specs() -> list[str]:
+    """Return the names of the shipped specs."""
+    return sorted(path.name.removesuffix(".spec.yaml") for path in specs_dir().glob("*.spec.yaml"))
 
 
 def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern: str) -> Path:

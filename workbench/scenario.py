@@ -156,8 +156,8 @@ def load_scenario(path: Path | str) -> Scenario:
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     check_scenario(scenario, file)
-    _find_files(scenario.vehicle, file)
-    _find_world(scenario, file)
+    find_files(scenario.vehicle, file)
+    find_scenario_world(scenario, file)
     return scenario
 
 
@@ -258,7 +258,7 @@ def _check_blows(action: Action, keys: Keys, file: YamlFile | None) -> None:
             checked(values, file.where(*name) if file else f"{dotted(name)}: ")
 
 
-def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
+def find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
     """Let what a scenario names be found beside its file; refuse what is not there."""
     for name, folder in vehicle.packages.items():
         vehicle.packages[name] = str((file.path.parent / folder).resolve())
@@ -274,7 +274,7 @@ def _find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
             raise WorkbenchError(f"{file.where('vehicle', key)}{error}") from None
 
 
-def _find_world(scenario: Scenario, file: YamlFile) -> None:
+def find_scenario_world(scenario: Scenario, file: YamlFile) -> None:
     """Let a scenario's world be found beside its file; refuse one that is not there."""
     beside = file.path.parent / scenario.world
     try:

@@ -97,13 +97,7 @@ def fly_step(
         )
     if not 0.0 < abs(amplitude) < math.inf:
         raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
-    flight = copy.deepcopy(scenario or Scenario())
-    flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
-    flight.figure_eight = None
-    flight.duration = EDGE + duration
-    flight.rates.record_period = flight.rates.control_period
-    flight.script = [_command(axis, amplitude)]
-    session = Session(flight, settings)
+    session = Session(step_scenario(axis, amplitude, duration, scenario or Scenario()), settings)
     _check_within_limit(session, axis, amplitude)
     session.run(progress)
     recording = session.recording()
@@ -115,8 +109,19 @@ def fly_step(
         recording=recording,
         metrics=step_metrics(after.time - EDGE, response, amplitude),
         peak_rotor_use=float(after.rotor_use.max()),
-        coupling=_coupling(after, axis),
+        coupling=coupling(after, axis),
     )
+
+
+def step_scenario(axis: str, amplitude: float, duration: float, scenario: Scenario) -> Scenario:
+    """Return the scenario of one step from hover; see `fly_step` for the arguments."""
+    flight = copy.deepcopy(scenario)
+    flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
+    flight.figure_eight = None
+    flight.duration = EDGE + duration
+    flight.rates.record_period = flight.rates.control_period
+    flight.script = [_command(axis, amplitude)]
+    return flight
 
 
 def axis_command(recording: Recording, axis: str) -> np.ndarray:
@@ -171,17 +176,23 @@ def _check_within_limit(session: Session, axis: str, amplitude: float) -> None:
         )
 
 
-def _coupling(after: Recording, axis: str) -> Coupling:
-    """Return the largest excursions of the axes that were not commanded."""
-    yaw = _unwrapped_yaw(after.q_WB)
+def coupling(after: Recording, axis: str) -> Coupling:
+    """Return the largest excursions of the axes that were not commanded.
+
+    Args:
+        after: the flight from the edge on.
+        axis: the commanded one; "" counts all of them.
+    """
+    yaw = unwrapped_yaw(after.q_WB)
     strayed = {
         name: float(np.abs(values - values[0]).max())
         for name, values in zip(AXES, (*after.p_WB.T, yaw), strict=True)
     }
-    strayed[axis] = 0.0
+    strayed |= {axis: 0.0} if axis else {}
     return Coupling(**strayed)
 
 
-def _unwrapped_yaw(q_WB: np.ndarray) -> np.ndarray:
+def unwrapped_yaw(q_WB: np.ndarray) -> np.ndarray:
+    """Return the yaw angles of orientations (N, 4) without jumps, (N) [rad]."""
     w, x, y, z = q_WB.T
     return np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))

@@ -1,0 +1,196 @@
+"""Specs that are flown: what holds, what is caught, and what a flight that is lost comes to."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from workbench.design.regress.baseline import read_curves
+from workbench.design.regress.flight import Changes, diverged_at
+from workbench.design.regress.judging import Job, compare, measure
+from workbench.design.regress.loading import load_spec
+from workbench.design.regress.running import record, regress
+from workbench.design.reproduce import PAPER
+from workbench.design.reproduce import compare as beside_paper
+from workbench.design.step_response import fly_step
+from workbench.errors import WorkbenchError
+from workbench.resources import find_spec
+
+
+@pytest.fixture
+def spec(tmp_path):
+    def write(text: str):
+        path = tmp_path / "s.spec.yaml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def judged(name: str, case: str, **changes):
+    job = Job(load_spec(find_spec(name)), case, Changes(**changes))
+    return compare(job, measure(job))
+
+
+def value(result, metric: str) -> float:
+    return next(check.value for check in result.checks if check.name == metric)
+
+
+def test_metrics_are_those_of_the_flown_step(spec):
+    names = [
+        "rise_time", "settling_time", "overshoot", "undershoot", "peak", "peak_time",
+        "steady_state_value", "steady_state_error",
+    ]  # fmt: skip
+    other = ["t90", "mean_acceleration", "mean_force", "peak_rotor_use", "coupling_z"]
+    limits = ", ".join(f"{name}: {{min: 0}}" for name in names + other)
+    text = f"cases:\n  - {{name: a, axis: x, amplitude: 2, duration: 2, limits: {{{limits}}}}}\n"
+    (result,) = regress([spec(text)])
+    step = fly_step("x", 2.0, duration=2.0)
+    assert {name: value(result, name) for name in names} == dataclasses.asdict(step.metrics)
+    row = beside_paper(PAPER[1], step)
+    assert value(result, "t90") == row.t90
+    assert value(result, "mean_acceleration") == row.mean_acceleration
+    assert value(result, "mean_force") == row.mean_force
+    assert value(result, "peak_rotor_use") == step.peak_rotor_use
+    assert value(result, "coupling_z") == step.coupling.z
+
+
+def test_metrics_of_a_script_by_hand(spec):
+    """At rest for a second, then a gain-free climb: what a hover weighs, and where it ends."""
+    limits = ", ".join(
+        f"{name}: {{min: -1000}}"
+        for name in (
+            "hover_thrust", "hover_rotor_speed", "hover_rotor_spread", "minimum", "maximum",
+            "final", "mean", "steady_state_value", "peak_thrust", "peak_tilt", "peak_speed",
+        )
+    )  # fmt: skip
+    text = (
+        "cases:\n  - name: a\n    edge: 1\n    duration: 3\n    signal: p_z\n    command: 0.5\n"
+        f"    script: [{{at: 1, go_to: [0, 0, 10.5]}}]\n    limits: {{{limits}}}\n"
+    )
+    path = spec(text)
+    (result,) = regress([path])
+    vehicle_weight = 1.90 * 9.81
+    assert value(result, "hover_thrust") == pytest.approx(vehicle_weight, rel=1e-3)
+    assert value(result, "hover_rotor_spread") == pytest.approx(0.0, abs=1e-3)
+    assert value(result, "minimum") == pytest.approx(10.0, abs=2e-3)
+    assert value(result, "steady_state_value") == pytest.approx(
+        value(result, "final") - 10.0, abs=2e-3
+    )
+    curve = result.curves[0]
+    assert value(result, "maximum") == curve.flown.values.max()
+    assert value(result, "mean") == pytest.approx(curve.flown.values.mean())
+    assert value(result, "peak_tilt") < 1e-3
+    assert value(result, "peak_thrust") > vehicle_weight
+
+
+def test_a_baseline_is_met_by_the_same_flight_and_by_no_other(spec):
+    path = spec(
+        "cases:\n  - {name: a, axis: z, amplitude: 1, duration: 0.5,\n"
+        "     baseline: {v_z: {absolute: 1.0e-4}}}\n"
+    )
+    recorded = record([path])
+    for file, text in recorded.files.items():
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text)
+    curves = read_curves(path.parent / "s.baseline" / "a.csv")
+    step = fly_step("z", 1.0, duration=0.5)
+    assert curves["v_z"].values == pytest.approx(step.response, abs=1e-6)
+    (same,) = regress([path])
+    assert same.passed
+    assert same.differences == ()
+    (other,) = regress([path], Changes(settings={"kp_velocity_z": 5.0}))
+    assert "v_z leaves its band" in other.failures[0]
+    assert other.story[-1] == "since the baseline: kp_velocity_z 4.4 -> 5"
+    path.write_text(path.read_text().replace("0.5,", "1.0,"))
+    (longer,) = regress([path])
+    assert "longer than its baseline" in longer.failures[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"variation": {"mass": 1.05}}, "variation mass 1 -> 1.05"),
+        ({"args": {"mass": "1.995"}}, "mass 1.9 -> 1.995"),
+        ({"physics_step": 1 / 2048}, "rates physics_step"),
+        ({"settings": {"rotor_1": 0.97}}, "rotor_1 1 -> 0.97"),
+    ],
+)
+def test_what_differs_is_named(changes, name):
+    assert name in judged("steps", "yaw left", **changes).changed
+
+
+@pytest.mark.parametrize(
+    ("case", "changes"),
+    [
+        ("steps: z up", {"settings": {"kd_velocity_z": 0.05 * 0.7}}),
+        ("hold: pushed", {"settings": {"kd_velocity_x": 0.1 * 0.7}}),
+        ("hold: pushed", {"settings": {"kd_roll": 27.0 * 1.4}}),
+        ("hold: go to a place", {"settings": {"kp_position_xy": 1.4}}),
+        ("limits: too high", {"settings": {"max_height": 120.0 * 1.4}}),
+        ("limits: turning too fast", {"settings": {"max_yaw_rate": 0.4 * 0.7}}),
+        ("steps: yaw left", {"variation": {"mass": 1.05}}),
+        ("steps: yaw left", {"args": {"mass": "1.995"}}),
+        ("steps: x ahead", {"variation": {"rotor_lag": 1.5}}),
+        ("steps: x ahead", {"variation": {"control_delay": 1}}),
+        ("steps: x ahead", {"settings": {"rotor_1": 0.97}}),
+    ],
+)
+def test_the_shipped_specs_catch(case, changes):
+    name, part = case.split(": ")
+    assert not judged(name, part, **changes).passed
+
+
+@pytest.mark.parametrize("step", [1 / 2048, 1 / 512])
+@pytest.mark.parametrize("case", ["steps: z up", "hold: pushed"])
+def test_the_shipped_specs_cry_no_wolf(case, step):
+    name, part = case.split(": ")
+    assert judged(name, part, physics_step=step, seed=7).failures == []
+
+
+def test_the_margins_of_every_loop_are_as_demanded():
+    result = judged("margins", "margins")
+    assert result.failures == []
+    assert not judged("margins", "margins", settings={"kp_roll": 225.0 * 1.4}).passed
+
+
+def test_a_flight_that_is_lost_is_a_failing_result(spec):
+    text = (
+        "cases:\n  - {name: a, axis: x, amplitude: 8, duration: 3, set: {kp_roll: 2500},\n"
+        "     limits: {peak: {max: 9}}}\n"
+    )
+    (result,) = regress([spec(text)], Changes(variation={"control_delay": 16, "inertia": 0.1}))
+    assert not result.passed
+
+
+def test_divergence_is_a_speed_that_no_drone_has():
+    step = fly_step("z", 0.5, duration=0.5)
+    assert math.isnan(diverged_at(step.recording))
+    for field, bad in (("v_WB", 101.0), ("w_WB", np.nan), ("p_WB", np.inf)):
+        values = getattr(step.recording, field).copy()
+        values[100, 1] = bad
+        lost = dataclasses.replace(step.recording, **{field: values})
+        assert diverged_at(lost) == step.recording.time[100]
+
+
+def test_a_broken_flight_says_when(spec, monkeypatch):
+    from workbench.errors import FlightBrokenError
+    from workbench.session import Session
+
+    def broken(self, progress=None):
+        raise FlightBrokenError("the flight broke off after 0.500 s: out of numbers")
+
+    monkeypatch.setattr(Session, "run", broken)
+    text = "cases:\n  - {name: a, axis: x, amplitude: 1, limits: {peak: {max: 9}}}\n"
+    (result,) = regress([spec(text)])
+    assert result.failures == ["the flight broke off after 0.500 s: out of numbers"]
+    assert record([spec(text)]).files == {}
+
+
+def test_what_cannot_be_built_is_bad_input(spec):
+    text = "cases:\n  - {name: a, axis: x, amplitude: 1, limits: {peak: {max: 9}}}\n"
+    with pytest.raises(WorkbenchError, match="mass"):
+        regress([spec(text)], Changes(args={"mass": "heavy"}))
+    with pytest.raises(WorkbenchError, match="rotor_7"):
+        regress([spec(text)], Changes(settings={"rotor_7": 0.5}))

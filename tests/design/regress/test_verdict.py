@@ -1,0 +1,101 @@
+"""Checks, comparisons and results, and the sentences that they make."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.design.regress.band import Band, Curve
+from workbench.design.regress.conditions import differences
+from workbench.design.regress.spec import Limit
+from workbench.design.regress.verdict import CaseResult, Check, Comparison
+
+TIME = np.array([0.0, 0.5, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "met", "excess"),
+    [
+        (0.35, Limit(0.3, 0.4), True, 0.0),
+        (0.30, Limit(0.3, 0.4), True, 0.0),
+        (0.25, Limit(0.3, 0.4), False, 0.05),
+        (0.50, Limit(0.3, 0.4), False, 0.1),
+        (9.0, Limit(min=1.0), True, 0.0),
+        (-9.0, Limit(max=1.0), True, 0.0),
+        (math.inf, Limit(min=1.0), True, 0.0),
+    ],
+)
+def test_a_check_says_by_how_much(value, limit, met, excess):
+    check = Check("rise_time", "s", value, limit)
+    assert check.met is met
+    assert check.excess == pytest.approx(excess)
+
+
+def test_what_is_no_number_meets_nothing():
+    check = Check("t90", "s", math.nan, Limit(max=1.0))
+    assert not check.met
+    assert math.isnan(check.excess)
+    assert check.sentence == "t90 does not exist, and should be at most 1 s"
+
+
+def test_the_sentence_names_value_limit_and_excess():
+    said = Check("rise_time", "s", 0.5, Limit(0.3, 0.42)).sentence
+    assert said == "rise_time is 0.5 s, and should be 0.3 .. 0.42 s: 0.08 s above"
+    said = Check("roll.gain_margin", "1", 1.5, Limit(min=2.0)).sentence
+    assert said == "roll.gain_margin is 1.5, and should be at least 2: 0.5 below"
+
+
+def compared(*values: float) -> Comparison:
+    baseline = Curve(TIME, np.array([0.0, 1.0, 2.0]))
+    limits = Band(baseline.values - 0.1, baseline.values + 0.1)
+    return Comparison("v_x", "m/s", Curve(TIME, np.array(values)), baseline, limits)
+
+
+def test_a_curve_inside_its_band_is_as_demanded():
+    curve = compared(0.0, 1.05, 1.95)
+    assert curve.met
+    assert curve.use == pytest.approx(0.5)
+
+
+def test_a_curve_is_judged_by_its_worst_sample():
+    curve = compared(0.0, 1.3, 1.8)
+    assert not curve.met
+    assert curve.use == pytest.approx(3.0)
+    assert curve.sentence == (
+        "v_x leaves its band: 1.3 m/s at 0.500 s, and should be 0.9 .. 1.1 m/s: 0.2 m/s beyond"
+    )
+
+
+def test_a_curve_with_what_is_no_number_leaves_its_band():
+    assert not compared(0.0, math.nan, 2.0).met
+
+
+def test_a_baseline_that_is_not_there_is_a_failure():
+    curve = Comparison("v_x", "m/s", Curve(TIME, TIME), missing="record it")
+    assert (curve.met, curve.sentence) == (False, "record it")
+
+
+def test_differences_are_those_beyond_rounding():
+    found = differences(
+        {"kp": 4.0, "kd": 0.1, "mass": 1.9, "gone": 1.0, "nought": 0.0},
+        {"kp": 5.0, "kd": 0.1 * (1 + 1e-9), "mass": 1.9, "new": 2.0, "nought": 1e-17},
+    )
+    assert [each.name for each in found] == ["kp", "new", "gone"]
+    assert found[0].sentence == "kp 4 -> 5"
+    assert math.isnan(found[1].baseline)
+
+
+def test_a_result_tells_all_failures_and_what_differs():
+    result = CaseResult(
+        "steps",
+        Path("steps.spec.yaml"),
+        "x",
+        checks=(Check("peak", "m/s", 2.0, Limit(max=1.0)), Check("mean", "m", 0.0, Limit(max=1.0))),
+        curves=(compared(0.0, 1.0, 2.0), compared(9.0, 1.0, 2.0)),
+        differences=differences({"kp": 4.0}, {"kp": 5.0}),
+    )
+    assert not result.passed
+    assert [text.split()[0] for text in result.failures] == ["peak", "v_x"]
+    assert result.story[-1] == "since the baseline: kp 4 -> 5"
+    assert CaseResult("s", Path("s"), "x", differences=result.differences).passed

@@ -1,0 +1,134 @@
+"""The pytest plugin, in runs of pytest of its own."""
+
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import pytest
+
+import workbench.design.regress.judging  # noqa: F401  Drake cannot be loaded again by each run
+
+pytest_plugins = ["pytester"]
+
+ROOT = Path(__file__).parent.parent
+PLUGIN = ("-p", "workbench.pytest_plugin")
+DRONE = ROOT / "tests" / "drones" / "palm_quad.urdf.xacro"
+
+GOOD = """\
+cases:
+  - {name: hop, axis: z, amplitude: 0.5, duration: 0.5, limits: {peak: [0.2, 0.7]},
+     baseline: {v_z: {absolute: 0.001}}}
+  - {name: turn, axis: yaw, amplitude: 0.1, duration: 0.5, limits: {peak: {max: 0.2}}}
+"""
+BAD = """\
+cases:
+  - {name: too strict, axis: z, amplitude: 0.5, duration: 0.5, limits: {peak: {max: 0.1}}}
+"""
+
+
+@pytest.fixture
+def plugin() -> tuple[str, ...]:
+    """Return what loads the plugin where it is not installed with its entry point."""
+    installed = any(point.name == "workbench" for point in entry_points(group="pytest11"))
+    return () if installed else PLUGIN
+
+
+def test_the_plugin_is_light():
+    code = "import sys, workbench.pytest_plugin; print(*{n.split('.')[0] for n in sys.modules})"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert not {"pydrake", "matplotlib", "numpy", "scipy", "control"} & set(done.stdout.split())
+
+
+def test_collecting_specs_loads_no_drake(pytester, plugin):
+    pytester.makefile(".spec.yaml", one=GOOD)
+    code = (
+        "import sys, pytest\n"
+        f"code = pytest.main(['--collect-only', '-q', *{list(plugin)!r}])\n"
+        "print('loaded', *{n.split('.')[0] for n in sys.modules})\n"
+        "sys.exit(code)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "one.spec.yaml: hop" in done.stdout or "one.spec.yaml::hop" in done.stdout
+    assert not {"pydrake", "matplotlib"} & set(done.stdout.split("loaded")[1].split())
+
+
+def test_cases_become_items_that_pass_once_recorded(pytester, plugin):
+    pytester.makefile(".spec.yaml", one=GOOD)
+    missing = pytester.runpytest_inprocess(*plugin, "-q")
+    missing.assert_outcomes(passed=1, failed=1)
+    missing.stdout.fnmatch_lines(["*v_z has no baseline yet*--update*"])
+    pytester.runpytest_inprocess(*plugin, "--workbench-update").assert_outcomes(passed=2)
+    assert {path.name for path in (pytester.path / "one.baseline").iterdir()} == {
+        "flown-with.csv",
+        "hop.csv",
+    }
+    pytester.runpytest_inprocess(*plugin, "-v").assert_outcomes(passed=2)
+
+
+def test_a_failure_is_a_sentence_and_no_traceback(pytester, plugin):
+    pytester.makefile(".spec.yaml", two=BAD)
+    done = pytester.runpytest_inprocess(*plugin)
+    done.assert_outcomes(failed=1)
+    done.stdout.fnmatch_lines(
+        ["*two.spec.yaml: too strict*", "peak is 0.* m/s, and should be at most 0.1 m/s: 0.* above"]
+    )
+    assert "Traceback" not in done.stdout.str()
+    assert "RegressionError" not in done.stdout.str().split("short test summary")[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("cases: 3\n", "*cases should be a list*"),
+        ("cases: [{axis: z}]\n", "*s.spec.yaml:1: a case needs a name*"),
+        ("cases: [\n", "*s.spec.yaml:*not YAML*"),
+    ],
+)
+def test_a_spec_that_cannot_be_collected_says_where(pytester, plugin, text, said):
+    pytester.makefile(".spec.yaml", s=text)
+    done = pytester.runpytest_inprocess(*plugin)
+    done.assert_outcomes(errors=1)
+    done.stdout.fnmatch_lines([said])
+    assert "Traceback" not in done.stdout.str()
+
+
+def test_a_spec_with_an_unknown_metric_fails_with_file_and_line(pytester, plugin):
+    text = "cases:\n  - {name: a, axis: z, amplitude: 1,\n     limits: {risetime: {max: 1}}}\n"
+    pytester.makefile(".spec.yaml", s=text)
+    done = pytester.runpytest_inprocess(*plugin)
+    done.assert_outcomes(failed=1)
+    done.stdout.fnmatch_lines(["*s.spec.yaml:3: unknown metric 'risetime'*'rise_time'*"])
+
+
+def test_another_pattern_of_names(pytester, plugin):
+    pytester.makeini("[pytest]\nworkbench_spec_files = flight_*.yaml\n")
+    (pytester.path / "flight_one.yaml").write_text(BAD.replace("0.1}", "1.0}"))
+    (pytester.path / "other.spec.yaml").write_text(BAD)
+    pytester.runpytest_inprocess(*plugin).assert_outcomes(passed=1)
+
+
+def test_in_parallel_and_with_a_model_beside_the_spec(pytester, plugin):
+    """As in a repository of one's own: a model, two specs, a hand-written test."""
+    for name in (DRONE.name, "parts.xacro"):
+        (pytester.path / name).write_text((DRONE.parent / name).read_text())
+    vehicle = f"vehicle: {{model: {DRONE.name}}}\n"
+    pytester.makefile(".spec.yaml", one=vehicle + GOOD, two=vehicle + GOOD)
+    pytester.makepyfile(
+        """
+        def test_rise(step_response):
+            step = step_response("z", 0.5, duration=0.5)
+            assert step_response("z", 0.5, duration=0.5) is step
+            assert step_response("z", 0.4, duration=0.5) is not step
+            assert step.metrics.peak > 0.2
+        """
+    )
+    workers = ("-p", "xdist", "-n", "2")
+    updated = pytester.runpytest_subprocess(*plugin, *workers, "--workbench-update")
+    updated.assert_outcomes(passed=5)
+    pytester.runpytest_subprocess(*plugin, *workers).assert_outcomes(passed=5)
+    kept = (pytester.path / "one.baseline" / "flown-with.csv").read_text()
+    assert "mass,0.0" in kept

@@ -1,0 +1,187 @@
+"""`workbench regress`: fly the cases of specs and hold them against limits and baselines."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    parse_argument,
+    parse_variation,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, say_written
+from workbench.commands.progress import progress_bar
+from workbench.errors import WorkbenchError
+from workbench.parameters import parse_setting
+
+if TYPE_CHECKING:
+    from workbench.design.regress.flight import Changes
+    from workbench.design.regress.verdict import CaseResult
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "regress",
+        "Fly the cases of specs and hold metrics, margins and curves against what they should be.",
+        "workbench regress --set kp_velocity_z=3 --html out/regress.html",
+        run,
+    )
+    parser.add_argument(
+        "specs",
+        nargs="*",
+        metavar="SPEC",
+        help="spec file, folder of *.spec.yaml, or name of a shipped spec (default: all shipped)",
+    )
+    change = parser.add_argument_group("what is otherwise than in the specs")
+    change.add_argument(
+        "--set",
+        type=parse_setting,
+        metavar="NAME=VALUE",
+        help="value of a live parameter; may be repeated",
+        action="append",
+        default=[],
+    )
+    change.add_argument(
+        "--vary",
+        type=parse_variation,
+        metavar="NAME=VALUE",
+        help="let what flies differ from what the controller knows, as mass=1.05, or rotor_lag, "
+        "inertia, control_delay; may be repeated",
+        action="append",
+        default=[],
+    )
+    change.add_argument(
+        "--arg",
+        type=parse_argument,
+        metavar="NAME:=VALUE",
+        help="argument of the xacro file, as mass:=2.1; may be repeated",
+        action="append",
+        default=[],
+    )
+    change.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
+    change.add_argument("--physics-step", type=float, metavar="S", help="of the integration, in s")
+    parser.add_argument("--update", action="store_true", help="record the baselines anew")
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="write JUnit XML")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page with all curves")
+    parser.add_argument(
+        "-j", "--jobs", type=int, default=2, metavar="N", help="processes that fly (default: 2)"
+    )
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly, judge, print and write; 1 if something is not as demanded."""
+    from workbench.design.regress.flight import Changes
+    from workbench.design.regress.running import record, regress
+    from workbench.design.regress.spec_names import find_specs
+
+    if args.jobs < 1:
+        raise WorkbenchError(f"--jobs is {args.jobs}: give it 1 or more")
+    changes = Changes(dict(args.set), dict(args.arg), dict(args.vary), args.seed, args.physics_step)
+    if args.update and changes.any:
+        raise WorkbenchError(
+            "a baseline is of the spec as it stands: leave out --update, or write the change into "
+            "the spec or the gain file"
+        )
+    specs = find_specs(args.specs)
+    with Outputs() as outputs:
+        junit = outputs.add(args.junit) if args.junit else None
+        html = outputs.add(args.html) if args.html else None
+        with progress_bar("flying") as progress:
+            if args.update:
+                results, files = record(specs, processes=args.jobs, progress=progress)
+                for path, text in files.items():
+                    outputs.add(path).write_text(text, encoding="utf-8")
+            else:
+                results = regress(specs, changes, processes=args.jobs, progress=progress)
+        _write(results, junit, html, _title(args.specs))
+    if args.json:
+        print_json(_result(results, changes, outputs.files))
+    else:
+        _print(results)
+    if outputs.files:
+        say_written(outputs.files)
+    return ExitCode.DONE if all(result.passed for result in results) else ExitCode.NOT_AS_DEMANDED
+
+
+def _write(
+    results: Sequence["CaseResult"], junit: Path | None, html: Path | None, title: str
+) -> None:
+    """Write the files that were asked for."""
+    if junit:
+        from workbench.design.regress.junit import junit_xml
+
+        junit.write_text(junit_xml(results), encoding="utf-8")
+    if html:
+        from workbench.design.regress.page import results_page
+
+        html.write_text(results_page(results, title), encoding="utf-8")
+
+
+def _title(specs: Sequence[str]) -> str:
+    return f"Regression of {', '.join(specs)}" if specs else "Regression of the shipped specs"
+
+
+def _print(results: Sequence["CaseResult"]) -> None:
+    """Print a sentence for each failure, and how many passed."""
+    for result in results:
+        for failure in result.failures:
+            print(f"{result.spec}: {result.case}: {failure}")
+    for spec, changed in dict.fromkeys((result.spec, result.changed) for result in results):
+        if changed and any(r.spec == spec and not r.passed for r in results):
+            print(f"{spec}: since the baseline: {changed}")
+    failed = sum(not result.passed for result in results)
+    flown = f"{len(results)} cases"
+    print(f"{failed} of {flown} failed" if failed else f"all {flown} passed")
+
+
+def _result(
+    results: Sequence["CaseResult"], changes: "Changes", files: Sequence[Path]
+) -> dict[str, Any]:
+    """Return the results for JSON."""
+    return {
+        "passed": all(result.passed for result in results),
+        "changes": changes,
+        "cases": [
+            {
+                "spec": result.spec,
+                "file": result.path,
+                "case": result.case,
+                "passed": result.passed,
+                "failures": result.failures,
+                "trouble": result.trouble,
+                "seconds": result.seconds,
+                "checks": [
+                    {
+                        "metric": check.name,
+                        "unit": check.unit,
+                        "value": check.value,
+                        "min": check.limit.min,
+                        "max": check.limit.max,
+                        "beyond": check.excess,
+                        "passed": check.met,
+                    }
+                    for check in result.checks
+                ],
+                "curves": [
+                    {
+                        "signal": curve.signal,
+                        "unit": curve.unit,
+                        "band_use": curve.use if curve.band else None,
+                        "beyond": float(curve.excesses.max()),
+                        "passed": curve.met,
+                    }
+                    for curve in result.curves
+                ],
+                "differences": result.differences,
+            }
+            for result in results
+        ],
+        "files": files,
+    }

@@ -1,0 +1,1 @@
+"""Step-response regressions: what a spec demands of flights, and whether it holds."""

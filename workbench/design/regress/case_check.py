@@ -1,0 +1,130 @@
+"""Refuse a case that cannot be flown or judged, with file and line."""
+
+import dataclasses
+import math
+import re
+
+from workbench.design.regress.metrics import HOVER, Need, find_metric
+from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
+from workbench.design.regress.spec import Case, Limit, Tolerance
+from workbench.design.step_response import AXES, LEAST_DURATION
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.parameters import checked
+from workbench.scenario import Scenario, Start, check_scenario
+from workbench.yaml_files import Keys, YamlFile
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.+-]*")
+
+
+def check_case(case: Case, index: int, file: YamlFile) -> None:
+    """Refuse a case of a spec's list.
+
+    Raises:
+        WorkbenchError: naming file and line of the first thing that is wrong.
+    """
+    keys: Keys = ("cases", index)
+    if not _NAME.fullmatch(case.name):
+        raise _refuse(file, (*keys, "name"), f"is '{case.name}': use letters, digits and _ . + -")
+    if not LEAST_DURATION <= case.duration < math.inf:
+        raise _refuse(file, (*keys, "duration"), f"must be {LEAST_DURATION:g} s or more")
+    if case.axis:
+        _check_step(case, file, keys)
+    else:
+        _check_script(case, file, keys)
+    for name, value in case.set.items():
+        checked({name: value}, file.where(*keys, "set", name))
+    if not case.limits and not case.baseline:
+        where = file.where(*keys)
+        raise WorkbenchError(f"{where}'{case.name}' demands nothing: give it limits or a baseline")
+    for name, limit in case.limits.items():
+        _check_metric(case, file, (*keys, "limits", name), name)
+        check_limit(limit, file, (*keys, "limits", name))
+    for name, tolerance in case.baseline.items():
+        _check_signal(name, file, (*keys, "baseline", name))
+        _check_tolerance(tolerance, file, (*keys, "baseline", name))
+
+
+def check_limit(limit: Limit, file: YamlFile, keys: Keys) -> None:
+    """Refuse a limit that nothing, or everything, meets.
+
+    Raises:
+        WorkbenchError: naming file and line.
+    """
+    if not limit.min <= limit.max or (limit.min, limit.max) == (-math.inf, math.inf):
+        raise _refuse(file, keys, "must have a min, a max no smaller, or both, as [0.3, 0.4]")
+
+
+def _check_step(case: Case, file: YamlFile, keys: Keys) -> None:
+    """Refuse a case with an axis that is no step."""
+    if case.axis not in AXES:
+        raise WorkbenchError(f"{file.where(*keys, 'axis')}{unknown_name('axis', case.axis, AXES)}")
+    if case.amplitude is None or not 0.0 < abs(case.amplitude) < math.inf:
+        raise _refuse(file, (*keys, "amplitude"), "must be a finite number, and not 0")
+    for key, given in (
+        ("script", bool(case.script)),
+        ("start", case.start is not None),
+        ("edge", case.edge != 0.0),
+        ("command", case.command is not None),
+        ("signal", case.signal not in ("", AXIS_SIGNALS[case.axis])),
+    ):
+        if given:
+            raise _refuse(
+                file, (*keys, key), "belongs to a script: a step has an axis and an amplitude"
+            )
+
+
+def _check_script(case: Case, file: YamlFile, keys: Keys) -> None:
+    """Refuse a case without an axis that is no flight."""
+    if not case.script and case.start is None:
+        where = file.where(*keys)
+        raise WorkbenchError(f"{where}'{case.name}' has neither an axis nor a script")
+    if case.amplitude is not None:
+        raise _refuse(file, (*keys, "amplitude"), "belongs to an axis: a script has a command")
+    if not 0.0 <= case.edge < math.inf:
+        raise _refuse(file, (*keys, "edge"), "must be a time in seconds, 0 or later")
+    if case.command is not None and not 0.0 < abs(case.command) < math.inf:
+        raise _refuse(file, (*keys, "command"), "must be a finite number, and not 0")
+    if case.signal:
+        _check_signal(case.signal, file, (*keys, "signal"))
+    flight = Scenario(
+        start=case.start or Start(), script=case.script, duration=case.edge + case.duration
+    )
+    depth = len(keys)
+    lines = {at[depth:]: line for at, line in file.lines.items() if at[:depth] == keys}
+    check_scenario(flight, dataclasses.replace(file, lines=lines))
+
+
+def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
+    """Refuse a metric that is unknown, or that a case has not enough for."""
+    try:
+        need = find_metric(name).need
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{file.where(*keys)}{error}") from None
+    missing = {
+        Need.SIGNAL: not (case.axis or case.signal),
+        Need.COMMAND: not (case.axis or (case.signal and case.command)),
+        Need.AXIS: not case.axis,
+        Need.HOVER: not case.axis and case.edge < HOVER,
+    }
+    if missing.get(need):
+        raise _refuse(file, keys, f"needs {need.value}, which '{case.name}' has not")
+
+
+def _check_signal(name: str, file: YamlFile, keys: Keys) -> None:
+    try:
+        find_signal(name)
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{file.where(*keys)}{error}") from None
+
+
+def _check_tolerance(tolerance: Tolerance, file: YamlFile, keys: Keys) -> None:
+    for field in dataclasses.fields(Tolerance):
+        if not 0.0 <= getattr(tolerance, field.name) < math.inf:
+            raise _refuse(file, (*keys, field.name), "must be 0 or more")
+    if tolerance.absolute == tolerance.relative == 0.0:
+        raise _refuse(file, keys, "must have an absolute or a relative tolerance")
+
+
+def _refuse(file: YamlFile, keys: Keys, reason: str) -> WorkbenchError:
+    """Return the error of a key, whose name begins the sentence."""
+    return WorkbenchError(f"{file.where(*keys)}{keys[-1]} {reason}")

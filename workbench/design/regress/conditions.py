@@ -1,0 +1,66 @@
+"""What a spec was flown with, so that a failure can say what is not as it was."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+from workbench.design.regress.verdict import Difference
+from workbench.gains import flight_gains
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario
+from workbench.vehicle_parameters import vehicle_parameters
+
+SAME, TINY = 1e-6, 1e-12
+"""Largest difference, relative and absolute, between values that count as the same."""
+_ROTOR_CONSTANTS = (
+    "direction",
+    "motor_constant",
+    "moment_constant",
+    "time_constant_up",
+    "time_constant_down",
+    "max_rot_velocity",
+    "rotor_drag_coefficient",
+    "rolling_moment_coefficient",
+)
+
+
+def conditions(
+    vehicle: Vehicle, scenario: Scenario, settings: Mapping[str, float]
+) -> dict[str, float]:
+    """Return all numbers that a spec's flights have in common, by name.
+
+    Args:
+        vehicle: what flies.
+        scenario: with which gain file, rates and variation of the plant.
+        settings: parameter values over those of the vehicle.
+    """
+    values = flight_gains(vehicle, scenario.vehicle.gains, settings)
+    found = {row.name: values[row.name] for row in vehicle_parameters(vehicle)}
+    found["mass"] = vehicle.mass
+    found |= {f"center_of_mass_{axis}": p for axis, p in zip("xyz", vehicle.p_BoBcm_B, strict=True)}
+    for i, row in enumerate("xyz"):
+        for j, column in list(enumerate("xyz"))[i:]:
+            found[f"inertia_{row}{column}"] = vehicle.I_BBcm_B[i][j]
+    for number, rotor in enumerate(vehicle.rotors, start=1):
+        for name in _ROTOR_CONSTANTS:
+            found[f"rotor {number} {name}"] = float(getattr(rotor, name))
+        for axis, place in zip("xyz", rotor.p_BR, strict=True):
+            found[f"rotor {number} p_{axis}"] = place
+    for name, value in dataclasses.asdict(scenario.rates).items():
+        found[f"rates {name}"] = value
+    for name, value in dataclasses.asdict(scenario.vehicle.variation).items():
+        found[f"variation {name}"] = float(value)
+    return found
+
+
+def differences(baseline: Mapping[str, float], now: Mapping[str, float]) -> tuple[Difference, ...]:
+    """Return what is not the same, in the order of now, then what is no more."""
+    names = [*now, *(name for name in baseline if name not in now)]
+    found = [
+        Difference(name, baseline.get(name, math.nan), now.get(name, math.nan)) for name in names
+    ]
+    return tuple(
+        each
+        for each in found
+        if not math.isclose(each.baseline, each.now, rel_tol=SAME, abs_tol=TINY)
+    )

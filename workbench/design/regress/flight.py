@@ -1,0 +1,171 @@
+"""Fly a case: its scenario, and the flight that came of it."""
+
+import copy
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
+from workbench.design.regress.spec import Case, Spec
+from workbench.design.step_metrics import StepMetrics, step_metrics
+from workbench.design.step_response import EDGE, START_HEIGHT, step_scenario
+from workbench.errors import FlightBrokenError
+from workbench.recording import Recording
+from workbench.scenario import Scenario, Start
+from workbench.session import Session
+
+FASTEST = 100.0
+"""What moves or turns faster has diverged [m/s, rad/s]."""
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What a run has otherwise than its spec.
+
+    Attributes:
+        settings: parameter values, over those of the spec and its cases.
+        args: xacro arguments.
+        variation: fields of the plant's variation, by name.
+        seed: of noise and turbulence; None leaves the spec's.
+        physics_step: of the integration [s]; None leaves the spec's.
+    """
+
+    settings: Mapping[str, float] = field(default_factory=dict)
+    args: Mapping[str, str] = field(default_factory=dict)
+    variation: Mapping[str, float] = field(default_factory=dict)
+    seed: int | None = None
+    physics_step: float | None = None
+
+    @property
+    def any(self) -> bool:
+        """Whether there is one."""
+        return self != Changes()
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A flown case.
+
+    Attributes:
+        recording: all of it.
+        edge: when the judged part begins [s].
+        axis: of a step, else "".
+        signal: that is judged.
+        command: how far it should go; None where nothing is said of that.
+        diverged_at: when the flight was lost [s], NaN where it was not.
+        broke_off: what Drake said of a flight that could not go on, else "".
+    """
+
+    recording: Recording
+    edge: float
+    axis: str
+    signal: str
+    command: float | None
+    diverged_at: float = math.nan
+    broke_off: str = ""
+
+    @cached_property
+    def judged(self) -> Recording:
+        """The part from the edge on."""
+        return self.recording.between(self.edge, np.inf)
+
+    @cached_property
+    def before(self) -> Recording:
+        """The part up to the edge."""
+        return self.recording.between(-np.inf, self.edge)
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        """Time from the edge on [s]."""
+        return self.judged.time - self.edge
+
+    @cached_property
+    def response(self) -> np.ndarray:
+        """The judged signal; in a script's flight, from where it was at the edge."""
+        values = find_signal(self.signal).of(self.judged)
+        return values if self.axis else values - values[0]
+
+    @cached_property
+    def step(self) -> StepMetrics:
+        """The metrics of the response to the command."""
+        assert self.command is not None
+        return step_metrics(self.time, self.response, self.command)
+
+
+def changed(spec: Spec, changes: Changes) -> Scenario:
+    """Return what all flights of a spec have in common, with the changes of a run."""
+    content = spec.content
+    scenario = Scenario(
+        vehicle=copy.deepcopy(content.vehicle),
+        world=content.world,
+        sensors=copy.deepcopy(content.sensors),
+        rates=copy.deepcopy(content.rates),
+    )
+    scenario.vehicle.args |= dict(changes.args)
+    if changes.variation:
+        fields: dict[str, Any] = dict(changes.variation)
+        variation = dataclasses.replace(scenario.vehicle.variation, **fields)
+        variation.check()
+        scenario.vehicle.variation = variation
+    if changes.seed is not None:
+        scenario.sensors.seed = changes.seed
+    if changes.physics_step is not None:
+        scenario.rates.physics_step = changes.physics_step
+    return scenario
+
+
+def case_scenario(case: Case, common: Scenario) -> Scenario:
+    """Return the scenario of a case's flight."""
+    if case.axis:
+        assert case.amplitude is not None
+        return step_scenario(case.axis, case.amplitude, case.duration, common)
+    scenario = copy.deepcopy(common)
+    scenario.start = case.start or Start(position=[0.0, 0.0, START_HEIGHT])
+    scenario.rates.record_period = scenario.rates.control_period
+    scenario.duration = case.edge + case.duration
+    scenario.script = copy.deepcopy(case.script)
+    return scenario
+
+
+def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Flight:
+    """Fly a case.
+
+    Args:
+        case: what to fly.
+        common: vehicle, world, sensors and rates.
+        settings: parameter values, over those of the case.
+
+    Raises:
+        WorkbenchError: if it cannot be built.
+    """
+    session = Session(case_scenario(case, common), {**case.set, **settings})
+    broke_off = ""
+    try:
+        session.run()
+    except FlightBrokenError as error:
+        broke_off = str(error)
+    recording = session.recording()
+    return Flight(
+        recording=recording,
+        edge=EDGE if case.axis else case.edge,
+        axis=case.axis,
+        signal=case.signal or AXIS_SIGNALS.get(case.axis, ""),
+        command=case.amplitude if case.axis else case.command,
+        diverged_at=diverged_at(recording),
+        broke_off=broke_off,
+    )
+
+
+def diverged_at(recording: Recording) -> float:
+    """Return when a flight was lost [s], NaN if it was not.
+
+    So it is when a velocity is no number or beyond what any drone has.
+    """
+    motion = np.column_stack([recording.v_WB, recording.w_WB, recording.p_WB])
+    fine = np.isfinite(motion).all(axis=1) & (np.abs(motion[:, 0:6]) < FASTEST).all(axis=1)
+    return math.nan if fine.all() else float(recording.time[int(np.argmin(fine))])

@@ -1,0 +1,159 @@
+"""Fly one case of a spec, or work out its margins, and hold it against what is demanded."""
+
+import dataclasses
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from workbench.configured import read_configured
+from workbench.design.regress.band import Curve, band
+from workbench.design.regress.baseline import (
+    conditions_file,
+    conditions_text,
+    curves_file,
+    curves_text,
+    read_conditions,
+    read_curves,
+)
+from workbench.design.regress.conditions import conditions, differences
+from workbench.design.regress.flight import Changes, Flight, changed, fly_case
+from workbench.design.regress.metrics import find_metric
+from workbench.design.regress.signals import find_signal
+from workbench.design.regress.spec import Case, Spec
+from workbench.design.regress.spec_names import MARGINS, find_part, spec_title
+from workbench.design.regress.verdict import CaseResult, Check, Comparison
+from workbench.plant.loading import make_vehicle
+from workbench.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Job:
+    """One part of a spec to judge, with what the run has otherwise."""
+
+    spec: Spec
+    part: str
+    changes: Changes = field(default_factory=Changes)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a job came to, before it is held against the baseline.
+
+    Attributes:
+        result: with checks, and with curves that have no band.
+        conditions: what was flown with, without the case's own settings.
+    """
+
+    result: CaseResult
+    conditions: Mapping[str, float]
+
+
+def measure(job: Job) -> Measured:
+    """Fly a case, or work out margins; nothing is read from the baseline.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be built.
+    """
+    began = time.perf_counter()
+    spec, changes = job.spec, job.changes
+    common = changed(spec, changes)
+    result = CaseResult(spec_title(spec.path), spec.path, job.part)
+    if job.part == MARGINS:
+        from workbench.design.regress.margins import check_loops
+
+        result = dataclasses.replace(
+            result, checks=check_loops(spec.content, common, changes.settings)
+        )
+    else:
+        case = find_case(spec, job.part)
+        result = _flown(result, case, fly_case(case, common, changes.settings))
+    result = dataclasses.replace(result, seconds=time.perf_counter() - began)
+    return Measured(result, _conditions(common, changes))
+
+
+def compare(job: Job, measured: Measured) -> CaseResult:
+    """Return a job's result with curves beside their baselines, and with what has changed.
+
+    Raises:
+        WorkbenchError: if a baseline's file cannot be read.
+    """
+    path, result = job.spec.path, measured.result
+    recorded = read_conditions(conditions_file(path))
+    changes = differences(recorded, measured.conditions) if recorded else ()
+    if result.trouble or job.part == MARGINS:
+        return dataclasses.replace(result, differences=changes)
+    case = find_case(job.spec, job.part)
+    baselines = read_curves(curves_file(path, case.name)) if case.baseline else {}
+    curves = tuple(_beside(curve, case, baselines, path) for curve in result.curves)
+    return dataclasses.replace(result, curves=curves, differences=changes)
+
+
+def find_case(spec: Spec, name: str) -> Case:
+    """Return a spec's case.
+
+    Raises:
+        WorkbenchError: if it has none of that name.
+    """
+    cases = {case.name: case for case in spec.content.cases}
+    return cases[find_part(list(cases), name)]
+
+
+def baseline_files(job: Job, measured: Measured) -> dict[Path, str]:
+    """Return the text of each file that makes up a job's baseline; a lost flight makes none."""
+    if measured.result.trouble:
+        return {}
+    path = job.spec.path
+    files = {conditions_file(path): conditions_text(measured.conditions)}
+    if job.part != MARGINS:
+        wanted = find_case(job.spec, job.part).baseline
+        curves = [curve for curve in measured.result.curves if curve.signal in wanted]
+        if curves:
+            files[curves_file(path, job.part)] = curves_text(curves)
+    return files
+
+
+def _flown(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
+    """Return a result with a flight's checks and curves, or with what was the trouble."""
+    signals = list(dict.fromkeys([*case.baseline, flight.signal])) if flight.signal else []
+    signals = signals or list(case.baseline)
+    curves = tuple(
+        Comparison(
+            name, find_signal(name).unit, Curve(flight.time, find_signal(name).of(flight.judged))
+        )
+        for name in signals
+    )
+    trouble = ""
+    if flight.broke_off:
+        trouble = flight.broke_off
+    elif not np.isnan(flight.diverged_at):
+        trouble = f"diverged at t = {flight.diverged_at:.3f} s"
+    if trouble:
+        return dataclasses.replace(result, trouble=trouble, curves=curves)
+    checks = []
+    for name, limit in case.limits.items():
+        metric = find_metric(name)
+        checks.append(Check(name, metric.unit_of(flight), metric.of(flight), limit))
+    return dataclasses.replace(result, checks=tuple(checks), curves=curves)
+
+
+def _beside(
+    curve: Comparison, case: Case, baselines: Mapping[str, Curve], path: Path
+) -> Comparison:
+    """Return a flown curve with its baseline and its band, if one is demanded."""
+    if curve.signal not in case.baseline:
+        return curve
+    baseline = baselines.get(curve.signal)
+    if baseline is None or baseline.time[-1] < curve.flown.time[-1] - 1e-6:
+        what = "has no baseline yet" if baseline is None else "is longer than its baseline"
+        sentence = f"{curve.signal} {what}: record it with `workbench regress {path} --update`"
+        return dataclasses.replace(curve, missing=sentence)
+    allowed = band(baseline, case.baseline[curve.signal], curve.flown.time)
+    return dataclasses.replace(curve, baseline=baseline, band=allowed)
+
+
+def _conditions(common: Scenario, changes: Changes) -> dict[str, float]:
+    vehicle = make_vehicle(read_configured(common.vehicle))
+    return conditions(vehicle, common, changes.settings)

@@ -1,0 +1,71 @@
+"""Read a spec, and refuse what cannot be judged, with file and line."""
+
+import copy
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydrake.common.yaml import yaml_load_typed
+
+from workbench.design.regress.case_check import check_case
+from workbench.design.regress.spec import Spec, SpecFile
+from workbench.design.regress.spec_names import MARGINS, slug
+from workbench.errors import WorkbenchError
+from workbench.scenario import Scenario, check_scenario, find_files, find_scenario_world
+from workbench.yaml_files import YamlFile, check_schema, read_yaml
+
+
+def load_spec(path: Path | str) -> Spec:
+    """Read and check a spec; what it names is looked for beside it first.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    path = Path(path)
+    file = _with_plain_limits(read_yaml(path))
+    check_schema(file, SpecFile)
+    text = yaml.safe_dump(file.data, sort_keys=False)
+    try:
+        content = yaml_load_typed(schema=SpecFile, data=text, defaults=SpecFile())
+    except (RuntimeError, TypeError, ValueError) as error:
+        raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
+    common = Scenario(
+        vehicle=content.vehicle, world=content.world, sensors=content.sensors, rates=content.rates
+    )
+    check_scenario(common, file)
+    find_files(common.vehicle, file)
+    find_scenario_world(common, file)
+    content.world = common.world
+    if not content.cases and not content.margins:
+        raise WorkbenchError(f"{file.where()}a spec has cases, or margins")
+    names = {MARGINS}
+    for index, case in enumerate(content.cases):
+        check_case(case, index, file)
+        if slug(case.name) in names:
+            where = file.where("cases", index, "name")
+            raise WorkbenchError(f"{where}there is '{case.name}' already: take another name")
+        names.add(slug(case.name))
+    if content.margins:
+        from workbench.design.regress.margins import check_margins  # loads the linear models
+
+        check_margins(content, file)
+    return Spec(path.resolve(), content)
+
+
+def _with_plain_limits(file: YamlFile) -> YamlFile:
+    """Return a file with the limits that are written as [least, most] spelt out."""
+    data = copy.deepcopy(file.data)
+    cases, margins = data.get("cases"), data.get("margins")
+    for case in cases if isinstance(cases, list) else []:
+        _spell_out(case.get("limits") if isinstance(case, dict) else None)
+    for limits in margins.values() if isinstance(margins, dict) else []:
+        _spell_out(limits)
+    return dataclasses.replace(file, data=data)
+
+
+def _spell_out(limits: Any) -> None:
+    """Make {min: a, max: b} of each [a, b] of a mapping."""
+    for name, limit in limits.items() if isinstance(limits, dict) else []:
+        if isinstance(limit, list) and len(limit) == 2:
+            limits[name] = {"min": limit[0], "max": limit[1]}

@@ -1,0 +1,115 @@
+"""Results as one HTML page that needs nothing from elsewhere."""
+
+from collections.abc import Sequence
+from html import escape
+
+from workbench.design.regress.plots import inline_svg, plot_curve
+from workbench.design.regress.verdict import CaseResult, Check, Comparison, with_unit
+
+_STYLE = """
+body { font: 15px/1.45 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto;
+       padding: 0 1em; }
+h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin: 1.6em 0 .3em; }
+table { border-collapse: collapse; margin: .5em 0; }
+th, td { text-align: left; padding: .18em .9em .18em 0; border-bottom: 1px solid #e4e4e4;
+         vertical-align: top; }
+th { font-weight: 600; } td.number { font-variant-numeric: tabular-nums; }
+.failed { color: #b3261e; font-weight: 600; } .passed { color: #1b6e3c; }
+.note { color: #666; } summary { cursor: pointer; } svg { max-width: 100%; height: auto; }
+a { color: inherit; }
+"""
+
+
+def results_page(results: Sequence[CaseResult], title: str) -> str:
+    """Return the page: a summary, then each case with curves, limits and values.
+
+    Args:
+        results: in any order; those that failed are shown first.
+        title: what was run.
+    """
+    numbered = list(enumerate(results))
+    numbered.sort(key=lambda pair: pair[1].passed)
+    failed = sum(not result.passed for result in results)
+    verdict = f"{failed} of {len(results)} failed" if failed else f"all {len(results)} passed"
+    rows = "\n".join(_summary_row(number, result) for number, result in numbered)
+    cases = "\n".join(_case(number, result) for number, result in numbered)
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><title>{escape(title)}: {verdict}</title>
+<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>
+<body>
+<h1>{escape(title)}: <span class="{"failed" if failed else "passed"}">{verdict}</span></h1>
+{_changes(results)}
+<table>
+<tr><th>spec</th><th>case</th><th></th><th>what</th></tr>
+{rows}
+</table>
+{cases}
+</body>
+</html>
+"""
+
+
+def _changes(results: Sequence[CaseResult]) -> str:
+    """Return what differs from the baselines, once for all cases with the same differences."""
+    found = dict.fromkeys((result.spec, result.changed) for result in results if result.changed)
+    return "".join(
+        f"<p>{escape(spec)}, since its baseline: <b>{escape(changed)}</b></p>\n"
+        for spec, changed in found
+    )
+
+
+def _summary_row(number: int, result: CaseResult) -> str:
+    reason = result.failures[0] if result.failures else ""
+    if len(result.failures) > 1:
+        reason += f" (and {len(result.failures) - 1} more)"
+    return (
+        f'<tr><td>{escape(result.spec)}</td><td><a href="#case{number}">{escape(result.case)}</a>'
+        f"</td><td>{_word(result.passed)}</td><td>{escape(reason)}</td></tr>"
+    )
+
+
+def _case(number: int, result: CaseResult) -> str:
+    """Return the section of a case; one that passed is folded up."""
+    parts = [f'<p class="failed">{escape(result.trouble)}</p>'] if result.trouble else []
+    if result.checks:
+        rows = "\n".join(map(_check_row, result.checks))
+        parts.append(
+            "<table><tr><th>metric</th><th>value</th><th>demanded</th><th></th></tr>\n"
+            f"{rows}</table>"
+        )
+    parts += map(_curve, result.curves)
+    return (
+        f'<h2 id="case{number}">{escape(result.spec)}: {escape(result.case)} '
+        f"{_word(result.passed)}</h2>\n"
+        f"<details{'' if result.passed else ' open'}><summary>limits and curves</summary>\n"
+        + "\n".join(parts)
+        + "</details>"
+    )
+
+
+def _check_row(check: Check) -> str:
+    beyond = "" if check.met else f" by {with_unit(check.excess, check.unit)}"
+    return (
+        f"<tr><td>{escape(check.name)}</td>"
+        f'<td class="number">{escape(with_unit(check.value, check.unit))}</td>'
+        f'<td class="number">{escape(check.demand)}</td>'
+        f"<td>{_word(check.met)}{escape(beyond)}</td></tr>"
+    )
+
+
+def _curve(curve: Comparison) -> str:
+    """Return a curve's picture with a sentence."""
+    if not curve.met:
+        said = f'<p class="failed">{escape(curve.sentence)}</p>'
+    elif curve.band is None:
+        said = f'<p class="note">{escape(curve.signal)}, without a baseline</p>'
+    else:
+        said = (
+            f'<p class="note">{escape(curve.signal)} uses {100 * curve.use:.0f} % of its band</p>'
+        )
+    return said + inline_svg(plot_curve(curve))
+
+
+def _word(good: bool) -> str:
+    return '<span class="passed">passed</span>' if good else '<span class="failed">failed</span>'

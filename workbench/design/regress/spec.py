@@ -1,0 +1,95 @@
+"""What a spec file says, as typed dataclasses that are its schema."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from workbench.scenario import Action, Rates, Start, VehicleConfig
+from workbench.sensors_config import SensorsConfig
+
+
+@dataclass
+class Limit:
+    """A smallest and a largest value; one of them may be missing."""
+
+    min: float = -math.inf
+    max: float = math.inf
+
+
+@dataclass
+class Tolerance:
+    """How far a curve may be from its baseline.
+
+    Attributes:
+        absolute: in the signal's unit.
+        relative: share of the baseline's amplitude, its largest distance from where it begins; the
+            larger of the two counts.
+        time_shift: so much earlier or later the curve may be [s].
+    """
+
+    absolute: float = 0.0
+    relative: float = 0.0
+    time_shift: float = 0.0
+
+
+@dataclass
+class Case:
+    """A flight and what is demanded of it.
+
+    Attributes:
+        name: unique in its spec.
+        axis: of a step from hover: x, y, z or yaw; "" where a script is flown.
+        amplitude: of that step [m/s or rad/s].
+        duration: flown after the edge [s].
+        start: of a script's flight; without one it hovers as high as steps do.
+        script: what the pilot does, in the time of the flight.
+        edge: time from which a script's flight is judged [s].
+        signal: that is judged by metrics; a step's is the velocity that it commands.
+        command: how far a script's signal should come from where it is at the edge.
+        set: parameter values for this flight.
+        limits: of metrics, by name.
+        baseline: tolerances of recorded curves, by signal.
+    """
+
+    name: str = ""
+    axis: str = ""
+    amplitude: float | None = None
+    duration: float = 3.0
+    start: Start | None = None
+    script: list[Action] = field(default_factory=list)
+    edge: float = 0.0
+    signal: str = ""
+    command: float | None = None
+    set: dict[str, float] = field(default_factory=dict)
+    limits: dict[str, Limit] = field(default_factory=dict)
+    baseline: dict[str, Tolerance] = field(default_factory=dict)
+
+
+@dataclass
+class SpecFile:
+    """A spec's keys.
+
+    Attributes:
+        title: what it is about.
+        vehicle: as in a scenario; so world, sensors and rates.
+        cases: flights.
+        at: operating point of the margins, as `workbench linearize` takes it.
+        margins: limits by loop and by the name of a margin.
+    """
+
+    title: str = ""
+    vehicle: VehicleConfig = field(default_factory=VehicleConfig)
+    world: str = "empty"
+    sensors: SensorsConfig = field(default_factory=SensorsConfig)
+    rates: Rates = field(default_factory=Rates)
+    cases: list[Case] = field(default_factory=list)
+    at: str = "hover"
+    margins: dict[str, dict[str, Limit]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A spec that was read and checked, with the file that it came from."""
+
+    path: Path
+    content: SpecFile

@@ -1,0 +1,78 @@
+"""Names and places of a spec's parts; light enough for pytest to read while it collects."""
+
+from pathlib import Path
+
+from workbench.errors import WorkbenchError, unknown_name
+from workbench.resources import find_spec, list_specs, specs_dir
+from workbench.yaml_files import read_yaml
+
+SUFFIX = ".spec.yaml"
+"""How the name of a spec ends."""
+MARGINS = "margins"
+"""The name of what is judged beside the cases: the margins of the loops."""
+
+
+def find_specs(names: list[str]) -> list[Path]:
+    """Return the specs of files, folders and shipped names; without any, the shipped ones.
+
+    Raises:
+        WorkbenchError: for a name that is none of these, and for a folder without a spec.
+    """
+    found: list[Path] = []
+    for name in names or list_specs():
+        folder = Path(name).expanduser()
+        if name not in list_specs() and folder.is_dir():
+            inside = sorted(folder.glob(f"*{SUFFIX}"))
+            if not inside:
+                raise WorkbenchError(f"{name}: has no file named *{SUFFIX}: name another folder")
+            found += [path.resolve() for path in inside]
+        else:
+            found.append(find_spec(name))
+    return list(dict.fromkeys(found))
+
+
+def spec_name(path: Path) -> str:
+    """Return a spec's name, as the command line takes it for a shipped one."""
+    return path.name.removesuffix(SUFFIX) if path.name.endswith(SUFFIX) else path.stem
+
+
+def spec_title(path: Path) -> str:
+    """Return a spec's name as results show it: with its file where it is not a shipped one."""
+    return spec_name(path) if path.parent == specs_dir() else path.name
+
+
+def part_names(path: Path) -> list[str]:
+    """Return the names of a spec's cases, and `margins` where it has limits on those.
+
+    Only so much is read and checked; `load_spec` does the rest.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or a case has no name.
+    """
+    file = read_yaml(path)
+    cases = file.data.get("cases") or []
+    if not isinstance(cases, list):
+        raise WorkbenchError(f"{file.where('cases')}cases should be a list")
+    names = []
+    for index, case in enumerate(cases):
+        name = case.get("name") if isinstance(case, dict) else None
+        if not isinstance(name, str):
+            raise WorkbenchError(f"{file.where('cases', index)}a case needs a name in text")
+        names.append(name)
+    return names + [MARGINS] * bool(file.data.get("margins"))
+
+
+def find_part(names: list[str], name: str) -> str:
+    """Return a part's name if the spec has it.
+
+    Raises:
+        WorkbenchError: if it has not.
+    """
+    if name not in names:
+        raise unknown_name("case", name, names)
+    return name
+
+
+def slug(name: str) -> str:
+    """Return a case's name as a file's."""
+    return name.replace(" ", "-").lower()

@@ -1,0 +1,109 @@
+"""The pytest plugin: specs become test items, and a fixture flies steps.
+
+Loaded with every run of pytest where the workbench is installed, so it loads nothing heavy itself;
+what flies is loaded when the first spec runs.
+"""
+
+from collections.abc import Callable, Iterator
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from workbench.atomic_write import write_atomically
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.design.step_response import StepResponse
+
+PATTERN = "workbench_spec_files"
+UPDATE = "workbench_update"
+
+
+class RegressionError(Exception):
+    """A case is not as its spec demands; its text is all that a reader needs."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add --workbench-update and the pattern of specs' names."""
+    group = parser.getgroup("workbench", "step-response regressions")
+    group.addoption(
+        "--workbench-update",
+        action="store_true",
+        dest=UPDATE,
+        help="record the baselines of the collected specs anew; their limits are judged all the "
+        "same",
+    )
+    parser.addini(
+        PATTERN, "patterns of the names of spec files", type="args", default=["*.spec.yaml"]
+    )
+
+
+def pytest_collect_file(parent: pytest.Collector, file_path: Path) -> pytest.Collector | None:
+    """Return a collector for a spec."""
+    if any(fnmatch(file_path.name, pattern) for pattern in parent.config.getini(PATTERN)):
+        collector: pytest.Collector = SpecCollector.from_parent(parent, path=file_path)
+        return collector
+    return None
+
+
+class SpecCollector(pytest.File):
+    """A spec: an item a case, and one for its margins."""
+
+    def collect(self) -> Iterator[pytest.Item]:
+        from workbench.design.regress.spec_names import part_names
+
+        try:
+            names = part_names(self.path)
+        except WorkbenchError as error:
+            raise self.CollectError(str(error)) from None
+        for name in names:
+            yield SpecItem.from_parent(self, name=name)
+
+
+class SpecItem(pytest.Item):
+    """One case of a spec, or its margins."""
+
+    def runtest(self) -> None:
+        from workbench.design.regress.judging import Job, baseline_files, compare, measure
+        from workbench.design.regress.loading import load_spec
+
+        job = Job(load_spec(self.path), self.name)
+        measured = measure(job)
+        if self.config.getoption(UPDATE):
+            for path, text in baseline_files(job, measured).items():
+                path.parent.mkdir(exist_ok=True)
+                write_atomically(path, text)
+        result = compare(job, measured)
+        if not result.passed:
+            raise RegressionError("\n".join(result.story))
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Return sentences where that says all, and a traceback only for what is unforeseen."""
+        if isinstance(excinfo.value, RegressionError | WorkbenchError):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, None, str]:
+        return self.path, None, f"{self.path.name}: {self.name}"
+
+
+@pytest.fixture(scope="session")
+def step_response() -> Callable[..., "StepResponse"]:
+    """Return a function that flies a step: `step_response(axis, amplitude, **fly_step's own)`.
+
+    Equal steps are flown once a session.
+    """
+    from workbench.design.step_response import fly_step
+
+    flown: dict[str, StepResponse] = {}
+
+    def fly(axis: str, amplitude: float, **options: Any) -> "StepResponse":
+        # Scenarios are plain dataclasses: their text says all that they are.
+        key = repr((axis, float(amplitude), sorted(options.items())))
+        if key not in flown:
+            flown[key] = fly_step(axis, amplitude, **options)
+        return flown[key]
+
+    return fly
