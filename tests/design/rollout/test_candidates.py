@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from workbench.design.rollout.candidates import make_candidates
+from workbench.errors import WorkbenchError
+from workbench.parameters import defaults
+from workbench.systems.air.settings import AirSettings
+from workbench.systems.cascade import Gains
+
+OWN = defaults()
+
+
+def test_values_by_name_come_to_their_places():
+    candidates = make_candidates([{"kp_roll": 7.0}, {"wind_y": 3.0, "rotor_2": 0.5}], OWN, 4)
+    kp_roll, wind_y = Gains._fields.index("kp_roll"), AirSettings._fields.index("wind_y")
+    assert candidates.gains[:, kp_roll].tolist() == [7.0, OWN["kp_roll"]]
+    assert candidates.air[:, wind_y].tolist() == [0.0, 3.0]
+    assert candidates.shares.tolist() == [[1.0] * 4, [1.0, 0.5, 1.0, 1.0]]
+
+
+def test_an_array_has_the_gains_and_all_else_is_the_vehicles():
+    gains = np.arange(2.0 * len(Gains._fields)).reshape(2, -1)
+    candidates = make_candidates(gains, {**OWN, "drag_area": 0.5, "rotor_1": 0.8}, 14)
+    assert candidates.gains.tolist() == gains.tolist()
+    area = AirSettings._fields.index("drag_area")
+    assert candidates.air[:, area].tolist() == [0.5, 0.5]
+    assert candidates.shares[1].tolist() == [0.8] + [1.0] * 13
+
+
+def test_none_are_none():
+    assert make_candidates([], OWN, 4).gains.shape == (0, len(Gains._fields))
+
+
+@pytest.mark.parametrize(
+    ("gains", "said"),
+    [
+        ([{"kp_rol": 1.0}], "unknown parameter 'kp_rol': did you mean 'kp_roll'"),
+        ([{}, {"kp_roll": "fast"}], "candidate 2 has a value that is no number"),
+        (np.ones((3, 5)), "the gains are an array of 3 x 5 numbers"),
+        (np.ones(18), "the gains are an array of 18 numbers"),
+    ],
+)
+def test_what_makes_no_candidates_is_said(gains, said):
+    with pytest.raises(WorkbenchError, match=said):
+        make_candidates(gains, OWN, 4)

@@ -1,0 +1,138 @@
+"""Oracles: the full diagram, and one flight beside many."""
+
+import numpy as np
+import pytest
+
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.metrics import rollout_metrics
+from workbench.design.step_response import EDGE, fly_step
+from workbench.errors import WorkbenchError
+from workbench.plant.variation import Variation
+from workbench.scenario import Rates
+from workbench.systems.cascade import Gains
+
+FLIPS = {"kp_roll": 2500.0, "kd_roll": 0.0}
+NO_NUMBER = {"kp_roll": float("nan")}
+
+
+@pytest.fixture(scope="module")
+def candidates(engine):
+    """Many, with one that flips over and one that holds no number among them."""
+    rng = np.random.default_rng(6)
+    kps = rng.uniform(0.5, 2.0, 70) * engine.gains["kp_velocity_y"]
+    return (
+        [{"kp_velocity_y": kp} for kp in kps[:40]]
+        + [FLIPS, NO_NUMBER]
+        + [{"kp_velocity_y": kp} for kp in kps[40:]]
+    )
+
+
+def test_two_threads_fly_what_one_flies_to_the_bit(vehicle, candidates):
+    one, two = (RolloutEngine(vehicle, threads=n).fly(candidates, "y", 8.0) for n in (1, 2))
+    assert one.velocity_W.tobytes() == two.velocity_W.tobytes()
+    assert one.angular_velocity_W.tobytes() == two.angular_velocity_W.tobytes()
+    assert one.peak_rotor_use.tobytes() == two.peak_rotor_use.tobytes()
+    assert one.diverged_at.tobytes() == two.diverged_at.tobytes()
+
+
+def test_one_that_is_lost_is_marked_and_the_others_fly_on(engine, candidates):
+    rollouts = engine.fly(candidates, "y", 8.0)
+    assert np.flatnonzero(~np.isnan(rollouts.diverged_at)).tolist() == [40, 41]
+    assert rollouts.diverged_at[41] == 0.0
+    end = rollouts.diverged_at[40]
+    assert 0.0 < end < 3.0
+    assert np.isnan(rollouts.response[40]).tolist() == (rollouts.time >= end).tolist()
+    assert np.isnan(rollouts.response[41]).all()
+    for index in (0, 39, 42, 71):
+        alone = engine.fly([candidates[index]], "y", 8.0)
+        assert alone.velocity_W[0].tobytes() == rollouts.velocity_W[index].tobytes()
+    metrics = rollout_metrics(rollouts, 8.0)
+    assert np.flatnonzero(np.isnan(metrics.rise_time)).tolist() == [40, 41]
+
+
+def test_it_is_lost_when_the_diagram_has_it_tumble(engine):
+    flown = fly_step("y", 8.0, duration=1.0, settings=FLIPS).recording.between(EDGE, np.inf)
+    fast = (np.linalg.norm(flown.w_WB, axis=1) > 10.0) | (np.linalg.norm(flown.v_WB, axis=1) > 20.0)
+    first = np.flatnonzero(fast & (flown.z_axis_W[:, 2] < 0.0))[0]
+    rollouts = engine.fly([FLIPS], "y", 8.0, duration=1.0)
+    assert rollouts.diverged_at[0] == flown.time[first] - EDGE
+
+
+def test_the_ground_ends_it(engine):
+    """At 8 m/s from 10 m; where the diagram's drone comes to stand."""
+    rollouts = engine.fly([{}], "z", -8.0, duration=3.0)
+    end = rollouts.diverged_at[0]
+    fallen = -np.nansum(rollouts.response[0]) / 128.0
+    assert fallen == pytest.approx(10.0 - engine.vehicle.ground_clearance, abs=0.1)
+    assert 10.0 / 8.0 < end < 2.5
+
+
+def test_a_drone_that_cannot_hover_is_lost_before_the_command(engine):
+    rollouts = engine.fly([{"rotor_1": 0.0, "rotor_2": 0.0}], "x", 1.0, duration=2.0)
+    assert rollouts.diverged_at[0] >= 0.0
+
+
+def test_a_stride_keeps_some_of_the_same(engine):
+    all_of_it = engine.fly([{}], "x", 2.0, duration=1.0)
+    some = engine.fly([{}], "x", 2.0, duration=1.0, stride=3)
+    assert some.time.tolist() == all_of_it.time[::3].tolist()
+    assert some.response.tolist() == all_of_it.response[:, ::3].tolist()
+    assert some.peak_rotor_use == all_of_it.peak_rotor_use
+
+
+def test_an_array_of_gains_flies_as_their_names_do(engine):
+    own = engine.gains
+    row = np.array([[own[name] for name in Gains._fields]])
+    row[0, Gains._fields.index("kp_yaw_rate")] *= 2.0
+    named = engine.fly([{"kp_yaw_rate": 2.0 * own["kp_yaw_rate"]}], "yaw", 0.3, duration=1.0)
+    assert engine.fly(row, "yaw", 0.3, duration=1.0).response.tolist() == named.response.tolist()
+
+
+def test_a_varied_engine_is_one_made_that_way(engine, vehicle):
+    variation = Variation(mass=1.2, inertia=1.3, rotor_lag=0.5, control_delay=2)
+    made = RolloutEngine(vehicle, variation=variation).fly([{}], "x", 2.0, duration=1.0)
+    varied = engine.varied(variation).fly([{}], "x", 2.0, duration=1.0)
+    assert varied.velocity_W.tobytes() == made.velocity_W.tobytes()
+    nominal = engine.fly([{}], "x", 2.0, duration=1.0)
+    assert np.abs(varied.response - nominal.response).max() > 0.01
+    back = engine.varied(variation).varied(Variation()).fly([{}], "x", 2.0, duration=1.0)
+    assert back.velocity_W.tobytes() == nominal.velocity_W.tobytes()
+
+
+def test_a_stop_keeps_what_has_flown(engine, candidates):
+    shares: list[float] = []
+    rollouts = engine.fly(
+        candidates, "y", 8.0, progress=shares.append, stop=lambda: len(shares) == 2
+    )
+    assert shares[1] * len(candidates) <= len(rollouts) < len(candidates)
+    assert not np.isnan(rollouts.response[:30]).any()
+    assert len(rollouts.peak_rotor_use) == len(rollouts)
+
+
+def test_none_fly_when_none_are_given(engine):
+    rollouts = engine.fly([], "x", 1.0)
+    assert rollouts.response.shape == (0, 385)
+    assert len(rollout_metrics(rollouts, 1.0).peak) == 0
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"axis": "roll"}, "unknown axis 'roll'"),
+        ({"amplitude": 0.0}, "the amplitude is 0"),
+        ({"amplitude": float("inf")}, "the amplitude is inf"),
+        ({"duration": 0.01}, "a step cannot be measured in 0.01 s"),
+        ({"stride": 0}, "the stride is 0"),
+    ],
+)
+def test_what_makes_no_step_is_said(engine, asked, said):
+    step = {"axis": "x", "amplitude": 1.0, **asked}
+    with pytest.raises(WorkbenchError, match=said):
+        engine.fly([{}], **step)
+
+
+def test_what_cannot_be_built_is_said(vehicle):
+    with pytest.raises(WorkbenchError, match="control_period must be a multiple"):
+        RolloutEngine(vehicle, Rates(control_period=0.01))
+    with pytest.raises(WorkbenchError, match="the variation of mass is 0"):
+        RolloutEngine(vehicle, variation=Variation(mass=0.0))

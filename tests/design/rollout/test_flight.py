@@ -1,0 +1,178 @@
+"""Oracle: the same steps on the full diagram."""
+
+import ast
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.configured import read_configured
+from workbench.design.rollout import batch
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.step_response import EDGE, START_HEIGHT, fly_step
+from workbench.parameters import find_parameter
+from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import Variation
+from workbench.recording import Recording
+from workbench.scenario import Rates, Scenario, Start, VehicleConfig
+from workbench.session import Session
+from workbench.systems import compiled
+from workbench.systems.cascade import Gains
+
+DURATION = 1.0
+CLOSE = 1e-9
+TESTS = Path(__file__).resolve().parents[2]
+SHARED = TESTS.parent / "../shared/models"
+PUBLISHED = {
+    "rotors_description/urdf/hummingbird.xacro": {"namespace": "hummingbird"},
+    "gym_pybullet_drones/cf2x.urdf": {},
+    "px4_gazebo_models/x500/model.sdf": {},
+}
+AIR = {"wind_x": 3.0, "wind_y": -2.0, "wind_z": 0.5, "drag_area": 0.03, "air_density": 1.0}
+GUST = {"gust_x": 5.0, "gust_start": 0.8, "push_y": 3.0, "push_start": 1.2, "push_at_z": 0.1}
+
+
+def assert_agrees(rollouts, flown: Recording, peak_rotor_use: float, close: float = CLOSE):
+    assert rollouts.time == pytest.approx(flown.time - EDGE)
+    assert np.isnan(rollouts.diverged_at).all()
+    assert rollouts.velocity_W[0] == pytest.approx(flown.v_WB, abs=close)
+    assert rollouts.angular_velocity_W[0] == pytest.approx(flown.w_WB, abs=10.0 * close)
+    assert rollouts.peak_rotor_use[0] == pytest.approx(peak_rotor_use, abs=close)
+
+
+def compare(config: VehicleConfig, axis: str, amplitude: float, rates: Rates | None = None):
+    """Fly a step in both ways."""
+    rates = rates or Rates()
+    scenario = Scenario(vehicle=config, rates=rates)
+    step = fly_step(axis, amplitude, duration=DURATION, scenario=scenario)
+    vehicle = make_vehicle(read_configured(config))
+    engine = RolloutEngine(vehicle, rates, config.variation)
+    rollouts = engine.fly([{}], axis, amplitude, duration=DURATION)
+    assert rollouts.response[0] == pytest.approx(step.response, abs=CLOSE)
+    assert_agrees(rollouts, step.recording.between(EDGE, np.inf), step.peak_rotor_use)
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    """Return a function that flies a step on one diagram, as `fly_step` does on a new one."""
+    start = Start(position=[0.0, 0.0, START_HEIGHT])
+    session = Session(Scenario(start=start, duration=EDGE + DURATION))
+
+    def fly(axis: str, amplitude: float, settings: dict[str, float]) -> Recording:
+        session.reset()
+        for name, value in settings.items():
+            session.set(name, value)
+        session.tick(EDGE)
+        session.command([amplitude * (axis == one) for one in "xyz"], amplitude * (axis == "yaw"))
+        session.tick(DURATION)
+        return session.recording().between(EDGE, np.inf)
+
+    return fly
+
+
+@pytest.mark.parametrize(
+    ("axis", "amplitude"), [("x", 8.0), ("y", -8.0), ("z", -3.0), ("yaw", 0.4)]
+)
+def test_a_step_is_that_of_the_diagram(axis, amplitude):
+    """The large ones run into the limits of tilt and rotors."""
+    compare(VehicleConfig(), axis, amplitude)
+
+
+@pytest.mark.parametrize(
+    ("axis", "amplitude"), [("x", -1.0), ("y", 1.0), ("z", 8.0), ("yaw", -0.3)]
+)
+def test_so_it_is_the_other_way(engine, diagram, axis, amplitude):
+    after = diagram(axis, amplitude, {})
+    rollouts = engine.fly([{}], axis, amplitude, duration=DURATION)
+    assert_agrees(rollouts, after, after.rotor_use.max())
+
+
+def test_so_it_is_with_any_gains(engine, diagram):
+    rng = np.random.default_rng(3)
+    tuned = [name for name in Gains._fields if name.startswith(("kp", "kd"))]
+    for index in range(10):
+        gains = {}
+        for name in tuned:
+            row = find_parameter(name)
+            value = engine.gains[name] * 2.0 ** rng.uniform(-1.0, 1.0)
+            gains[name] = float(np.clip(value, row.minimum, row.maximum))
+        axis, amplitude = ("x", "y", "z", "yaw")[index % 4], (0.4, -0.3)[index % 2]
+        after = diagram(axis, amplitude, gains)
+        rollouts = engine.fly([gains], axis, amplitude, duration=DURATION)
+        assert_agrees(rollouts, after, after.rotor_use.max())
+
+
+@pytest.mark.parametrize(
+    "variation",
+    [Variation(mass=1.2, inertia=0.7, rotor_lag=1.5), Variation(control_delay=1)],
+    ids=str,
+)
+def test_so_it_is_with_what_the_law_does_not_know(variation):
+    compare(VehicleConfig(variation=variation), "x", 8.0)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"rotor_2": 0.9}, {"rotor_3": 0.0}, AIR, {"turbulence": 8.0, "wind_x": 3.0}, GUST],
+    ids=str,
+)
+def test_so_it_is_with_faults_and_in_the_wind(engine, diagram, settings):
+    after = diagram("z", 2.0, settings)
+    rollouts = engine.fly([settings], "z", 2.0, duration=DURATION)
+    assert_agrees(rollouts, after, after.rotor_use.max())
+
+
+@pytest.mark.parametrize(
+    "rates",
+    [
+        Rates(physics_step=1 / 2048, control_period=1 / 256),
+        Rates(physics_step=0.001, control_period=0.006, mode_period=0.12),
+    ],
+    ids=str,
+)
+def test_so_it_is_at_other_rates(rates):
+    """The second one has no control update at the command's edge."""
+    compare(VehicleConfig(), "x", 2.0, rates)
+
+
+@pytest.mark.parametrize(
+    ("name", "args"), [("tilted_quad", {"forward": "5"}), ("low_mass_quad", {}), ("coaxial_x8", {})]
+)
+def test_so_it_is_with_drones_of_other_layouts(name, args):
+    compare(VehicleConfig(str(TESTS / f"drones/{name}.urdf.xacro"), args), "x", 2.0)
+
+
+@pytest.mark.parametrize("path", PUBLISHED)
+def test_so_it_is_with_a_published_description(path):
+    if not SHARED.is_dir():
+        pytest.skip("put the published descriptions into ../shared/models to try them")
+    compare(VehicleConfig(str(SHARED / path), PUBLISHED[path]), "y", -2.0)
+
+
+def test_a_hover_that_is_still_needs_not_be_flown(engine):
+    """Air that might move has it flown."""
+    gains = [{}, {"turbulence": 1e-300}]
+    rollouts = engine.fly(gains, "x", 8.0, duration=DURATION)
+    left_out, flown = rollouts.velocity_W
+    assert left_out == pytest.approx(flown, abs=CLOSE)
+
+
+def test_every_file_of_what_is_compiled_is_watched():
+    """What compiled code's files import of ours, but for what only Python calls."""
+    not_compiled = {"compiled", "air.air", "acceleration_estimate", "noise"}
+    found: set[str] = set()
+    todo = ["workbench.design.rollout.batch"]
+    while todo:
+        name = todo.pop()
+        found.add(name)
+        tree = ast.parse(Path(sys.modules[name].__file__).read_text())
+        imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        rooms = ("workbench.systems.", "workbench.design.rollout.")
+        watched = {one for one in imported if one.startswith(rooms)}
+        watched -= {f"workbench.systems.{one}" for one in not_compiled}
+        todo += sorted(watched - found)
+    folder = Path(compiled.__file__).parent
+    files = {Path(sys.modules[name].__file__) for name in found}
+    sources = {(folder / name).resolve() for name in batch.SOURCES}
+    assert files <= sources

@@ -1,0 +1,63 @@
+"""Oracles: python-control, one response at a time, and `crossing_time`."""
+
+import control
+import numpy as np
+import pytest
+
+from workbench.design.rollout.metrics import response_metrics
+from workbench.design.step_metrics import crossing_time, step_metrics
+
+TIME = np.arange(0.0, 3.0, 1.0 / 128.0)
+NAMES = ("rise_time", "settling_time", "overshoot", "undershoot", "peak", "peak_time")
+
+
+def responses(command: float) -> np.ndarray:
+    """Return steps that swing, creep, start the wrong way, never settle, or come to nothing."""
+    rng = np.random.default_rng(4)
+    rows = []
+    for damping in np.linspace(0.05, 1.5, 30):
+        frequency, zero = rng.uniform(0.5, 10.0), rng.uniform(-0.3, 0.3)
+        system = control.tf(
+            [zero * frequency**2, frequency**2], [1.0, 2.0 * damping * frequency, frequency**2]
+        )
+        rows.append(control.step_response(system, TIME).outputs * rng.uniform(0.5, 1.1))
+    rows += [rng.normal(size=len(TIME)), np.ones(len(TIME)), -rows[3]]
+    return command * np.array(rows)
+
+
+@pytest.mark.parametrize("command", [1.0, -8.0])
+def test_they_are_those_of_python_control(command):
+    rows = responses(command)
+    metrics = response_metrics(TIME, rows, command)
+    for index, row in enumerate(rows):
+        alone = step_metrics(TIME, row, command)
+        for name in (*NAMES, "steady_state_value", "steady_state_error"):
+            wanted = pytest.approx(getattr(alone, name), rel=1e-12, nan_ok=True)
+            assert getattr(metrics, name)[index] == wanted, (name, index)
+        t90 = crossing_time(TIME, row, 0.9 * command)
+        assert metrics.t90[index] == pytest.approx(t90, nan_ok=True)
+
+
+def test_a_response_that_ends_before_has_none():
+    """python-control gives it an infinite peak."""
+    row = responses(1.0)[0]
+    row[200:] = np.nan
+    metrics = response_metrics(TIME, np.array([row, np.ones(len(TIME))]), 1.0)
+    info = control.step_info(row, T=TIME)
+    assert metrics.peak[0] == info["Peak"] == np.inf
+    for name in ("rise_time", "settling_time", "overshoot", "undershoot", "steady_state_error"):
+        assert np.isnan(getattr(metrics, name)[0])
+        assert np.isfinite(getattr(metrics, name)[1])
+
+
+def test_a_response_that_comes_back_to_nothing_is_no_failure():
+    """Shares of nothing are infinite or not known."""
+    row = np.sin(np.linspace(0.0, np.pi, len(TIME)))
+    row[-1] = 0.0
+    with np.errstate(all="ignore"):
+        info = control.step_info(row, T=TIME)
+    metrics = response_metrics(TIME, row[None, :], 1.0)
+    assert metrics.overshoot[0] == pytest.approx(info["Overshoot"], nan_ok=True)
+    assert metrics.rise_time[0] == info["RiseTime"]
+    assert metrics.settling_time[0] == pytest.approx(info["SettlingTime"], nan_ok=True)
+    assert metrics.steady_state_error[0] == 100.0

@@ -1,0 +1,46 @@
+"""The flights of a batch of candidates, as arrays."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.step_response import AXES
+
+
+@dataclass(frozen=True)
+class Rollouts:
+    """N flown steps at the same M times.
+
+    A candidate that is lost has NaN from then on; the others fly on. It is lost when a number is
+    no longer finite, when it comes down to the ground, or when it is tilted over 90 degrees and
+    then turns faster than 10 rad/s or moves faster than 20 m/s.
+
+    Attributes:
+        axis: x, y, z or yaw, on which the command steps.
+        time: (M) from the command's edge on [s].
+        velocity_W: (N, M, 3) of the base link's origin in W [m/s].
+        angular_velocity_W: (N, M, 3) in W [rad/s].
+        peak_rotor_use: (N) largest share of its speed limit at which any rotor ran, 0 .. 1.
+        diverged_at: (N) when it was lost, from the edge on [s]: 0 if already in the hover before,
+            NaN if it flew to the end.
+    """
+
+    axis: str
+    time: np.ndarray
+    velocity_W: np.ndarray
+    angular_velocity_W: np.ndarray
+    peak_rotor_use: np.ndarray
+    diverged_at: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"<Rollouts of {len(self)} steps along {self.axis}: {len(self.time)} samples each>"
+
+    def __len__(self) -> int:
+        return len(self.diverged_at)
+
+    @property
+    def response(self) -> np.ndarray:
+        """Velocity [m/s] or yaw rate [rad/s] on the commanded axis, (N, M)."""
+        if self.axis == "yaw":
+            return self.angular_velocity_W[:, :, 2]
+        return self.velocity_W[:, :, AXES.index(self.axis)]
