@@ -12,6 +12,7 @@ from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.design.step_response import axis_velocity
 from workbench.scenario import Scenario, Start
 from workbench.session import Session
 from workbench.systems.flight_computer import PROBES
@@ -20,7 +21,9 @@ from workbench.systems.loop_points import COUNT, INJECTIONS, POINTS
 PERIOD = 1 / 128
 SMALL = 1e-5
 """Of the disturbance, so that rotors answer linearly [m/s, rad/s, N]."""
-GROWN = 8.0
+WINDOW = 128
+"""Control periods over which a swing is taken."""
+GROWN = 30.0
 LONGEST = 40.0
 """Flown before growth or decay by this factor must have shown [s]."""
 
@@ -39,68 +42,68 @@ def session():
 
 
 class FlownLoop:
-    """A flight in which one loop's signal goes on scaled and late."""
+    """A flight in which one loop's signal goes on scaled or late."""
 
     def __init__(self, session, loop, gain, delay):
-        self.session, self.place = session, POINTS.index(loop.actuator)
-        self.gain, self.delay = gain, delay / PERIOD
+        self.session, self.loop = session, loop
+        self.place, self.delay = POINTS.index(loop.actuator), delay / PERIOD
         session.reset()
         self.computer = session._bench.computer
         self.context = self.computer.GetMyMutableContextFromRoot(
             session._live.simulator.get_mutable_context()
         )
         self.past = [self.signal()]
-        self._disturb(loop)
+        probes = self.context.get_mutable_numeric_parameter(PROBES)
+        probes.SetAtIndex(self.place, 0.0 if delay else gain)
+        self.disturb()
 
-    def _disturb(self, loop):
-        if loop.hold:
-            force = [SMALL * (loop.name[-1] == axis) for axis in "xyz"]
-            self.session.push(force, duration=0.1)
-        elif loop.name == "yaw_rate":
+    def disturb(self):
+        if self.loop.hold:
+            self.session.push([SMALL * (self.axis == each) for each in "xyz"], duration=0.1)
+        elif self.axis == "yaw":
             self.session.command(yaw_rate=SMALL)
         else:
-            axis = {"pitch": "x", "roll": "y"}.get(loop.name, loop.name[-1])
-            self.session.command([SMALL * (axis == each) for each in "xyz"])
+            self.session.command([SMALL * (self.axis == each) for each in "xyz"])
+
+    @property
+    def axis(self) -> str:
+        """What moves with the loop: x, y, z or yaw."""
+        name = self.loop.name
+        return {"pitch": "x", "roll": "y", "yaw_rate": "yaw"}.get(name, name[-1])
 
     def signal(self) -> float:
         return self.computer.update(self.context)[2][self.place]
 
-    def tick(self) -> float:
-        """Fly a control period and return the signal that it began with."""
-        self.past.append(self.signal())
-        probes = self.context.get_mutable_numeric_parameter(PROBES)
+    def swing(self) -> float:
+        """Fly on for a while and return how fast the axis' velocity changed at most."""
+        begin = self.session.time
         if self.delay:
-            whole = int(self.delay)
-            share = self.delay - whole
-            early, late = (self.past[max(-len(self.past), -1 - whole - i)] for i in (0, 1))
-            probes.SetAtIndex(self.place, 0.0)
-            passed = (1.0 - share) * early + share * late
-            probes.SetAtIndex(INJECTIONS + self.place, passed)
+            for _ in range(WINDOW):
+                self.pass_on_late()
+                self.session.tick(PERIOD)
         else:
-            probes.SetAtIndex(self.place, self.gain)
-        self.session.tick(PERIOD)
-        return self.past[-1]
+            self.session.tick(WINDOW * PERIOD)
+        flown = self.session.recording().between(begin, np.inf)
+        return np.abs(np.diff(axis_velocity(flown, self.axis))).max()
 
-
-def grows(flown: FlownLoop) -> bool:
-    """Fly until the swing of the signal has grown or shrunk, and return which."""
-    window = 64
-    first = None
-    swings = []
-    for _ in range(int(LONGEST * 128 / window)):
-        signals = np.array([flown.tick() for _ in range(window)])
-        swing = np.abs(np.diff(signals)).max()
-        swings.append(swing)
-        first = swings[2] if len(swings) > 3 else None  # the disturbance itself has gone by
-        if first and swing > GROWN * first:
-            return True
-        if first and swing < first / GROWN:
-            return False
-    return swings[-1] > swings[len(swings) // 2]
+    def pass_on_late(self) -> None:
+        self.past.append(self.signal())
+        whole = int(self.delay)
+        share = self.delay - whole
+        early, late = (self.past[max(-len(self.past), -1 - whole - i)] for i in (0, 1))
+        probes = self.context.get_mutable_numeric_parameter(PROBES)
+        probes.SetAtIndex(INJECTIONS + self.place, (1.0 - share) * early + share * late)
 
 
 def check(session, loop, gain, delay) -> bool:
-    return grows(FlownLoop(session, loop, gain, delay))
+    """Fly until the swing has grown or shrunk, and return whether it grows."""
+    flown = FlownLoop(session, loop, gain, delay)
+    swings = [flown.swing(), flown.swing()]  # the disturbance itself goes by in the first
+    while flown.session.time < LONGEST:
+        swings.append(flown.swing())
+        if not swings[1] / GROWN < swings[-1] < swings[1] * GROWN:
+            break
+    return bool(swings[-1] > swings[len(swings) // 2])
 
 
 @pytest.mark.parametrize("loop", LOOPS, ids=lambda loop: loop.name)

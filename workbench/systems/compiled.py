@@ -35,7 +35,7 @@ def compile_cached(
     what: str = "the control law",
     nogil: bool = False,
 ) -> Callable[..., Any]:
-    """Return `function` compiled at its first call, which takes a few seconds once a machine.
+    """Return `function` compiled at its first call, up to half a minute once a machine.
 
     Where no folder can be written, it is compiled anew in every process.
 
@@ -72,7 +72,7 @@ class _Announced:
         if not self._said:
             self._said = True
             logging.getLogger("workbench").warning(
-                "compiling %s for this machine, a few seconds, this once", self._what
+                "compiling %s for this machine, up to half a minute, this once", self._what
             )
         return self._compiled(*args)
 

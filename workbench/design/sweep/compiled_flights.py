@@ -1,5 +1,6 @@
 """Candidates flown by the compiled engine, thousands a second."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -36,16 +37,14 @@ def fly_compiled(
     flown = nothing_flown(len(candidates))
     own = case.values(vehicle)
     finished = 0
+    engine = RolloutEngine(vehicle, case.scenario.rates, seed=case.scenario.sensors.seed)
     for variation, indices in _batches(candidates):
-        engine = RolloutEngine(
-            vehicle, case.scenario.rates, variation, seed=case.scenario.sensors.seed
-        )
 
         def tell(share: float, before: int = finished, size: int = len(indices)) -> None:
             if progress:
                 progress((before + share * size) / len(candidates))
 
-        rollouts = engine.fly(
+        rollouts = engine.varied(variation).fly(
             [{**own, **candidates[index].settings} for index in indices],
             case.axis,
             case.amplitude,
@@ -62,15 +61,14 @@ def fly_compiled(
 
 def _batches(candidates: Sequence[Candidate]) -> list[tuple[Variation, list[int]]]:
     """Return the indices of candidates that may fly together, with their common variation."""
-    groups: list[tuple[Variation, list[int]]] = []
+    alike: dict[tuple[float, ...], list[int]] = {}
     for index, candidate in enumerate(candidates):
-        variation = candidate.variation
-        group = next((g for g in reversed(groups) if g[0] == variation), None)
-        if group is None or len(group[1]) == BATCH:
-            group = (variation, [])
-            groups.append(group)
-        group[1].append(index)
-    return groups
+        alike.setdefault(dataclasses.astuple(candidate.variation), []).append(index)
+    return [
+        (candidates[indices[0]].variation, indices[first : first + BATCH])
+        for indices in alike.values()
+        for first in range(0, len(indices), BATCH)
+    ]
 
 
 def _note(rollouts: Rollouts, command: float, indices: np.ndarray, flown: Flown) -> None:
