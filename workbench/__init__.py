@@ -8,43 +8,133 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from workbench.design.judge.loop_judgement import judge_loops
+    from workbench.design.judge.margins import LoopMargins, loop_margins
+    from workbench.design.judge.operating_map import operating_map
+    from workbench.design.judge.plots_loop import plot_loop, plot_loops
+    from workbench.design.judge.plots_map import plot_map, plot_rates, plot_sensitivity
+    from workbench.design.judge.report import Judgement, judge
+    from workbench.design.judge.sampled_stability import slowest_rate
+    from workbench.design.judge.sensitivity import step_sensitivity
+    from workbench.design.linear.linearize import linearize
+    from workbench.design.linear.model import LinearModel
+    from workbench.design.linear.operating_point import OperatingPoint
+    from workbench.design.linear.study import LinearStudy
+    from workbench.design.rollout.engine import RolloutEngine
     from workbench.design.step_response import StepResponse, fly_step
+    from workbench.design.sweep.best import prove_best
+    from workbench.design.sweep.plot_sweep import plot_sweep
+    from workbench.design.sweep.ranges import SweepRange
+    from workbench.design.sweep.sweep import sweep
+    from workbench.design.sweep.table import SweepTable
     from workbench.diagram.core import make_flight_core
     from workbench.diagram.workbench import make_workbench
     from workbench.errors import WorkbenchError
+    from workbench.gain_diff import diff_gains
+    from workbench.gains import (
+        GainFile,
+        flight_gains,
+        gains_at,
+        load_gains,
+        make_profile,
+        save_gains,
+    )
     from workbench.plant.loading import load_vehicle
+    from workbench.plant.variation import Variation
     from workbench.plant.vehicle import Vehicle
     from workbench.scenario import Scenario, SensorsConfig, VehicleConfig, load_scenario
     from workbench.session import Session
 
 _HOME = {
+    "GainFile": "workbench.gains",
+    "Judgement": "workbench.design.judge.report",
+    "LinearModel": "workbench.design.linear.model",
+    "LinearStudy": "workbench.design.linear.study",
+    "LoopMargins": "workbench.design.judge.margins",
+    "OperatingPoint": "workbench.design.linear.operating_point",
+    "RolloutEngine": "workbench.design.rollout.engine",
     "Scenario": "workbench.scenario",
     "SensorsConfig": "workbench.scenario",
     "Session": "workbench.session",
     "StepResponse": "workbench.design.step_response",
+    "SweepRange": "workbench.design.sweep.ranges",
+    "SweepTable": "workbench.design.sweep.table",
+    "Variation": "workbench.plant.variation",
     "Vehicle": "workbench.plant.vehicle",
     "VehicleConfig": "workbench.scenario",
     "WorkbenchError": "workbench.errors",
+    "diff_gains": "workbench.gain_diff",
+    "flight_gains": "workbench.gains",
     "fly_step": "workbench.design.step_response",
+    "gains_at": "workbench.gains",
+    "judge": "workbench.design.judge.report",
+    "judge_loops": "workbench.design.judge.loop_judgement",
+    "linearize": "workbench.design.linear.linearize",
+    "load_gains": "workbench.gains",
     "load_scenario": "workbench.scenario",
     "load_vehicle": "workbench.plant.loading",
+    "loop_margins": "workbench.design.judge.margins",
     "make_flight_core": "workbench.diagram.core",
+    "make_profile": "workbench.gains",
     "make_workbench": "workbench.diagram.workbench",
+    "operating_map": "workbench.design.judge.operating_map",
+    "plot_loop": "workbench.design.judge.plots_loop",
+    "plot_loops": "workbench.design.judge.plots_loop",
+    "plot_map": "workbench.design.judge.plots_map",
+    "plot_rates": "workbench.design.judge.plots_map",
+    "plot_sensitivity": "workbench.design.judge.plots_map",
+    "plot_sweep": "workbench.design.sweep.plot_sweep",
+    "prove_best": "workbench.design.sweep.best",
+    "save_gains": "workbench.gains",
+    "slowest_rate": "workbench.design.judge.sampled_stability",
+    "step_sensitivity": "workbench.design.judge.sensitivity",
+    "sweep": "workbench.design.sweep.sweep",
 }
 
 __all__ = [
+    "GainFile",
+    "Judgement",
+    "LinearModel",
+    "LinearStudy",
+    "LoopMargins",
+    "OperatingPoint",
+    "RolloutEngine",
     "Scenario",
     "SensorsConfig",
     "Session",
     "StepResponse",
+    "SweepRange",
+    "SweepTable",
+    "Variation",
     "Vehicle",
     "VehicleConfig",
     "WorkbenchError",
+    "diff_gains",
+    "flight_gains",
     "fly_step",
+    "gains_at",
+    "judge",
+    "judge_loops",
+    "linearize",
+    "load_gains",
     "load_scenario",
     "load_vehicle",
+    "loop_margins",
     "make_flight_core",
+    "make_profile",
     "make_workbench",
+    "operating_map",
+    "plot_loop",
+    "plot_loops",
+    "plot_map",
+    "plot_rates",
+    "plot_sensitivity",
+    "plot_sweep",
+    "prove_best",
+    "save_gains",
+    "slowest_rate",
+    "step_sensitivity",
+    "sweep",
 ]
 
 
