@@ -11,7 +11,18 @@ from workbench.cli import main
 from workbench.commands import params
 
 ROOT = Path(__file__).resolve().parent.parent
-COMMANDS = ("inspect", "hover", "reproduce", "step", "fly", "params", "graph", "app")
+COMMANDS = (
+    "inspect",
+    "hover",
+    "reproduce",
+    "step",
+    "sweep",
+    "fly",
+    "params",
+    "gains",
+    "graph",
+    "app",
+)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -68,13 +68,19 @@ def _parser() -> argparse.ArgumentParser:
         app,
         fly,
         frames,
+        gains,
         graph,
         hover,
         inspect,
+        judge,
         lidar_trial,
+        linearize,
         params,
+        regress,
         reproduce,
         step,
+        sweep,
+        tune,
     )
 
     parser = Parser(
@@ -86,7 +92,24 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, help="print the version and stop")
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
-    listed = (inspect, frames, hover, reproduce, lidar_trial, step, fly, params, graph, app)
+    listed = (
+        inspect,
+        frames,
+        hover,
+        reproduce,
+        lidar_trial,
+        step,
+        linearize,
+        judge,
+        regress,
+        sweep,
+        tune,
+        fly,
+        params,
+        gains,
+        graph,
+        app,
+    )
     for command in listed:
         command.add_parser(commands)
     return parser

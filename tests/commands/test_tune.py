@@ -1,0 +1,118 @@
+"""`workbench tune`."""
+
+from pathlib import Path
+
+import pytest
+
+from workbench.gains import load_gains
+
+PALM = Path(__file__).parent.parent / "drones" / "palm_quad.urdf.xacro"
+PNG = b"\x89PNG"
+FILE = """\
+wishes:
+  - yaw.rise_time <= 0.3 s
+  - yaw.overshoot <= 3 %
+robustness: {mass: 0, inertia: 0}
+defaults: false
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("tune") / "out"
+
+
+@pytest.fixture(scope="module")
+def said(run, folder, tmp_path_factory):
+    path = tmp_path_factory.mktemp("wishes") / "wishes.yaml"
+    path.write_text(FILE, encoding="utf-8")
+    options = ("--wishes", path, "--wish", "yaw_rate.phase_margin>=50deg", "--set", "kp_yaw_rate=1")
+    return run("tune", "--model", PALM, *options, "--output", folder, "--json")
+
+
+@pytest.fixture(scope="module")
+def unmet(run, folder):
+    wishes = ("--wish", "yaw.rise_time<=0.02", "--wish", "yaw_rate.phase_margin>=60deg")
+    options = ("--no-defaults", "--no-plots", "--evaluations", "40", "--output", folder / "unmet")
+    return run("tune", "--model", PALM, *wishes, *options)
+
+
+def test_it_finds_gains_and_proves_them(said):
+    assert said.code == 0, said.err
+    found = said.json
+    assert found["met"] is True
+    assert found["stopped"] is False
+    assert found["gains"]["kp_yaw_rate"]["before"] == 1.0
+    flown = {row["wish"]: row["flown"] for row in found["proof"] if row["case"]["rotor_lag"] == 1.0}
+    assert flown["yaw.rise_time"] <= 0.3
+    assert {row["wish"] for row in found["wishes"]} == {
+        "yaw.rise_time",
+        "yaw.overshoot",
+        "yaw_rate.phase_margin",
+    }
+    assert {row["origin"].rpartition("/")[2] for row in found["wishes"]} == {
+        "wishes.yaml:2",
+        "wishes.yaml:3",
+        "--wish",
+    }
+    assert {row["case"]["rotor_lag"] for row in found["wishes"]} == {0.5, 1.0, 1.5}
+    assert all(row["met"] for row in found["wishes"] + found["proof"])
+
+
+def test_profile_report_and_picture_are_written(said, folder):
+    names = {"tuned.yaml", "tuning.html", "tuning.png"}
+    assert {Path(path).name for path in said.json["files"]} == names
+    assert (folder / "tuning.png").read_bytes()[:4] == PNG
+    assert "yaw.rise_time" in (folder / "tuning.html").read_text(encoding="utf-8")
+    profile = load_gains(folder / "tuned.yaml")
+    assert profile.vehicle == "palm_quad"
+    assert profile.gains["kp_yaw_rate"] == said.json["gains"]["kp_yaw_rate"]["after"]
+
+
+def test_the_profile_flies_as_it_says(said, folder, run):
+    step = run(
+        *("step", "--model", PALM, "--axis", "yaw", "--amplitude", "0.2", "--json", "--no-plots"),
+        *("--gains", folder / "tuned.yaml", "--output", folder / "step"),
+    )
+    assert step.json["rise_time"] <= 0.3
+
+
+def test_what_cannot_be_met_writes_no_profile_and_returns_1(unmet, folder):
+    assert unmet.code == 1
+    assert "yaw.rise_time <= 0.02 s cannot be met" in unmet.err
+    assert "the nearest has" in unmet.err
+    assert {path.name for path in (folder / "unmet").iterdir()} == {"tuning.html"}
+
+
+def test_the_table_has_wishes_and_gains(unmet):
+    lines = {line.split("  ")[0]: line for line in unmet.out.splitlines() if line}
+    assert lines["yaw.rise_time"].endswith("not ok")
+    assert lines["kp_yaw_rate"].endswith("1/s")
+    assert "<= 0.02 s" in lines["yaw.rise_time"]
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--wish", "x.rise_tim<=1"], "did you mean 'rise_time'"),
+        (["--wish", "pich.phase_margin>=45deg"], "did you mean 'pitch'"),
+        (["--wish", "pitch.phase_margin>=45"], "say deg"),
+        (["--wish", "x.rise_time<=0.1", "--wish", "x.rise_time>=0.2"], "contradicts"),
+        (["--wishes", "gone.yaml"], "no such file"),
+        (["--budget", "0"], "'0' is no number above 0"),
+        (["--evaluations", "1.5"], "'1.5' is no number above 0"),
+        (["--no-defaults"], "nothing is wished for"),
+        (["--model", "gone.urdf"], "gone.urdf"),
+        (["--set", "kp_rol=1"], "did you mean 'kp_roll'"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
+    assert word in refused("tune", "--output", out, *options)
+    assert not out.parent.exists()
+
+
+def test_a_profile_of_another_vehicle_is_refused_before_the_search(refused, out, write):
+    path = write("other.yaml", "vehicle: other\ngains: {kp_roll: 100}\n")
+    said = refused("tune", "--model", PALM, "--save", path, "--output", out)
+    assert "has the gains of 'other'" in said
+    assert not out.parent.exists()

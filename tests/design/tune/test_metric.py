@@ -1,0 +1,54 @@
+"""Values with units."""
+
+import math
+
+import pytest
+
+from workbench.design.tune.metric import METRICS, shown, si_value
+from workbench.errors import WorkbenchError
+
+
+def metric(name):
+    return next(metric for metric in METRICS if metric.name == name)
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "unit", "value"),
+    [
+        ("rise_time", 0.4, "", 0.4),
+        ("rise_time", 400.0, "ms", 0.4),
+        ("phase_margin", 45.0, "deg", math.pi / 4),
+        ("phase_margin", 0.5, "", 0.5),
+        ("gain_margin", 6.0, "dB", 10 ** (6 / 20)),
+        ("peak_rotor_use", 80.0, "%", 0.8),
+        ("bandwidth", 1.0, "Hz", 2 * math.pi),
+        ("overshoot", 5.0, "%", 5.0),
+    ],
+)
+def test_a_value_comes_in_the_metrics_own_unit(name, number, unit, value):
+    assert si_value(metric(name), number, unit) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "unit", "said"),
+    [
+        ("phase_margin", 45.0, "", "phase_margin of 45 rad is not possible.*or say deg"),
+        ("phase_margin", 200.0, "deg", "keep it within 0 deg .. 180 deg"),
+        ("disk_margin", 2.5, "", "disk_margin of 2.5 is not possible: keep it within 0 .. 2"),
+        ("rise_time", -1.0, "s", "rise_time of -1 s"),
+        ("overshoot", math.nan, "%", "not possible"),
+        ("gain_margin", 1e9, "dB", "not possible"),
+        ("rise_time", 1.0, "deg", "rise_time is not in 'deg': its units are s, ms"),
+        ("disk_margin", 1.0, "s", "its units are %"),
+    ],
+)
+def test_what_cannot_be_is_refused(name, number, unit, said):
+    with pytest.raises(WorkbenchError, match=said):
+        si_value(metric(name), number, unit)
+
+
+def test_people_read_degrees():
+    assert shown(metric("phase_margin"), math.pi / 4) == "45 deg"
+    assert shown(metric("rise_time"), 0.123456) == "0.123 s"
+    assert shown(metric("disk_margin"), math.inf) == "inf"
+    assert shown(metric("disk_margin"), math.nan) == "none"

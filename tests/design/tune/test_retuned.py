@@ -1,0 +1,32 @@
+"""Models for many gains, beside those that are linearised with them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.design.tune.retuned import TERMS, RetunedModels
+from workbench.plant.variation import Variation
+from workbench.scenario import Scenario, VehicleConfig
+
+DRONES = Path(__file__).parents[2] / "drones"
+VARIATION = Variation(mass=0.8, inertia=1.3, rotor_lag=1.5)
+
+
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize("name", ["dh_drone", str(DRONES / "tilted_quad.urdf.xacro")])
+def test_they_are_those_of_a_new_linearisation(name, hold):
+    vehicle = VehicleConfig(model=name, variation=VARIATION)
+    study, point = LinearStudy(Scenario(vehicle=vehicle)), OperatingPoint(hold=hold)
+    models = RetunedModels(study, point, study.gains)
+    rng = np.random.default_rng(2)
+    gains = dict(study.gains)
+    for term in TERMS:
+        gains[term.gain] = study.gains[term.gain] * rng.uniform(0.3, 2.0)
+    ours, linearised = models.model(gains), study.sampled(point, gains)
+    for part in ("A", "input_matrix", "output_matrix", "feedthrough"):
+        expected = getattr(linearised, part)
+        scale = np.abs(expected).max()
+        assert np.abs(getattr(ours, part) - expected).max() < 1e-12 * scale

@@ -1,0 +1,130 @@
+"""Tuning a small quadrotor: nominal wishes, so that each run takes a second or two."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.design.step_response import fly_step
+from workbench.design.tune.case import NOMINAL, Robustness
+from workbench.design.tune.picture import plot_tuning
+from workbench.design.tune.report import report_html
+from workbench.design.tune.tuner import Tuner
+from workbench.design.tune.wish import merged, parse_wish
+from workbench.design.tune.wish_file import Wishes
+from workbench.errors import WorkbenchError
+from workbench.gain_rule import rule_gains
+from workbench.parameters import find_parameter
+from workbench.plant.description import read_description
+from workbench.plant.loading import make_vehicle
+from workbench.scenario import Scenario, VehicleConfig
+
+PALM = str(Path(__file__).parents[2] / "drones" / "palm_quad.urdf.xacro")
+SURE = Robustness(mass=0.0, inertia=0.0, rotor_lag=0.0)
+YAW = ("yaw.rise_time<=0.3", "yaw.overshoot<=3", "yaw_rate.phase_margin>=50deg")
+
+
+def scenario():
+    return Scenario(vehicle=VehicleConfig(model=PALM))
+
+
+def wishes(*texts, robustness=SURE):
+    made = merged([wish for text in texts for wish in parse_wish(text)])
+    return Wishes(wishes=tuple(made), robustness=robustness, defaults=False)
+
+
+def tuned(*texts, **more):
+    return Tuner(scenario(), wishes(*texts), **more).run()
+
+
+@pytest.fixture(scope="module")
+def found():
+    return tuned(*YAW, settings={"kp_yaw_rate": 0.5})
+
+
+def test_the_gains_meet_the_wishes_on_the_full_diagram(found):
+    assert found.met
+    assert list(found.gains) == ["kp_yaw_rate"]
+    flown = fly_step("yaw", 0.2, duration=4.0, scenario=scenario(), settings=found.gains)
+    assert flown.metrics.rise_time <= 0.3
+    assert flown.metrics.overshoot <= 3.0
+
+
+def test_before_and_after_are_told(found):
+    rise = next(r for r in found.results if r.required.wish.name == "yaw.rise_time")
+    assert not rise.required.met(rise.before)
+    assert rise.met
+    assert found.before == {"kp_yaw_rate": 0.5}
+    ((case, flight),) = found.proof.flights
+    assert case == NOMINAL
+    assert flight.metrics.rise_time == pytest.approx(rise.after, abs=1 / 128)
+
+
+def test_the_profile_has_all_the_gains_of_the_vehicle(found):
+    assert found.profile.vehicle == "palm_quad"
+    assert found.profile.gains["kp_yaw_rate"] == found.gains["kp_yaw_rate"]
+    assert {"kp_roll", "max_tilt"} <= set(found.profile.gains)
+    assert "yaw.rise_time <= 0.3 s" in found.profile.origin
+
+
+def test_report_and_picture_show_it(found):
+    figure = plot_tuning(found)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [
+        "yaw rate, step of 0.2 rad/s",
+        "wishes",
+    ]
+    page = report_html(found, figure)
+    assert "palm_quad: tuned gains" in page
+    assert "yaw_rate.phase_margin" in page
+    assert page.count("data:image/png;base64,") == 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_gets_there_from_gains_scaled_at_random(seed):
+    """A fifth to five times what the rule gives; the axis z, in corners of mass and lag, too."""
+    rule = rule_gains(make_vehicle(read_description(Path(PALM))))
+    factors = np.random.default_rng(seed).uniform(np.log(0.2), np.log(5.0), len(rule))
+    settings = {}
+    for (name, value), factor in zip(rule.items(), np.exp(factors), strict=True):
+        row = find_parameter(name)
+        if name.startswith(("kp_velocity", "kd_velocity", "kp_yaw")):
+            settings[name] = min(row.maximum, max(row.minimum, value * factor))
+    asked = wishes(
+        "z.rise_time<=0.4",
+        "z.overshoot<=5",
+        "velocity_z.disk_margin>=0.8",
+        robustness=Robustness(inertia=0.0),
+    )
+    assert Tuner(scenario(), asked, settings=settings).run().met
+
+
+def test_what_cannot_be_met_is_refused_with_what_stands_against_it():
+    found = tuned("yaw.rise_time<=0.02", "yaw_rate.phase_margin>=60deg", evaluations=60)
+    assert not found.met
+    assert found.proof is None
+    (conflict,) = found.conflicts
+    assert conflict.wish.name == "yaw.rise_time"
+    assert conflict.nearest > 0.02
+
+
+def test_it_can_be_stopped_and_keeps_the_best():
+    tuner = Tuner(scenario(), wishes(*YAW, "yaw.rise_time<=0.001"))
+    heard = []
+
+    def listen(progress):
+        heard.append(progress)
+        tuner.stop()
+
+    found = tuner.run(listen)
+    assert found.stopped
+    assert found.conflicts == ()
+    assert found.gains == heard[-1].gains
+
+
+def test_equal_runs_find_equal_gains(found):
+    assert tuned(*YAW, settings={"kp_yaw_rate": 0.5}).gains == found.gains
+
+
+def test_nothing_wished_is_refused():
+    with pytest.raises(WorkbenchError, match="nothing is wished for"):
+        tuned()

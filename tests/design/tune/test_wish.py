@@ -1,0 +1,81 @@
+"""Wishes as texts."""
+
+import math
+
+import pytest
+
+from workbench.design.tune.wish import merged, parse_wish
+from workbench.errors import WorkbenchError
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "at_least", "bound"),
+    [
+        ("x.rise_time<=0.4", "x.rise_time", False, 0.4),
+        (" x.rise_time <= 4e-1 s ", "x.rise_time", False, 0.4),
+        ("z.settling_time<800ms", "z.settling_time", False, 0.8),
+        ("x.rise_time>=0.2", "x.rise_time", True, 0.2),
+        ("pitch.phase_margin>=45deg", "pitch.phase_margin", True, math.pi / 4),
+        ("pitch.phase_margin ≥ 45°", "pitch.phase_margin", True, math.pi / 4),
+        ("position_x.disk_margin>=.8", "position_x.disk_margin", True, 0.8),
+        ("rotors.noise_amplification<=2 N·s/rad", "rotors.noise_amplification", False, 2.0),
+        ("yaw.overshoot<=5%", "yaw.overshoot", False, 5.0),
+    ],
+)
+def test_a_text_becomes_a_bound(text, name, at_least, bound):
+    (wish,) = parse_wish(text)
+    assert (wish.name, wish.at_least) == (name, at_least)
+    assert wish.bound == pytest.approx(bound)
+
+
+def test_a_group_stands_for_its_members():
+    assert [wish.name for wish in parse_wish("level.overshoot<=5")] == [
+        "x.overshoot",
+        "y.overshoot",
+    ]
+    assert [wish.subject for wish in parse_wish("tilt.disk_margin>=0.6")] == ["roll", "pitch"]
+
+
+def test_a_wish_reads_as_it_is_written():
+    (wish,) = parse_wish("pitch.phase_margin>=45deg")
+    assert str(wish) == "pitch.phase_margin >= 45 deg"
+    assert parse_wish(str(wish))[0].bound == pytest.approx(wish.bound)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x.rise_tim<=0.4", "unknown metric 'rise_tim': did you mean 'rise_time'"),
+        ("w.rise_time<=0.4", "unknown axis 'w': known are level, x, y, yaw, z"),
+        ("pich.phase_margin>=45deg", "unknown loop 'pich': did you mean 'pitch'"),
+        ("x.phase_margin>=45deg", "x has no phase_margin: that is of velocity_x"),
+        ("pitch.rise_time<=1", "pitch has no rise_time: that is of x, y, z, yaw, level"),
+        ("tilt.rise_time<=1", "tilt has no rise_time"),
+        ("x.noise_amplification<=1", "x has no noise_amplification: that is of rotors"),
+        ("x.rise_time", "is no wish: write SUBJECT.METRIC<=VALUE"),
+        ("x.rise_time=0.4", "is no wish"),
+        ("rise_time<=0.4", "is no wish"),
+        ("x.rise_time<=nan", "is no wish"),
+        ("x.rise_time<=1.2.3", "1.2.3 is no number"),
+        ("", "is no wish"),
+    ],
+)
+def test_what_is_no_wish_is_refused(text, said):
+    with pytest.raises(WorkbenchError, match=said):
+        parse_wish(text)
+
+
+def test_the_later_of_two_counts():
+    wishes = merged([*parse_wish("level.rise_time<=0.4"), *parse_wish("x.rise_time<=0.3")])
+    assert {wish.name: wish.bound for wish in wishes} == {"x.rise_time": 0.3, "y.rise_time": 0.4}
+
+
+def test_two_sides_may_be_bounded():
+    wishes = merged([*parse_wish("x.rise_time<=0.4"), *parse_wish("x.rise_time>=0.3")])
+    assert len(wishes) == 2
+
+
+def test_a_contradiction_is_refused():
+    wishes = [*parse_wish("x.rise_time<=0.3"), *parse_wish("x.rise_time>=0.4")]
+    with pytest.raises(WorkbenchError, match="x.rise_time >= 0.4 s contradicts x.rise_time <= 0.3"):
+        merged(wishes)

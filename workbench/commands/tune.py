@@ -1,0 +1,235 @@
+"""`workbench tune`: from wishes to gains, with the proof on the full diagram."""
+
+import argparse
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_output_options,
+    add_vehicle_options,
+    with_vehicle,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, say, say_written
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.design.tune.tuner import Tuner
+    from workbench.design.tune.tuning import Tuning
+    from workbench.design.tune.wish_file import Wishes
+
+INTERRUPTED = 130
+"""As `workbench.cli` has it: of a run that was ended before its wishes were met."""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "tune",
+        "Find gains that meet wishes on the vehicle and its neighbours, and prove it in flight.",
+        'workbench tune --wish "level.rise_time<=0.4" --wish "tilt.phase_margin>=45deg"',
+        run,
+    )
+    group = parser.add_argument_group("wishes")
+    group.add_argument(
+        "--wish",
+        action="append",
+        default=[],
+        metavar="WISH",
+        help="SUBJECT.METRIC<=VALUE or >=, as x.rise_time<=0.4 or pitch.phase_margin>=45deg; may "
+        "be repeated; docs/tuning.md lists subjects and metrics",
+    )
+    group.add_argument(
+        "--wishes", type=Path, metavar="FILE", help="file of wishes (YAML), see docs/tuning.md"
+    )
+    group.add_argument(
+        "--no-defaults", action="store_true", help="add no wishes that follow from the vehicle"
+    )
+    group = parser.add_argument_group("search")
+    group.add_argument(
+        "--separate",
+        action="store_true",
+        help="let x and y, roll and pitch differ on a symmetric vehicle",
+    )
+    group.add_argument(
+        "--evaluations",
+        type=_positive(int),
+        default=600,
+        metavar="N",
+        help="candidates to look at, at most (default: 600)",
+    )
+    group.add_argument(
+        "--budget",
+        type=_positive(float),
+        default=float("inf"),
+        metavar="SECONDS",
+        help="time to search, at most (default: as long as the candidates last)",
+    )
+    group.add_argument("--seed", type=int, default=0, metavar="N", help="(default: 0)")
+    parser.add_argument(
+        "--save",
+        type=Path,
+        metavar="FILE",
+        help="gain file to write, with a history if it is there (default: tuned.yaml in --output)",
+    )
+    add_output_options(parser)
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Tune, print the table, write profile, report and picture; 1 if wishes cannot be met."""
+    from workbench.commands.tune_text import conclusion, print_tuning, tuning_json
+    from workbench.design.tune.tuner import Tuner
+    from workbench.scenario import Scenario
+
+    scenario = with_vehicle(Scenario(), args)
+    tuner = Tuner(
+        scenario,
+        _wishes(args),
+        settings=dict(args.set),
+        separate=args.separate,
+        evaluations=args.evaluations,
+        seconds=args.budget,
+        seed=args.seed,
+    )
+    profile = args.save or args.output / "tuned.yaml"
+    _check_profile(profile, tuner.vehicle)
+    with Outputs() as outputs:
+        report = outputs.add(args.output / "tuning.html")
+        picture = None if args.no_plots else outputs.add(args.output / "tuning.png")
+        found = _tuned(tuner)
+        _write(found, report, picture)
+    files = outputs.files
+    if found.met:
+        _save(found, profile)
+        files = [profile, *files]
+    if args.json:
+        print_json(tuning_json(found, files))
+    else:
+        print_tuning(found)
+    say_written(files)
+    if found.met:
+        return ExitCode.DONE
+    for sentence in conclusion(found):
+        say(sentence)
+    return INTERRUPTED if found.stopped else ExitCode.NOT_AS_DEMANDED
+
+
+def _wishes(args: argparse.Namespace) -> "Wishes":
+    """Return the wishes of file and command line; the latter count where both say something."""
+    import dataclasses
+
+    from workbench.design.tune.wish import merged, parse_wish
+    from workbench.design.tune.wish_file import Wishes, load_wishes
+    from workbench.resources import find_file
+
+    wishes = load_wishes(find_file(str(args.wishes))) if args.wishes else Wishes()
+    said = [wish for text in args.wish for wish in parse_wish(text)]
+    return dataclasses.replace(
+        wishes,
+        wishes=tuple(merged([*wishes.wishes, *said])),
+        defaults=wishes.defaults and not args.no_defaults,
+    )
+
+
+def _tuned(tuner: "Tuner") -> "Tuning":
+    """Run, showing the best so far; the first Ctrl-C ends the search and keeps what it has."""
+    from workbench.commands.tune_text import progress_line
+
+    with _bar() as show, _ending(tuner):
+        return tuner.run(lambda progress: show(progress.share, progress_line(progress)))
+
+
+@contextmanager
+def _bar() -> Iterator[Any]:
+    """Show a bar on stderr if that is a terminal; yield what takes the share done and a text."""
+    import sys
+
+    from tqdm import tqdm
+
+    with tqdm(
+        total=100,
+        file=sys.stderr,
+        disable=not sys.stderr.isatty(),
+        bar_format="{percentage:3.0f} %|{bar:20}| {elapsed} {desc}",
+        leave=False,
+    ) as bar:
+
+        def show(share: float, text: str) -> None:
+            bar.set_description_str(text, refresh=False)
+            bar.update(100.0 * share - bar.n)
+
+        yield show
+
+
+@contextmanager
+def _ending(tuner: "Tuner") -> Iterator[None]:
+    """Let Ctrl-C stop the tuner, and a second one the program."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        tuner.stop()
+        signal.signal(signal.SIGINT, before)
+        say("ending the search; the best so far is kept")
+
+    try:
+        before = signal.signal(signal.SIGINT, stop)
+    except ValueError:  # not in the main thread, which alone may do that
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
+    """Write report and picture."""
+    from workbench.design.tune.picture import plot_tuning
+    from workbench.design.tune.report import report_html
+
+    figure = plot_tuning(found)
+    if picture:
+        figure.savefig(picture)
+    report.write_text(report_html(found, figure), encoding="utf-8")
+
+
+def _check_profile(path: Path, vehicle: str) -> None:
+    """Refuse a file that holds what must not be lost, before time is spent."""
+    from workbench.gains import load_gains
+
+    owner = load_gains(path).vehicle if path.exists() else ""
+    if owner not in ("", vehicle):
+        raise WorkbenchError(
+            f"{path}: has the gains of '{owner}', and '{vehicle}' is tuned: name another file"
+        )
+
+
+def _save(found: "Tuning", path: Path) -> None:
+    """Write the gain file."""
+    from workbench.gains import save_gains
+
+    save_gains(path, found.profile)
+
+
+def _positive(kind: type) -> Any:
+    """Return a parser of numbers above 0."""
+
+    def parse(text: str) -> Any:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = 0
+        if not value > 0:
+            raise WorkbenchError(f"'{text}' is no number above 0")
+        return value
+
+    return parse

@@ -1,0 +1,55 @@
+"""The vehicles that a set of gains must fly: the one described, and its neighbours."""
+
+import itertools
+from dataclasses import dataclass
+
+from workbench.plant.variation import Variation
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """How unsure the vehicle is, and what is still asked of the gains there.
+
+    Attributes:
+        mass: may differ by this share.
+        inertia: may differ by this share.
+        rotor_lag: may differ by this share.
+        margin_share: margins keep at least this share of what is wished for.
+        overshoot_factor: overshoot is at most so many times what is wished for.
+    """
+
+    mass: float = 0.2
+    inertia: float = 0.3
+    rotor_lag: float = 0.5
+    margin_share: float = 0.6
+    overshoot_factor: float = 2.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A vehicle to fly, by factors on what the controller believes: see `Variation`."""
+
+    mass: float = 1.0
+    inertia: float = 1.0
+    rotor_lag: float = 1.0
+
+    @property
+    def variation(self) -> Variation:
+        """For a scenario's vehicle."""
+        return Variation(mass=self.mass, inertia=self.inertia, rotor_lag=self.rotor_lag)
+
+    def __str__(self) -> str:
+        if self == NOMINAL:
+            return "as described"
+        return f"mass x {self.mass:g}, inertia x {self.inertia:g}, rotor lag x {self.rotor_lag:g}"
+
+
+NOMINAL = Case()
+
+
+def corners(robustness: Robustness) -> list[Case]:
+    """Return all combinations of the least and the most of mass, inertia and rotor lag."""
+    shares = (robustness.mass, robustness.inertia, robustness.rotor_lag)
+    ends = [(1.0 - share, 1.0 + share) if share else (1.0,) for share in shares]
+    found = [Case(*factors) for factors in itertools.product(*ends)]
+    return [case for case in found if case != NOMINAL]

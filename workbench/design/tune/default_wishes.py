@@ -1,0 +1,96 @@
+"""Wishes that nobody has to write: about what the rule's gains reach on the vehicle itself."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.design.step_response import AXES
+from workbench.design.tune.case import NOMINAL
+from workbench.design.tune.metric import METRICS, Metric
+from workbench.design.tune.requirement import Requirement
+from workbench.design.tune.wish import DEFAULT, Wish
+
+OVERSHOOT = 5.0
+STEADY_STATE_ERROR = 5.0
+"""Most [%]."""
+PHASE_MARGIN = math.radians(40.0)
+DISK_MARGIN = 0.6
+"""Least."""
+SLOWER = 1.3
+"""A rise may take so many times as long as with the rule's gains."""
+ROOM = 0.9
+"""Where the rule's gains do not reach a limit, it is what they reach, and so much room."""
+DIGITS = 3
+LOOPS = ("roll", "pitch", "yaw_rate", "velocity_x", "velocity_y", "velocity_z")
+"""Loops that are closed while a pilot steers."""
+
+
+def wished_quantities() -> list[Wish]:
+    """Return the default wishes with the limits that any good flight keeps."""
+    limits = {
+        "rise_time": math.inf,
+        "overshoot": OVERSHOOT,
+        "steady_state_error": STEADY_STATE_ERROR,
+    }
+    wishes = [
+        Wish(axis, _metric(name), False, limit) for axis in AXES for name, limit in limits.items()
+    ]
+    margins = {"phase_margin": PHASE_MARGIN, "disk_margin": DISK_MARGIN}
+    wishes += [
+        Wish(loop, _metric(name), True, least) for loop in LOOPS for name, least in margins.items()
+    ]
+    return wishes
+
+
+def default_wishes(reached: Sequence[float]) -> list[Wish]:
+    """Return the default wishes for a vehicle.
+
+    Args:
+        reached: value of each of `wished_quantities` with the rule's gains.
+    """
+    found = []
+    for wish, value in zip(wished_quantities(), reached, strict=True):
+        bound = wish.bound
+        if wish.metric.name == "rise_time":
+            bound = SLOWER * value
+        elif not Requirement(wish, NOMINAL, bound).met(value):
+            bound = _with_room(wish, value)
+        if math.isfinite(bound) and wish.metric.minimum <= bound <= wish.metric.maximum:
+            found.append(dataclasses.replace(wish, bound=float(f"{bound:.{DIGITS}g}")))
+    return found
+
+
+def completed(wishes: Sequence[Wish], defaults: Sequence[Wish]) -> list[Wish]:
+    """Return wishes and those defaults whose number nobody has a wish about."""
+    named = {wish.name for wish in wishes}
+    return [*wishes, *(wish for wish in defaults if wish.name not in named)]
+
+
+def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requirement]:
+    """Return requirements, those of default wishes in corners no harder than the rule manages.
+
+    Args:
+        required: by all wishes in all cases (R).
+        reached: their values with the rule's gains (R).
+    """
+    found = []
+    for requirement, value in zip(required, reached, strict=True):
+        wish = requirement.wish
+        if wish.origin == DEFAULT and requirement.case != NOMINAL and not requirement.met(value):
+            bound = _with_room(wish, float(value))
+            if not math.isfinite(bound) or (wish.at_least and bound <= 0.0):
+                continue
+            requirement = dataclasses.replace(requirement, bound=bound)
+        found.append(requirement)
+    return found
+
+
+def _with_room(wish: Wish, value: float) -> float:
+    """Return a limit that a value keeps."""
+    return ROOM * value if wish.at_least else value / ROOM
+
+
+def _metric(name: str) -> Metric:
+    return next(metric for metric in METRICS if metric.name == name)

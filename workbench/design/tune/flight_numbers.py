@@ -1,0 +1,73 @@
+"""Metrics of many flown steps at once, by `step_metrics`' definitions, but between samples.
+
+`control.step_info` gives times as whole samples; a search needs numbers that change smoothly with
+the gains, so crossings are interpolated here. The two differ by a sample at most.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+SETTLED = 0.02
+"""Of the steady state, as python-control has it."""
+
+
+class FlightNumbers(NamedTuple):
+    """Metrics of N steps, each (N); what did not get there, or flew apart, is infinite."""
+
+    rise_time: np.ndarray
+    settling_time: np.ndarray
+    overshoot: np.ndarray
+    steady_state_error: np.ndarray
+
+
+def flight_numbers(
+    time: np.ndarray, response: np.ndarray, command: float, diverged: np.ndarray
+) -> FlightNumbers:
+    """Return the metrics of steps.
+
+    Args:
+        time: (M) from the command's edge on [s].
+        response: (N, M), at rest at 0.
+        command: what they should come to.
+        diverged: (N), those whose numbers mean nothing.
+    """
+    steady = np.where(diverged, np.nan, response[:, -1])
+    steady = np.where(steady * command > 0.0, steady, np.nan)  # the wrong way counts as not there
+    share = response / steady[:, None]
+    with np.errstate(invalid="ignore"):
+        rise = _first_above(time, share, 0.9) - _first_above(time, share, 0.1)
+        settling = _last_outside(time, share)
+        overshoot = np.maximum(0.0, 100.0 * (share.max(axis=1) - 1.0))
+        error = 100.0 * np.abs(steady / command - 1.0)
+    return FlightNumbers(*map(_or_infinite, (rise, settling, overshoot, error)))
+
+
+def _first_above(time: np.ndarray, share: np.ndarray, level: float) -> np.ndarray:
+    """Return when each row first reaches a level (N) [s]."""
+    at = np.argmax(share >= level, axis=1)
+    return _crossing(time, share, at, np.full(len(share), level))
+
+
+def _last_outside(time: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return when each row comes within the settled band for good (N) [s]."""
+    outside = np.abs(share - 1.0) >= SETTLED
+    at = len(time) - np.argmax(outside[:, ::-1], axis=1)  # the first sample that stays inside
+    late = at >= len(time)
+    at = np.where(late, 0, at)
+    before = share[np.arange(len(share)), np.maximum(at - 1, 0)]
+    settled = _crossing(time, share, at, 1.0 + SETTLED * np.sign(before - 1.0))
+    return np.where(late, np.inf, settled)
+
+
+def _crossing(time: np.ndarray, share: np.ndarray, at: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Return when each row crosses its level, just before sample `at` (N) [s]."""
+    rows, before = np.arange(len(share)), np.maximum(at - 1, 0)
+    low, high = share[rows, before], share[rows, at]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = np.where(high == low, 1.0, (level - low) / (high - low))
+    return time[before] + np.clip(part, 0.0, 1.0) * (time[at] - time[before])
+
+
+def _or_infinite(values: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(values), values, np.inf)

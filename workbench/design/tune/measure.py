@@ -1,0 +1,201 @@
+"""Measure sets of gains: flown steps, margins and noise, of every vehicle that is asked about."""
+
+import copy
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.judge.loop_response import closed_poles, growth_rate
+from workbench.design.judge.margins import all_margins
+from workbench.design.linear.loops import find_loop
+from workbench.design.linear.model import LinearModel
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.tune.case import NOMINAL, Case
+from workbench.design.tune.flight_numbers import flight_numbers
+from workbench.design.tune.metric import LOOP, ROTORS, STEP
+from workbench.design.tune.noise import noise_amplification
+from workbench.design.tune.retuned import RetunedModels
+from workbench.design.tune.variables import AROUND
+from workbench.gains import flight_gains
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario
+
+Gains = Mapping[str, float]
+HOVER = OperatingPoint()
+HOLD = OperatingPoint(hold=True)
+GROWTH_AS_MARGIN = -0.1
+"""A loop that is unstable counts as having this margin per e-fold of growth a second [s]."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number to measure.
+
+    Attributes:
+        case: of which vehicle.
+        kind: of its metric: `STEP`, `LOOP` or `ROTORS`.
+        subject: axis, loop, or "rotors".
+        metric: its name.
+    """
+
+    case: Case
+    kind: str
+    subject: str
+    metric: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step to fly: amplitude [m/s, rad/s] and how long [s]."""
+
+    amplitude: float
+    duration: float
+
+
+class Instruments:
+    """What measures: compiled rollouts and linear models, made once for each vehicle.
+
+    Args:
+        scenario: its vehicle, gains and rates.
+        settings: parameter values that differ from them.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be read.
+    """
+
+    def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
+        self._scenario = scenario
+        self._studies: dict[Case, LinearStudy] = {}
+        self._models: dict[tuple[Case, OperatingPoint], RetunedModels] = {}
+        self._engines: dict[Case, RolloutEngine] = {}
+        self.vehicle: Vehicle = self._study(NOMINAL).vehicle
+        self.base = flight_gains(self.vehicle, scenario.vehicle.gains, settings)
+        self.steps: dict[str, Step] = {}
+
+    def models(self, case: Case, point: OperatingPoint) -> RetunedModels:
+        """Return the linear models of a case in hover.
+
+        Raises:
+            WorkbenchError: if it cannot hover.
+        """
+        if (case, point) not in self._models:
+            self._models[case, point] = RetunedModels(self._study(case), point, self.base)
+        return self._models[case, point]
+
+    def _study(self, case: Case) -> LinearStudy:
+        if case not in self._studies:
+            scenario = copy.deepcopy(self._scenario)
+            scenario.vehicle.variation = case.variation
+            self._studies[case] = LinearStudy(scenario)
+        return self._studies[case]
+
+    def _engine(self, case: Case) -> RolloutEngine:
+        if case not in self._engines:
+            self._engines[case] = RolloutEngine(self.vehicle, self._scenario.rates, case.variation)
+        return self._engines[case]
+
+    def responses(self, gains: Sequence[Gains], axis: str, case: Case) -> "Responses":
+        """Return flown steps of an axis."""
+        step = self.steps[axis]
+        flown = self._engine(case).fly(gains, axis, step.amplitude, duration=step.duration)
+        return Responses(flown.time, flown.response, flown.peak_rotor_use, flown.diverged_at)
+
+    def measure(self, gains: Sequence[Gains], quantities: Sequence[Quantity]) -> np.ndarray:
+        """Return the values (N, Q) of quantities, of N sets of all parameter values.
+
+        Sets may differ from the base in the gains of the loops.
+
+        What a diverged flight or an unstable loop has not is infinite, or a margin below 0 that
+        says how unstable it is.
+        """
+        values = np.full((len(gains), len(quantities)), math.nan)
+        for case in dict.fromkeys(quantity.case for quantity in quantities):
+            asked = [q for q in quantities if q.case == case]
+            found: dict[Quantity, np.ndarray] = {}
+            for axis in dict.fromkeys(q.subject for q in asked if q.kind == STEP):
+                found |= self._step_numbers(gains, axis, case)
+            held = [q for q in asked if q.kind == LOOP and q.subject in AROUND]
+            free = [q for q in asked if q.kind != STEP and q.subject not in AROUND]
+            for point, some in ((HOVER, free), (HOLD, held)):
+                if some:
+                    found |= self._loop_numbers(gains, some, case, point)
+            for index, quantity in enumerate(quantities):
+                if quantity.case == case:
+                    values[:, index] = found[quantity]
+        return values
+
+    def _step_numbers(
+        self, gains: Sequence[Gains], axis: str, case: Case
+    ) -> dict[Quantity, np.ndarray]:
+        """Return all the metrics of an axis' step."""
+        flown = self.responses(gains, axis, case)
+        numbers = flight_numbers(
+            flown.time, flown.response, self.steps[axis].amplitude, flown.diverged
+        )
+        found = {
+            Quantity(case, STEP, axis, name): values for name, values in numbers._asdict().items()
+        }
+        use = np.where(flown.diverged, math.inf, flown.peak_rotor_use)
+        found[Quantity(case, STEP, axis, "peak_rotor_use")] = use
+        return found
+
+    def _loop_numbers(
+        self,
+        gains: Sequence[Gains],
+        quantities: Sequence[Quantity],
+        case: Case,
+        point: OperatingPoint,
+    ) -> dict[Quantity, np.ndarray]:
+        """Return numbers of the linear model at an operating point."""
+        models = self.models(case, point)
+        rows = [_judged(models.model(each), quantities) for each in gains]
+        return dict(zip(quantities, np.array(rows).T, strict=True))
+
+
+@dataclass(frozen=True)
+class Responses:
+    """Flown steps of one axis.
+
+    Attributes:
+        time: (M) from the command's edge on [s].
+        response: (N, M) [m/s, rad/s].
+        peak_rotor_use: (N) largest share of its speed limit at which any rotor ran.
+        diverged_at: (N) when a flight came apart [s], NaN where it did not.
+    """
+
+    time: np.ndarray
+    response: np.ndarray
+    peak_rotor_use: np.ndarray
+    diverged_at: np.ndarray
+
+    @property
+    def diverged(self) -> np.ndarray:
+        """Which flights came apart (N)."""
+        return np.isfinite(self.diverged_at)
+
+
+def _judged(model: LinearModel, quantities: Sequence[Quantity]) -> list[float]:
+    """Return what is asked of one model."""
+    loops = list(dict.fromkeys(q.subject for q in quantities if q.kind == LOOP))
+    points = [cut_point(loop) for loop in loops]
+    margins = dict(zip(loops, all_margins(model, points), strict=True)) if loops else {}
+    found = []
+    for quantity in quantities:
+        if quantity.kind == ROTORS:
+            found.append(noise_amplification(model))
+        elif margins[quantity.subject].stable:
+            found.append(float(getattr(margins[quantity.subject], quantity.metric)))
+        elif quantity.metric == "peak_sensitivity":
+            found.append(math.inf)
+        else:
+            found.append(GROWTH_AS_MARGIN * growth_rate(closed_poles(model), model.period))
+    return found
+
+
+def cut_point(loop: str) -> str:
+    """Return where a loop is cut: at its actuator side, where all of its law passes."""
+    return find_loop(loop).actuator

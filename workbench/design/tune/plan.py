@@ -1,0 +1,143 @@
+"""What a run is to do: wishes made whole, vehicles to fly, gains to change, where to begin."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.step_response import AXES
+from workbench.design.tune.case import NOMINAL, Case, corners
+from workbench.design.tune.default_wishes import (
+    completed,
+    default_wishes,
+    softened,
+    wished_quantities,
+)
+from workbench.design.tune.measure import HOVER, Instruments, Step
+from workbench.design.tune.problem import FlownProblem, quantity
+from workbench.design.tune.requirement import requirements
+from workbench.design.tune.twins import mirrored, symmetric
+from workbench.design.tune.variables import variables_for
+from workbench.design.tune.wish import Wish, merged
+from workbench.design.tune.wish_file import Wishes
+from workbench.errors import WorkbenchError
+from workbench.gain_rule import rule_gains
+from workbench.scenario import Scenario
+
+SHORTEST, LONGEST = 3.0, 20.0
+TIME_CONSTANTS = 12.0
+"""A step is flown so many time constants of its loop under the rule, within these [s]."""
+RISES, SETTLINGS = 4.0, 2.0
+"""And so many times what is wished of its rise and settling."""
+STEP_GAINS = dict(
+    zip(AXES, ("kp_velocity_x", "kp_velocity_y", "kp_velocity_z", "kp_yaw_rate"), strict=True)
+)
+"""How fast an axis answers, by its gain [1/s]."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A run, before it begins.
+
+    Attributes:
+        scenario: its vehicle and rates.
+        settings: parameter values that were given.
+        wishes: all of them.
+        problem: with all its requirements, in all cases.
+        starts: points (n) to begin at: the rule's gains, then the given ones.
+        at_rule: values of all requirements (R) with the rule's gains.
+        remarks: what the run leaves out.
+    """
+
+    scenario: Scenario
+    settings: Mapping[str, float]
+    wishes: tuple[Wish, ...]
+    problem: FlownProblem
+    starts: tuple[np.ndarray, ...]
+    at_rule: np.ndarray
+    remarks: tuple[str, ...]
+
+
+def make_plan(
+    scenario: Scenario, wishes: Wishes, settings: Mapping[str, float], *, separate: bool
+) -> Plan:
+    """Return what a run is to do.
+
+    Args:
+        scenario: its vehicle and rates.
+        wishes: what is wished for.
+        settings: parameter values that the run starts from.
+        separate: whether x and y, roll and pitch may differ on a symmetric vehicle.
+
+    Raises:
+        WorkbenchError: if the wishes contradict each other, or the vehicle cannot be flown.
+    """
+    instruments = Instruments(scenario, settings)
+    base = instruments.base
+    rule = base | {
+        name: value
+        for name, value in rule_gains(instruments.vehicle).items()
+        if name.startswith(("kp_", "kd_"))
+    }
+    instruments.steps = _steps(wishes, base, rule)
+    tied = not separate and symmetric(rule, wishes.wishes)
+    asked = mirrored(wishes.wishes) if tied else list(wishes.wishes)
+    if wishes.defaults:
+        usual = requirements(wished_quantities(), [NOMINAL], wishes.robustness)
+        reached = instruments.measure([rule], [quantity(each) for each in usual])[0]
+        asked = completed(asked, default_wishes(reached.tolist()))
+    asked = merged(asked)
+    if not asked:
+        raise WorkbenchError("nothing is wished for: give a --wish, or leave --no-defaults out")
+    variables = variables_for([wish.subject for wish in asked], tied=tied)
+    cases, remarks = _flyable(instruments, corners(wishes.robustness))
+    problem = FlownProblem(
+        instruments, variables, base, requirements(asked, [NOMINAL, *cases], wishes.robustness)
+    )
+    problem = problem.demanding(softened(problem.requirements, problem.measured([rule])[0]))
+    return Plan(
+        scenario=scenario,
+        settings=dict(settings),
+        wishes=tuple(asked),
+        problem=problem,
+        starts=(variables.point(rule), variables.point(base)),
+        at_rule=problem.measured([rule])[0],
+        remarks=tuple(remarks),
+    )
+
+
+def _steps(
+    wishes: Wishes, gains: Mapping[str, float], rule: Mapping[str, float]
+) -> dict[str, Step]:
+    """Return the steps to fly, long enough for the vehicle and for what is wished."""
+    steps = {}
+    for axis, amplitude in wishes.steps:
+        limit = {"z": "max_climb_rate", "yaw": "max_yaw_rate"}.get(axis, "max_speed")
+        if abs(amplitude) > gains[limit]:
+            amplitude = math.copysign(gains[limit], amplitude)
+        longest = max(
+            [
+                {"rise_time": RISES, "settling_time": SETTLINGS}.get(wish.metric.name, 0.0)
+                * wish.bound
+                for wish in wishes.wishes
+                if wish.subject == axis
+            ],
+            default=0.0,
+        )
+        slow = TIME_CONSTANTS / max(rule[STEP_GAINS[axis]], 1e-3)
+        steps[axis] = Step(amplitude, min(LONGEST, max(SHORTEST, slow, longest)))
+    return steps
+
+
+def _flyable(instruments: Instruments, cases: list[Case]) -> tuple[list[Case], list[str]]:
+    """Return the cases that can hover at all, and a remark on each other."""
+    found, remarks = [], []
+    for case in cases:
+        try:
+            instruments.models(case, HOVER)
+        except WorkbenchError as error:
+            remarks.append(f"left out: {case}: {error}")
+        else:
+            found.append(case)
+    return found, remarks

@@ -1,0 +1,121 @@
+"""What a tuning run found."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.tune.case import NOMINAL, Case
+from workbench.design.tune.conflict import Conflict
+from workbench.design.tune.evaluation import Candidate
+from workbench.design.tune.measure import Responses, Step
+from workbench.design.tune.proof import Proof
+from workbench.design.tune.requirement import Requirement
+from workbench.design.tune.wish import Wish
+from workbench.gains import GainFile
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How a run goes.
+
+    Attributes:
+        phase: what it does, in words.
+        share: of the budget, 0 .. 1.
+        best: the best candidate so far.
+        worst: the requirement of which it has least to spare.
+        value: of it.
+        gains: of the best candidate, those that are searched.
+    """
+
+    phase: str
+    share: float
+    best: Candidate
+    worst: Requirement
+    value: float
+    gains: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Result:
+    """One requirement, before and after."""
+
+    required: Requirement
+    before: float
+    after: float
+
+    @property
+    def met(self) -> bool:
+        """Whether it is, after."""
+        return self.required.met(self.after)
+
+    @property
+    def reserve(self) -> float:
+        """Share of the bound that is left, after."""
+        return float(self.required.reserves(np.array([self.after]))[0])
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What a run found.
+
+    Attributes:
+        vehicle: its name.
+        wishes: all of them, defaults included.
+        steps: that were flown, by axis.
+        results: of every requirement, in every case.
+        before: values of the gains that were searched, as given.
+        gains: and as found.
+        profile: the gain file of all values with those.
+        proof: of the full diagram; None if nothing was found that needs one.
+        conflicts: why the wishes are not met.
+        remarks: what else should be known.
+        responses: flown steps (2, M), before and after, by axis and case.
+        evaluations: candidates that were looked at.
+        stopped: whether somebody ended it early.
+    """
+
+    vehicle: str
+    wishes: tuple[Wish, ...]
+    steps: Mapping[str, Step]
+    results: tuple[Result, ...]
+    before: Mapping[str, float]
+    gains: Mapping[str, float]
+    profile: GainFile
+    proof: Proof | None
+    conflicts: tuple[Conflict, ...]
+    remarks: tuple[str, ...]
+    responses: Mapping[tuple[str, Case], Responses]
+    evaluations: int
+    stopped: bool
+
+    @property
+    def met(self) -> bool:
+        """Whether all wishes are met, in every case and on the full diagram."""
+        return (
+            self.proof is not None
+            and not self.proof.missed
+            and all(result.met for result in self.results)
+        )
+
+    @property
+    def as_described(self) -> list[Result]:
+        """The wishes on the vehicle as described."""
+        return [result for result in self.results if result.required.case == NOMINAL]
+
+    @property
+    def in_corners(self) -> list[Result]:
+        """What is left of each wish in corners: the one with least to spare of each."""
+        worst: dict[Wish, Result] = {}
+        for result in self.results:
+            wish = result.required.wish
+            if result.required.case != NOMINAL:
+                known = worst.get(wish)
+                if known is None or result.reserve < known.reserve:
+                    worst[wish] = result
+        return list(worst.values())
+
+    @property
+    def worst_corner(self) -> Result | None:
+        """The result in corners with least to spare."""
+        return min(self.in_corners, key=lambda result: result.reserve, default=None)

@@ -1,0 +1,113 @@
+"""A wish: a metric of an axis, of a loop or of the rotors, and its bound."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from workbench.design.linear.loops import LOOPS
+from workbench.design.step_response import AXES
+from workbench.design.tune.metric import LOOP, METRICS, ROTORS, STEP, Metric, shown, si_value
+from workbench.errors import WorkbenchError, unknown_name
+
+DEFAULT = "default"
+"""The origin of a wish that nobody wrote."""
+SUBJECTS = {STEP: AXES, LOOP: tuple(loop.name for loop in LOOPS), ROTORS: ("rotors",)}
+"""What each kind of metric is measured of."""
+GROUPS = {"level": ("x", "y"), "tilt": ("roll", "pitch")}
+"""Names for several subjects at once."""
+
+_FORM = re.compile(
+    r"(?P<subject>\w+)\s*\.\s*(?P<metric>\w+)\s*(?P<sign><=|>=|≤|≥|<|>)"
+    r"\s*(?P<number>[-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-z%°]\S*)?"
+)
+
+
+@dataclass(frozen=True)
+class Wish:
+    """One bound on one number.
+
+    Attributes:
+        subject: an axis, a loop, or "rotors".
+        metric: of it.
+        at_least: whether the bound is the smallest value that will do, else the largest.
+        bound: in the metric's unit.
+        origin: where it was written, or `DEFAULT`.
+    """
+
+    subject: str
+    metric: Metric
+    at_least: bool
+    bound: float
+    origin: str = DEFAULT
+
+    @property
+    def name(self) -> str:
+        """Of the number that is bounded, as x.rise_time."""
+        return f"{self.subject}.{self.metric.name}"
+
+    @property
+    def key(self) -> tuple[str, bool]:
+        """What no two wishes may bound differently."""
+        return self.name, self.at_least
+
+    def __str__(self) -> str:
+        return f"{self.name} {'>=' if self.at_least else '<='} {shown(self.metric, self.bound)}"
+
+
+def parse_wish(text: str, origin: str = "--wish") -> list[Wish]:
+    """Return the wishes that a text as `x.rise_time <= 0.4 s` stands for, one for each subject.
+
+    Raises:
+        WorkbenchError: if it is not of that form, or asks for what there is not.
+    """
+    form = _FORM.fullmatch(text.strip())
+    if not form:
+        raise WorkbenchError(
+            f"'{text[:60]}' is no wish: write SUBJECT.METRIC<=VALUE or >=, as x.rise_time<=0.4 or "
+            "pitch.phase_margin>=45deg"
+        )
+    metric = _metric(form["metric"])
+    subjects = _subjects(form["subject"], metric)
+    try:
+        number = float(form["number"])
+    except ValueError:
+        raise WorkbenchError(f"'{text[:60]}': {form['number'][:20]} is no number") from None
+    bound = si_value(metric, number, form["unit"] or "")
+    at_least = form["sign"] in (">=", "≥", ">")
+    return [Wish(subject, metric, at_least, bound, origin) for subject in subjects]
+
+
+def merged(wishes: Sequence[Wish]) -> list[Wish]:
+    """Return wishes with each bound once; where two say it the later counts.
+
+    Raises:
+        WorkbenchError: if two contradict each other.
+    """
+    found = {wish.key: wish for wish in wishes}
+    for (name, at_least), wish in found.items():
+        other = found.get((name, not at_least))
+        if at_least and other and wish.bound > other.bound:
+            raise WorkbenchError(f"{wish} contradicts {other}: nothing is both, so drop one")
+    return list(found.values())
+
+
+def _metric(name: str) -> Metric:
+    for metric in METRICS:
+        if metric.name == name:
+            return metric
+    raise unknown_name("metric", name, [metric.name for metric in METRICS])
+
+
+def _subjects(name: str, metric: Metric) -> tuple[str, ...]:
+    """Return the axes, loops or rotors of a name that have a metric."""
+    known = SUBJECTS[metric.kind]
+    subjects = GROUPS.get(name, (name,))
+    if set(subjects) <= set(known):
+        return subjects
+    groups = [group for group, members in GROUPS.items() if set(members) <= set(known)]
+    everywhere = [subject for kind in SUBJECTS.values() for subject in kind]
+    if name in GROUPS or name in everywhere:
+        listed = ", ".join((*known, *groups))
+        raise WorkbenchError(f"{name} has no {metric.name}: that is of {listed}")
+    kind = {STEP: "axis", LOOP: "loop", ROTORS: "subject"}[metric.kind]
+    raise unknown_name(kind, name, (*known, *groups))
