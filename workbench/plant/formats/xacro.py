@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
+from workbench.plant.formats.xacro_cache import keep_expansion, kept_expansion
 from workbench.plant.formats.xml import Element
 from workbench.plant.limited import LimitedError, run_limited
 from workbench.plant.packages import PackageFinder
@@ -35,22 +36,27 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
             fault; also for an argument that no file knows (xacro itself would ignore it), for
             arguments that need a value, all of them at once, and for what never ends.
     """
-    request = {
+    request: dict[str, object] = {
         "path": str(path),
         "args": dict(args),
         "source": str(finder.source),
         "packages": {name: str(folder) for name, folder in finder.packages.items()},
     }
+    kept = kept_expansion(request)
+    if kept is not None:
+        return kept
     try:
-        return str(
-            run_limited(
-                "workbench.plant.formats.xacro_child",
-                request,
-                seconds=_SECONDS,
-                megabytes=_MEGABYTES,
-            )
+        answer = run_limited(
+            "workbench.plant.formats.xacro_child",
+            request,
+            seconds=_SECONDS,
+            megabytes=_MEGABYTES,
         )
     except LimitedError as error:
         raise WorkbenchError(
             f"{path}: cannot be expanded: {error}: simplify its expressions and macros"
         ) from error
+    text = str(answer["text"])
+    if answer["read"]:
+        keep_expansion(request, text, answer["read"])
+    return text

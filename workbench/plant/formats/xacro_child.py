@@ -25,6 +25,9 @@ _QUOTE = r"(?:'|\"|&quot;|&apos;)"
 _USED = re.compile(
     rf"\$\(arg\s+([^\s()${{}}]+)\s*\)|xacro\.arg\(\s*{_QUOTE}([^'\"&]+){_QUOTE}\s*\)"
 )
+_AROUND = re.compile(r"\$\(\s*(?:find|env|optenv)\b|xacro\.find")
+"""What looks at packages or the environment."""
+_CODE = (".py", ".pyc", ".so")
 _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _EFFECTS = frozenset({"os", "subprocess", "socket", "shutil", "ctypes", "fcntl", "pty", "resource"})
 _READS = frozenset({"os.listdir", "os.scandir", "os.walk", "os.fwalk"})
@@ -57,6 +60,8 @@ class _Reading:
         self._texts: dict[str, str] = {}
         self.declared: set[str] = set()
         self.used: dict[str, None] = {}
+        self.read: dict[str, None] = {}
+        self.looked_around = False
 
     def parse(self, inp: Any, filename: str | None = None) -> Any:
         """Stand in for `xacro.parse`: refuse what is too much, and note arguments."""
@@ -70,12 +75,14 @@ class _Reading:
                 f"(... -> {names}): let no file include itself"
             )
         if len(xacro.filestack) > 1 and not _is_there(path):
+            self.looked_around = True
             return self._parse(inp, filename)  # its error: an include may be optional
         read_xml(path)
         data = path.read_bytes()
         if filename not in self._texts:
             text = _COMMENT.sub("", data.decode(errors="replace"))
             self._texts[filename] = text
+            self.looked_around |= bool(_AROUND.search(text))
             self.used |= dict.fromkeys(match[1] or match[2] for match in _USED.finditer(text))
         document = minidom.parseString(data)
         for argument in list(document.getElementsByTagName("xacro:arg")):
@@ -98,6 +105,14 @@ class _Reading:
             )
         return str(folder)
 
+    def note(self, event: str, args: tuple[Any, ...]) -> None:
+        """Stand in as an audit hook: refuse effects, and note what the answer hangs on."""
+        _forbid_effects(event, args)
+        if event == "open" and isinstance(args[0], str) and not args[0].endswith(_CODE):
+            self.read[os.path.abspath(args[0])] = None  # noqa: PTH100 - resolve() would open it
+        elif event in _READS:
+            self.looked_around = True
+
     def _guess(self, name: str) -> Path | None:
         """Return the folder that has what the files expect of an unknown package.
 
@@ -112,13 +127,17 @@ class _Reading:
         return None
 
 
-def expand(request: dict[str, Any]) -> str:
-    """Return the URDF text for a request of `expand_xacro`."""
+def expand(request: dict[str, Any]) -> dict[str, Any]:
+    """Return the URDF text for a request of `expand_xacro`, and the files that were read for it.
+
+    There are none of them where the text hangs on more: on what is in folders, what is missing, or
+    the environment.
+    """
     path, given = Path(request["path"]), request["args"]
     reading = _Reading(PackageFinder(Path(request["source"]), request["packages"]))
     xacro.parse = reading.parse  # the one place where xacro opens XML
     _answer_find(reading.find)
-    sys.addaudithook(_forbid_effects)
+    sys.addaudithook(reading.note)
     args = _Args(given)
     try:
         text = str(xacro.process_file(str(path), mappings=args).toxml())
@@ -130,7 +149,7 @@ def expand(request: dict[str, Any]) -> str:
     _check_args(path, given, args, reading)
     if len(text.encode(errors="replace")) > MOST_BYTES:
         raise WorkbenchError(f"{path}: comes to more than {MOST_BYTES // 1_000_000} MB of URDF")
-    return text
+    return {"text": text, "read": [] if reading.looked_around else list(reading.read)}
 
 
 def _check_args(path: Path, given: dict[str, str], args: _Args, reading: _Reading) -> None:
