@@ -16,17 +16,29 @@ if TYPE_CHECKING:
     from workbench.design.judge.report import Judgement, judge
     from workbench.design.judge.sampled_stability import slowest_rate
     from workbench.design.judge.sensitivity import step_sensitivity
+    from workbench.design.judge.step_pair import linear_step
     from workbench.design.linear.linearize import linearize
+    from workbench.design.linear.loops import find_loop
     from workbench.design.linear.model import LinearModel
     from workbench.design.linear.operating_point import OperatingPoint
     from workbench.design.linear.study import LinearStudy
+    from workbench.design.regress.flight import Changes
+    from workbench.design.regress.junit import junit_xml
+    from workbench.design.regress.loading import load_spec
+    from workbench.design.regress.page import results_page
+    from workbench.design.regress.plots import plot_curve
+    from workbench.design.regress.running import record, regress
     from workbench.design.rollout.engine import RolloutEngine
+    from workbench.design.rollout.metrics import rollout_metrics
     from workbench.design.step_response import StepResponse, fly_step
     from workbench.design.sweep.best import prove_best
     from workbench.design.sweep.plot_sweep import plot_sweep
     from workbench.design.sweep.ranges import SweepRange
     from workbench.design.sweep.sweep import sweep
     from workbench.design.sweep.table import SweepTable
+    from workbench.design.tune.picture import plot_tuning
+    from workbench.design.tune.tuner import Tuner, tune
+    from workbench.design.tune.wish_file import load_wishes, wishes_for
     from workbench.diagram.core import make_flight_core
     from workbench.diagram.workbench import make_workbench
     from workbench.errors import WorkbenchError
@@ -37,6 +49,7 @@ if TYPE_CHECKING:
         gains_at,
         load_gains,
         make_profile,
+        rule_values,
         save_gains,
     )
     from workbench.plant.loading import load_vehicle
@@ -46,6 +59,7 @@ if TYPE_CHECKING:
     from workbench.session import Session
 
 _HOME = {
+    "Changes": "workbench.design.regress.flight",
     "GainFile": "workbench.gains",
     "Judgement": "workbench.design.judge.report",
     "LinearModel": "workbench.design.linear.model",
@@ -59,39 +73,55 @@ _HOME = {
     "StepResponse": "workbench.design.step_response",
     "SweepRange": "workbench.design.sweep.ranges",
     "SweepTable": "workbench.design.sweep.table",
+    "Tuner": "workbench.design.tune.tuner",
     "Variation": "workbench.plant.variation",
     "Vehicle": "workbench.plant.vehicle",
     "VehicleConfig": "workbench.scenario",
     "WorkbenchError": "workbench.errors",
     "diff_gains": "workbench.gain_diff",
+    "find_loop": "workbench.design.linear.loops",
     "flight_gains": "workbench.gains",
     "fly_step": "workbench.design.step_response",
     "gains_at": "workbench.gains",
     "judge": "workbench.design.judge.report",
     "judge_loops": "workbench.design.judge.loop_judgement",
+    "junit_xml": "workbench.design.regress.junit",
+    "linear_step": "workbench.design.judge.step_pair",
     "linearize": "workbench.design.linear.linearize",
     "load_gains": "workbench.gains",
     "load_scenario": "workbench.scenario",
+    "load_spec": "workbench.design.regress.loading",
     "load_vehicle": "workbench.plant.loading",
+    "load_wishes": "workbench.design.tune.wish_file",
     "loop_margins": "workbench.design.judge.margins",
     "make_flight_core": "workbench.diagram.core",
     "make_profile": "workbench.gains",
     "make_workbench": "workbench.diagram.workbench",
     "operating_map": "workbench.design.judge.operating_map",
+    "plot_curve": "workbench.design.regress.plots",
     "plot_loop": "workbench.design.judge.plots_loop",
     "plot_loops": "workbench.design.judge.plots_loop",
     "plot_map": "workbench.design.judge.plots_map",
     "plot_rates": "workbench.design.judge.plots_map",
     "plot_sensitivity": "workbench.design.judge.plots_map",
     "plot_sweep": "workbench.design.sweep.plot_sweep",
+    "plot_tuning": "workbench.design.tune.picture",
     "prove_best": "workbench.design.sweep.best",
+    "record": "workbench.design.regress.running",
+    "regress": "workbench.design.regress.running",
+    "results_page": "workbench.design.regress.page",
+    "rollout_metrics": "workbench.design.rollout.metrics",
+    "rule_values": "workbench.gains",
     "save_gains": "workbench.gains",
     "slowest_rate": "workbench.design.judge.sampled_stability",
     "step_sensitivity": "workbench.design.judge.sensitivity",
     "sweep": "workbench.design.sweep.sweep",
+    "tune": "workbench.design.tune.tuner",
+    "wishes_for": "workbench.design.tune.wish_file",
 }
 
 __all__ = [
+    "Changes",
     "GainFile",
     "Judgement",
     "LinearModel",
@@ -105,36 +135,51 @@ __all__ = [
     "StepResponse",
     "SweepRange",
     "SweepTable",
+    "Tuner",
     "Variation",
     "Vehicle",
     "VehicleConfig",
     "WorkbenchError",
     "diff_gains",
+    "find_loop",
     "flight_gains",
     "fly_step",
     "gains_at",
     "judge",
     "judge_loops",
+    "junit_xml",
+    "linear_step",
     "linearize",
     "load_gains",
     "load_scenario",
+    "load_spec",
     "load_vehicle",
+    "load_wishes",
     "loop_margins",
     "make_flight_core",
     "make_profile",
     "make_workbench",
     "operating_map",
+    "plot_curve",
     "plot_loop",
     "plot_loops",
     "plot_map",
     "plot_rates",
     "plot_sensitivity",
     "plot_sweep",
+    "plot_tuning",
     "prove_best",
+    "record",
+    "regress",
+    "results_page",
+    "rollout_metrics",
+    "rule_values",
     "save_gains",
     "slowest_rate",
     "step_sensitivity",
     "sweep",
+    "tune",
+    "wishes_for",
 ]
 
 

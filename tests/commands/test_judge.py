@@ -99,6 +99,7 @@ def test_a_map_is_a_table_and_a_picture(run, out):
         (["--sensitivity", "--axis", "w"], "axis"),
         (["--cut", "middle"], "--cut"),
         (["--set", "kp_rol=1"], "kp_roll"),
+        (("--sensitivity", "--vary", "mass=1.1"), "leave the variation out"),
     ],
 )
 def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):

@@ -116,3 +116,7 @@ def test_a_profile_of_another_vehicle_is_refused_before_the_search(refused, out,
     said = refused("tune", "--model", PALM, "--save", path, "--output", out)
     assert "has the gains of 'other'" in said
     assert not out.parent.exists()
+
+
+def test_a_variation_of_the_callers_is_refused(refused):
+    assert "leave the variation out" in refused("tune", "--vary", "mass=1.1")

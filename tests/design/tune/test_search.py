@@ -52,6 +52,21 @@ def test_it_leaves_the_most_to_spare_that_there_is(second_order):
     )
 
 
+def test_where_no_start_leads_anywhere_others_are_tried(second_order):
+    """All around the start flights diverge, so nothing says where to go."""
+    problem = second_order("x.rise_time<=0.3", "x.overshoot<=5", "x.peak_rotor_use<=0.9")
+    values = type(problem).values
+
+    class Diverging(type(problem)):
+        def values(self, points):
+            near = np.abs(points - START).max(axis=1) < 0.5
+            return np.where(near[:, None], np.inf, values(self, points))
+
+    lost = Diverging(problem.requirements)
+    assert not find_from(Evaluation(lost, Budget(400)), [START]).met
+    assert search(lost)[1].met
+
+
 def test_the_nearest_is_kept_where_there_is_nothing(second_order):
     evaluation, best = search(second_order("x.rise_time<=0.1", "x.peak_rotor_use<=0.5"))
     assert not best.met

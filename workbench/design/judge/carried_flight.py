@@ -18,10 +18,12 @@ from workbench.configured import read_configured
 from workbench.design.judge.hermite import Curve
 from workbench.design.step_response import AXES, START_HEIGHT
 from workbench.diagram.core import make_flight_core, parameter_values
+from workbench.errors import WorkbenchError
 from workbench.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import place_vehicle
 from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario
 from workbench.systems.cascade import Gains, Guidance, Reference
@@ -63,11 +65,17 @@ def fly_carried(
 ) -> CarriedFlight:
     """Fly a step with derivatives by all parameters of the controller.
 
-    What flies is the vehicle as its controller knows it, without a scenario's variation.
-
     Arguments are those of `fly_step`.
+
+    Raises:
+        WorkbenchError: if the scenario varies the vehicle: its flight begins in a known hover.
     """
     config = (scenario or Scenario()).vehicle
+    if config.variation != Variation():
+        raise WorkbenchError(
+            "sensitivities are those of the vehicle as its controller knows it: leave the "
+            "variation out"
+        )
     description = read_configured(config)
     vehicle = make_vehicle(description)
     values = flight_gains(vehicle, config.gains, settings)

@@ -13,8 +13,10 @@ from workbench.design.tune.solver import Listener, Solution, Solver
 from workbench.design.tune.tuning import Result, Tuning
 from workbench.design.tune.wish import DEFAULT
 from workbench.design.tune.wish_file import Wishes
+from workbench.errors import WorkbenchError
 from workbench.gains import make_profile
 from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import Variation
 from workbench.scenario import Scenario
 
 EVALUATIONS = 600
@@ -32,6 +34,9 @@ class Tuner:
         evaluations: candidates that it may look at.
         seconds: that it may search.
         seed: of what is tried where no start leads there; equal seeds give equal runs.
+
+    Raises:
+        WorkbenchError: if the scenario varies the vehicle, which the search does on its own.
     """
 
     def __init__(
@@ -46,6 +51,11 @@ class Tuner:
         seed: int = 0,
     ) -> None:
         self._scenario = scenario or Scenario()
+        if self._scenario.vehicle.variation != Variation():
+            raise WorkbenchError(
+                "tuning varies the vehicle on its own: leave the variation out, or say how far it "
+                "goes under 'robustness' in a wishes file"
+            )
         self._wishes = wishes or Wishes()
         self._settings = dict(settings or {})
         self._separate = separate
