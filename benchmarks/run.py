@@ -9,6 +9,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import design
 import flight_core
 import lidar
 import live_sensors
@@ -32,6 +33,9 @@ def main() -> None:
     print()
     live, shares = live_sensors.measure_live(), live_sensors.measure_shares()
     live_sensors.show(live, shares)
+    print()
+    tools = design.measure()
+    design.show(tools)
     if arguments.json:
         figures = {
             "machine": machine,
@@ -39,6 +43,7 @@ def main() -> None:
             "flight_core": [dataclasses.asdict(row) for row in rows],
             "lidar": [dataclasses.asdict(row) for row in rays],
             "live_sensors": dataclasses.asdict(live),
+            "design": [dataclasses.asdict(row) for row in tools],
             "sensor_shares": [dataclasses.asdict(row) for row in shares],
         }
         arguments.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")

@@ -103,3 +103,24 @@ def test_commands_load_nothing_heavy_before_they_run():
     assert done.returncode == 0, done.stderr
     heavy = {"pydrake", "matplotlib", "PyQt6", "numpy", "scipy", "control"}
     assert not heavy & set(done.stderr.split())
+
+
+def test_an_interrupt_that_a_loading_module_made_its_own_is_still_one(monkeypatch, capsys):
+    def run(args):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise ImportError("initialization failed") from error
+
+    monkeypatch.setattr("workbench.commands.params.run", run)
+    assert main(["params"]) == 130
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_another_import_error_is_not_hidden(monkeypatch):
+    def run(args):
+        raise ImportError("no such module")
+
+    monkeypatch.setattr("workbench.commands.params.run", run)
+    with pytest.raises(ImportError, match="no such module"):
+        main(["params"])

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from workbench.design.judge.live import live_margins
     from workbench.design.judge.loop_judgement import judge_loops
     from workbench.design.judge.margins import LoopMargins, loop_margins
     from workbench.design.judge.operating_map import operating_map
@@ -88,6 +89,7 @@ _HOME = {
     "junit_xml": "workbench.design.regress.junit",
     "linear_step": "workbench.design.judge.step_pair",
     "linearize": "workbench.design.linear.linearize",
+    "live_margins": "workbench.design.judge.live",
     "load_gains": "workbench.gains",
     "load_scenario": "workbench.scenario",
     "load_spec": "workbench.design.regress.loading",
@@ -150,6 +152,7 @@ __all__ = [
     "junit_xml",
     "linear_step",
     "linearize",
+    "live_margins",
     "load_gains",
     "load_scenario",
     "load_spec",

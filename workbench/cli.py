@@ -56,11 +56,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("workbench: interrupted; nothing was written", file=sys.stderr)
         return INTERRUPTED
+    except ImportError as error:
+        if not _interrupted(error):
+            raise
+        print("workbench: interrupted; nothing was written", file=sys.stderr)
+        return INTERRUPTED
     except BrokenPipeError:
         # The interpreter flushes stdout once more at its end; let that go nowhere.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return READER_GONE
     return code
+
+
+def _interrupted(error: BaseException) -> bool:
+    """Return whether Ctrl-C made an error: a compiled module that loads turns it into its own."""
+    cause = error.__cause__ or error.__context__
+    return isinstance(error, KeyboardInterrupt) or (cause is not None and _interrupted(cause))
 
 
 def _parser() -> argparse.ArgumentParser:

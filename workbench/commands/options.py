@@ -133,10 +133,12 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
 
 def flown_with(args: argparse.Namespace) -> str:
     """Return what values a flight was flown with, for its title."""
-    settings = ", ".join(f"{name}={value:g}" for name, value in args.set)
-    if args.gains:
-        return f"with {args.gains}" + (f" and {settings}" if settings else "")
-    return f"with {settings}" if settings else "with its own gains"
+    parts = [args.gains] if args.gains else []
+    parts += [f"{name}={value:g}" for name, value in args.set]
+    parts += [f"--vary {name}={value:g}" for name, value in args.vary]
+    if not parts:
+        return "with its own gains"
+    return f"with {', '.join(parts[:-1])} and {parts[-1]}" if len(parts) > 1 else f"with {parts[0]}"
 
 
 def parse_argument(text: str) -> tuple[str, str]:

@@ -149,3 +149,19 @@ def test_a_place_is_held_by_its_own_loop(study):
     assert (x > 1.0 - 1e-9).sum() == 1  # yaw alone drifts
     step = dataclasses.replace(held).state_space(["reference_p_z"], ["p_z"])
     assert float(np.real(step.dcgain())) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_holding_with_its_loops_opened_is_steering(study):
+    """Signals, inputs and outputs included; but what moves the held place has nothing to move."""
+    holding = study.sampled(parse_point("hold=1"))
+    steering = study.sampled()
+    opened = holding.opened(["position_x_error", "position_y_error", "position_z_error"])
+    assert np.abs(opened.A - steering.A).max() < 1e-12
+    shown = [s.name for s in opened.outputs if not s.name.startswith("position")]
+    asked = [s.name for s in opened.inputs if not s.name.startswith("reference_p")]
+    for name in ("B", "C"):
+        found, wanted = (
+            getattr(m, name)(asked if name == "B" else shown) for m in (opened, steering)
+        )
+        assert found == pytest.approx(wanted, abs=1e-9)
+    assert opened.D(shown, asked) == pytest.approx(steering.D(shown, asked), abs=1e-9)

@@ -1,7 +1,7 @@
 """A linear model with named signals, of the closed loop and of each loop opened."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -107,6 +107,22 @@ class LinearModel:
         """
         b, c = self.B([point])[:, 0], self.C([point])[0]
         return self.A - np.outer(b, c), b, c
+
+    def opened(self, points: Sequence[str]) -> "LinearModel":
+        """Return the model with its loops opened at some loop points, all at once.
+
+        What comes there still comes out as a signal, and what is injected goes on.
+        """
+        B, C = self.B(points), self.C(points)
+        rows = [self._outputs[point] for point in points]
+        D_out, D_in = self.D(list(self._outputs), points), self.feedthrough[rows]
+        return replace(
+            self,
+            A=self.A - B @ C,
+            input_matrix=self.input_matrix - B @ D_in,
+            output_matrix=self.output_matrix - D_out @ C,
+            feedthrough=self.feedthrough - D_out @ D_in,
+        )
 
     def open_loop(self, point: str) -> Any:
         """Return the open loop L at a loop point as a `control.StateSpace`."""
