@@ -33,6 +33,7 @@ def states(file):
         ("225.0 1/s^2", "kp_roll", 225.0),
         ("225.0 1/s²", "kp_roll", 225.0),
         ("  0.5   rad", "max_tilt", 0.5),
+        ("5e-1", "max_tilt", 0.5),
         ("0.1", "kd_velocity_x", 0.1),
         ("0.1 1", "kd_velocity_x", 0.1),
     ],

@@ -1,6 +1,7 @@
 """YAML files with the line of every key, so that what is wrong is said with file and line."""
 
 import dataclasses
+import re
 import types
 import typing
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ _OPENING = (
     yaml.FlowMappingStartToken,
     yaml.FlowSequenceStartToken,
 )
+_WITH_EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 _CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
 
 
@@ -97,6 +99,30 @@ def _refuse_bombs(path: Path, text: str) -> None:
         if isinstance(token, yaml.AliasToken):
             line = token.start_mark.line + 1
             raise WorkbenchError(f"{path}:{line}: has an alias: write out what it stands for")
+
+
+def with_numbers(file: YamlFile, schema: Any) -> YamlFile:
+    """Return a file with the numbers of a schema that YAML 1.1 takes for texts, as 1e-3 and 1e9.
+
+    Arguments are those of `check_schema`; what does not fit the schema stays as it is.
+    """
+    return dataclasses.replace(file, data=_numbered(file.data, schema))
+
+
+def _numbered(data: Any, schema: Any) -> Any:
+    origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
+    if origin in (typing.Union, types.UnionType):
+        return _numbered(data, next(part for part in parts if part is not type(None)))
+    if dataclasses.is_dataclass(origin) and isinstance(data, dict):
+        fields = {field.name: field.type for field in dataclasses.fields(origin)}
+        return {key: _numbered(value, fields.get(key)) for key, value in data.items()}
+    if origin is list and isinstance(data, list):
+        return [_numbered(item, parts[0]) for item in data]
+    if origin is dict and isinstance(data, dict):
+        return {key: _numbered(value, parts[1]) for key, value in data.items()}
+    if origin is float and isinstance(data, str) and _WITH_EXPONENT.fullmatch(data):
+        return float(data)
+    return data
 
 
 def check_schema(file: YamlFile, schema: Any) -> None:

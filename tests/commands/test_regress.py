@@ -60,6 +60,24 @@ def test_processes_find_what_one_finds_and_json_tells_all(run, spec):
     assert cases[1]["checks"][0]["min"] is None  # open on that side
 
 
+def test_one_case_is_no_crowd_and_a_difference_of_all_specs_stands_once(run, write):
+    """As with a gain file that all specs fly with."""
+    hop = "cases:\n  - {name: hop, axis: z, amplitude: 0.5, duration: 0.3,\n"
+    specs = [
+        write(f"{name}.spec.yaml", hop + "     baseline: {v_z: {absolute: 0.001}}}\n")
+        for name in ("one", "two")
+    ]
+    assert run("regress", specs[0], "-j", 1, "--update").out == "the case passed\n"
+    assert run("regress", specs[1], "-j", 1, "--update").code == 0
+    html = specs[0].parent / "r.html"
+    said = run("regress", *specs, "-j", 1, "--set", "kp_velocity_z=3", "--html", html)
+    *_, changed, last = said.out.splitlines()
+    assert changed == "since the baseline: kp_velocity_z 4.4 -> 3"
+    assert said.out.count("since the baseline") == 1
+    assert last == "all 2 cases failed"
+    assert html.read_text().count("since the baseline") == 1
+
+
 def test_a_folder_means_its_specs(run, spec):
     assert run("regress", spec.parent, "-j", 1, "--update").code == 0
 

@@ -73,6 +73,24 @@ def test_a_response_that_says_nothing_is_null_in_json(run, out):
     assert said.json["settling_time"] is None or said.json["settling_time"] >= 0.0
 
 
+def test_a_lost_flight_is_measured_and_said(run, out):
+    words = ("step", "--axis", "x", "--set", "kp_pitch=2400", "--duration", "2", "--output", out)
+    said = run(*words)
+    assert said.code == 1
+    *_, line = said.out.splitlines()
+    assert line.startswith("the flight is lost at t = 1.")
+    assert "s: upside down and " in line
+    assert "settling_time" in said.out
+    assert {path.name for path in out.iterdir()} == {"step-x.csv", "step-x.png"}
+    again = run(*words, "--json")
+    assert again.code == 1
+    assert f"t = {1.0 + again.json['diverged_at']:.3f} s" in line
+    assert again.json["trouble"] == line
+    assert "overshoot" in again.json
+    good = run("step", "--duration", "0.5", "--output", out, "--json").json
+    assert (good["diverged_at"], good["trouble"]) == (None, "")
+
+
 @pytest.mark.parametrize(
     ("options", "word"),
     [
@@ -83,6 +101,8 @@ def test_a_response_that_says_nothing_is_null_in_json(run, out):
         (["--duration", "0"], "0.1 s or more"),
         (["--duration", "-1"], "0.1 s or more"),
         (["--duration", "nan"], "0.1 s or more"),
+        (["--duration", "601"], "0.1 s or more, and 600 s at most"),
+        (["--duration", "1e12"], "600 s at most"),
         (["--duration", "soon"], "soon"),
         (["--set", "kp_roll"], "NAME=VALUE"),
         (["--set", "kp_roll=nan"], "kp_roll"),

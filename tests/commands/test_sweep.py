@@ -102,6 +102,22 @@ def test_a_sweep_in_which_all_diverge_is_said_so(run, out):
     )
 
 
+@pytest.mark.parametrize("ranges", [["kp_velocity_z=2..6:2"], []])
+def test_no_drone_is_chosen_as_the_best(run, out, ranges):
+    """The lightest drone climbs fastest, which says nothing about gains."""
+    words = ("sweep", *ranges, "vary.mass=0.9..1.1:2", "--duration", "0.5", "--output", out)
+    said = run(*words)
+    assert said.code == 0
+    assert "no best is chosen: vary.mass is of the drone, not of its gains" in said.out
+    assert (out / "sweep-z.png").is_file()
+    found = run(*words, "--json").json
+    assert found["best"] is None
+    assert found["no_best"].startswith("no best is chosen: vary.mass")
+    assert len(found["candidates"]) == 2 ** (1 + len(ranges))
+    gains = run("sweep", "kp_velocity_z=2..6:2", "--duration", "0.5", "--output", out, "--json")
+    assert gains.json["no_best"] == ""
+
+
 def test_an_interrupt_keeps_what_was_flown(run, out, monkeypatch):
     """As when Ctrl-C is pressed after the first candidates."""
     import contextlib
@@ -140,6 +156,7 @@ def test_an_interrupt_keeps_what_was_flown(run, out, monkeypatch):
         (["kp_roll=1..2", "--amplitude", "99"], "max_climb_rate"),
         (["kp_roll=1..2", "--amplitude", "nan"], "amplitude"),
         (["kp_roll=1..2", "--duration", "0"], "0.1 s or more"),
+        (["kp_roll=1..2", "--duration", "601"], "600 s at most"),
         (["kp_roll=1..2", "--axis", "w"], "invalid choice"),
         (["kp_roll=1..2", "--table", "a.txt"], ".csv or .parquet"),
         (["kp_roll=1..2", "--model", "gone.urdf"], "gone.urdf"),

@@ -130,15 +130,14 @@ def _title(specs: Sequence[str]) -> str:
 
 def _print(results: Sequence["CaseResult"]) -> None:
     """Print a sentence for each failure, and how many passed."""
+    from workbench.design.regress.summary import since_baseline, summary
+
     for result in results:
         for failure in result.failures:
             print(f"{result.spec}: {result.case}: {failure}")
-    for spec, changed in dict.fromkeys((result.spec, result.changed) for result in results):
-        if changed and any(r.spec == spec and not r.passed for r in results):
-            print(f"{spec}: since the baseline: {changed}")
-    failed = sum(not result.passed for result in results)
-    flown = f"{len(results)} cases"
-    print(f"{failed} of {flown} failed" if failed else f"all {flown} passed")
+    for changed in since_baseline([result for result in results if not result.passed]):
+        print(changed)
+    print(summary(results))
 
 
 def _result(

@@ -50,7 +50,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the step, print its metrics, write plot and log."""
+    """Fly the step, print its metrics, write plot and log; 1 if the flight is lost."""
     from workbench.design.reproduce import PAPER
     from workbench.design.step_response import fly_step
     from workbench.scenario import Scenario
@@ -75,24 +75,30 @@ def run(args: argparse.Namespace) -> int:
             from workbench.design.plots_step import plot_step
 
             plot_step(response).savefig(plot)
+    trouble = response.loss.sentence if response.loss else ""
     if args.json:
         print_json(
             {
                 "vehicle": response.recording.vehicle.name,
                 "gains": args.gains or "",
                 "set": dict(args.set),
+                "vary": dict(args.vary),
                 "axis": response.axis,
                 "amplitude": response.amplitude,
                 **dataclasses.asdict(response.metrics),
                 "peak_rotor_use": response.peak_rotor_use,
                 "coupling": response.coupling,
+                "diverged_at": response.diverged_at,
+                "trouble": trouble,
                 "files": outputs.files,
             }
         )
     else:
         _print(response, args)
+        if trouble:
+            print(trouble)
     say_written(outputs.files)
-    return ExitCode.DONE
+    return ExitCode.NOT_AS_DEMANDED if trouble else ExitCode.DONE
 
 
 def _print(response: "StepResponse", args: argparse.Namespace) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.commands.printing import print_table, say
 from workbench.design.step_response import UNITS
+from workbench.design.sweep.best import why_no_best
 from workbench.design.sweep.metrics import ARRIVED, FLOWN, SweepMetric, for_people
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
         "diverged": int(np.isfinite(table.diverged_at).sum()),
         "metric": metric,
         "present": _named(swept, table.present) | _named(measured, table.present_values),
+        "no_best": why_no_best(table),
         "best": None
         if best is None
         else {
@@ -59,7 +61,7 @@ def print_sweep(
         f"{table.vehicle} {flown_with}: {lost} diverged"
     )
     if best is None:
-        print(f"no candidate flies to the end and has a {metric}")
+        print(why_no_best(table) or f"no candidate flies to the end and has a {metric}")
         return
     flew = dict(zip((each.name for each in FLOWN), best.flown, strict=True))
     rows = [("", "present", "best", "full diagram", "")]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.lost import Loss, find_loss
 from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.parameters import Parameter, find_parameter
@@ -21,7 +22,10 @@ FORCE_UNITS = {"x": "N", "y": "N", "z": "N", "yaw": "N·m"}
 EDGE = 1.0
 """The command steps after hovering for this long [s]."""
 LEAST_DURATION = 0.1
+MOST_DURATION = 600.0
 """Of a step after its edge [s]."""
+DURATIONS = f"{LEAST_DURATION:g} s or more, and {MOST_DURATION:g} s at most"
+"""The two in words."""
 START_HEIGHT = 10.0
 """Room enough for a step down [m]."""
 
@@ -66,6 +70,16 @@ class StepResponse:
         """Velocity or yaw rate from the edge on."""
         return axis_velocity(self.recording.between(EDGE, np.inf), self.axis)
 
+    @property
+    def loss(self) -> Loss | None:
+        """When and how the flight was lost, None if it was not; metrics mean little then."""
+        return find_loss(self.recording)
+
+    @property
+    def diverged_at(self) -> float:
+        """When it was lost, from the edge on [s]: 0 if before, NaN if it flew to the end."""
+        return max(0.0, self.loss.time - EDGE) if self.loss else math.nan
+
 
 def fly_step(
     axis: str,
@@ -91,10 +105,7 @@ def fly_step(
     """
     if axis not in AXES:
         raise unknown_name("axis", axis, AXES)
-    if not LEAST_DURATION <= duration < math.inf:
-        raise WorkbenchError(
-            f"a step cannot be measured in {duration:g} s: give it {LEAST_DURATION:g} s or more"
-        )
+    check_duration(duration)
     if not 0.0 < abs(amplitude) < math.inf:
         raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
     session = Session(step_scenario(axis, amplitude, duration, scenario or Scenario()), settings)
@@ -111,6 +122,16 @@ def fly_step(
         peak_rotor_use=float(after.rotor_use.max()),
         coupling=coupling(after, axis),
     )
+
+
+def check_duration(duration: float) -> None:
+    """Refuse what is too short to be measured, or too long to be flown [s].
+
+    Raises:
+        WorkbenchError: if it is.
+    """
+    if not LEAST_DURATION <= duration <= MOST_DURATION:
+        raise WorkbenchError(f"a step cannot be measured in {duration:g} s: give it {DURATIONS}")
 
 
 def step_scenario(axis: str, amplitude: float, duration: float, scenario: Scenario) -> Scenario:

@@ -62,6 +62,27 @@ def test_a_baseline_has_tolerances_by_signal(spec):
     }
 
 
+@pytest.mark.parametrize("text", ["1e-3", "1.e-3", "+1e-3", "1E-3", ".1e-2", "1.0e-3", "0.001"])
+def test_numbers_may_have_an_exponent_without_a_point_or_sign(spec, text):
+    """YAML 1.1 takes most of these for texts."""
+    demands = (
+        f"set: {{kp_roll: 2e2}}\n    limits: {{peak: [{text}, 1e9], rise_time: {{max: {text}}}}}"
+    )
+    case = load_spec(spec(STEP.format(demands))).content.cases[0]
+    assert case.set == {"kp_roll": 200.0}
+    assert case.limits == {"peak": Limit(0.001, 1e9), "rise_time": Limit(-math.inf, 0.001)}
+
+
+@pytest.mark.parametrize("text", ["1e", "e3", "1e3 s", "1_0e3", "nan", "'.'", "1e3.5"])
+def test_a_text_is_no_number(spec, text):
+    assert "should be a number" in fault(spec(STEP.format(f"limits: {{peak: {{max: {text}}}}}")))
+
+
+def test_a_text_that_looks_like_a_number_stays_a_text(spec):
+    text = "title: 1e5\n" + STEP.format("limits: {peak: {max: 1e9}}")
+    assert load_spec(spec(text)).content.title == "1e5"
+
+
 def test_vehicle_and_gains_are_found_beside_the_spec(spec, tmp_path):
     (tmp_path / "mine.yaml").write_text("gains: {kp_roll: 100}\n")
     text = "vehicle: {model: dh_drone, gains: mine.yaml, args: {mass: '2'}}\n"
@@ -85,6 +106,7 @@ def test_vehicle_and_gains_are_found_beside_the_spec(spec, tmp_path):
         ("set: {kp_rol: 1}", ":5: unknown parameter 'kp_rol': did you mean 'kp_roll'"),
         ("set: {kp_roll: -1}", ":5: kp_roll is -1"),
         ("duration: 0", ":5: duration must be 0.1 s or more"),
+        ("duration: 601", ":5: duration must be 0.1 s or more, and 600 s at most"),
         ("script: [{at: 0, velocity: [1, 0, 0]}]", ":5: script belongs to a script"),
         ("command: 1", ":5: command belongs to a script"),
         ("signal: p_x", ":5: signal belongs to a script"),
@@ -112,6 +134,11 @@ def test_a_wrong_script_is_named_with_its_line(spec, text, said):
     assert said in fault(spec(SCRIPT.format(text)))
 
 
+def test_a_script_that_would_hover_for_years_is_refused(spec):
+    text = SCRIPT.format("limits: {final: {max: 2}}").replace("edge: 1", "edge: 1e9")
+    assert ":3: edge must be a time in seconds, 0 or later, and 600 s at most" in fault(spec(text))
+
+
 def test_an_action_of_a_script_is_named_with_its_line(spec):
     text = SCRIPT.format("limits: {final: {max: 2}}").replace("[1, 0, 2]", "[1, 0]")
     assert ":5: script.0.go_to must be three finite numbers" in fault(spec(text))
@@ -133,6 +160,10 @@ def test_an_action_of_a_script_is_named_with_its_line(spec):
         ("margins:\n  roll: {gain: {min: 2}}\n", ":2: unknown margin 'gain': known are bandwidth"),
         ("margins:\n  roll:\n    gain_margin: {}\n", ":3: gain_margin must have a min"),
         ("at: vq=1\nmargins: {roll: {gain_margin: {min: 2}}}\n", ":1: "),
+        (
+            "at: vx=5\nmargins:\n  position_x: {gain_margin: {min: 2}}\n",
+            ":3: position_x is closed in hover only, and at is 'vx=5': leave one out",
+        ),
         ("vehicle: {model: gone}\n", ":1: unknown model 'gone'"),
         ("world: nowhere\n", ":1: unknown world 'nowhere'"),
         ("rates: {physics_step: 1}\n", "must be at most"),

@@ -1,13 +1,14 @@
 """Specs that are flown: what holds, what is caught, and what a flight that is lost comes to."""
 
 import dataclasses
-import math
 
-import numpy as np
 import pytest
 
+from workbench.design.judge.margins import loop_margins
+from workbench.design.linear.operating_point import parse_point
+from workbench.design.linear.study import LinearStudy
 from workbench.design.regress.baseline import read_curves
-from workbench.design.regress.flight import Changes, diverged_at
+from workbench.design.regress.flight import Changes
 from workbench.design.regress.judging import Job, compare, measure
 from workbench.design.regress.loading import load_spec
 from workbench.design.regress.running import record, regress
@@ -155,6 +156,29 @@ def test_the_margins_of_every_loop_are_as_demanded():
     assert not judged("margins", "margins", settings={"kp_roll": 225.0 * 1.4}).passed
 
 
+def test_margins_are_those_at_the_named_point(spec):
+    """A flight ahead keeps no place, so it has no model with a place held."""
+    text = "at: vx=5\nmargins: {roll: {phase_margin: {min: 0.1}}}\n"
+    (result,) = regress([spec(text)])
+    expected = loop_margins(LinearStudy().sampled(parse_point("vx=5")), "roll_acceleration")
+    assert value(result, "roll phase_margin") == expected.phase_margin
+    (hover,) = regress([spec(text.replace("vx=5", "hover"))])
+    assert value(hover, "roll phase_margin") != expected.phase_margin
+
+
+def test_a_loop_that_holds_a_place_is_judged_in_hover(spec):
+    text = "margins:\n  position_x: {bandwidth: {min: 0.1}}\n  roll: {bandwidth: {min: 1}}\n"
+    (result,) = regress([spec(text)])
+    assert result.failures == []
+
+
+def test_a_point_that_cannot_be_flown_is_named_with_its_line(spec):
+    path = spec("title: fast\nat: vx=500\nmargins: {roll: {phase_margin: {min: 0.1}}}\n")
+    with pytest.raises(WorkbenchError) as caught:
+        regress([path])
+    assert str(caught.value).startswith(f"{path}:2: there is no flight as 'vx=500'")
+
+
 def test_a_flight_that_is_lost_is_a_failing_result(spec):
     text = (
         "cases:\n  - {name: a, axis: x, amplitude: 8, duration: 3, set: {kp_roll: 2500},\n"
@@ -164,14 +188,18 @@ def test_a_flight_that_is_lost_is_a_failing_result(spec):
     assert not result.passed
 
 
-def test_divergence_is_a_speed_that_no_drone_has():
-    step = fly_step("z", 0.5, duration=0.5)
-    assert math.isnan(diverged_at(step.recording))
-    for field, bad in (("v_WB", 101.0), ("w_WB", np.nan), ("p_WB", np.inf)):
-        values = getattr(step.recording, field).copy()
-        values[100, 1] = bad
-        lost = dataclasses.replace(step.recording, **{field: values})
-        assert diverged_at(lost) == step.recording.time[100]
+def test_a_drone_on_its_back_is_lost_and_makes_no_baseline(spec):
+    """With gains that the air frame cannot follow it turns over long before 100 m/s."""
+    path = spec(
+        "cases:\n  - {name: a, axis: x, amplitude: 2, duration: 1, set: {kp_pitch: 2400},\n"
+        "     limits: {peak: {max: 99}}, baseline: {v_x: {absolute: 99}}}\n"
+    )
+    results, files = record([path])
+    (failure,) = results[0].failures
+    assert failure.startswith("the flight is lost at t = 1.")
+    assert ": upside down and turning at " in failure
+    assert results[0].checks == ()
+    assert files == {}
 
 
 def test_a_broken_flight_says_when(spec, monkeypatch):

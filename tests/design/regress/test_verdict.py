@@ -9,6 +9,7 @@ import pytest
 from workbench.design.regress.band import Band, Curve
 from workbench.design.regress.conditions import differences
 from workbench.design.regress.spec import Limit
+from workbench.design.regress.summary import since_baseline, summary
 from workbench.design.regress.verdict import CaseResult, Check, Comparison
 
 TIME = np.array([0.0, 0.5, 1.0])
@@ -99,3 +100,47 @@ def test_a_result_tells_all_failures_and_what_differs():
     assert [text.split()[0] for text in result.failures] == ["peak", "v_x"]
     assert result.story[-1] == "since the baseline: kp 4 -> 5"
     assert CaseResult("s", Path("s"), "x", differences=result.differences).passed
+
+
+def result(spec: str, *, good: bool = True, kp: float = 4.0) -> CaseResult:
+    return CaseResult(
+        spec,
+        Path(spec),
+        "x",
+        trouble="" if good else "lost",
+        differences=differences({"kp": 4.0}, {"kp": kp}),
+    )
+
+
+@pytest.mark.parametrize(
+    ("good", "said"),
+    [
+        ([True], "the case passed"),
+        ([False], "the case failed"),
+        ([True, True], "all 2 cases passed"),
+        ([True, False], "1 of 2 cases failed"),
+        ([False, False], "all 2 cases failed"),
+    ],
+)
+def test_how_many_passed_is_said_in_words(good, said):
+    assert summary([result("a", good=each) for each in good]) == said
+
+
+@pytest.mark.parametrize(
+    ("results", "said"),
+    [
+        ([result("a"), result("b")], []),
+        ([result("a", kp=5), result("a", kp=5)], ["a: since the baseline: kp 4 -> 5"]),
+        ([result("a", kp=5), result("b", kp=5)], ["since the baseline: kp 4 -> 5"]),
+        (
+            [result("a", kp=5), result("b"), result("c", kp=5)],
+            ["a, c: since the baseline: kp 4 -> 5"],
+        ),
+        (
+            [result("a", kp=5), result("b", kp=6)],
+            ["a: since the baseline: kp 4 -> 5", "b: since the baseline: kp 4 -> 6"],
+        ),
+    ],
+)
+def test_what_differs_is_said_once(results, said):
+    assert since_baseline(results) == said

@@ -191,6 +191,14 @@ def test_a_best_that_is_lost_on_the_full_diagram_is_refused(lost_table, monkeypa
     assert MOST_TRIED == 5
 
 
+def test_what_the_controller_does_not_know_of_cannot_be_the_best(monkeypatch):
+    monkeypatch.setattr(best_module, "fly_one", lambda *_: ([1.0] * len(FLOWN), NAN))
+    table = sweep(["kp_velocity_z=2..6:2", "vary.mass=0.9..1.1:2"], duration=0.5)
+    assert prove_best(table, "rise_time") is None
+    with pytest.raises(WorkbenchError, match="unknown metric"):
+        prove_best(table, "rise_tim")
+
+
 def test_nothing_flown_is_all_unknown():
     flown = nothing_flown(3)
     assert not flown.done.any()
@@ -218,7 +226,7 @@ def test_lost_is_lost_by_the_same_rule_as_in_the_engine():
     assert np.isnan(changed(w_WB=(middle, [0.0, 11.0, 0.0])))
     assert changed(p_WB=(middle, [0.0, 0.0, 0.01])) == at
     assert changed(v_WB=(middle, [np.inf, 0.0, 0.0])) == at
-    assert changed(p_WB=(0, [0.0, 0.0, 0.01])) == 0.0
+    assert changed(p_WB=(0, [0.0, 0.0, 0.01])) == 0.0  # before the edge
 
 
 def test_a_case_can_be_sent_to_a_process():

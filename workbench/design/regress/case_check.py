@@ -7,7 +7,7 @@ import re
 from workbench.design.regress.metrics import HOVER, Need, find_metric
 from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
 from workbench.design.regress.spec import Case, Limit, Tolerance
-from workbench.design.step_response import AXES, LEAST_DURATION
+from workbench.design.step_response import AXES, DURATIONS, LEAST_DURATION, MOST_DURATION
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.parameters import checked
 from workbench.scenario import Scenario, Start, check_scenario
@@ -25,8 +25,8 @@ def check_case(case: Case, index: int, file: YamlFile) -> None:
     keys: Keys = ("cases", index)
     if not _NAME.fullmatch(case.name):
         raise _refuse(file, (*keys, "name"), f"is '{case.name}': use letters, digits and _ . + -")
-    if not LEAST_DURATION <= case.duration < math.inf:
-        raise _refuse(file, (*keys, "duration"), f"must be {LEAST_DURATION:g} s or more")
+    if not LEAST_DURATION <= case.duration <= MOST_DURATION:
+        raise _refuse(file, (*keys, "duration"), f"must be {DURATIONS}")
     if case.axis:
         _check_step(case, file, keys)
     else:
@@ -80,8 +80,9 @@ def _check_script(case: Case, file: YamlFile, keys: Keys) -> None:
         raise WorkbenchError(f"{where}'{case.name}' has neither an axis nor a script")
     if case.amplitude is not None:
         raise _refuse(file, (*keys, "amplitude"), "belongs to an axis: a script has a command")
-    if not 0.0 <= case.edge < math.inf:
-        raise _refuse(file, (*keys, "edge"), "must be a time in seconds, 0 or later")
+    if not 0.0 <= case.edge <= MOST_DURATION:
+        at = f"0 or later, and {MOST_DURATION:g} s at most"
+        raise _refuse(file, (*keys, "edge"), f"must be a time in seconds, {at}")
     if case.command is not None and not 0.0 < abs(case.command) < math.inf:
         raise _refuse(file, (*keys, "command"), "must be a finite number, and not 0")
     if case.signal:

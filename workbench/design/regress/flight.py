@@ -2,7 +2,6 @@
 
 import copy
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.design.lost import find_loss
 from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.step_metrics import StepMetrics, step_metrics
@@ -18,9 +18,6 @@ from workbench.errors import FlightBrokenError
 from workbench.recording import Recording
 from workbench.scenario import Scenario, Start
 from workbench.session import Session
-
-FASTEST = 100.0
-"""What moves or turns faster has diverged [m/s, rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +54,7 @@ class Flight:
         axis: of a step, else "".
         signal: that is judged.
         command: how far it should go; None where nothing is said of that.
-        diverged_at: when the flight was lost [s], NaN where it was not.
-        broke_off: what Drake said of a flight that could not go on, else "".
+        trouble: how the flight was lost or why it could not go on, else "".
     """
 
     recording: Recording
@@ -66,8 +62,7 @@ class Flight:
     axis: str
     signal: str
     command: float | None
-    diverged_at: float = math.nan
-    broke_off: str = ""
+    trouble: str = ""
 
     @cached_property
     def judged(self) -> Recording:
@@ -150,22 +145,12 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     except FlightBrokenError as error:
         broke_off = str(error)
     recording = session.recording()
+    loss = find_loss(recording)
     return Flight(
         recording=recording,
         edge=EDGE if case.axis else case.edge,
         axis=case.axis,
         signal=case.signal or AXIS_SIGNALS.get(case.axis, ""),
         command=case.amplitude if case.axis else case.command,
-        diverged_at=diverged_at(recording),
-        broke_off=broke_off,
+        trouble=broke_off or (loss.sentence if loss else ""),
     )
-
-
-def diverged_at(recording: Recording) -> float:
-    """Return when a flight was lost [s], NaN if it was not.
-
-    So it is when a velocity is no number or beyond what any drone has.
-    """
-    motion = np.column_stack([recording.v_WB, recording.w_WB, recording.p_WB])
-    fine = np.isfinite(motion).all(axis=1) & (np.abs(motion[:, 0:6]) < FASTEST).all(axis=1)
-    return math.nan if fine.all() else float(recording.time[int(np.argmin(fine))])

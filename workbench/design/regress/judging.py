@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from workbench.configured import read_configured
 from workbench.design.regress.band import Curve, band
 from workbench.design.regress.baseline import (
@@ -64,9 +62,7 @@ def measure(job: Job) -> Measured:
     if job.part == MARGINS:
         from workbench.design.regress.margins import check_loops
 
-        result = dataclasses.replace(
-            result, checks=check_loops(spec.content, common, changes.settings)
-        )
+        result = dataclasses.replace(result, checks=check_loops(spec, common, changes.settings))
     else:
         case = find_case(spec, job.part)
         result = _flown(result, case, fly_case(case, common, changes.settings))
@@ -125,13 +121,8 @@ def _flown(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
         )
         for name in signals
     )
-    trouble = ""
-    if flight.broke_off:
-        trouble = flight.broke_off
-    elif not np.isnan(flight.diverged_at):
-        trouble = f"diverged at t = {flight.diverged_at:.3f} s"
-    if trouble:
-        return dataclasses.replace(result, trouble=trouble, curves=curves)
+    if flight.trouble:
+        return dataclasses.replace(result, trouble=flight.trouble, curves=curves)
     checks = []
     for name, limit in case.limits.items():
         metric = find_metric(name)

@@ -13,7 +13,7 @@ from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, slug
 from workbench.errors import WorkbenchError
 from workbench.scenario import Scenario, check_scenario, find_files, find_scenario_world
-from workbench.yaml_files import YamlFile, check_schema, read_yaml
+from workbench.yaml_files import YamlFile, check_schema, read_yaml, with_numbers
 
 
 def load_spec(path: Path | str) -> Spec:
@@ -23,7 +23,7 @@ def load_spec(path: Path | str) -> Spec:
         WorkbenchError: naming file and line of what is wrong.
     """
     path = Path(path)
-    file = _with_plain_limits(read_yaml(path))
+    file = with_numbers(_with_plain_limits(read_yaml(path)), SpecFile)
     check_schema(file, SpecFile)
     text = yaml.safe_dump(file.data, sort_keys=False)
     try:

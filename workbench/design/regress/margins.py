@@ -5,15 +5,15 @@ from collections.abc import Mapping
 
 from workbench.design.judge.margins import LoopMargins, loop_margins
 from workbench.design.linear.loops import find_loop
-from workbench.design.linear.operating_point import parse_point
+from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.study import LinearStudy
 from workbench.design.regress.case_check import check_limit
-from workbench.design.regress.spec import SpecFile
+from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.verdict import Check
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.gains import flight_gains
 from workbench.scenario import Scenario
-from workbench.yaml_files import YamlFile
+from workbench.yaml_files import YamlFile, read_yaml
 
 MARGINS = tuple(
     margin.name for margin in dataclasses.fields(LoopMargins) if margin.name != "stable"
@@ -33,14 +33,19 @@ def check_margins(content: SpecFile, file: YamlFile) -> None:
         WorkbenchError: naming file and line of the first thing that is wrong.
     """
     try:
-        parse_point(content.at)
+        point = parse_point(content.at)
     except WorkbenchError as error:
         raise WorkbenchError(f"{file.where('at')}{error}") from None
     for loop, limits in content.margins.items():
         try:
-            find_loop(loop)
+            only_in_hover = find_loop(loop).hold
         except WorkbenchError as error:
             raise WorkbenchError(f"{file.where('margins', loop)}{error}") from None
+        if only_in_hover and dataclasses.replace(point, hold=False) != OperatingPoint():
+            raise WorkbenchError(
+                f"{file.where('margins', loop)}{loop} is closed in hover only, and at is "
+                f"'{content.at}': leave one out"
+            )
         for name, limit in limits.items():
             where = file.where("margins", loop, name)
             if name not in MARGINS:
@@ -48,26 +53,35 @@ def check_margins(content: SpecFile, file: YamlFile) -> None:
             check_limit(limit, file, ("margins", loop, name))
 
 
-def check_loops(
-    content: SpecFile, common: Scenario, settings: Mapping[str, float]
-) -> tuple[Check, ...]:
+def check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> tuple[Check, ...]:
     """Return the margins of a spec's loops, cut at their actuators, beside their limits.
 
     Args:
-        content: what the spec says.
+        spec: with its loops.
         common: vehicle and rates, with a run's changes.
         settings: parameter values over those of the vehicle.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be built, or does not fly at the spec's point.
     """
     study = LinearStudy(common)
     values = flight_gains(study.vehicle, common.vehicle.gains, settings)
-    steered = parse_point(content.at)
-    held = dataclasses.replace(steered, hold=True)
-    models = {hold: study.sampled(held if hold else steered, values) for hold in (False, True)}
+    point = parse_point(spec.content.at)
+    held = dataclasses.replace(point, hold=True) if _holding(spec.content) else point
+    try:
+        models = {at: study.sampled(at, values) for at in {point, held}}
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{read_yaml(spec.path).where('at')}{error}") from None
     found = []
-    for name, limits in content.margins.items():
+    for name, limits in spec.content.margins.items():
         loop = find_loop(name)
-        margins = loop_margins(models[loop.hold], loop.actuator)
+        margins = loop_margins(models[held if loop.hold else point], loop.actuator)
         for margin, limit in limits.items():
             value = float(getattr(margins, margin))
             found.append(Check(f"{name} {margin}", _UNITS.get(margin, "1"), value, limit))
     return tuple(found)
+
+
+def _holding(content: SpecFile) -> bool:
+    """Return whether there is a loop that is closed only while a place is held."""
+    return any(find_loop(name).hold for name in content.margins)

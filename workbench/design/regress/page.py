@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from html import escape
 
 from workbench.design.regress.plots import inline_svg, plot_curve
+from workbench.design.regress.summary import since_baseline, summary
 from workbench.design.regress.verdict import CaseResult, Check, Comparison, with_unit
 
 _STYLE = """
@@ -29,8 +30,8 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
     """
     numbered = list(enumerate(results))
     numbered.sort(key=lambda pair: pair[1].passed)
-    failed = sum(not result.passed for result in results)
-    verdict = f"{failed} of {len(results)} failed" if failed else f"all {len(results)} passed"
+    failed = not all(result.passed for result in results)
+    verdict = summary(results)
     rows = "\n".join(_summary_row(number, result) for number, result in numbered)
     cases = "\n".join(_case(number, result) for number, result in numbered)
     return f"""<!DOCTYPE html>
@@ -51,12 +52,8 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
 
 
 def _changes(results: Sequence[CaseResult]) -> str:
-    """Return what differs from the baselines, once for all cases with the same differences."""
-    found = dict.fromkeys((result.spec, result.changed) for result in results if result.changed)
-    return "".join(
-        f"<p>{escape(spec)}, since its baseline: <b>{escape(changed)}</b></p>\n"
-        for spec, changed in found
-    )
+    """Return what differs from the baselines."""
+    return "".join(f"<p>{escape(changed)}</p>\n" for changed in since_baseline(results))
 
 
 def _summary_row(number: int, result: CaseResult) -> str:

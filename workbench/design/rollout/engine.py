@@ -14,7 +14,7 @@ from workbench.design.rollout.candidates import make_candidates
 from workbench.design.rollout.chunks import run_chunks
 from workbench.design.rollout.craft import Schedule, make_craft, varied_craft
 from workbench.design.rollout.rollouts import Rollouts
-from workbench.design.step_response import AXES, EDGE, LEAST_DURATION, START_HEIGHT
+from workbench.design.step_response import AXES, EDGE, START_HEIGHT, check_duration
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.gains import flight_gains
 from workbench.plant.thrust_frame import thrust_frame
@@ -168,10 +168,7 @@ def _check(axis: str, amplitude: float, duration: float, stride: int) -> None:
     """Refuse what makes no step."""
     if axis not in AXES:
         raise unknown_name("axis", axis, AXES)
-    if not LEAST_DURATION <= duration < math.inf:
-        raise WorkbenchError(
-            f"a step cannot be measured in {duration:g} s: give it {LEAST_DURATION:g} s or more"
-        )
+    check_duration(duration)
     if not 0.0 < abs(amplitude) < math.inf:
         raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
     if stride < 1 or int(stride) != stride:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.sweep.full_flights import fly_one
+from workbench.design.sweep.ranges import VARY
 from workbench.design.sweep.table import SweepTable
 
 MOST_TRIED = 5
@@ -37,6 +38,21 @@ class BestCandidate:
         return self.flown - self.values[: len(self.flown)]
 
 
+def why_no_best(table: SweepTable) -> str:
+    """Return why a sweep has no best candidate, "" if it may have one.
+
+    A range of vary.* is what a drone may turn out to be, and nothing to be chosen.
+    """
+    drones = [each.name for each in table.ranges if each.name.startswith(VARY)]
+    if not drones:
+        return ""
+    verb = "is" if len(drones) == 1 else "are"
+    return (
+        f"no best is chosen: {' and '.join(drones)} {verb} of the drone, not of its gains: sweep "
+        "gains alone with --vary, or search over such drones with `workbench tune`"
+    )
+
+
 def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
     """Fly the best candidates on the full diagram until one flies to the end.
 
@@ -45,13 +61,17 @@ def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
         metric: by which a candidate is the best; see `SweepTable.ranking`.
 
     Returns:
-        The best one, or None if none of the first five flies there.
+        The best one, or None if none of the first five flies there, or vary.* is swept, see
+        `why_no_best`.
 
     Raises:
         WorkbenchError: if the metric is unknown or was not measured.
     """
     refused: tuple[int, ...] = ()
-    for index in map(int, table.ranking(metric)[:MOST_TRIED]):
+    ranking = table.ranking(metric)
+    if why_no_best(table):
+        return None
+    for index in map(int, ranking[:MOST_TRIED]):
         flown, lost = fly_one(table.case, table.candidate(index))
         if np.isnan(lost):
             return BestCandidate(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.configured import read_configured
-from workbench.design.step_response import AXES, LEAST_DURATION, UNITS
+from workbench.design.step_response import AXES, UNITS, check_duration
 from workbench.design.sweep.ranges import VARY, SweepRange
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.gains import flight_gains
@@ -58,11 +58,7 @@ class SweepCase:
             raise WorkbenchError(
                 f"the amplitude is {self.amplitude:g}: give it a finite number, and not 0"
             )
-        if not LEAST_DURATION <= self.duration < math.inf:
-            raise WorkbenchError(
-                f"a step cannot be measured in {self.duration:g} s: give it {LEAST_DURATION:g} s "
-                "or more"
-            )
+        check_duration(self.duration)
 
     def vehicle(self) -> Vehicle:
         """Return what flies, as its controller knows it.

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from workbench.design.lost import find_loss
 from workbench.design.step_metrics import step_metrics
 from workbench.design.step_response import EDGE, axis_velocity, step_scenario
 from workbench.design.sweep.case import Candidate, SweepCase
@@ -21,10 +22,6 @@ from workbench.errors import FlightBrokenError, WorkbenchError
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
 from workbench.session import Session
-
-TUMBLING_RATE = 10.0
-TUMBLING_SPEED = 20.0
-"""A drone on its back that turns or moves faster than this is lost [rad/s, m/s]."""
 
 
 def fly_full(
@@ -106,20 +103,9 @@ def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
 
 
 def lost_at(recording: Recording) -> float:
-    """Return when a step's drone was lost, from the edge on [s], by the engine's rule.
-
-    That is when it stands on the ground, or is tilted over 90 degrees and turns faster than
-    10 rad/s or moves faster than 20 m/s, or a number is not finite. 0 before the edge, NaN if
-    never.
-    """
-    w, x, y, z = recording.q_WB.T
-    fast = np.linalg.norm(recording.w_WB, axis=1) > TUMBLING_RATE
-    fast |= np.linalg.norm(recording.v_WB, axis=1) > TUMBLING_SPEED
-    tumbling = (w * w + z * z <= x * x + y * y) & fast
-    low = recording.p_WB[:, 2] < recording.vehicle.ground_clearance
-    broken = ~np.isfinite(recording.p_WB.sum(axis=1) + recording.v_WB.sum(axis=1))
-    lost = np.flatnonzero(tumbling | low | broken)
-    return max(0.0, float(recording.time[lost[0]]) - EDGE) if len(lost) else float("nan")
+    """Return when a step's drone was lost, from the edge on [s]; 0 before it, NaN if never."""
+    loss = find_loss(recording)
+    return max(0.0, loss.time - EDGE) if loss else float("nan")
 
 
 def _note(future: "Future[tuple[list[float], float]]", index: int, flown: Flown) -> None:
