@@ -1,6 +1,7 @@
 """`workbench judge`."""
 
 import csv
+import re
 
 import pytest
 
@@ -53,7 +54,8 @@ def test_away_from_hover_the_table_has_a_loop_a_row(run, out):
     head = next(index for index, line in enumerate(lines) if line.startswith("loop "))
     names = [line.split()[0] for line in lines[head + 2 : head + 8]]
     assert names == [loop.name for loop in LOOPS if not loop.hold]
-    assert "position" not in said.out
+    assert not any(line.startswith("position_") for line in lines)
+    assert "loops of the position and steps are left out" in said.out
     assert not out.exists()
 
 
@@ -63,6 +65,24 @@ def test_an_unstable_loop_is_named_and_ends_as_1(run, out):
     assert "grows through pitch" in said.err
     assert "unstable" in said.out
     assert "Traceback" not in said.err
+
+
+def test_what_grows_or_is_lost_has_no_numbers(run, out):
+    said = run("judge", "--set", "kp_pitch=2000", "--no-plots", "--output", out)
+    assert said.code == 1
+    rows = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
+    assert rows["peak"] == rows["rise_time"] == ["-"] * 8
+    assert "a growing mode has no step" in said.out
+    assert re.search("the x step has no numbers: the flight is lost at t = .*upside down", said.out)
+    assert "with these gains a mode grows even at 1024 Hz" in said.out
+    assert "no rate" not in said.out
+
+
+def test_rounding_is_shown_as_nothing(run, out):
+    said = run("judge", "--no-plots", "--output", out)
+    rows = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
+    assert rows["overshoot"][6:] == rows["undershoot"][4:6] == ["0", "0"]
+    assert "e-1" not in said.out
 
 
 def test_sensitivities_are_a_table_and_a_picture(run, out):
@@ -97,6 +117,8 @@ def test_a_map_is_a_table_and_a_picture(run, out):
         (["--map", "speed,tilt", "--sensitivity"], "not allowed"),
         (["--sensitivity", "--at", "vx=5"], "--at"),
         (["--sensitivity", "--axis", "w"], "axis"),
+        (["--axis", "y"], "--sensitivity"),
+        (["--axis", "x", "--map", "speed,tilt"], "--sensitivity"),
         (["--cut", "middle"], "--cut"),
         (["--set", "kp_rol=1"], "kp_roll"),
         (("--sensitivity", "--vary", "mass=1.1"), "leave the variation out"),

@@ -72,7 +72,6 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--axis",
         choices=("x", "y", "z", "yaw"),
-        default="x",
         help="of the step for --sensitivity (default: x)",
     )
     add_output_options(parser)
@@ -89,6 +88,8 @@ def run(args: argparse.Namespace) -> int:
     point = parse_point(args.at)
     if args.loop and find_loop(args.loop).hold and point != OperatingPoint():
         raise WorkbenchError(f"the loop {args.loop} is closed at hover only: leave --at out")
+    if args.axis and not args.sensitivity:
+        raise WorkbenchError("--axis is that of the step for --sensitivity: give both or neither")
     if (args.sensitivity or args.map) and (args.at != "hover" or args.loop):
         raise WorkbenchError("--sensitivity and --map begin at hover: leave --at and --loop out")
     scenario = with_vehicle(Scenario(), args)
@@ -144,14 +145,15 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
     from workbench.design.judge.step_pair import STEPS
     from workbench.design.step_response import UNITS
 
-    amplitude = dict(STEPS)[args.axis]
-    title = f"step of {amplitude:g} {UNITS[args.axis]} along {args.axis}"
+    axis = args.axis or "x"
+    amplitude = dict(STEPS)[axis]
+    title = f"step of {amplitude:g} {UNITS[axis]} along {axis}"
     with Outputs() as outputs:
-        name = f"judge-sensitivity-{args.axis}.png"
+        name = f"judge-sensitivity-{axis}.png"
         plot = None if args.no_plots else outputs.add(args.output / name)
         with progress_bar("flying a step with its derivatives") as progress:
             found = step_sensitivity(
-                args.axis,
+                axis,
                 amplitude,
                 scenario=scenario,
                 settings=dict(args.set),
@@ -162,7 +164,7 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
 
             plot_sensitivity(found, title).savefig(plot)
     if args.json:
-        print_json(sensitivity_result(args.axis, amplitude, found) | {"files": outputs.files})
+        print_json(sensitivity_result(axis, amplitude, found) | {"files": outputs.files})
     else:
         print_sensitivities(title, found)
     if outputs.files:

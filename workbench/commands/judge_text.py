@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands.printing import print_table
@@ -11,7 +12,9 @@ if TYPE_CHECKING:
     from workbench.design.judge.modes import Mode
     from workbench.design.judge.operating_map import Direction, OperatingMap
     from workbench.design.judge.report import Judgement
+    from workbench.design.judge.sampled_stability import SlowestRate
     from workbench.design.judge.sensitivity import Sensitivity
+    from workbench.design.step_metrics import StepMetrics
 
 _HEAD = (
     "loop",
@@ -27,6 +30,9 @@ _HEAD = (
 _UNITS = ("", "[factor]", "[factor]", "[deg]", "[ms]", "[1]", "[1]", "[rad/s]", "[rad/s]")
 _FAINT = 0.005
 """Gains that change no metric by this much are left out [% per %]."""
+
+_NOTHING = 1e-6
+"""A metric that is smaller, in its unit or percent, is rounding."""
 
 
 def result(found: "Judgement") -> dict[str, Any]:
@@ -62,18 +68,14 @@ def print_judgement(found: "Judgement", cut: str) -> None:
     rows: list[tuple[str, ...]] = [_HEAD, _UNITS]
     rows += [(loop.loop, *_cells(getattr(loop, cut))) for loop in found.loops]
     print_table(rows)
+    if not found.holding:
+        print("loops of the position and steps are left out: a place is held in hover only")
     _print_modes("modes while the pilot steers", found.modes, found.period)
     if found.modes_holding:
         slow = found.modes_holding[:4]
         _print_modes("slowest modes while the place is held", slow, found.period)
     _print_steps(found)
-    slowest = found.slowest
-    limit = ", the slowest there is," if slowest.at_limit else ""
-    print(
-        f"\nthe law runs at {1.0 / found.period:g} Hz; it is stable down to "
-        f"{_hertz(slowest.stable_period)}{limit} and keeps 30 deg of phase margin down to "
-        f"{_hertz(slowest.safe_period)}"
-    )
+    print(f"\nthe law runs at {1.0 / found.period:g} Hz; {_rates(found.slowest)}")
 
 
 def print_sensitivities(title: str, found: "tuple[Sensitivity, ...]") -> None:
@@ -163,7 +165,14 @@ def _cells(margins: "LoopMargins") -> tuple[str, ...]:
 def _print_modes(title: str, found: "tuple[Mode, ...]", period: float) -> None:
     """Print poles in the words of python-control's `damp`, without those faster than sampling."""
     print(f"\n{title}:")
-    shown = [mode for mode in found if mode.frequency < math.pi / period]
+    shown = [mode for mode in found if not mode.gone_after(period)]
+    print_modes(shown)
+    if len(shown) < len(found):
+        print(f"{len(found) - len(shown)} more die out within a sample")
+
+
+def print_modes(shown: "Sequence[Mode]") -> None:
+    """Print a table of modes in the words of python-control's `damp`."""
     rows = [("pole [1/s]", "damping", "frequency [rad/s]", "time constant [s]")]
     rows += [
         (
@@ -175,27 +184,31 @@ def _print_modes(title: str, found: "tuple[Mode, ...]", period: float) -> None:
         for mode in shown
     ]
     print_table(rows, left=())
-    if len(shown) < len(found):
-        print(f"{len(found) - len(shown)} more die out within a sample")
 
 
 def _print_steps(found: "Judgement") -> None:
     """Print linear and flown metrics side by side."""
+    from workbench.design.step_metrics import StepMetrics
+
     if not found.steps:
         return
     print("\nsteps from hover, linear and flown:")
     rows = [("", *(word for step in found.steps for word in (f"{step.axis} linear", "flown")))]
-    names = [field.name for field in dataclasses.fields(found.steps[0].linear)]
-    for name in names:
-        cells = [name]
-        for step in found.steps:
-            flown = math.nan if step.flown is None else getattr(step.flown, name)
-            cells += [_number(getattr(step.linear, name), ".4g"), _number(flown, ".4g")]
-        rows.append(tuple(cells))
+    for name in (field.name for field in dataclasses.fields(StepMetrics)):
+        pairs = [metrics for step in found.steps for metrics in (step.linear, step.flown)]
+        rows.append((name, *(_metric(metrics, name) for metrics in pairs)))
     print_table(rows)
+    if any(step.linear is None for step in found.steps):
+        print("a growing mode has no step: no numbers of the linear model")
     for step in found.steps:
         if step.broken:
-            print(f"the {step.axis} step broke off: {step.broken}")
+            print(f"the {step.axis} step has no numbers: {step.broken}")
+
+
+def _metric(metrics: "StepMetrics | None", name: str) -> str:
+    """Return a metric as text; rounding counts as 0."""
+    value = math.nan if metrics is None else getattr(metrics, name)
+    return _number(0.0 if abs(value) < _NOTHING else value, ".4g")
 
 
 def _number(value: float, form: str) -> str:
@@ -207,5 +220,13 @@ def _place(direction: "Direction", value: float) -> str:
     return f"{direction.name} {value:.3g}{unit}"
 
 
-def _hertz(period: float) -> str:
-    return f"{1.0 / period:.1f} Hz" if math.isfinite(period) else "no rate"
+def _rates(slowest: "SlowestRate") -> str:
+    """Say down to which rates the law may run."""
+    if not math.isfinite(slowest.stable_period):
+        fastest = 1.0 / slowest.samples[0].period
+        return f"with these gains a mode grows even at {fastest:g} Hz, at every physics step"
+    limit = ", the slowest there is," if slowest.at_limit else ""
+    stable = f"it is stable down to {1.0 / slowest.stable_period:.1f} Hz{limit}"
+    if not math.isfinite(slowest.safe_period):
+        return f"{stable} but has 30 deg of phase margin at no rate"
+    return f"{stable} and keeps 30 deg of phase margin down to {1.0 / slowest.safe_period:.1f} Hz"

@@ -1,9 +1,11 @@
 """`workbench linearize`: exact linear models, for python-control and for people."""
 
 import argparse
+import math
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.judge_text import print_modes
 from workbench.commands.options import (
     add_command,
     add_json_option,
@@ -11,7 +13,7 @@ from workbench.commands.options import (
     flown_with,
     with_vehicle,
 )
-from workbench.commands.printing import print_json, print_table
+from workbench.commands.printing import print_json
 
 if TYPE_CHECKING:
     import control
@@ -98,21 +100,29 @@ def run(args: argparse.Namespace) -> int:
 
 def _print(system: "control.StateSpace", args: argparse.Namespace) -> None:
     """Print order and poles, fast ones last, in the words of `control.damp`."""
-    import numpy as np
+    from workbench.design.judge.loop_response import INTEGRATOR
+    from workbench.design.judge.modes import modes_of, natural_poles
 
     kind = f"sampled each {1e3 * system.dt:.4g} ms" if system.dt else "continuous"
     print(f"{args.loop} at {args.at}, {kind}, {flown_with(args)}: {system.nstates} states")
     print(f"inputs:  {', '.join(system.input_labels)}")
     print(f"outputs: {', '.join(system.output_labels)}")
-    frequencies, dampings, poles = system.damp()
-    rows = [
-        (f"{pole:.5g}", f"{frequency:.4g}", f"{damping:.3f}")
-        for frequency, damping, pole in sorted(
-            zip(frequencies, dampings, poles, strict=True), key=lambda row: (row[0], row[2].imag)
-        )
-        if np.isfinite(frequency) and pole.imag >= 0.0
-    ]
-    print_table([("pole", "frequency rad/s", "damping"), *rows])
+    poles = system.poles()
+    modes = [mode for mode in modes_of(poles, system.dt) if not mode.gone_after(system.dt)]
+    print_modes(modes)
+    integrators = int((abs(natural_poles(poles, system.dt)) <= INTEGRATOR).sum())
+    # a pair is one mode of two poles; a lone sampled pole at negative z swings at half the rate
+    pairs = sum(0.0 < mode.imaginary < _half_rate(system.dt) for mode in modes)
+    gone = system.nstates - integrators - len(modes) - pairs
+    if integrators:
+        print(f"{integrators} {'integrator' if integrators == 1 else 'integrators'}")
+    if gone:
+        print(f"{gone} more {'dies' if gone == 1 else 'die'} out within a sample")
+
+
+def _half_rate(period: float) -> float:
+    """Return the highest frequency that samples show [rad/s], less rounding."""
+    return 0.999999 * math.pi / period if period else math.inf
 
 
 def _names(text: str | None) -> list[str] | None:

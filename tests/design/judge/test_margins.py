@@ -11,6 +11,7 @@ import pytest
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import UNSTABLE, all_margins, loop_margins
 from workbench.design.linear.loops import LOOPS
+from workbench.design.linear.operating_point import OperatingPoint
 
 s = control.tf("s")
 CONTINUOUS = {
@@ -135,6 +136,23 @@ def test_the_bandwidth_is_python_controls(closed, name):
     loop = CONTINUOUS[name]
     found = loop_margins(closed(loop), "it")
     assert found.bandwidth == pytest.approx(control.bandwidth(control.feedback(loop)), rel=1e-3)
+
+
+@pytest.mark.parametrize("period", [0.0, 0.01])
+def test_the_bandwidth_leaves_out_what_is_lost_at_the_very_lowest_frequencies(closed, period):
+    slow = s / (s + 0.003)  # as of a heading that turns into the wind
+    with_it, without = (
+        loop_margins(closed(sampled(loop, period) if period else loop), "it").bandwidth
+        for loop in (4.0 / (s + 0.4) * slow, 4.0 / (s + 0.4))
+    )
+    assert with_it == pytest.approx(without, rel=5e-3)
+
+
+def test_the_bandwidth_of_the_yaw_rate_is_that_of_hover_in_forward_flight(study, steering):
+    forward = study.sampled(OperatingPoint(velocity=(5.0, 0.0, 0.0)))
+    hover, flown = (loop_margins(m, "yaw_acceleration").bandwidth for m in (steering, forward))
+    assert hover == pytest.approx(4.34, abs=0.01)
+    assert flown == pytest.approx(hover, rel=0.01)
 
 
 @pytest.mark.parametrize("point", STEERED + HELD)

@@ -119,7 +119,25 @@ def test_sensitivities_are_a_table_of_what_matters(tmp_path):
 
 
 def test_rates_are_drawn_over_the_period(tmp_path):
-    samples = (RateSample(0.001, 0.99, True, 1.0), RateSample(0.05, 1.2, False, 0.0))
+    samples = (RateSample(0.001, 0.99, True, 1.0, -4.0), RateSample(0.05, 1.2, False, 0.0, 3.0))
     figure = plot_rates(SlowestRate(0.001, 0.001, samples), "it")
     assert_drawn(figure, tmp_path)
     assert figure.axes[0].get_lines()[0].get_xdata() == pytest.approx([1.0, 50.0])
+    assert figure.axes[0].get_lines()[0].get_ydata() == pytest.approx([-4.0, 3.0])
+
+
+@pytest.mark.parametrize("cut", ["actuator", "error"])
+@pytest.mark.parametrize("name", ["pitch", "yaw_rate", "velocity_z"])
+def test_words_on_the_bode_plots_stay_within_and_off_the_curve(steering, tmp_path, name, cut):
+    figure = plot_loop(steering, find_loop(name), cut=cut)
+    figure.savefig(tmp_path / "figure.png")
+    panels = titled(figure)
+    magnitude = panels["Bode: magnitude"]
+    frame = magnitude.get_window_extent()
+    boxes = [text.get_window_extent() for text in magnitude.texts]
+    assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 for box in boxes)
+    assert not boxes[0].overlaps(boxes[1])
+    phase = next(axes for title, axes in panels.items() if "phase" in title)
+    (words,) = [text.get_window_extent() for text in phase.texts]
+    curve = phase.transData.transform(phase.get_lines()[0].get_xydata())
+    assert not any(words.contains(*point) for point in curve)

@@ -5,7 +5,8 @@ import copy
 import numpy as np
 import pytest
 
-from workbench.design.judge.sampled_stability import rate_sample, slowest_rate
+from workbench.design.judge.sampled_stability import HOVER, rate_sample, slowest_rate
+from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import fly_step
 from workbench.scenario import Scenario
@@ -37,6 +38,20 @@ def test_a_law_that_is_unstable_at_any_rate_has_no_slowest():
     assert np.isnan(found.stable_period)
     assert np.isnan(found.safe_period)
     assert len(found.samples) == 1
+
+
+def test_a_heading_that_the_wind_straightens_out_says_nothing_of_the_rate():
+    point = OperatingPoint(velocity=(5.0, 0.0, 0.0))
+    for steps in (8, 40):
+        hover, forward = (rate_sample(LinearStudy(), steps, at) for at in (HOVER, point))
+        assert forward.growth == pytest.approx(hover.growth, rel=0.05)
+        assert hover.growth < -1.0
+
+
+def test_growth_is_that_of_the_spectral_radius_where_a_mode_grows():
+    found = rate_sample(LinearStudy(), 8, settings={"kp_velocity_x": 30.0})
+    assert found.growth == pytest.approx(np.log(found.spectral_radius) * 128)
+    assert found.growth > 1.0
 
 
 @pytest.mark.parametrize("steps", [4, 8])

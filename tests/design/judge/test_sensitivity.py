@@ -60,6 +60,13 @@ def test_a_step_down_is_a_step_too():
     assert math.isnan(down["overshoot"].elasticities["kp_velocity_z"])
 
 
+def test_what_is_rounding_counts_as_nothing():
+    found = {each.metric: each for each in step_sensitivity("yaw", 0.2, duration=DURATION)}
+    for metric in ("overshoot", "undershoot"):
+        assert found[metric].value == 0.0
+        assert all(map(math.isnan, found[metric].elasticities.values()))
+
+
 @pytest.mark.parametrize(
     ("axis", "amplitude", "duration", "word"),
     [

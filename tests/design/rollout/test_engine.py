@@ -122,6 +122,7 @@ def test_none_fly_when_none_are_given(engine):
         ({"amplitude": 0.0}, "the amplitude is 0"),
         ({"amplitude": float("inf")}, "the amplitude is inf"),
         ({"duration": 0.01}, "a step cannot be measured in 0.01 s"),
+        ({"duration": 601.0}, "in 601 s: give it 0.1 s or more, and 600 s at most"),
         ({"stride": 0}, "the stride is 0"),
     ],
 )

@@ -23,6 +23,10 @@ _LEAST = 1e-6
 """Gain margins beyond this, or its inverse, are none: rounding makes crossings there."""
 HALF_POWER = 10.0 ** (-3.0 / 20.0)
 """-3 dB, python-control's end of the bandwidth."""
+BELOW_CROSSOVER = 0.1
+"""The plateau that a bandwidth refers to lies below this share of the crossover."""
+FLAT = 3e-3
+"""A response is, where it changes by a smaller power of the frequency."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,9 @@ class LoopMargins:
             change by any factor within (2 - alpha) / (2 + alpha) and its inverse while the phase
             turns as well.
         peak_sensitivity: largest |S| = |1 / (1 + L)|.
-        bandwidth: frequency at which T = L / (1 + L) first falls 3 dB below its low end [rad/s].
+        bandwidth: frequency at which T = L / (1 + L) first falls 3 dB below its plateau [rad/s]:
+            its size where it first is flat. Where it is from rest on, that is python-control's
+            `bandwidth`.
         crossover: highest frequency at which |L| is 1 [rad/s].
         stable: whether the closed loop is; integrators that no loop closes are left out.
     """
@@ -83,13 +89,16 @@ def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
     grid = frequency_grid(loops)
     response = loops.at(grid)
     edges = _edges(loops)
-    zeros = _zeros(loops, grid, response)
+    plateau = _plateaus(grid, response)
+    level = HALF_POWER * np.abs(_closed(response))[range(len(response)), plateau]
+    zeros = _zeros(loops, grid, response, level)
     peaks, disks = _lowest(loops, grid, response, np.nan_to_num(edges[:, 1:]))
     found = []
     for index in range(len(loops.opened)):
         phase, size, fall = (zeros.of(index, kind) for kind in (_PHASE, _SIZE, _FALL))
         real = -np.append(zeros.response[phase].real, edges[index].real)
         factors = 1.0 / real[(real > _LEAST) & (real < 1.0 / _LEAST)]
+        fall &= zeros.frequency > grid[plateau[index]]
         crossings = zeros.frequency[size]
         turn = (np.angle(zeros.response[size]) + math.pi) % (2.0 * math.pi)
         found.append(
@@ -139,13 +148,39 @@ class _Zeros:
         return found
 
 
-def _zeros(loops: LoopResponses, grid: np.ndarray, response: np.ndarray) -> _Zeros:
-    """Return all crossings that margins are read from."""
-    level = HALF_POWER * np.abs(response[:, 0] / (1.0 + response[:, 0]))
+def _closed(response: np.ndarray) -> np.ndarray:
+    """Return T = L / (1 + L); an integrator at rest, of infinite L, has 1."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        closed: np.ndarray = 1.0 / (1.0 + 1.0 / response)
+    return closed
+
+
+def _plateaus(grid: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """Return where (P) in the grid |T| first is flat, or flattest, well below the crossover.
+
+    At the lowest frequencies it may still rise: a heading that the wind straightens out within
+    minutes leaves nothing of a yaw rate at rest.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steepness = np.abs(np.diff(np.log(np.abs(_closed(response)))) / np.diff(np.log(grid)))
+    above = np.abs(response) > 1.0
+    last = len(grid) - 1 - np.argmax(above[:, ::-1], axis=1)
+    crossover = np.where(above.any(axis=1), grid[last], 0.0)
+    steepness[~(grid[1:] < BELOW_CROSSOVER * crossover[:, None]) | np.isnan(steepness)] = np.inf
+    flat = steepness < FLAT
+    found: np.ndarray = np.argmax(flat, axis=1)
+    return np.where(flat.any(axis=1), found, np.argmin(steepness, axis=1))
+
+
+def _zeros(
+    loops: LoopResponses, grid: np.ndarray, response: np.ndarray, level: np.ndarray
+) -> _Zeros:
+    """Return all crossings that margins are read from; of |T|, those through its `level` (P)."""
     with np.errstate(invalid="ignore"):
         values = _shapes(response, level[:, None])
         crosses = (values[..., 1:] > 0.0) != (values[..., :-1] > 0.0)
         crosses &= np.isfinite(values[..., 1:]) & np.isfinite(values[..., :-1])
+    crosses[_FALL] &= values[_FALL, :, :-1] > 0.0
     crosses[_PHASE] &= (response.real[:, 1:] < 0.0) | (response.real[:, :-1] < 0.0)
     kind, loop, place = np.nonzero(crosses)
     low, high = grid[place], grid[place + 1]

@@ -29,6 +29,10 @@ class Mode:
     damping: float
     time_constant: float
 
+    def gone_after(self, period: float) -> bool:
+        """Whether it dies out within a time [s], to a twentieth."""
+        return self.real * period < -3.0
+
 
 def modes(model: CutModel) -> tuple[Mode, ...]:
     """Return the closed loop's modes, the slowest first.
@@ -36,9 +40,19 @@ def modes(model: CutModel) -> tuple[Mode, ...]:
     Integrators that no loop closes (place and heading while a pilot steers) are left out, and so
     are poles at z = 0.
     """
-    poles = natural_poles(closed_poles(model), model.period)
-    poles = poles[(poles.imag >= -1e-9) & (np.abs(poles) > INTEGRATOR)]
-    return tuple(_mode(pole) for pole in sorted(poles, key=lambda pole: (abs(pole), pole.imag)))
+    return modes_of(closed_poles(model), model.period)
+
+
+def modes_of(poles: np.ndarray, period: float) -> tuple[Mode, ...]:
+    """Return the modes of poles (k), the slowest first, without integrators and poles at z = 0.
+
+    Args:
+        poles: z of a sampled system, s [1/s] of a continuous one.
+        period: between samples [s], 0 for continuous time.
+    """
+    upper = natural_poles(poles[poles.imag >= 0.0], period)
+    upper = upper[np.abs(upper) > INTEGRATOR]
+    return tuple(_mode(pole) for pole in sorted(upper, key=lambda pole: (abs(pole), pole.imag)))
 
 
 def natural_poles(poles: np.ndarray, period: float) -> np.ndarray:

@@ -12,6 +12,8 @@ from workbench.design.plots import PALETTE, label
 
 _DISK_REACH = 60.0
 """A disk wider than this is drawn as if it were as wide: a straight edge."""
+_PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+"""Behind words that a curve may pass under."""
 
 
 def shown_frequencies(loops: LoopResponses, margins: LoopMargins) -> np.ndarray:
@@ -33,8 +35,9 @@ def draw_magnitude(
     for name, curve, dashes, colour in curves:
         axes.semilogx(frequency, _decibel(curve), dashes, color=colour, label=name)
     axes.axhline(0.0, color=PALETTE.command, lw=0.8)
-    _mark_frequency(axes, margins.crossover, PALETTE.ours, "crossover")
-    _mark_frequency(axes, margins.bandwidth, PALETTE.series[2], "bandwidth")
+    left = float(np.fmin(margins.crossover, margins.bandwidth))
+    _mark_frequency(axes, margins.crossover, PALETTE.ours, "crossover", (left, 0.02))
+    _mark_frequency(axes, margins.bandwidth, PALETTE.series[2], "bandwidth", (left, 0.08))
     axes.set_ylim(-45.0, 45.0)
     label(axes, "Bode: magnitude", "magnitude [dB]")
     axes.set_xlabel("frequency [rad/s]")
@@ -55,12 +58,14 @@ def draw_phase(
         axes.plot([margins.crossover] * 2, [-180.0, at], color=PALETTE.mean, lw=2.5)
         axes.annotate(
             f"{at + 180.0:.0f} deg",
-            (margins.crossover, 0.5 * (at - 180.0)),
-            xytext=(5, 0),
+            (margins.crossover, -180.0),
+            xytext=(0, -4 if at > -180.0 else 4),
             textcoords="offset points",
-            va="center",
+            ha="center",
+            va="top" if at > -180.0 else "bottom",
             fontsize=8,
             color=PALETTE.mean,
+            bbox=_PLATE,
         )
     low, high = min(float(phase.min()), -200.0), max(float(phase.max()), -80.0)
     axes.set_ylim(max(low, -450.0) - 10.0, high + 10.0)
@@ -105,17 +110,23 @@ def _decibel(values: np.ndarray) -> np.ndarray:
     return decibel
 
 
-def _mark_frequency(axes: Axes, frequency: float, colour: str, name: str) -> None:
-    """Mark a frequency, if there is one."""
+def _mark_frequency(
+    axes: Axes, frequency: float, colour: str, name: str, place: tuple[float, float]
+) -> None:
+    """Mark a frequency, if there is one, and name it left of a place in the panel.
+
+    Left of crossover and bandwidth there is always room; their colours tell them apart.
+    """
     if math.isfinite(frequency):
         axes.axvline(frequency, color=colour, lw=0.9, ls=":")
         axes.annotate(
             f"{name} {frequency:.3g}",
-            (frequency, 0.02),
+            place,
             xycoords=("data", "axes fraction"),
-            xytext=(-3, 0) if name == "crossover" else (4, 0),
+            xytext=(-4, 0),
             textcoords="offset points",
-            ha="right" if name == "crossover" else "left",
+            ha="right",
             fontsize=7.5,
             color=colour,
+            bbox=_PLATE,
         )

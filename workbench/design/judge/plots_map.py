@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from workbench.design.judge.operating_map import OperatingMap
-from workbench.design.judge.sampled_stability import SAFE_PHASE, SlowestRate
+from workbench.design.judge.sampled_stability import SAFE_PHASE, SLOW, SlowestRate
 from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.plots import PALETTE, label, stacked, styled
 
@@ -81,14 +81,17 @@ def plot_sensitivity(found: tuple[Sensitivity, ...], title: str) -> Figure:
 
 @styled
 def plot_rates(found: SlowestRate, title: str) -> Figure:
-    """Return spectral radius and smallest phase margin over the control period."""
-    figure, (radius, phase) = stacked(title, 2, height=2.4)
+    """Return the fastest growth and the smallest phase margin over the control period."""
+    figure, (growth, phase) = stacked(title, 2, height=2.4)
     time = [1e3 * sample.period for sample in found.samples]
-    radius.plot(
-        time, [sample.spectral_radius for sample in found.samples], ".-", color=PALETTE.ours
+    growth.plot(time, [sample.growth for sample in found.samples], ".-", color=PALETTE.ours)
+    growth.axhline(0.0, color=PALETTE.limit, lw=1.0)
+    growth.ticklabel_format(axis="y", useOffset=False)
+    label(
+        growth,
+        f"the mode that dies out slowest, of those above {SLOW:g} rad/s; stable below 0",
+        "growth rate [1/s]",
     )
-    radius.axhline(1.0, color=PALETTE.limit, lw=1.0)
-    label(radius, "spectral radius; stable below 1", "largest |z| [1]")
     degrees = [math.degrees(sample.phase_margin) for sample in found.samples]
     phase.plot(time, degrees, ".-", color=PALETTE.ours)
     phase.axhline(math.degrees(SAFE_PHASE), color=PALETTE.mean, ls="--", lw=1.0)

@@ -5,6 +5,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.loop_response import (
     INTEGRATOR,
@@ -12,6 +14,7 @@ from workbench.design.judge.loop_response import (
     growth_rate,
     spectral_radius,
 )
+from workbench.design.judge.modes import natural_poles
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.gains import flight_gains
@@ -21,6 +24,8 @@ SAFE_PHASE = math.radians(30.0)
 """A rate is called safe at which every loop keeps this phase margin [rad]."""
 COARSE = (1, 2, 4, 8, 12, 16, 24, 32, 40, 48, 64)
 """Periods looked at first, in physics steps; then the border between two of them is looked for."""
+SLOW = 0.05
+"""Modes of a smaller natural frequency are those of heading and place [rad/s]."""
 HOVER = OperatingPoint()
 
 
@@ -33,12 +38,15 @@ class RateSample:
         spectral_radius: largest |z| of a pole, integrators that nothing reads left out.
         stable: whether no mode grows.
         phase_margin: smallest of all loops [rad], 0 where unstable.
+        growth: of the fastest growing mode [1/s], negative if it dies out; modes slower than
+            `SLOW`, of heading and place, are left out. NaN if there are no others.
     """
 
     period: float
     spectral_radius: float
     stable: bool
     phase_margin: float
+    growth: float
 
 
 @dataclass(frozen=True)
@@ -118,6 +126,8 @@ def rate_sample(
     gains = flight_gains(study.vehicle, slowed.vehicle.gains, settings)
     model = study.like(slowed).sampled(point, gains)
     loops, poles = judge_loops(model), closed_poles(model)
+    natural = natural_poles(poles, model.period)
+    growths = natural.real[np.abs(natural) > SLOW]
     return RateSample(
         period=model.period,
         spectral_radius=spectral_radius(poles),
@@ -125,4 +135,5 @@ def rate_sample(
         phase_margin=min(
             margins.phase_margin for loop in loops for margins in (loop.actuator, loop.error)
         ),
+        growth=float(growths.max()) if len(growths) else math.nan,
     )

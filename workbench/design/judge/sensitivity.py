@@ -27,6 +27,8 @@ METRICS = (
 )
 SETTLED = 0.02
 """The band of the settling time, as share of the steady state; python-control's."""
+NOTHING = 1e-6
+"""A metric that is smaller, in its unit or percent, is rounding, and counts as 0."""
 
 
 @dataclass(frozen=True)
@@ -116,13 +118,14 @@ def carried_metrics(response: Curve, command: float) -> dict[str, Carried]:
 
 def _sensitivity(metric: str, found: Carried, gains: Mapping[str, float]) -> Sensitivity:
     """Return a metric's sensitivity by name."""
+    value = found.value if abs(found.value) >= NOTHING else 0.0
     derivatives = dict(zip(gains, found.by_gain.tolist(), strict=True))
     return Sensitivity(
         metric=metric,
-        value=found.value,
+        value=value,
         derivatives=derivatives,
         elasticities={
-            name: gains[name] * slope / found.value if found.value else float("nan")
+            name: gains[name] * slope / value if value else float("nan")
             for name, slope in derivatives.items()
         },
     )

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.linear.model import LinearModel
+from workbench.design.lost import find_loss
 from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import fly_step
 from workbench.errors import FlightBrokenError
@@ -31,10 +33,10 @@ class StepPair:
         amplitude: of the command [m/s or rad/s].
         time: (N) from the command on [s].
         linear_response: (N), what the linear model says.
-        flown_response: (N); empty if the flight broke off.
-        linear: metrics of the one.
-        flown: metrics of the other; None if the flight broke off.
-        broken: why it did, or "".
+        flown_response: (N); empty if the flight broke off or was lost.
+        linear: metrics of the one; None if a mode of the model grows.
+        flown: metrics of the other; None if the flight broke off or was lost.
+        broken: why it was, or "".
     """
 
     axis: str
@@ -42,14 +44,14 @@ class StepPair:
     time: np.ndarray
     linear_response: np.ndarray
     flown_response: np.ndarray
-    linear: StepMetrics
+    linear: StepMetrics | None
     flown: StepMetrics | None
     broken: str = ""
 
     @property
     def difference(self) -> float:
         """Largest distance between the two responses, as share of the amplitude."""
-        if self.flown is None:
+        if self.flown is None or self.linear is None:
             return float("nan")
         gap = np.abs(self.linear_response - self.flown_response).max()
         return float(gap / abs(self.amplitude))
@@ -79,6 +81,8 @@ def step_pair(
     Raises:
         WorkbenchError: as `fly_step`.
     """
+    time = model.period * np.arange(round(duration / model.period) + 1)
+    flown, broken = None, ""
     try:
         flight = fly_step(
             axis,
@@ -89,22 +93,23 @@ def step_pair(
             progress=progress,
         )
     except FlightBrokenError as error:
-        time = model.period * np.arange(round(duration / model.period) + 1)
-        response = amplitude * linear_step(model, INPUTS[axis], OUTPUTS[axis], len(time))
-        metrics = step_metrics(time, response, amplitude)
-        return StepPair(
-            axis, amplitude, time, response, np.zeros(0), metrics, None, broken=str(error)
-        )
-    time = flight.time
+        broken = str(error)
+    else:
+        loss = find_loss(flight.recording)
+        broken = loss.sentence if loss else ""
+        if not broken:
+            flown, time = flight, flight.time
     response = amplitude * linear_step(model, INPUTS[axis], OUTPUTS[axis], len(time))
+    dies_out = growth_rate(closed_poles(model), model.period) < INTEGRATOR
     return StepPair(
         axis=axis,
         amplitude=amplitude,
         time=time,
         linear_response=response,
-        flown_response=flight.response,
-        linear=step_metrics(time, response, amplitude),
-        flown=flight.metrics,
+        flown_response=flown.response if flown else np.zeros(0),
+        linear=step_metrics(time, response, amplitude) if dies_out else None,
+        flown=flown.metrics if flown else None,
+        broken=broken,
     )
 
 

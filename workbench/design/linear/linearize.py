@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from workbench.design.linear.loops import LOOPS, find_loop
+from workbench.design.linear.loops import CUTS, LOOPS, find_loop
 from workbench.design.linear.minimal import minimal_realisation
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
@@ -53,6 +53,7 @@ def linearize(
         raise unknown_name("loop", loop, WHAT)
     if time not in TIMES:
         raise unknown_name("kind of time", time, TIMES)
+    _check_cut(loop, cut, point)
     study = LinearStudy(scenario)
     if loop == VEHICLE:
         system = _vehicle(study.bare_vehicle(point, gains), time, study, inputs, outputs)
@@ -68,6 +69,21 @@ def linearize(
                 point = OperatingPoint(hold=True)
             system = found(point, gains).open_loop(wanted.point(cut))
     return minimal_realisation(system) if minimal else system
+
+
+def _check_cut(loop: str, cut: str, point: OperatingPoint) -> None:
+    """Refuse a cut that there is not."""
+    if cut not in CUTS:
+        raise unknown_name("place to cut a loop", cut, CUTS)
+    if loop in (CLOSED, VEHICLE):
+        if cut != "actuator":
+            raise WorkbenchError(
+                f"there is nothing to cut in '{loop}': name a loop, or leave the cut out"
+            )
+    elif find_loop(loop).hold and point not in (OperatingPoint(), OperatingPoint(hold=True)):
+        raise WorkbenchError(
+            f"a place is held in hover only: the loop {loop} is not closed at {point.label}"
+        )
 
 
 def _vehicle(

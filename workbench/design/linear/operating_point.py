@@ -70,8 +70,12 @@ def parse_point(text: str) -> OperatingPoint:
         WorkbenchError: if it is none.
     """
     point = OperatingPoint()
+    seen: set[str] = set()
     for part in text.split(","):
         name, equals, value = (piece.strip() for piece in part.partition("="))
+        if name in seen:
+            raise WorkbenchError(f"the operating point '{text}' has {name} twice: give it once")
+        seen.add(name)
         if name == HOVER and not equals:
             continue
         if name not in _NAMES:
@@ -82,6 +86,8 @@ def parse_point(text: str) -> OperatingPoint:
             raise WorkbenchError(
                 f"'{part.strip()}' is no part of an operating point: write vx=5,vz=-1"
             ) from None
+        if not math.isfinite(number):
+            raise WorkbenchError(f"'{part.strip()}' is no part of a flight: give a finite number")
         if name in _KEYS:
             field, index = _KEYS[name]
             vector = list(getattr(point, field))
@@ -96,4 +102,6 @@ def parse_point(text: str) -> OperatingPoint:
             point = dataclasses.replace(point, hold=number != 0.0)
         else:
             point = dataclasses.replace(point, yaw_rate=number)
+    if HOVER in seen and len(seen) > 1:
+        raise WorkbenchError(f"'{text}' is hover and more: leave hover or the rest out")
     return point
