@@ -22,7 +22,7 @@ def test_csv_has_units_in_its_head_and_nothing_where_nothing_is_known(lost_table
 
 
 def test_parquet_has_names_units_and_gaps(lost_table, tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="install the extra `parquet` to try it")
     path = tmp_path / "a.parquet"
     write_table(lost_table, path)
     table = parquet.read_table(path)
