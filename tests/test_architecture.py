@@ -22,7 +22,7 @@ MAY_IMPORT = {
     "cache": "errors",
     "parameters": "errors resources yaml_files",
     "sensors_config": "errors yaml_files",
-    "scenario": "errors resources yaml_files parameters sensors_config plant",
+    "scenario": "errors atomic_write resources yaml_files parameters sensors_config plant",
     "gain_rule": "errors parameters plant",
     "vehicle_parameters": "errors parameters plant",
     "atomic_write": "errors",

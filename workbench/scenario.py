@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
+from workbench.atomic_write import write_atomically
 from workbench.errors import WorkbenchError
 from workbench.parameters import checked
 from workbench.plant.variation import Variation
@@ -167,13 +168,7 @@ def save_scenario(scenario: Scenario, path: Path) -> None:
     Raises:
         WorkbenchError: if it cannot be written; a file that was there stays as it was.
     """
-    text = yaml_dump_typed(scenario, defaults=Scenario())
-    partial = path.with_name(path.name + ".part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error
+    write_atomically(path, yaml_dump_typed(scenario, defaults=Scenario()))
 
 
 def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:

@@ -10,22 +10,29 @@ from workbench.commands.printing import say
 
 
 @contextmanager
-def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
+def stop_on_interrupt(
+    stop: Callable[[], None] = lambda: None, keeps: str = "what is done"
+) -> Iterator[Callable[[], bool]]:
     """Yield a function that says whether Ctrl-C was pressed; a second one ends the program.
 
     Outside the main thread, where no signal arrives, it never was.
+
+    Args:
+        stop: called when it is pressed.
+        keeps: what is kept then, for people.
     """
     stopped = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stopped.is_set
         return
 
-    def stop(number: int, frame: FrameType | None) -> None:
+    def note(number: int, frame: FrameType | None) -> None:
         stopped.set()
+        stop()
         signal.signal(signal.SIGINT, before)
-        say("stopping with what is done; once more to leave at once")
+        say(f"stopping with {keeps}; once more to leave at once")
 
-    before = signal.signal(signal.SIGINT, stop)
+    before = signal.signal(signal.SIGINT, note)
     try:
         yield stopped.is_set
     finally:

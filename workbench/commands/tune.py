@@ -1,11 +1,9 @@
 """`workbench tune`: from wishes to gains, with the proof on the full diagram."""
 
 import argparse
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
@@ -18,15 +16,13 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
+from workbench.commands.stopping import stop_on_interrupt
 from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.tune.tuner import Tuner
     from workbench.design.tune.tuning import Tuning
     from workbench.design.tune.wish_file import Wishes
-
-INTERRUPTED = 130
-"""As `workbench.cli` has it: of a run that was ended before its wishes were met."""
 
 
 def add_parser(commands: Any) -> None:
@@ -121,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
         return ExitCode.DONE
     for sentence in conclusion(found):
         say(sentence)
-    return INTERRUPTED if found.stopped else ExitCode.NOT_AS_DEMANDED
+    return ExitCode.INTERRUPTED if found.stopped else ExitCode.NOT_AS_DEMANDED
 
 
 def _wishes(args: argparse.Namespace) -> "Wishes":
@@ -145,7 +141,7 @@ def _tuned(tuner: "Tuner") -> "Tuning":
     """Run, showing the best so far; the first Ctrl-C ends the search and keeps what it has."""
     from workbench.commands.tune_text import progress_line
 
-    with _bar() as show, _ending(tuner):
+    with _bar() as show, stop_on_interrupt(tuner.stop, "the best so far"):
         return tuner.run(lambda progress: show(progress.share, progress_line(progress)))
 
 
@@ -169,26 +165,6 @@ def _bar() -> Iterator[Any]:
             bar.update(100.0 * share - bar.n)
 
         yield show
-
-
-@contextmanager
-def _ending(tuner: "Tuner") -> Iterator[None]:
-    """Let Ctrl-C stop the tuner, and a second one the program."""
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        tuner.stop()
-        signal.signal(signal.SIGINT, before)
-        say("ending the search; the best so far is kept")
-
-    try:
-        before = signal.signal(signal.SIGINT, stop)
-    except ValueError:  # not in the main thread, which alone may do that
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _write(found: "Tuning", report: Path, picture: Path | None) -> None:

@@ -1,14 +1,14 @@
 """The linear model of the vehicle alone: from rotor commands to motion."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
-from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Diagram
 
 from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
-from workbench.design.linear.derivatives import DRAG, STATE, constants
+from workbench.design.linear.autodiff import constants, gradient
+from workbench.design.linear.derivatives import DRAG, STATE
 from workbench.design.linear.model import LinearModel, Trim
 from workbench.design.linear.names import motion, numbered
 
@@ -40,9 +40,9 @@ class VehicleDerivatives:
         self._root.SetContinuousState(InitializeAutoDiff(values, rows))
         commands = InitializeAutoDiff(trim.speeds, seeds[STATE + n :])
         self._diagram.GetInputPort("commands").FixValue(self._root, commands)
-        slopes = _gradient(self._diagram.EvalTimeDerivatives(self._root).CopyToVector())
+        slopes = gradient(self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), len(seeds))
         slopes = np.vstack([reduced(trim.q_WB) @ slopes[:13], slopes[13:]])
-        thrusts = _gradient(self._diagram.GetOutputPort("thrusts").Eval(self._root))
+        thrusts = gradient(self._diagram.GetOutputPort("thrusts").Eval(self._root), len(seeds))
         outputs = np.vstack([seeds[:STATE], thrusts, seeds[STATE : STATE + n]])
         known = STATE + n
         turn_with_heading(slopes, trim.point.yaw_rate, (3, 6, 9))
@@ -57,8 +57,3 @@ class VehicleDerivatives:
             outputs=(*motion(), *numbered("thrust", n, "N"), *numbered("speed", n, "rad/s")),
             trim=trim,
         )
-
-
-def _gradient(values: Any) -> np.ndarray:
-    found: np.ndarray = ExtractGradient(np.array(values).ravel())
-    return found

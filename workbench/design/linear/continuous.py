@@ -1,15 +1,14 @@
 """The linear model of the continuous flight core: exact, without sampling, hold and delay."""
 
-from typing import Any
-
 import numpy as np
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
+from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Diagram
 
 from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
-from workbench.design.linear.derivatives import DRAG, HELD, HOLD_X, REFERENCE, STATE, constants
-from workbench.design.linear.model import LinearModel, Signal, Trim
-from workbench.design.linear.names import filtered, motion, numbered, points, references
+from workbench.design.linear.autodiff import constants, gradient
+from workbench.design.linear.derivatives import DRAG, HELD, HOLD_X, REFERENCE, STATE
+from workbench.design.linear.model import LinearModel, Trim
+from workbench.design.linear.names import filtered, motion, numbered, outputs, points, references
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import parameter_values
 from workbench.systems.controller import GAINS, PROBES
@@ -54,27 +53,27 @@ class ContinuousDerivatives:
         probes[INJECTIONS:] = at_inputs[REFERENCE + HELD :]
         self._set(PROBES, InitializeAutoDiff(np.array(CLOSED), probes))
 
-        slopes = _gradient(
+        slopes = gradient(
             self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), states + inputs
         )
         slopes = np.vstack([reduced(trim.q_WB) @ slopes[:13], slopes[13:]])
-        signals = _gradient(self._controller.loop_signals(self._in_controller), states + inputs)
+        signals = gradient(self._controller.loop_signals(self._in_controller), states + inputs)
         thrusts, speeds = (
-            _gradient(self._diagram.GetOutputPort(name).Eval(self._root), states + inputs)
+            gradient(self._diagram.GetOutputPort(name).Eval(self._root), states + inputs)
             for name in ("thrusts", "speeds")
         )
-        outputs = np.vstack([seeds[:STATE], signals, thrusts, speeds])
+        shown = np.vstack([seeds[:STATE], signals, thrusts, speeds])
         A = slopes[:, :states]
         turn_with_heading(A, trim.point.yaw_rate, (3, 6, 9, STATE + n))
         return LinearModel(
             A=A,
             input_matrix=slopes[:, states:],
-            output_matrix=outputs[:, :states],
-            feedthrough=outputs[:, states:],
+            output_matrix=shown[:, :states],
+            feedthrough=shown[:, states:],
             period=0.0,
             states=(*motion(), *numbered("speed", n, "rad/s"), *filtered()),
             inputs=(*references(), *points()),
-            outputs=_outputs(n),
+            outputs=outputs(n),
             trim=trim,
         )
 
@@ -86,15 +85,3 @@ class ContinuousDerivatives:
 
     def _set(self, index: int, values: np.ndarray) -> None:
         self._in_controller.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
-
-
-def _outputs(n: int) -> tuple[Signal, ...]:
-    return (*motion(), *points(), *numbered("thrust", n, "N"), *numbered("speed", n, "rad/s"))
-
-
-def _gradient(values: Any, columns: int) -> np.ndarray:
-    """Return the derivatives of AutoDiff values, those of plain numbers being 0."""
-    flat = np.array(values, dtype=object).ravel()
-    whole = np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(v) for v in flat])
-    found = ExtractGradient(whole)
-    return found if found.shape[1] else np.zeros((found.shape[0], columns))

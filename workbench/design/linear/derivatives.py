@@ -1,14 +1,15 @@
 """Exact derivatives of one control update and one physics step of the sampled core."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 from pydrake.systems.framework import System
 
 from workbench.design.linear.attitude import reduced, state_seeds
+from workbench.design.linear.autodiff import constants, gradient, whole
 from workbench.design.linear.last_call import LastCall
 from workbench.diagram.core import parameter_values
 from workbench.diagram.sampled_core import SampledCore
@@ -122,32 +123,32 @@ class Derivatives:
         thrusts, after, signals = self._computer.update(self._in_computer)
         wrench = self._drag.get_output_port().Eval(self._in_drag)
         return Update(
-            ExtractValue(_whole(thrusts)).ravel(),
-            ExtractValue(_whole(after)).ravel(),
+            ExtractValue(whole(thrusts)).ravel(),
+            ExtractValue(whole(after)).ravel(),
             ExtractValue(wrench).ravel(),
-            _gradient(thrusts, sum(sizes)),
-            _gradient(after, sum(sizes)),
-            _gradient(signals, sum(sizes)),
-            _gradient(wrench, sum(sizes)),
+            gradient(thrusts, sum(sizes)),
+            gradient(after, sum(sizes)),
+            gradient(signals, sum(sizes)),
+            gradient(wrench, sum(sizes)),
         )
 
     def _step(self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray) -> Step:
         """Return a physics step from a plant state (13) under thrusts (n) and a wrench (6)."""
-        sizes = (STATE, thrusts.size, wrench.size)
-        seeds = np.split(np.eye(sum(sizes)), np.cumsum(sizes)[:-1])
-        self._plant.SetPositionsAndVelocities(
-            self._in_plant, InitializeAutoDiff(state, state_seeds(state[:4]) @ seeds[0])
-        )
-        self._in_computer.SetDiscreteState(THRUSTS, InitializeAutoDiff(thrusts, seeds[1]))
-        self._in_held.SetDiscreteState(InitializeAutoDiff(wrench, seeds[2]))
+        columns = self._load(state, thrusts, wrench)
         after = self._plant.EvalUniquePeriodicDiscreteUpdate(self._in_plant).value()
         reached = ExtractValue(after).ravel()
-        return Step(reached, reduced(reached[:4]) @ _gradient(after, sum(sizes)))
+        return Step(reached, reduced(reached[:4]) @ gradient(after, columns))
 
     def _acceleration(
         self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return wdot and vdot (6), and their derivatives by the columns of `step`."""
+        columns = self._load(state, thrusts, wrench)
+        found = self._plant.get_generalized_acceleration_output_port().Eval(self._in_plant)
+        return ExtractValue(found).ravel(), gradient(found, columns)
+
+    def _load(self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray) -> int:
+        """Put what a physics step begins with into the Context; return how many seeds it has."""
         sizes = (STATE, thrusts.size, wrench.size)
         seeds = np.split(np.eye(sum(sizes)), np.cumsum(sizes)[:-1])
         self._plant.SetPositionsAndVelocities(
@@ -155,13 +156,7 @@ class Derivatives:
         )
         self._in_computer.SetDiscreteState(THRUSTS, InitializeAutoDiff(thrusts, seeds[1]))
         self._in_held.SetDiscreteState(InitializeAutoDiff(wrench, seeds[2]))
-        found = self._plant.get_generalized_acceleration_output_port().Eval(self._in_plant)
-        return ExtractValue(found).ravel(), _gradient(found, sum(sizes))
-
-
-def constants(values: Iterable[float]) -> np.ndarray:
-    """Return numbers as AutoDiff values without derivatives."""
-    return np.array([AutoDiffXd(value) for value in values])
+        return sum(sizes)
 
 
 def _found(diagram: Any, root: Any, system: System) -> tuple[Any, Any]:
@@ -172,15 +167,3 @@ def _found(diagram: Any, root: Any, system: System) -> tuple[Any, Any]:
 
 def _set(context: Any, index: int, values: np.ndarray) -> None:
     context.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
-
-
-def _gradient(values: Any, columns: int) -> np.ndarray:
-    """Return the derivatives of AutoDiff values, those of plain numbers being 0."""
-    found = ExtractGradient(_whole(values))
-    return found if found.shape[1] else np.zeros((found.shape[0], columns))
-
-
-def _whole(values: Any) -> np.ndarray:
-    """Return values as AutoDiff numbers: one cut to its limit has become a plain number."""
-    flat = np.array(values, dtype=object).ravel()
-    return np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(v) for v in flat])

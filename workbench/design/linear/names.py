@@ -48,6 +48,16 @@ def points() -> tuple[Signal, ...]:
     return tuple(Signal(name, _unit(name)) for name in POINTS)
 
 
+def outputs(rotors: int) -> tuple[Signal, ...]:
+    """Return what comes out of a closed loop: motion, loop points, thrusts and speeds."""
+    return (
+        *motion(),
+        *points(),
+        *numbered("thrust", rotors, "N"),
+        *numbered("speed", rotors, "rad/s"),
+    )
+
+
 def _unit(point: str) -> str:
     """Return the unit of a loop point's signal."""
     if point in ("roll_error", "pitch_error"):

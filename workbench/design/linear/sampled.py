@@ -22,6 +22,7 @@ from workbench.design.linear.names import (
     filtered,
     motion,
     numbered,
+    outputs,
     points,
     references,
     wrench,
@@ -103,7 +104,7 @@ def sampled_model(
         period=rates.control_period,
         states=_states(n, delay),
         inputs=(*references(), *points(), *motion("noise_")),
-        outputs=_outputs(n),
+        outputs=outputs(n),
         trim=trim,
     )
 
@@ -166,7 +167,3 @@ def _states(n: int, delay: int) -> tuple[Signal, ...]:
         *wrench(),
         *seen,
     )
-
-
-def _outputs(n: int) -> tuple[Signal, ...]:
-    return (*motion(), *points(), *numbered("thrust", n, "N"), *numbered("speed", n, "rad/s"))
