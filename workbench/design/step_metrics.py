@@ -56,11 +56,17 @@ def step_metrics(time: np.ndarray, response: np.ndarray, command: float) -> Step
 
 def crossing_time(time: np.ndarray, response: np.ndarray, level: float) -> float:
     """Return when a response first reaches `level` (either sign) [s], or NaN if it never does."""
-    reached = np.flatnonzero(response * np.sign(level) >= abs(level))
-    if len(reached) == 0:
-        return float("nan")
-    i = int(reached[0])
-    if i == 0:
-        return float(time[0])
-    part = (level - response[i - 1]) / (response[i] - response[i - 1])
-    return float(time[i - 1] + part * (time[i] - time[i - 1]))
+    return float(crossing_times(time, np.asarray(response)[None, :], level)[0])
+
+
+def crossing_times(time: np.ndarray, response: np.ndarray, level: float) -> np.ndarray:
+    """Return when responses (N, M) first reach a level (either sign), (N) [s], NaN if never."""
+    reached = response * np.sign(level) >= abs(level)
+    index = reached.argmax(axis=1)
+    before = np.maximum(index - 1, 0)
+    rows = np.arange(len(response))
+    low, high = response[rows, before], response[rows, index]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = np.where(index > 0, (level - low) / (high - low), 0.0)
+    crossed = time[before] + part * (time[index] - time[before])
+    return np.where(reached.any(axis=1), crossed, np.nan)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from workbench.diagram.airframe import Airframe, add_airframe, add_airframe_in_air
@@ -87,16 +87,28 @@ def _add_continuous_vehicle(
     airframe, wrench = add_airframe_in_air(builder, description, vehicle, physics_step=0.0)
     lag = builder.AddSystem(make_continuous_lag(description.rotors))
     builder.Connect(lag.GetOutputPort("thrusts"), airframe.thrusts)
-    air = builder.AddNamedSystem(
+    air = add_drag(builder, airframe.state, lag.GetOutputPort("speeds"), vehicle, gains)
+    builder.Connect(air.get_output_port(), wrench)
+    return airframe, lag
+
+
+def add_drag(
+    builder: DiagramBuilder,
+    state: OutputPort,
+    speeds: OutputPort,
+    vehicle: Vehicle,
+    gains: Mapping[str, float],
+) -> ContinuousDrag:
+    """Add the drag of body and rotors, named `air`, in air that stands still."""
+    drag = builder.AddNamedSystem(
         "air",
         ContinuousDrag(
             vehicle=vehicle, drag_area=gains["drag_area"], air_density=gains["air_density"]
         ),
     )
-    builder.Connect(airframe.state, air.GetInputPort("state"))
-    builder.Connect(lag.GetOutputPort("speeds"), air.GetInputPort("speeds"))
-    builder.Connect(air.get_output_port(), wrench)
-    return airframe, lag
+    builder.Connect(state, drag.GetInputPort("state"))
+    builder.Connect(speeds, drag.GetInputPort("speeds"))
+    return drag
 
 
 def add_sampled_core(

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Demultiplexer, ZeroOrderHold
 
 from workbench.diagram.airframe import add_airframe_in_air
-from workbench.diagram.core import add_computer
+from workbench.diagram.core import add_computer, add_drag
 from workbench.plant.description import Description
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Rates
@@ -53,18 +53,11 @@ def make_sampled_core(
         builder, description, vehicle, physics_step=rates.physics_step
     )
     computer = add_computer(builder, airframe, description.rotors, vehicle, gains, rates)
-    drag = builder.AddNamedSystem(
-        "air",
-        ContinuousDrag(
-            vehicle=vehicle, drag_area=gains["drag_area"], air_density=gains["air_density"]
-        ),
-    )
     n = len(vehicle.rotors)
     split = builder.AddNamedSystem("split", Demultiplexer([n, n + 3]))
     held = builder.AddNamedSystem("held_drag", ZeroOrderHold(rates.control_period, 6))
     builder.Connect(computer.GetOutputPort("memory"), split.get_input_port())
-    builder.Connect(split.get_output_port(0), drag.GetInputPort("speeds"))
-    builder.Connect(airframe.state, drag.GetInputPort("state"))
+    drag = add_drag(builder, airframe.state, split.get_output_port(0), vehicle, gains)
     builder.Connect(drag.get_output_port(), held.get_input_port())
     builder.Connect(held.get_output_port(), wrench)
     for name in ("reference", "guidance"):

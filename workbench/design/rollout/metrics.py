@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.rollout.rollouts import Rollouts
+from workbench.design.step_metrics import crossing_times
 
 LOWER, UPPER = 0.1, 0.9
 """Shares of the steady state between which the response rises."""
@@ -94,19 +95,6 @@ def response_metrics(time: np.ndarray, response: np.ndarray, command: float) -> 
         steady_state_error=known(100.0 * np.abs(steady - command) / abs(command)),
         t90=crossing_times(time, response, UPPER * command),
     )
-
-
-def crossing_times(time: np.ndarray, response: np.ndarray, level: float) -> np.ndarray:
-    """Return when responses (N, M) first reach a level (either sign), (N) [s], NaN if never."""
-    reached = response * np.sign(level) >= abs(level)
-    index = _first(reached)
-    before = np.maximum(index - 1, 0)
-    rows = np.arange(len(response))
-    low, high = response[rows, before], response[rows, index]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.where(index > 0, (level - low) / (high - low), 0.0)
-    crossed = time[before] + part * (time[index] - time[before])
-    return np.where(reached.any(axis=1), crossed, np.nan)
 
 
 def _first(true: np.ndarray) -> np.ndarray:
