@@ -343,7 +343,7 @@ def test_no_caster_is_made_where_nothing_casts(monkeypatch):
     def refuses(*arguments, **names):
         raise AssertionError("made a caster")
 
-    monkeypatch.setattr("workbench.diagram.sensing.Caster", refuses)
+    monkeypatch.setattr("workbench.systems.casting.caster.Caster", refuses)
     Session(Scenario(sensors=SensorsConfig(use=["imu", "gps", "barometer"])))
     with pytest.raises(AssertionError):
         Session(Scenario(sensors=SensorsConfig(use=["range_finder"])))

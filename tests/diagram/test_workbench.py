@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat, Role
 from pydrake.systems.analysis import Simulator
 
 from workbench.diagram.workbench import make_workbench
@@ -13,7 +14,7 @@ from workbench.systems.cascade import Guidance, Reference
 
 HEIGHT = 10.0
 ALWAYS = {
-    *("plant", "scene_graph", "rotor_forces", "air_forces", "forces", "controller", "air"),
+    *("plant", "scene_graph", "forces", "stacked_forces", "controller", "air"),
     *("pilot", "request", "modes", "battery", "frames", "recorded_signals", "recorder"),
 }
 """Systems of the plainest flight."""
@@ -98,6 +99,19 @@ def test_the_plainest_flight_has_nothing_that_it_does_not_need(
     assert bench.diagram.num_input_ports() == 0
     assert bench.obstacles is None
     assert bench.sensing.mounted == ()
+
+
+@pytest.mark.parametrize("watched", [True, False])
+def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(
+    description, vehicle, gains, watched
+):
+    meshcat = Meshcat() if watched else None
+    bench = make_workbench(description, vehicle, gains, Rates(), meshcat=meshcat)
+    inspector = bench.airframe.scene_graph.model_inspector()
+    drawn = sum(len(link.visuals) for link in description.model.links)
+    assert inspector.NumGeometriesWithRole(Role.kIllustration) == (drawn if watched else 0)
+    touching = sum(len(link.collisions) for link in description.model.links)
+    assert inspector.NumGeometriesWithRole(Role.kProximity) == touching + 1  # and the ground
 
 
 @pytest.mark.parametrize(

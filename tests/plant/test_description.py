@@ -1,15 +1,11 @@
 """Oracle: the texts in this folder's conftest, read with the eye."""
 
-import xml.etree.ElementTree as ET
+import dataclasses
 
 import pytest
 
 from workbench.errors import WorkbenchError
 from workbench.plant.description import read_description
-
-
-def joint_types(urdf: str) -> dict[str, str]:
-    return {joint.get("name"): joint.get("type") for joint in ET.fromstring(urdf).iter("joint")}
 
 
 def fault(path, args=None) -> str:
@@ -37,13 +33,25 @@ def test_a_xacro_is_expanded_with_its_arguments(dh_drone, write):
     assert read_description(path, {"n": "b"}).base_link == "b"
 
 
-def test_every_joint_is_fixed_for_the_dynamics(quad, write):
+def test_a_joint_that_turns_no_rotor_is_held_and_noted(quad, write):
     wheel = '<link name="wheel"/><joint name="axle" type="continuous">'
     wheel += '<parent link="base"/><child link="wheel"/></joint></robot>'
     description = read_description(write(quad.replace("</robot>", wheel)))
-    joints = [*(f"joint_{i}" for i in range(4)), "axle"]
-    assert joint_types(description.with_fixed_rotors()) == dict.fromkeys(joints, "fixed")
-    assert "joint 'axle'" in [remark.element for remark in description.remarks]
+    noted = [remark.element for remark in description.remarks if "joint" in remark.element]
+    assert noted == ["joint 'axle'"]
+
+
+def test_undrawn_it_lacks_what_is_only_drawn(dh_drone):
+    undrawn = dh_drone.undrawn()
+    assert any(link.visuals for link in dh_drone.model.links)
+    assert not any(link.visuals for link in undrawn.model.links)
+    again = [
+        dataclasses.replace(link, visuals=drawn.visuals)
+        for link, drawn in zip(undrawn.model.links, dh_drone.model.links, strict=True)
+    ]
+    assert tuple(again) == dh_drone.model.links
+    model = dataclasses.replace(undrawn.model, links=dh_drone.model.links)
+    assert dataclasses.replace(undrawn, model=model) == dh_drone
 
 
 def test_a_link_that_hangs_on_nothing_is_left_out(quad, write):

@@ -60,6 +60,16 @@ def test_the_largest_moment_is_lowered_to_the_sum_of_the_others():
     assert "taken as 3" in remarks[0].text
 
 
+@pytest.mark.parametrize("excess", [1e-14, 1e-10, 5e-7])
+def test_a_plate_written_with_few_digits_stays_one_without_a_remark(excess):
+    """Drake would take another inertia for it, of a size that has nothing to do with it."""
+    inertial, remarks = repaired(1.0, (0.01, 0.02 * (1.0 + excess), 0.01))
+    assert not remarks
+    assert np.diag(matrix_in_L(inertial)) == pytest.approx([0.01, 0.02, 0.01], rel=1e-6)
+    xx, yy, zz = inertial.moments
+    assert RotationalInertia(xx, yy, zz, *inertial.products).CouldBePhysicallyValid()
+
+
 def test_the_lowered_inertia_keeps_its_axes_and_drake_takes_it():
     X_LI = RigidTransform(RollPitchYaw(0.3, -0.2, 0.9), [1.0, 2.0, 3.0])
     products = (0.01, 0.02, -0.015)

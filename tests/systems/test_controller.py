@@ -5,7 +5,7 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 
 from workbench.systems.cascade import Gains
-from workbench.systems.controller import CascadedController
+from workbench.systems.controller import CascadedController_
 from workbench.systems.flight_law import law_constants, rotor_commands
 from workbench.systems.loop_points import closed_loops
 
@@ -14,7 +14,7 @@ PORTS = ("state", "acceleration", "reference", "guidance")
 
 @pytest.fixture
 def controller(vehicle, gains):
-    return CascadedController(vehicle=vehicle, gains=gains)
+    return CascadedController_[float](vehicle=vehicle, gains=gains)
 
 
 def output(controller, context, signals) -> np.ndarray:
@@ -85,6 +85,6 @@ def test_with_derivatives_it_also_stands_still_and_idles(
 
 def test_conversion_copies_the_gains(vehicle, gains):
     changed = gains._replace(kp_roll=77.0)
-    twin = CascadedController(vehicle=vehicle, gains=changed).ToAutoDiffXd()
+    twin = CascadedController_[float](vehicle=vehicle, gains=changed).ToAutoDiffXd()
     carried = twin.CreateDefaultContext().get_numeric_parameter(0).CopyToVector()
     assert [x.value() for x in carried] == list(changed)

@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.cascade import Gains
-from workbench.systems.flight_computer import FlightComputer
+from workbench.systems.flight_computer import FlightComputer_
 from workbench.systems.flight_law import control_update, law_constants
 from workbench.systems.loop_points import closed_loops
 
@@ -16,7 +16,7 @@ PORTS = ("state", "reference", "guidance")
 
 @pytest.fixture
 def computer(vehicle, gains):
-    return FlightComputer(vehicle=vehicle, gains=gains, period=PERIOD)
+    return FlightComputer_[float](vehicle=vehicle, gains=gains, period=PERIOD)
 
 
 def pure(vehicle, inputs, gains, memory, shares=(1.0, 1.0, 1.0, 1.0)):

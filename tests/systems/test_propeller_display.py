@@ -5,15 +5,12 @@ import math
 import numpy as np
 import pytest
 from pydrake.geometry import Role, SceneGraph
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from workbench.plant.description import read_description
-from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
-from workbench.resources import find_model
 from workbench.systems.propeller_display import add_propeller_display
 
 PERIOD = 1 / 32
@@ -21,10 +18,8 @@ SPEEDS = np.array([100.0, 200.0, 300.0, 400.0])
 
 
 @pytest.fixture(scope="module")
-def shown():
+def shown(description, vehicle):
     """Vehicle, simulator flown for three pictures, scene graph and display."""
-    description = read_description(find_model("dh_drone"))
-    vehicle = make_vehicle(description)
     builder = DiagramBuilder()
     plant, scene_graph = add_plant(builder, description, time_step=1 / 1024)
     speeds = builder.AddSystem(ConstantVectorSource(SPEEDS))
@@ -62,16 +57,45 @@ def test_propellers_stay_on_their_hubs(shown):
     vehicle, simulator, scene_graph, _, plant = shown
     context = plant.GetMyContextFromRoot(simulator.get_context())
     for rotor in vehicle.rotors:
-        hub = plant.GetBodyByName(rotor.link).EvalPoseInWorld(context).translation()
+        hub = plant.GetFrameByName(rotor.link).CalcPoseInWorld(context).translation()
         shown_at = _pose(simulator, scene_graph, rotor.name).translation()
         np.testing.assert_allclose(shown_at, hub, atol=1e-9)
 
 
-def test_each_blade_is_drawn_once(shown):
+def test_each_blade_is_drawn_once(shown, description):
+    """As many shapes turn as the rotor's link has; the others stay on the body."""
     vehicle, _, scene_graph, _, plant = shown
     inspector = scene_graph.model_inspector()
+    drawn = {link.name: len(link.visuals) for link in description.model.links}
     for rotor in vehicle.rotors:
-        frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(rotor.link).index())
-        assert inspector.NumGeometriesForFrameWithRole(frame, Role.kIllustration) == 0
         own = next(f for f in inspector.GetAllFrameIds() if inspector.GetName(f) == rotor.name)
-        assert inspector.NumGeometriesForFrameWithRole(own, Role.kIllustration) > 0
+        shapes = inspector.NumGeometriesForFrameWithRole(own, Role.kIllustration)
+        assert shapes == drawn.pop(rotor.link) > 0
+    body = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(vehicle.base_link).index())
+    shapes = inspector.NumGeometriesForFrameWithRole(body, Role.kIllustration)
+    assert shapes == sum(drawn.values()) > 0
+
+
+def test_a_blade_that_has_not_turned_is_where_the_description_has_it(description, vehicle):
+    builder = DiagramBuilder()
+    plant, scene_graph = add_plant(builder, description, time_step=1 / 1024)
+    base = plant.GetBodyByName(vehicle.base_link)
+    inspector = scene_graph.model_inspector()
+    before = {
+        inspector.GetName(geometry): inspector.GetPoseInFrame(geometry)
+        for geometry in plant.GetVisualGeometriesForBody(base)
+    }
+    speeds = builder.AddSystem(ConstantVectorSource(SPEEDS))
+    add_propeller_display(
+        builder, plant, scene_graph, vehicle, speeds.get_output_port(), period=PERIOD
+    )
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    X_WB = RigidTransform(RollPitchYaw(0.3, -0.2, 1.0), [1.0, 2.0, 50.0])
+    plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(root), base, X_WB)
+    query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(root))
+    for rotor in vehicle.rotors:
+        own = next(f for f in inspector.GetAllFrameIds() if inspector.GetName(f) == rotor.name)
+        for geometry in inspector.GetGeometries(own, Role.kIllustration):
+            X_BG = before[inspector.GetName(geometry).removeprefix(f"{rotor.name}_")]
+            assert query.GetPoseInWorld(geometry).IsNearlyEqualTo(X_WB @ X_BG, 1e-12)

@@ -13,10 +13,10 @@ from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
-from workbench.systems.air.continuous_drag import ContinuousDrag
+from workbench.systems.air.continuous_drag import ContinuousDrag, ContinuousDrag_
 from workbench.systems.cascade import Gains
-from workbench.systems.controller import CascadedController
-from workbench.systems.flight_computer import FlightComputer
+from workbench.systems.controller import CascadedController_
+from workbench.systems.flight_computer import FlightComputer, FlightComputer_
 from workbench.systems.rotor_lag import make_continuous_lag
 
 STATE_DELAY = "state_delay"
@@ -40,7 +40,9 @@ def make_flight_core(
     estimate = builder.AddNamedSystem("acceleration_estimate", make_acceleration_estimate())
     controller = builder.AddNamedSystem(
         "controller",
-        CascadedController(vehicle=vehicle, gains=Gains(**parameter_values("controller", gains))),
+        CascadedController_[float](
+            vehicle=vehicle, gains=Gains(**parameter_values("controller", gains))
+        ),
     )
     builder.Connect(airframe.state, estimate.get_input_port())
     builder.Connect(airframe.state, controller.GetInputPort("state"))
@@ -84,7 +86,9 @@ def _add_continuous_vehicle(
     gains: Mapping[str, float],
 ) -> tuple[Airframe, Diagram]:
     """Add plant, rotor lag and drag, connected; `wind` of the system `air` is left open."""
-    airframe, wrench = add_airframe_in_air(builder, description, vehicle, physics_step=0.0)
+    airframe, wrench = add_airframe_in_air(
+        builder, description.undrawn(), vehicle, physics_step=0.0
+    )
     lag = builder.AddSystem(make_continuous_lag(description.rotors))
     builder.Connect(lag.GetOutputPort("thrusts"), airframe.thrusts)
     air = add_drag(builder, airframe.state, lag.GetOutputPort("speeds"), vehicle, gains)
@@ -102,7 +106,7 @@ def add_drag(
     """Add the drag of body and rotors, named `air`, in air that stands still."""
     drag = builder.AddNamedSystem(
         "air",
-        ContinuousDrag(
+        ContinuousDrag_[float](
             vehicle=vehicle, drag_area=gains["drag_area"], air_density=gains["air_density"]
         ),
     )
@@ -149,7 +153,7 @@ def add_computer(
     """
     computer = builder.AddNamedSystem(
         "controller",
-        FlightComputer(
+        FlightComputer_[float](
             vehicle=vehicle,
             gains=Gains(**parameter_values("controller", gains)),
             period=rates.control_period,

@@ -5,12 +5,14 @@ from pydrake.systems.framework import Context
 
 from workbench.diagram.sample_logs import SampleLog
 from workbench.samples import Samples, SampleTable, ScanStack
-from workbench.systems.sensors import barometer, gps, imu, range_finder
-from workbench.systems.sensors.lidar import Lidar
 
 
 def read_samples(log: SampleLog, root_context: Context) -> Samples:
     """Return every sample that a sensor delivered so far."""
+    # What is logged is loaded; see `diagram.sensing`.
+    from workbench.systems.sensors import barometer, gps, imu, range_finder
+    from workbench.systems.sensors.lidar import Lidar
+
     name, system = log.mounted.choice.sensor.name, log.mounted.system
     rows = log.rows(root_context)
     stamps, values = rows[:, 0], rows[:, 1:]

@@ -41,7 +41,7 @@ def make_open_loop(
     """
     builder = DiagramBuilder()
     airframe, wrench = add_airframe_in_air(
-        builder, description, vehicle, physics_step=rates.physics_step, world=world
+        builder, description.undrawn(), vehicle, physics_step=rates.physics_step, world=world
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
     rotors = builder.AddNamedSystem(

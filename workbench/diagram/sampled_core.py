@@ -50,7 +50,7 @@ def make_sampled_core(
     """
     builder = DiagramBuilder()
     airframe, wrench = add_airframe_in_air(
-        builder, description, vehicle, physics_step=rates.physics_step
+        builder, description.undrawn(), vehicle, physics_step=rates.physics_step
     )
     computer = add_computer(builder, airframe, description.rotors, vehicle, gains, rates)
     n = len(vehicle.rotors)

@@ -1,7 +1,12 @@
-"""The sensors in the diagram: wires them to plant, scene and noise, and reads them."""
+"""The sensors in the diagram: wires them to plant, scene and noise, and reads them.
+
+A kind of sensor is loaded when the first of it is added: rays come with embree and, for meshes,
+with trimesh and all of scipy, which take longer to load than Drake.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
@@ -14,20 +19,26 @@ from workbench.errors import WorkbenchError, unknown_name
 from workbench.plant.home import Home
 from workbench.plant.sensor_frames import free_name
 from workbench.plant.sensors import Barometer, DepthCamera, Gps, Imu, Lidar, RangeFinder
-from workbench.systems.casting.caster import Caster
-from workbench.systems.casting.scene import anchored_frames, collect_scene
 from workbench.systems.noise import add_noise, noise_seed, seed_noise
-from workbench.systems.sensors.barometer import Barometer as BarometerSystem
-from workbench.systems.sensors.depth_camera import DepthCameraSystem, add_depth_camera
-from workbench.systems.sensors.gps import Gps as GpsSystem
-from workbench.systems.sensors.imu import Imu as ImuSystem
-from workbench.systems.sensors.lidar import Lidar as LidarSystem
-from workbench.systems.sensors.range_finder import RangeFinder as RangeFinderSystem
 from workbench.systems.sensors.readings import Reading
 
-SensorSystem = (
-    ImuSystem | GpsSystem | BarometerSystem | RangeFinderSystem | LidarSystem | DepthCameraSystem
-)
+if TYPE_CHECKING:
+    from workbench.systems.casting.caster import Caster
+    from workbench.systems.sensors.barometer import Barometer as BarometerSystem
+    from workbench.systems.sensors.depth_camera import DepthCameraSystem
+    from workbench.systems.sensors.gps import Gps as GpsSystem
+    from workbench.systems.sensors.imu import Imu as ImuSystem
+    from workbench.systems.sensors.lidar import Lidar as LidarSystem
+    from workbench.systems.sensors.range_finder import RangeFinder as RangeFinderSystem
+
+    SensorSystem = (
+        ImuSystem
+        | GpsSystem
+        | BarometerSystem
+        | RangeFinderSystem
+        | LidarSystem
+        | DepthCameraSystem
+    )
 
 
 @dataclass(frozen=True)
@@ -35,7 +46,7 @@ class Mounted:
     """A sensor in the diagram, with the source of its noise if that is a system of its own."""
 
     choice: SensorChoice
-    system: SensorSystem
+    system: "SensorSystem"
     noise: RandomSource | None = None
 
     def reading(self, root_context: Context) -> Reading | None:
@@ -128,7 +139,7 @@ class _Mount:
     base: RigidBody
     home: Home
     seed: int
-    caster: Caster | None
+    caster: "Caster | None"
 
     def add(self, choice: SensorChoice) -> Mounted:
         """Add a sensor and connect it."""
@@ -139,6 +150,8 @@ class _Mount:
         taken = [system.get_name() for system in self.builder.GetSystems()]
         name = free_name(taken, f"{sensor.name.replace('::', '/')}_sensor")
         if isinstance(sensor, DepthCamera):
+            from workbench.systems.sensors.depth_camera import add_depth_camera
+
             camera = add_depth_camera(
                 self.builder,
                 self.plant,
@@ -153,15 +166,27 @@ class _Mount:
         system: SensorSystem
         match sensor:
             case Imu():
+                from workbench.systems.sensors.imu import Imu as ImuSystem
+
                 system = ImuSystem(sensor=sensor, **timing)
             case Gps():
+                from workbench.systems.sensors.gps import Gps as GpsSystem
+
                 system = GpsSystem(sensor=sensor, home=self.home, **timing)
             case Barometer():
+                from workbench.systems.sensors.barometer import Barometer as BarometerSystem
+
                 system = BarometerSystem(sensor=sensor, home=self.home, **timing)
             case RangeFinder():
+                from workbench.systems.sensors.range_finder import (
+                    RangeFinder as RangeFinderSystem,
+                )
+
                 assert self.caster
                 system = RangeFinderSystem(sensor=sensor, caster=self.caster, **timing)
             case Lidar():
+                from workbench.systems.sensors.lidar import Lidar as LidarSystem
+
                 assert self.caster
                 seed = noise_seed(self.seed, sensor.name)
                 system = LidarSystem(sensor=sensor, caster=self.caster, seed=seed, **timing)
@@ -170,7 +195,7 @@ class _Mount:
         self.builder.AddNamedSystem(name, system)
         return Mounted(choice, system, self._connect(system, choice.period))
 
-    def _connect(self, system: SensorSystem, period: float) -> RandomSource | None:
+    def _connect(self, system: "SensorSystem", period: float) -> RandomSource | None:
         """Connect a sensor's inputs by their names; return the source of its noise."""
         outputs = {
             "state": self.plant.get_state_output_port(),
@@ -187,8 +212,11 @@ class _Mount:
         return noise
 
 
-def _caster(plant: MultibodyPlant, scene_graph: SceneGraph, base_link: str) -> Caster:
+def _caster(plant: MultibodyPlant, scene_graph: SceneGraph, base_link: str) -> "Caster":
     """Return a caster against everything but the vehicle."""
+    from workbench.systems.casting.caster import Caster
+    from workbench.systems.casting.scene import anchored_frames, collect_scene
+
     bodies = plant.GetBodiesWeldedTo(plant.GetBodyByName(base_link))
     own = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
     inspector = scene_graph.model_inspector()

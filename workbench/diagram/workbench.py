@@ -87,7 +87,11 @@ def make_workbench(
     """
     builder = DiagramBuilder()
     airframe, wrench = add_airframe_in_air(
-        builder, description, vehicle, physics_step=rates.physics_step, world=world
+        builder,
+        description if meshcat else description.undrawn(),
+        vehicle,
+        physics_step=rates.physics_step,
+        world=world,
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
     computer = add_computer(

@@ -1,9 +1,9 @@
 """Read a drone description: xacro, URDF or SDF in; links, rotors, sensors and remarks out."""
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 from workbench.errors import WorkbenchError
 from workbench.plant.drawable import with_drawable_meshes
@@ -11,7 +11,6 @@ from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.sdf import read_expanded_sdf, read_sdf
 from workbench.plant.formats.sdf_include import refuse_template
 from workbench.plant.formats.urdf import read_urdf
-from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.formats.xacro import expand_xacro, is_xacro
 from workbench.plant.formats.xml import parse_xml, read_xml
 from workbench.plant.inertia_repair import repair_inertias
@@ -49,13 +48,14 @@ class Description:
     sensors: tuple[Sensor, ...]
     remarks: tuple[Remark, ...]
 
-    def with_fixed_rotors(self) -> str:
-        """Return URDF text for Drake with every rotor's joint fixed.
+    def undrawn(self) -> "Description":
+        """Return it without what is only drawn, for a flight that nobody watches.
 
-        The dynamics treat rotors at any speed as part of one rigid body (their spin lives in the
-        rotor lag, their gyroscopic moment is neglected); only the picture turns them.
+        Drake moves every shape at every physics step: 40 of them take an eighth of one. A drone's
+        own sensors do not see it.
         """
-        return ET.tostring(write_urdf(self.model), encoding="unicode")
+        links = tuple(dataclasses.replace(link, visuals=()) for link in self.model.links)
+        return dataclasses.replace(self, model=dataclasses.replace(self.model, links=links))
 
 
 def read_description(

@@ -11,7 +11,10 @@ from workbench.plant.model import Inertial, Link, Model
 from workbench.plant.remarks import Remarks
 
 _ROUNDING = 1e-6
-"""Moments of a flat plate meet the triangle rule exactly; this share of the largest is let pass."""
+"""Moments of a flat plate meet the triangle rule exactly; beyond it, this share of the largest is
+how few digits they are written with, and needs no remark."""
+_EXACT = 1e-15
+"""Beyond the rule by more than this share, Drake takes a quite different inertia."""
 
 
 def repair_inertias(model: Model, remarks: Remarks) -> Model:
@@ -57,12 +60,14 @@ def _repaired(model: Model, link: Link, inertial: Inertial, remarks: Remarks) ->
         inertial = dataclasses.replace(inertial, products=(0.0, 0.0, 0.0))
         principal, axes = _principal(inertial)
     small, middle, large = principal
-    if large - small - middle > _ROUNDING * large:
+    excess = large - small - middle
+    if excess > _ROUNDING * large:
         text = (
             f"no body has principal moments of {_list(principal)} kg m^2, the largest more than "
             f"the other two together; it is taken as {small + middle:.3g}"
         )
         remarks.add("repaired", model.source, element, text)
+    if excess > _EXACT * large:
         return _turned(inertial, np.array([small, middle, small + middle]), axes)
     if principal[2] == 0.0:
         remarks.add("repaired", model.source, element, "it is 0; taken as a point mass")

@@ -33,7 +33,7 @@ def load_vehicle(
 def make_vehicle(description: Description) -> Vehicle:
     """Return the record of what was understood of a description.
 
-    Mass, centre and inertia are Drake's sums over all links, rotors at standstill.
+    Mass, centre and inertia are those of the one body that Drake flies, rotors at standstill.
 
     Raises:
         WorkbenchError: if it has fewer than four rotors or they cannot control it.
@@ -45,15 +45,14 @@ def make_vehicle(description: Description) -> Vehicle:
     root_context = diagram.CreateDefaultContext()
     context = plant.GetMyContextFromRoot(root_context)
     base = plant.GetBodyByName(description.base_link)
-    bodies = [plant.get_body(i) for i in plant.GetBodyIndices(base.model_instance())]
-    indices = [body.index() for body in bodies]
-    inertia = plant.CalcSpatialInertia(context, base.body_frame(), indices)
+    inertia = plant.CalcSpatialInertia(context, base.body_frame(), [base.index()])
     p_BoBcm_B = inertia.get_com()
     I_BBcm_B = inertia.Shift(p_BoBcm_B).CalcRotationalInertia().CopyToFullMatrix3()
     _check_inertia(description, I_BBcm_B)
-    X_WB = plant.EvalBodyPoseInWorld(context, base)
+    links = [link.name for link in description.model.links]
     X_BF = {
-        body.name(): X_WB.inverse() @ plant.EvalBodyPoseInWorld(context, body) for body in bodies
+        name: plant.GetFrameByName(name, base.model_instance()).CalcPose(context, base.body_frame())
+        for name in links
     }
     try:
         allocation_matrix(description.rotors, p_BoBcm_B)

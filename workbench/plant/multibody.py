@@ -3,15 +3,19 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import FixedOffsetFrame
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.errors import WorkbenchError
 from workbench.plant.description import Description
+from workbench.plant.formats.urdf_writer import write_urdf
+from workbench.plant.gathered import gathered
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.ground import add_ground
 from workbench.plant.worlds.placing import add_obstacles
@@ -21,10 +25,12 @@ from workbench.plant.worlds.world import EMPTY, World
 def add_plant(
     builder: DiagramBuilder, description: Description, *, time_step: float, world: World = EMPTY
 ) -> tuple[MultibodyPlant, SceneGraph]:
-    """Add a finalised plant with the world around it and its scene graph, rotors fixed to the body.
+    """Add a finalised plant with the world around it and its scene graph.
 
-    The drone's bodies are all there are; obstacles that stand still are shapes of the world body,
-    and those that move are added by `systems.moving_obstacles`.
+    The drone is one body, that of its base link; its other links are frames on it. Rotors at any
+    speed are part of it: their spin lives in the rotor lag, their gyroscopic moment is neglected,
+    and only the picture turns them. Obstacles that stand still are shapes of the world body, and
+    those that move are added by `systems.moving_obstacles`.
 
     Args:
         builder: the diagram being built.
@@ -43,7 +49,7 @@ def add_plant(
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     with _sentences(description.source):
-        Parser(plant).AddModelsFromString(description.with_fixed_rotors(), "urdf")
+        _add_drone(plant, description)
         plant.mutable_gravity_field().set_gravity_vector(np.array([0.0, 0.0, -GRAVITY]))
     with _sentences(world.source):
         if world.ground:
@@ -52,6 +58,15 @@ def add_plant(
     with _sentences(description.source):
         plant.Finalize()
     return plant, scene_graph
+
+
+def _add_drone(plant: MultibodyPlant, description: Description) -> None:
+    """Add the drone's body, with frames named as its links."""
+    model = gathered(description.model, description.base_link)
+    Parser(plant).AddModelsFromString(ET.tostring(write_urdf(model), encoding="unicode"), "urdf")
+    base = plant.GetBodyByName(description.base_link)
+    for frame in model.frames:
+        plant.AddFrame(FixedOffsetFrame(frame.name, base.body_frame(), frame.X_LF))
 
 
 @contextmanager

@@ -4,11 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-from pydrake.math import RigidTransform
-
 from workbench.errors import WorkbenchError
-from workbench.plant.model import Inertial
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
@@ -76,10 +72,14 @@ def varied(description: "Description", vehicle: "Vehicle", variation: Variation)
     """
     if variation.nominal:
         return description
+    from pydrake.math import RigidTransform  # the record above is read without Drake
+
+    from workbench.plant.model import Inertial
+
     inertia = variation.inertia * vehicle.inertia
     whole = Inertial(
         mass=variation.mass * vehicle.mass,
-        X_LI=RigidTransform(np.array(vehicle.p_BoBcm_B)),
+        X_LI=RigidTransform(list(vehicle.p_BoBcm_B)),
         moments=(float(inertia[0, 0]), float(inertia[1, 1]), float(inertia[2, 2])),
         products=(float(inertia[0, 1]), float(inertia[0, 2]), float(inertia[1, 2])),
     )

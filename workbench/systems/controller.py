@@ -1,5 +1,6 @@
 """The cascaded controller as a continuous LeafSystem: ports and gains around the pure law."""
 
+import sys
 from typing import Any
 
 from pydrake.autodiffutils import AutoDiffXd
@@ -15,7 +16,9 @@ GAINS, PROBES = range(2)
 """Numeric parameters."""
 
 
-@TemplateSystem.define("CascadedController_", T_list=[float, AutoDiffXd])
+# A template is filled where it is first used: Drake looks through the stack for whose it is, which
+# takes a tenth of a second each time within nested imports. Hence `scope`, too.
+@TemplateSystem.define("CascadedController_", [float, AutoDiffXd], scope=sys.modules[__name__])
 def CascadedController_(T: Any) -> Any:
     """Velocity PD -> attitude PD -> mixer, without state or time of its own, for whole rotors.
 
@@ -79,6 +82,3 @@ def CascadedController_(T: Any) -> Any:
             return commands, loops[SIGNALS:]
 
     return Impl
-
-
-CascadedController = CascadedController_[None]

@@ -5,8 +5,9 @@ are one system here because of what was measured: each entry into Python from Dr
 some 20 µs, each further system half a microsecond at every physics step.
 """
 
+import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
@@ -34,7 +35,9 @@ GAINS, SHARES, PROBES = range(3)
 compiled_update = compile_cached(packed_update)
 
 
-@TemplateSystem.define("FlightComputer_", T_list=[float, AutoDiffXd])
+# A template is filled where it is first used: Drake looks through the stack for whose it is, which
+# takes a tenth of a second each time within nested imports. Hence `scope`, too.
+@TemplateSystem.define("FlightComputer_", [float, AutoDiffXd], scope=sys.modules[__name__])
 def FlightComputer_(T: Any) -> Any:
     """Samples the state, runs the law, and steps the rotors along their closed form.
 
@@ -102,6 +105,9 @@ def FlightComputer_(T: Any) -> Any:
             context.SetDiscreteState(MEMORY, np.concatenate([speeds, speeds, velocity]))
 
         def _update_compiled(self, context: Any, discrete_state: Any) -> None:
+            # Drake hands over the new state as a copy of the old one, and the law reads each number
+            # before it writes it; asking for the old one besides would take some microseconds.
+            memory = discrete_state.get_mutable_value(MEMORY)
             compiled_update(
                 self._state.Eval(context),
                 self._reference.Eval(context),
@@ -112,9 +118,9 @@ def FlightComputer_(T: Any) -> Any:
                 self._rotors,
                 context.get_numeric_parameter(PROBES).get_value(),
                 self._estimate,
-                context.get_discrete_state(MEMORY).get_value(),
+                memory,
                 discrete_state.get_mutable_value(THRUSTS),
-                discrete_state.get_mutable_value(MEMORY),
+                memory,
             )
 
         def _update(self, context: Any, discrete_state: Any) -> None:
@@ -148,4 +154,5 @@ def FlightComputer_(T: Any) -> Any:
     return Impl
 
 
-FlightComputer = FlightComputer_[None]
+FlightComputer: TypeAlias = Any
+"""An instance of `FlightComputer_`; what fills a template has no type of its own."""

@@ -1,7 +1,7 @@
 """Propellers that turn in the picture.
 
-The dynamics treat rotors as fixed to the body, so their shapes are taken off the plant's links
-and drawn by a geometry source of their own, turned as far as their speeds say.
+The dynamics treat rotors as part of the body, so their shapes are taken off it and drawn by a
+geometry source of their own, turned as far as their speeds say.
 """
 
 import math
@@ -28,6 +28,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from workbench.plant.gathered import link_of
 from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
 
@@ -114,7 +115,7 @@ def add_propeller_display(
     """
     source = scene_graph.RegisterSource("propellers")
     turning = turning_rotors(vehicle)
-    frames = [_move_shapes(plant, scene_graph, source, vehicle.rotors[i]) for i in turning]
+    frames = [_move_shapes(plant, scene_graph, source, vehicle, vehicle.rotors[i]) for i in turning]
     display = builder.AddNamedSystem(
         "propeller_display",
         PropellerDisplay(
@@ -140,22 +141,30 @@ def turning_rotors(vehicle: Vehicle) -> list[int]:
 
 def _place(vehicle: Vehicle, rotor: Rotor) -> tuple[RigidTransform, RigidTransform]:
     """Return X_BR, with z along the rotor's axis, and X_RL of its link L."""
-    frame = vehicle.frame(rotor.link)
-    X_BL = RigidTransform(RotationMatrix(np.array(frame.R_BF)), np.array(frame.p_BF))
     R_BR = RotationMatrix.MakeFromOneVector(np.array(rotor.axis_B), axis_index=2)
     X_BR = RigidTransform(R_BR, np.array(rotor.p_BR))
-    return X_BR, X_BR.inverse() @ X_BL
+    return X_BR, X_BR.inverse() @ _link_pose(vehicle, rotor)
+
+
+def _link_pose(vehicle: Vehicle, rotor: Rotor) -> RigidTransform:
+    """Return X_BL of a rotor's link L."""
+    frame = vehicle.frame(rotor.link)
+    return RigidTransform(RotationMatrix(np.array(frame.R_BF)), np.array(frame.p_BF))
 
 
 def _move_shapes(
-    plant: MultibodyPlant, scene_graph: SceneGraph, source: Any, rotor: Rotor
+    plant: MultibodyPlant, scene_graph: SceneGraph, source: Any, vehicle: Vehicle, rotor: Rotor
 ) -> FrameId:
     """Copy a rotor link's drawn shapes to a frame of `source`, and draw the old ones no more."""
     frame = scene_graph.RegisterFrame(source, GeometryFrame(rotor.name))
     inspector = scene_graph.model_inspector()
-    body = plant.GetBodyByName(rotor.link)
-    for geometry in plant.GetVisualGeometriesForBody(body):
-        shape, X_LG = inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry)
+    base = plant.GetBodyByName(vehicle.base_link)
+    drone = plant.GetModelInstanceName(base.model_instance())
+    X_LB = _link_pose(vehicle, rotor).inverse()
+    for geometry in plant.GetVisualGeometriesForBody(base):
+        if link_of(inspector.GetName(geometry), drone) != rotor.link:
+            continue
+        shape, X_LG = inspector.GetShape(geometry), X_LB @ inspector.GetPoseInFrame(geometry)
         copy = GeometryInstance(X_LG, shape, f"{rotor.name}_{inspector.GetName(geometry)}")
         copy.set_illustration_properties(inspector.GetIllustrationProperties(geometry))
         scene_graph.RegisterGeometry(source, frame, copy)

@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import Propeller
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.plant.multibody import add_plant
-from workbench.systems.air.air_forces import add_air_forces
+from workbench.systems.air.air_forces import air_forces
 
 
 def test_it_applies_force_and_moment_about_the_origin_in_the_body_frame(description, vehicle):
     builder = DiagramBuilder()
     plant, _ = add_plant(builder, description, time_step=0.0)
-    forces = add_air_forces(builder, plant, vehicle.base_link)
+    forces = builder.AddSystem(Propeller(air_forces(plant, vehicle.base_link)))
+    builder.Connect(plant.get_body_poses_output_port(), forces.get_body_poses_input_port())
     root = builder.Build().CreateDefaultContext()
     base = plant.GetBodyByName(vehicle.base_link)
     rng = np.random.default_rng(9)

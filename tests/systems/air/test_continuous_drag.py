@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.systems.air.continuous_drag import ContinuousDrag
+from workbench.systems.air.continuous_drag import ContinuousDrag_
 from workbench.systems.air.drag import drag_wrench, rotor_rows
 
 AREA, DENSITY = 0.2, 1.1
@@ -11,7 +11,7 @@ AREA, DENSITY = 0.2, 1.1
 
 @pytest.fixture
 def drag(vehicle):
-    return ContinuousDrag(vehicle=vehicle, drag_area=AREA, air_density=DENSITY)
+    return ContinuousDrag_[float](vehicle=vehicle, drag_area=AREA, air_density=DENSITY)
 
 
 def fixed(drag, state, speeds, wind=None):

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
-from workbench.plant.worlds.gazebo_world import read_gazebo_world
 from workbench.plant.worlds.world import World
 from workbench.plant.worlds.world_yaml import read_world_yaml
 
@@ -29,6 +28,8 @@ def read_world(path: Path | str, packages: Mapping[str, Path | str] | None = Non
     if path.suffix in (".yaml", ".yml"):
         world = read_world_yaml(path, packages or {})
     elif path.suffix in (".sdf", ".world"):
+        from workbench.plant.worlds.gazebo_world import read_gazebo_world
+
         world = read_gazebo_world(path, packages or {})
     else:
         raise WorkbenchError(f"{path}: a world is a .yaml file, or a .sdf or .world of Gazebo")

@@ -1,16 +1,15 @@
-"""A wrench acts on the plant, through Drake's `Propeller`: in C++, as rotors do."""
+"""A wrench acts on the plant through Drake's `Propeller`: in C++, as rotors do."""
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import MultibodyPlant, Propeller, PropellerInfo
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.multibody.plant import MultibodyPlant, PropellerInfo
 
 
-def add_air_forces(builder: DiagramBuilder, plant: MultibodyPlant, base_link: str) -> Propeller:
-    """Add a `Propeller` that is commanded by force [N] and moment about Bo [N·m], in B (6).
+def air_forces(plant: MultibodyPlant, base_link: str) -> list[PropellerInfo]:
+    """Return rotors that make any force [N] and moment about Bo [N·m], given in B (6).
 
-    It has six rotors at the body's origin: three that only pull, along x, y and z, and three that
-    only turn about them.
+    They are at the body's origin: three that only pull, along x, y and z, and three that only turn
+    about them.
     """
     base = plant.GetBodyByName(base_link).index()
     poses = [
@@ -19,6 +18,4 @@ def add_air_forces(builder: DiagramBuilder, plant: MultibodyPlant, base_link: st
     ]
     pulls = [PropellerInfo(base, pose, thrust_ratio=1.0, moment_ratio=0.0) for pose in poses]
     turns = [PropellerInfo(base, pose, thrust_ratio=0.0, moment_ratio=1.0) for pose in poses]
-    forces = builder.AddNamedSystem("air_forces", Propeller(pulls + turns))
-    builder.Connect(plant.get_body_poses_output_port(), forces.get_body_poses_input_port())
-    return forces
+    return pulls + turns

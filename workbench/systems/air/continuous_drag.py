@@ -1,6 +1,7 @@
 """The drag of body and rotors as a continuous LeafSystem, for linear models."""
 
-from typing import Any
+import sys
+from typing import Any, TypeAlias
 
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector_, LeafSystem_
@@ -10,7 +11,9 @@ from workbench.plant.vehicle import Vehicle
 from workbench.systems.air.drag import drag_wrench, rotor_rows
 
 
-@TemplateSystem.define("ContinuousDrag_", T_list=[float, AutoDiffXd])
+# A template is filled where it is first used: Drake looks through the stack for whose it is, which
+# takes a tenth of a second each time within nested imports. Hence `scope`, too.
+@TemplateSystem.define("ContinuousDrag_", [float, AutoDiffXd], scope=sys.modules[__name__])
 def ContinuousDrag_(T: Any) -> Any:
     """The same drag as `Air` has, at any moment and in the wind that it is given.
 
@@ -68,4 +71,5 @@ def ContinuousDrag_(T: Any) -> Any:
     return Impl
 
 
-ContinuousDrag = ContinuousDrag_[None]
+ContinuousDrag: TypeAlias = Any
+"""An instance of `ContinuousDrag_`; what fills a template has no type of its own."""

@@ -1,11 +1,9 @@
 """The triangles of a mesh as Drake's renderer would show it."""
 
 import numpy as np
-import trimesh
 from pydrake.geometry import Convex, Mesh
 
 from workbench.errors import WorkbenchError, sentences
-from workbench.plant.meshes.gltf import to_z_up
 
 _READABLE = (".obj", ".gltf", ".glb", ".stl")
 _Y_UP = (".gltf", ".glb")
@@ -38,6 +36,10 @@ def _file_corners(shape: Mesh) -> np.ndarray:
             f"{source.description()}: rays are cast against mesh files ({', '.join(_READABLE)}): "
             "convert it to one of them"
         )
+    import trimesh  # loads all of scipy, which only meshes should pay
+
+    from workbench.plant.meshes.gltf import to_z_up
+
     try:
         scene = trimesh.load_scene(str(source.path()), process=False, skip_materials=True)
         mesh = scene.to_mesh()

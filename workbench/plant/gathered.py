@@ -1,0 +1,97 @@
+"""A drone's links as one body, which is how it flies: none of them moves against another.
+
+Drake carries every body through each step, moving or welded, about a microsecond each; most drones
+have five to a dozen.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from workbench.plant.model import Inertial, Link, Model, NamedFrame
+
+_BETWEEN = "::"
+"""Stands between a link's name and its shape's; Meshcat makes a folder of what is before it."""
+
+
+def gathered(model: Model, base_link: str) -> Model:
+    """Return the model with all mass and all shapes of its links in the base link.
+
+    The other links are frames on it, which are all the frames that it has, and there are no
+    joints. Shapes are named as `link_of` reads it.
+
+    Args:
+        model: one tree of links.
+        base_link: its root.
+    """
+    base = model.link(base_link)
+    assert base
+    X_BL = {link.name: base.X_ML.InvertAndCompose(link.X_ML) for link in model.links}
+    body = Link(
+        name=base_link,
+        X_ML=base.X_ML,
+        inertial=_whole([(X_BL[link.name], link.inertial) for link in model.links]),
+        visuals=tuple(
+            dataclasses.replace(
+                visual, name=_named(link, visual.name), X_LV=X_BL[link.name] @ visual.X_LV
+            )
+            for link in model.links
+            for visual in link.visuals
+        ),
+        collisions=tuple(
+            dataclasses.replace(
+                collision, name=_named(link, collision.name), X_LC=X_BL[link.name] @ collision.X_LC
+            )
+            for link in model.links
+            for collision in link.collisions
+        ),
+    )
+    frames = tuple(
+        NamedFrame(link.name, base_link, X_BL[link.name])
+        for link in model.links
+        if link.name != base_link
+    )
+    return dataclasses.replace(model, links=(body,), joints=(), frames=frames)
+
+
+def link_of(geometry: str, drone: str) -> str:
+    """Return the name of the link that a shape of the one body comes from.
+
+    Args:
+        geometry: its name in Drake's scene graph.
+        drone: name of the drone's model instance.
+    """
+    return geometry.removeprefix(f"{drone}{_BETWEEN}").rpartition(_BETWEEN)[0]
+
+
+def _named(link: Link, shape: str) -> str:
+    return f"{link.name}{_BETWEEN}{shape.replace(_BETWEEN, '_')}"
+
+
+def _whole(parts: Sequence[tuple[RigidTransform, Inertial | None]]) -> Inertial | None:
+    """Return mass and inertia of all parts together, None where none has mass.
+
+    With c_i a part's centre of mass from that of the whole, in B:
+    I = sum of R_i I_i R_i^T + m_i (c_i . c_i 1 - c_i c_i^T), the parallel-axis theorem.
+
+    Args:
+        parts: X_BL and inertia of each link.
+    """
+    heavy = [(X_BL @ part.X_LI, part) for X_BL, part in parts if part]
+    if len(heavy) < 2:
+        return dataclasses.replace(heavy[0][1], X_LI=heavy[0][0]) if heavy else None
+    mass = sum(part.mass for _, part in heavy)
+    centre = sum(part.mass * X_BI.translation() for X_BI, part in heavy) / mass
+    inertia = np.zeros((3, 3))
+    for X_BI, part in heavy:
+        R, c = X_BI.rotation().matrix(), X_BI.translation() - centre
+        inertia += R @ _matrix(part) @ R.T + part.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.tolist()
+    return Inertial(mass, RigidTransform(centre), (xx, yy, zz), (xy, xz, yz))
+
+
+def _matrix(inertial: Inertial) -> np.ndarray:
+    (xx, yy, zz), (xy, xz, yz) = inertial.moments, inertial.products
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
