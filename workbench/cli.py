@@ -1,16 +1,15 @@
 """The console command `workbench`: read the command line, run one command, say what failed.
 
-Nothing heavy is imported here; a command imports what it needs when it runs.
+Nothing heavy is imported here, as `--help` shows how fast the program is; a command imports what it
+needs when it runs.
 """
 
 import argparse
 import contextlib
 import io
-import logging
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from importlib import metadata
 from typing import Any, NoReturn
 
 from workbench.errors import WorkbenchError
@@ -129,6 +128,8 @@ def _parser() -> argparse.ArgumentParser:
 @contextlib.contextmanager
 def _remarks_as_sentences() -> Iterator[None]:
     """Print what the workbench logs as it prints everything else on stderr."""
+    import logging
+
     logger = logging.getLogger("workbench")
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("workbench: %(message)s"))
@@ -159,6 +160,8 @@ class _Version(argparse.Action):
         super().__init__(nargs=0, **options)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from importlib import metadata
+
         try:
             version = metadata.version("drake-drone-workbench")
         except metadata.PackageNotFoundError:

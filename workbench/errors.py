@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from difflib import get_close_matches
 
 LONGEST_ECHO = 60
 """Of what was asked for, a sentence repeats so many characters."""
@@ -18,6 +17,8 @@ class FlightBrokenError(WorkbenchError):
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     """Return the error for a `name` that is none of the `known` ones, with the nearest named."""
+    from difflib import get_close_matches
+
     names = sorted(map(str, known))
     asked = str(name)
     asked = asked if len(asked) <= LONGEST_ECHO else f"{asked[:LONGEST_ECHO]}..."

@@ -5,8 +5,6 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
-
 from workbench.atomic_write import write_atomically
 from workbench.errors import WorkbenchError
 from workbench.parameters import checked
@@ -152,6 +150,8 @@ def load_scenario(path: Path | str) -> Scenario:
     path = Path(path)
     file = read_yaml(path)
     check_schema(file, Scenario)
+    from pydrake.common.yaml import yaml_load_typed  # what is refused above needs no Drake
+
     try:
         scenario = yaml_load_typed(schema=Scenario, data=file.text, defaults=Scenario())
     except (RuntimeError, TypeError, ValueError) as error:
@@ -168,6 +168,8 @@ def save_scenario(scenario: Scenario, path: Path) -> None:
     Raises:
         WorkbenchError: if it cannot be written; a file that was there stays as it was.
     """
+    from pydrake.common.yaml import yaml_dump_typed
+
     write_atomically(path, yaml_dump_typed(scenario, defaults=Scenario()))
 
 

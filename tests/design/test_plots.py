@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from workbench.design.plots import stacked, styled, write_png
 from workbench.design.plots_flight import plot_flight
 from workbench.design.plots_reproduce import plot_reproduced
 from workbench.design.plots_step import plot_step
@@ -146,3 +148,12 @@ def test_the_readers_own_style_is_left_alone(recording):
     before = dict(matplotlib.rcParams)
     plot_flight(recording, "a flight")
     assert dict(matplotlib.rcParams) == before
+
+
+def test_a_picture_has_the_pixels_that_savefig_would_write(tmp_path):
+    figure, (upper, _) = styled(stacked)("a ramp", 2)
+    upper.plot([0.0, 1.0], [2.0, 3.0])
+    write_png(figure, tmp_path / "ours.png")
+    figure.savefig(tmp_path / "theirs.png")
+    ours, theirs = (np.asarray(Image.open(tmp_path / f"{name}.png")) for name in ("ours", "theirs"))
+    np.testing.assert_array_equal(ours, theirs)

@@ -107,10 +107,12 @@ def run(args: argparse.Namespace) -> int:
             name = samples.sensor.replace("/", "_").replace("::", "_")
             samples.write(outputs.add(args.output / f"{path.stem}-{name}{samples.suffix}"))
         if plot:
+            from workbench.design.plots import write_png
             from workbench.design.plots_flight import plot_flight
 
             name = flown.recording.vehicle.name
-            plot_flight(flown.recording, f"{name}: {title}", flown.world).savefig(plot)
+            figure = plot_flight(flown.recording, f"{name}: {title}", flown.world)
+            write_png(figure, plot)
     _report(title, flown, outputs.files, args.json)
     say_written(outputs.files)
     if flown.broken:

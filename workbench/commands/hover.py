@@ -55,9 +55,10 @@ def run(args: argparse.Namespace) -> int:
             report = check_hover(scenario, dict(args.set), progress)
         report.hover.write_csv(log)
         if plot:
+            from workbench.design.plots import write_png
             from workbench.design.plots_hover import plot_hover
 
-            plot_hover(report).savefig(plot)
+            write_png(plot_hover(report), plot)
     gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set))
     if args.json:
         print_json(_result(report, gains, outputs.files))

@@ -112,9 +112,11 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             found = judge(scenario, point=point, settings=dict(args.set), progress=progress)
         if plot and rates:
             from workbench.design.judge.plots_map import plot_rates
+            from workbench.design.plots import write_png
 
-            _draw(args, scenario, found).savefig(plot)
-            plot_rates(found.slowest, f"{found.vehicle}: how slow the law may run").savefig(rates)
+            write_png(_draw(args, scenario, found), plot)
+            title = f"{found.vehicle}: how slow the law may run"
+            write_png(plot_rates(found.slowest, title), rates)
     if args.json:
         print_json(result(found) | {"files": outputs.files})
     else:
@@ -161,8 +163,9 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
             )
         if plot:
             from workbench.design.judge.plots_map import plot_sensitivity
+            from workbench.design.plots import write_png
 
-            plot_sensitivity(found, title).savefig(plot)
+            write_png(plot_sensitivity(found, title), plot)
     if args.json:
         print_json(sensitivity_result(axis, amplitude, found) | {"files": outputs.files})
     else:
@@ -196,8 +199,9 @@ def _map(args: argparse.Namespace, scenario: "Scenario") -> int:
         found.write_csv(table)
         if plot:
             from workbench.design.judge.plots_map import plot_map
+            from workbench.design.plots import write_png
 
-            plot_map(found).savefig(plot)
+            write_png(plot_map(found), plot)
     if args.json:
         print_json(map_result(found) | {"files": outputs.files})
     else:

@@ -66,10 +66,12 @@ def run(args: argparse.Namespace) -> int:
             report = _fly(scenario, args, page, progress)
         report.flight.recording.write_csv(log)
         if plot:
+            from workbench.design.plots import write_png
             from workbench.design.plots_lidar import plot_trial
 
             name = report.flight.recording.vehicle.name
-            plot_trial(report, f"{name}: {scenario.title or args.scenario}").savefig(plot)
+            title = f"{name}: {scenario.title or args.scenario}"
+            write_png(plot_trial(report, title), plot)
     if args.json:
         print_json(trial_result(report, scenario, outputs.files))
     else:

@@ -119,6 +119,17 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
 
 
+def add_scheduler_option(parser: argparse.ArgumentParser) -> None:
+    """Add --scheduler."""
+    parser.add_argument(
+        "--scheduler",
+        default="",
+        metavar="ADDRESS",
+        help="fly on the workers of this Dask scheduler, as tcp://localhost:8786, instead of in "
+        "processes here",
+    )
+
+
 def add_output_options(parser: argparse.ArgumentParser) -> None:
     """Add --output for a folder, and --no-plots."""
     parser.add_argument(
@@ -190,6 +201,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
 
     Another model comes without the scenario's arguments and gains, which were for its own.
     """
+    from workbench.resources import find_file, find_model, find_world
     from workbench.scenario import VehicleConfig
 
     if args.model:
@@ -203,6 +215,11 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     variation.check()
     scenario.vehicle.variation = variation
     scenario.world = args.world or scenario.world
+    # a name that is wrong is refused here, before a second is spent on loading Drake
+    find_model(scenario.vehicle.model)
+    for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):
+        find_file(name)
+    find_world(scenario.world)
     return scenario
 
 

@@ -1,7 +1,6 @@
 """Files that a command writes: all of them at its end, or none."""
 
 import os
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -27,6 +26,8 @@ class Outputs:
         Raises:
             WorkbenchError: if nothing can be written there.
         """
+        import tempfile
+
         if target in self._partial:
             raise WorkbenchError(f"{target}: two different files are to be written there")
         try:

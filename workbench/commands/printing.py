@@ -1,7 +1,6 @@
 """What a command says: results on stdout, everything else on stderr."""
 
 import dataclasses
-import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
@@ -26,6 +25,8 @@ def print_json(data: Any) -> None:
 
 def to_json(data: Any) -> str:
     """Return data as JSON text, see `print_json`."""
+    import json
+
     return json.dumps(_plain(data), indent=2, allow_nan=False, ensure_ascii=False)
 
 

@@ -4,17 +4,19 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from tqdm import tqdm
-
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr if that is a terminal; yield a function that takes the share done."""
+    if not sys.stderr.isatty():
+        yield lambda share: None
+        return
+    from tqdm import tqdm
+
     with tqdm(
         total=100,
         desc=what,
         file=sys.stderr,
-        disable=not sys.stderr.isatty(),
         bar_format="{desc} {percentage:3.0f} %|{bar}| {elapsed}, {remaining} left",
         leave=False,
     ) as bar:

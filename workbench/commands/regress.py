@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.executors import chosen_executor
 from workbench.commands.options import (
     add_command,
     add_json_option,
+    add_scheduler_option,
     parse_argument,
     parse_variation,
 )
@@ -72,13 +74,14 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "-j", "--jobs", type=int, default=2, metavar="N", help="processes that fly (default: 2)"
     )
+    add_scheduler_option(parser)
     add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Fly, judge, print and write; 1 if something is not as demanded."""
     from workbench.design.regress.flight import Changes
-    from workbench.design.regress.running import record, regress
+    from workbench.design.regress.running import local, record, regress
     from workbench.design.regress.spec_names import find_specs
 
     if args.jobs < 1:
@@ -90,16 +93,16 @@ def run(args: argparse.Namespace) -> int:
             "the spec or the gain file"
         )
     specs = find_specs(args.specs)
-    with Outputs() as outputs:
+    with Outputs() as outputs, chosen_executor(args.scheduler, local(args.jobs)) as executor:
         junit = outputs.add(args.junit) if args.junit else None
         html = outputs.add(args.html) if args.html else None
         with progress_bar("flying") as progress:
             if args.update:
-                results, files = record(specs, processes=args.jobs, progress=progress)
+                results, files = record(specs, executor=executor, progress=progress)
                 for path, text in files.items():
                     outputs.add(path).write_text(text, encoding="utf-8")
             else:
-                results = regress(specs, changes, processes=args.jobs, progress=progress)
+                results = regress(specs, changes, executor=executor, progress=progress)
         _write(results, junit, html, _title(args.specs))
     if args.json:
         print_json(_result(results, changes, outputs.files))

@@ -75,10 +75,11 @@ def _write(rows: "list[Row]", logs: list[Path], plots: list[Path]) -> None:
     for row, log in zip(rows, logs, strict=True):
         row.flight.recording.write_csv(log)
     if plots:
+        from workbench.design.plots import write_png
         from workbench.design.plots_reproduce import plot_reproduced
 
         for row, plot in zip(rows, plots, strict=True):
-            plot_reproduced(row).savefig(plot)
+            write_png(plot_reproduced(row), plot)
 
 
 def _result(rows: "list[Row]", files: list[Path]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
@@ -51,6 +52,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly the step, print its metrics, write plot and log; 1 if the flight is lost."""
+    from workbench.commands.drawer import Drawer
     from workbench.design.reproduce import PAPER
     from workbench.design.step_response import fly_step
     from workbench.scenario import Scenario
@@ -58,9 +60,13 @@ def run(args: argparse.Namespace) -> int:
     paper = {figure.axis: figure.command for figure in PAPER}
     amplitude = paper.get(args.axis, 1.0) if args.amplitude is None else args.amplitude
     scenario = with_vehicle(Scenario(), args)
-    with Outputs() as outputs:
+    with ExitStack() as stack:
+        outputs = stack.enter_context(Outputs())
         log = outputs.add(args.output / f"step-{args.axis}.csv")
-        plot = None if args.no_plots else outputs.add(args.output / f"step-{args.axis}.png")
+        drawer = None
+        if not args.no_plots:
+            picture = outputs.add(args.output / f"step-{args.axis}.png")
+            drawer = stack.enter_context(Drawer("workbench.design.plots_step", "plot_step"))
         with progress_bar(f"flying a step along {args.axis}") as progress:
             response = fly_step(
                 args.axis,
@@ -71,10 +77,8 @@ def run(args: argparse.Namespace) -> int:
                 progress=progress,
             )
         response.recording.write_csv(log)
-        if plot:
-            from workbench.design.plots_step import plot_step
-
-            plot_step(response).savefig(plot)
+        if drawer:
+            drawer.png(response, picture)
     trouble = response.loss.sentence if response.loss else ""
     if args.json:
         print_json(

@@ -1,14 +1,17 @@
 """`workbench sweep`: many candidates flown, in a table and on a map."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.executors import chosen_executor
 from workbench.commands.options import (
     add_command,
     add_json_option,
     add_output_options,
+    add_scheduler_option,
     add_vehicle_options,
     flown_with,
     with_vehicle,
@@ -20,6 +23,7 @@ from workbench.commands.stopping import stop_on_interrupt
 from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
+    from workbench.design.executor.executor import Executor
     from workbench.design.sweep.table import SweepTable
 
 _OWN_LOOP = "axis"
@@ -40,7 +44,7 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         metavar="NAME=LOW..HIGH[:POINTS][:log]",
         help="what is swept: a live parameter, or vary.mass, vary.inertia, vary.rotor_lag, which "
-        "the controller does not know of; as kp_roll=100..400:9",
+        "the controller does not know of, or seed, of turbulence; as kp_roll=100..400:9",
     )
     parser.add_argument("--axis", choices=("x", "y", "z", "yaw"), default="z", help="(default: z)")
     parser.add_argument(
@@ -89,6 +93,7 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="fly every candidate on the full diagram, a second each, instead of the compiled one",
     )
+    add_scheduler_option(parser)
     parser.add_argument(
         "--table",
         type=Path,
@@ -103,24 +108,31 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Sweep, prove the best, print it, write table and picture."""
     from workbench.commands.sweep_text import print_sweep, sweep_result
+    from workbench.design.executor.local_processes import all_cores
     from workbench.design.sweep.best import prove_best
     from workbench.design.sweep.table_file import check_table_path, write_table
 
     table_path = args.table or args.output / f"sweep-{args.axis}.csv"
     check_table_path(table_path)
+    if args.scheduler and not args.full:
+        raise WorkbenchError("a cluster flies the full diagram: add --full to --scheduler")
     with Outputs() as outputs, stop_on_interrupt() as stopped:
         log = outputs.add(table_path)
         plot = None if args.no_plots else outputs.add(args.output / f"sweep-{args.axis}.png")
-        with progress_bar(f"sweeping {len(args.ranges)} parameters") as progress:
-            table = _sweep(args, progress, stopped)
+        with (
+            chosen_executor(args.scheduler, all_cores()) as executor,
+            progress_bar(f"sweeping {len(args.ranges)} parameters") as progress,
+        ):
+            table = _sweep(args, executor, progress, stopped)
         if not len(table):
             raise KeyboardInterrupt  # nothing is there to be kept
         best = prove_best(table, args.metric)
         write_table(table, log)
         if plot:
+            from workbench.design.plots import write_png
             from workbench.design.sweep.plot_sweep import plot_sweep
 
-            plot_sweep(table, args.metric, best).savefig(plot)
+            write_png(plot_sweep(table, args.metric, best), plot)
     if args.json:
         print_json(sweep_result(table, best, args.metric) | {"files": outputs.files})
     else:
@@ -132,7 +144,9 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _sweep(args: argparse.Namespace, progress: Any, stopped: Any) -> "SweepTable":
+def _sweep(
+    args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any
+) -> "SweepTable":
     """Fly what the command line asks for."""
     from workbench.design.reproduce import PAPER
     from workbench.design.sweep.compiled_flights import fly_compiled
@@ -156,7 +170,7 @@ def _sweep(args: argparse.Namespace, progress: Any, stopped: Any) -> "SweepTable
         scenario=with_vehicle(Scenario(), args),
         settings=dict(args.set),
         loop=axis_loop(args.axis) if args.margins == _OWN_LOOP else args.margins,
-        fly=fly_full if args.full else fly_compiled,
+        fly=partial(fly_full, executor=executor) if args.full else fly_compiled,
         progress=progress,
         stop=stopped,
     )

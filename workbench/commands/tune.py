@@ -169,12 +169,13 @@ def _bar() -> Iterator[Any]:
 
 def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
     """Write report and picture."""
+    from workbench.design.plots import write_png
     from workbench.design.tune.picture import plot_tuning
     from workbench.design.tune.report import report_html
 
     figure = plot_tuning(found)
     if picture:
-        figure.savefig(picture)
+        write_png(figure, picture)
     report.write_text(report_html(found, figure), encoding="utf-8")
 
 

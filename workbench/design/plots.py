@@ -1,11 +1,13 @@
 """What all figures share: style, frames with titles and units, and legends outside the data."""
 
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 STYLE: Any = {
@@ -50,13 +52,19 @@ class Palette:
     )
 
 
+LEFT, RIGHT, BOTTOM, TOP = 0.72, 2.35, 0.48, 0.6
+"""Room around stacked panels for labels, legends and the title [inch]; to measure every text, as a
+layout engine does, takes almost as long as to draw the figure."""
+BETWEEN = 0.32
+"""Room between them, as share of a panel's height."""
+
 PALETTE = Palette()
 styled = rc_context(STYLE)
 """Decorates a function that makes a figure, and leaves the reader's own style alone."""
 
 
 def stacked(
-    title: str, panels: int, *, width: float = 8.2, height: float = 2.1
+    title: str, panels: int, *, width: float = 8.2, height: float = 2.1, right: float = RIGHT
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure of panels, one below the other, that share their time axis [s].
 
@@ -65,8 +73,17 @@ def stacked(
         panels: how many.
         width: of the figure [inch].
         height: of a panel [inch].
+        right: room for legends [inch].
     """
-    figure = Figure(figsize=(width, height * panels + 0.5), layout="constrained")
+    tall = height * panels + 0.5
+    figure = Figure(figsize=(width, tall))
+    figure.subplots_adjust(
+        left=LEFT / width,
+        right=1.0 - right / width,
+        bottom=BOTTOM / tall,
+        top=1.0 - TOP / tall,
+        hspace=BETWEEN,
+    )
     axes = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     axes[-1].set_xlabel("time since the command's edge [s]")
@@ -94,3 +111,8 @@ def widen(axes: Axes, *values: np.ndarray | float, least: float = 0.0) -> None:
     low, high = float(everything.min()), float(everything.max())
     middle, half = 0.5 * (low + high), 0.5 * max(high - low, least)
     axes.set_ylim(middle - 1.12 * half - 1e-9, middle + 1.12 * half + 1e-9)
+
+
+def write_png(figure: Figure, to: Path | BinaryIO) -> None:
+    """Write a figure; `savefig` would draw it twice, once only to lay it out."""
+    FigureCanvasAgg(figure).print_png(to)

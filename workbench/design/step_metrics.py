@@ -1,8 +1,10 @@
 """Numbers of a step response, in python-control's words and by its definitions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+
+from workbench.design.response_metrics import crossing_times, response_metrics
 
 
 @dataclass(frozen=True)
@@ -38,35 +40,12 @@ def step_metrics(time: np.ndarray, response: np.ndarray, command: float) -> Step
         response: (N), at rest at 0.
         command: what it should come to, in the response's unit; not zero.
     """
-    import control  # takes a second to load, which only steps should pay
-
-    info = control.step_info(response, T=time)
-    steady = float(info["SteadyStateValue"])
+    many = response_metrics(time, np.asarray(response, dtype=float)[None, :], command)
     return StepMetrics(
-        rise_time=float(info["RiseTime"]),
-        settling_time=float(info["SettlingTime"]),
-        overshoot=float(info["Overshoot"]),
-        undershoot=float(info["Undershoot"]),
-        peak=float(info["Peak"]),
-        peak_time=float(info["PeakTime"]),
-        steady_state_value=steady,
-        steady_state_error=100.0 * abs(steady - command) / abs(command),
+        **{row.name: float(getattr(many, row.name)[0]) for row in fields(StepMetrics)}
     )
 
 
 def crossing_time(time: np.ndarray, response: np.ndarray, level: float) -> float:
     """Return when a response first reaches `level` (either sign) [s], or NaN if it never does."""
     return float(crossing_times(time, np.asarray(response)[None, :], level)[0])
-
-
-def crossing_times(time: np.ndarray, response: np.ndarray, level: float) -> np.ndarray:
-    """Return when responses (N, M) first reach a level (either sign), (N) [s], NaN if never."""
-    reached = response * np.sign(level) >= abs(level)
-    index = reached.argmax(axis=1)
-    before = np.maximum(index - 1, 0)
-    rows = np.arange(len(response))
-    low, high = response[rows, before], response[rows, index]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.where(index > 0, (level - low) / (high - low), 0.0)
-    crossed = time[before] + part * (time[index] - time[before])
-    return np.where(reached.any(axis=1), crossed, np.nan)

@@ -1,19 +1,25 @@
-"""Fly one step of velocity or yaw rate from hover, on the full diagram."""
+"""Fly one step of velocity or yaw rate from hover, on the full diagram.
+
+A step that cannot be flown is refused before Drake is loaded.
+"""
 
 import copy
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.lost import Loss, find_loss
 from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.parameters import Parameter, find_parameter
-from workbench.recording import Recording
 from workbench.scenario import Action, Scenario, Start
-from workbench.session import Session
+
+if TYPE_CHECKING:
+    from workbench.design.lost import Loss
+    from workbench.recording import Recording
+    from workbench.session import Session
 
 AXES = ("x", "y", "z", "yaw")
 UNITS = {"x": "m/s", "y": "m/s", "z": "m/s", "yaw": "rad/s"}
@@ -55,7 +61,7 @@ class StepResponse:
 
     axis: str
     amplitude: float
-    recording: Recording
+    recording: "Recording"
     metrics: StepMetrics
     peak_rotor_use: float
     coupling: Coupling
@@ -71,8 +77,10 @@ class StepResponse:
         return axis_velocity(self.recording.between(EDGE, np.inf), self.axis)
 
     @property
-    def loss(self) -> Loss | None:
+    def loss(self) -> "Loss | None":
         """When and how the flight was lost, None if it was not; metrics mean little then."""
+        from workbench.design.lost import find_loss
+
         return find_loss(self.recording)
 
     @property
@@ -108,6 +116,8 @@ def fly_step(
     check_duration(duration)
     if not 0.0 < abs(amplitude) < math.inf:
         raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
+    from workbench.session import Session
+
     session = Session(step_scenario(axis, amplitude, duration, scenario or Scenario()), settings)
     _check_within_limit(session, axis, amplitude)
     session.run(progress)
@@ -145,26 +155,26 @@ def step_scenario(axis: str, amplitude: float, duration: float, scenario: Scenar
     return flight
 
 
-def axis_command(recording: Recording, axis: str) -> np.ndarray:
+def axis_command(recording: "Recording", axis: str) -> np.ndarray:
     """Return what was asked for along an axis of W [m/s], or as yaw rate [rad/s]."""
     return recording.reference[:, AXES.index(axis)]
 
 
-def axis_velocity(recording: Recording, axis: str) -> np.ndarray:
+def axis_velocity(recording: "Recording", axis: str) -> np.ndarray:
     """Return the velocity along an axis of W [m/s], or the yaw rate [rad/s]."""
     if axis == "yaw":
         return recording.w_WB[:, 2]
     return recording.v_WB[:, AXES.index(axis)]
 
 
-def axis_acceleration(recording: Recording, axis: str) -> np.ndarray:
+def axis_acceleration(recording: "Recording", axis: str) -> np.ndarray:
     """Return the acceleration along an axis of W [m/s²], or about z [rad/s²]."""
     if axis == "yaw":
         return recording.wdot_WB[:, 2]
     return recording.vdot_WB[:, AXES.index(axis)]
 
 
-def axis_force(recording: Recording, axis: str) -> np.ndarray:
+def axis_force(recording: "Recording", axis: str) -> np.ndarray:
     """Return what drives an axis, as the paper counts it.
 
     For z the total rotor thrust [N]; for x and y the horizontal component of the rotor thrust
@@ -185,7 +195,7 @@ def _command(axis: str, amplitude: float) -> Action:
     return Action(at=EDGE, velocity=velocity)
 
 
-def _check_within_limit(session: Session, axis: str, amplitude: float) -> None:
+def _check_within_limit(session: "Session", axis: str, amplitude: float) -> None:
     """Refuse a step that the limits would cut, as its metrics would mean nothing."""
     names = {"z": "max_climb_rate", "yaw": "max_yaw_rate"}
     limit: Parameter = find_parameter(names.get(axis, "max_speed"))
@@ -197,7 +207,7 @@ def _check_within_limit(session: Session, axis: str, amplitude: float) -> None:
         )
 
 
-def coupling(after: Recording, axis: str) -> Coupling:
+def coupling(after: "Recording", axis: str) -> Coupling:
     """Return the largest excursions of the axes that were not commanded.
 
     Args:

@@ -82,7 +82,7 @@ def plot_sensitivity(found: tuple[Sensitivity, ...], title: str) -> Figure:
 @styled
 def plot_rates(found: SlowestRate, title: str) -> Figure:
     """Return the fastest growth and the smallest phase margin over the control period."""
-    figure, (growth, phase) = stacked(title, 2, height=2.4)
+    figure, (growth, phase) = stacked(title, 2, height=2.4, right=0.2)
     time = [1e3 * sample.period for sample in found.samples]
     growth.plot(time, [sample.growth for sample in found.samples], ".-", color=PALETTE.ours)
     growth.axhline(0.0, color=PALETTE.limit, lw=1.0)

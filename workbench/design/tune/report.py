@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from workbench.design.plots import write_png
 from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.metric import shown
 from workbench.design.tune.requirement import Requirement
@@ -119,6 +120,6 @@ def _cell(text: str) -> str:
 
 def _image(figure: Figure) -> str:
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
+    write_png(figure, buffer)
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
     return f'<img alt="responses and margins, before and after" src="data:image/png;base64,{data}">'

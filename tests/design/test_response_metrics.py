@@ -4,11 +4,20 @@ import control
 import numpy as np
 import pytest
 
-from workbench.design.rollout.metrics import response_metrics
+from workbench.design.response_metrics import response_metrics
 from workbench.design.step_metrics import crossing_time, step_metrics
 
 TIME = np.arange(0.0, 3.0, 1.0 / 128.0)
-NAMES = ("rise_time", "settling_time", "overshoot", "undershoot", "peak", "peak_time")
+NAMES = {
+    "rise_time": "RiseTime",
+    "settling_time": "SettlingTime",
+    "overshoot": "Overshoot",
+    "undershoot": "Undershoot",
+    "peak": "Peak",
+    "peak_time": "PeakTime",
+    "steady_state_value": "SteadyStateValue",
+}
+"""Ours and python-control's."""
 
 
 def responses(command: float) -> np.ndarray:
@@ -30,12 +39,22 @@ def test_they_are_those_of_python_control(command):
     rows = responses(command)
     metrics = response_metrics(TIME, rows, command)
     for index, row in enumerate(rows):
-        alone = step_metrics(TIME, row, command)
-        for name in (*NAMES, "steady_state_value", "steady_state_error"):
-            wanted = pytest.approx(getattr(alone, name), rel=1e-12, nan_ok=True)
+        info = control.step_info(row, T=TIME)
+        for name, theirs in NAMES.items():
+            wanted = pytest.approx(info[theirs], rel=1e-12, nan_ok=True)
             assert getattr(metrics, name)[index] == wanted, (name, index)
+        off = 100.0 * abs(row[-1] - command) / abs(command)
+        assert metrics.steady_state_error[index] == pytest.approx(off, rel=1e-12)
         t90 = crossing_time(TIME, row, 0.9 * command)
         assert metrics.t90[index] == pytest.approx(t90, nan_ok=True)
+
+
+def test_one_response_has_the_same_numbers_as_plain_floats():
+    row = responses(2.0)[4]
+    alone, info = step_metrics(TIME, row, 2.0), control.step_info(row, T=TIME)
+    for name, theirs in NAMES.items():
+        assert type(getattr(alone, name)) is float
+        assert getattr(alone, name) == pytest.approx(info[theirs], rel=1e-12)
 
 
 def test_a_response_that_ends_before_has_none():
