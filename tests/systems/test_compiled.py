@@ -52,6 +52,12 @@ def test_a_second_time_the_code_comes_from_disk_without_a_word(double_up, cache,
     assert not caplog.records
 
 
+def test_code_compiled_otherwise_is_not_used(double_up, cache):
+    compiled.compile_cached(double_up)(1.0)
+    assert compiled.compile_cached(double_up, fastmath={"contract"})(1.5) == 4.0
+    assert len(machine_code(cache)) == 2
+
+
 def test_code_of_other_sources_is_not_used(double_up, cache):
     """The law stands in several files, and numba itself looks at one."""
     compiled.compile_cached(double_up)(1.0)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.rollout.flight import TUMBLING_RATE, TUMBLING_SPEED
+from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.recording import Recording
 from workbench.systems.flight_mode import FlightMode
 

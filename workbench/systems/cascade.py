@@ -122,9 +122,10 @@ class Guidance(NamedTuple):
 
 
 BRAKE = Guidance._fields.index("brake")
+FIRST_WALL = BRAKE + 1
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def wanted_velocity(
     p_WB: Vector, reference: Vector, guidance: Vector, gains: Vector, loops: Vector
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
@@ -174,12 +175,12 @@ def wanted_velocity(
         yaw_rate = -yaw_max
     if guidance[BRAKE] > 0.0:
         slowing = BRAKING_SHARE * GRAVITY * tangent(tilt)
-        walls = guidance[BRAKE + 1 :]
+        walls = guidance[FIRST_WALL:]
         v_x, v_y, v_z = braked(v_x, v_y, v_z, p_WB, guidance[BRAKE], walls, slowing)
     return v_x, v_y, v_z, yaw_rate
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def wanted_specific_force(
     v_WB: Vector,
     a_WB: Vector,
@@ -222,7 +223,7 @@ def wanted_specific_force(
     return f_x, f_y, f_z
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def wanted_wrench(
     q_WB: Vector,
     w_WB_W: Vector,
@@ -298,7 +299,7 @@ def wanted_wrench(
     return mass * f_z, m_x, m_y, m_z
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def tangent(angle: Scalar) -> Scalar:
     """Return tan(angle) within 1e-8 for |angle| <= 1.2 rad, by Lambert's continued fraction."""
     s = angle * angle

@@ -18,7 +18,7 @@ from workbench.systems.cascade import wanted_specific_force, wanted_velocity, wa
 from workbench.systems.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.systems.loop_points import COUNT, SIGNALS
 from workbench.systems.mixer import mix
-from workbench.systems.rotor_response import rotor_period, step_rotor
+from workbench.systems.rotor_response import drive_rotor, rotor_period, speed_command
 from workbench.systems.stopped_rotors import any_stopped, mix_without
 
 Scalar = Any
@@ -114,6 +114,56 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
     )
 
 
+@register_jitable(forceinline=True)
+def estimated(velocity: Signal, filtered: Signal, estimate: tuple[float, float]) -> tuple[Any, Any]:
+    """Return the acceleration (3) [m/s²] and the filtered velocity (3) [m/s] after an update.
+
+    Args:
+        velocity: in W (3) [m/s].
+        filtered: the same, filtered (3).
+        estimate: share and rate, see `acceleration_estimate`.
+    """
+    share, rate = estimate
+    f_x, f_y, f_z = filtered
+    e_x = velocity[0] - f_x
+    e_y = velocity[1] - f_y
+    e_z = velocity[2] - f_z
+    after = (f_x + share * e_x, f_y + share * e_y, f_z + share * e_z)
+    return (rate * e_x, rate * e_y, rate * e_z), after
+
+
+@register_jitable(forceinline=True)
+def flight_wrench(
+    state: Signal,
+    acceleration: Signal,
+    reference: Signal,
+    guidance: Signal,
+    gains: Signal,
+    constants: LawConstants,
+    loops: Signal,
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the wanted force [N] and moment [N·m] in T of a vehicle whose rotors lift.
+
+    Args: as for `rotor_commands`; of the constants those of the body.
+    """
+    wanted = wanted_velocity(state[4:7], reference, guidance, gains, loops)
+    q_WT = thrust_attitude(state[0:4], constants.q_BT)
+    v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
+    drag = still_air_drag(q_WT, v_WBcm, constants.drag)
+    f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains, loops, drag)
+    return wanted_wrench(
+        q_WT,
+        state[7:10],
+        f_W,
+        wanted[3],
+        constants.mass,
+        constants.inertia,
+        gains,
+        loops,
+        constants.drag[2],
+    )
+
+
 @register_jitable
 def rotor_commands(
     state: Signal,
@@ -142,21 +192,8 @@ def rotor_commands(
     """
     n = len(constants.allocation)
     if guidance[1] > 0.0:
-        wanted = wanted_velocity(state[4:7], reference, guidance, gains, loops)
-        q_WT = thrust_attitude(state[0:4], constants.q_BT)
-        v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
-        drag = still_air_drag(q_WT, v_WBcm, constants.drag)
-        f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains, loops, drag)
-        force, m_x, m_y, m_z = wanted_wrench(
-            q_WT,
-            state[7:10],
-            f_W,
-            wanted[3],
-            constants.mass,
-            constants.inertia,
-            gains,
-            loops,
-            constants.drag[2],
+        force, m_x, m_y, m_z = flight_wrench(
+            state, acceleration, reference, guidance, gains, constants, loops
         )
         if any_stopped(shares):
             most = [constants.max_thrusts[i] if shares[i] > 0.0 else 0.0 for i in range(n)]
@@ -176,7 +213,7 @@ def rotor_commands(
         for i in range(n):
             commands[i] = constants.idle_thrusts[i] if shares[i] > 0.0 else 0.0
     for i in range(n):
-        commands[i] = guidance[0] * (commands[i] / constants.motor_constants[i]) ** 0.5
+        commands[i] = speed_command(commands[i], constants.motor_constants[i], guidance[0])
 
 
 @register_jitable
@@ -212,28 +249,15 @@ def control_update(
         next_memory: (2 n + 3) places.
     """
     n = len(thrusts)
-    gain, rate = estimate
-    e_x = state[10] - memory[2 * n]
-    e_y = state[11] - memory[2 * n + 1]
-    e_z = state[12] - memory[2 * n + 2]
-    acceleration = (rate * e_x, rate * e_y, rate * e_z)
+    acceleration, filtered = estimated(state[10:13], memory[2 * n : 2 * n + 3], estimate)
     rotor_commands(
         state, acceleration, reference, guidance, gains, shares, constants, loops, thrusts
     )
     for i in range(n):
-        command = thrusts[i]
-        limit = constants.rotors[i][1]
-        if command > limit:
-            command = limit
-        if command < 0.0:
-            command = 0.0
-        thrust, speed = step_rotor(command, memory[i], constants.rotors[i])
-        thrusts[i] = shares[i] * thrust if shares[i] > 0.0 else thrust
-        next_memory[i] = speed
-        next_memory[n + i] = command
-    next_memory[2 * n] = memory[2 * n] + gain * e_x
-    next_memory[2 * n + 1] = memory[2 * n + 1] + gain * e_y
-    next_memory[2 * n + 2] = memory[2 * n + 2] + gain * e_z
+        thrusts[i], next_memory[i], next_memory[n + i] = drive_rotor(
+            thrusts[i], memory[i], shares[i], constants.rotors[i]
+        )
+    next_memory[2 * n], next_memory[2 * n + 1], next_memory[2 * n + 2] = filtered
 
 
 def packed_update(

@@ -75,7 +75,10 @@ def passed(signal: Scalar, point: int, loops: Signal) -> Scalar:
     Args:
         signal: that comes.
         point: its place in `POINTS`.
-        loops: gates, injections, and places for the signals, one each a point.
+        loops: gates, injections, and places for the signals, one each a point; None where all
+            are closed and nobody listens.
     """
+    if loops is None:
+        return signal
     loops[SIGNALS + point] = signal
     return loops[GATES + point] * signal + loops[INJECTIONS + point]

@@ -42,8 +42,7 @@ def mix(
     """
     saturated = False
     for i in range(len(allocation)):
-        lift, roll, pitch, yaw = allocation[i]
-        thrust = lift * force + roll * moment_x + pitch * moment_y + yaw * moment_z
+        thrust = plain_thrust(force, moment_x, moment_y, moment_z, allocation[i])
         if thrust > thrust_max[i] or thrust < thrust_min[i]:
             saturated = True
         thrusts[i] = thrust
@@ -53,6 +52,15 @@ def mix(
             thrusts[i] = tilt * (allocation[i][1] * moment_x + allocation[i][2] * moment_y)
         _add_force(force, allocation, thrust_min, thrust_max, thrusts)
         _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts)
+
+
+@register_jitable
+def plain_thrust(
+    force: Scalar, moment_x: Scalar, moment_y: Scalar, moment_z: Scalar, row: Sequence[float]
+) -> Scalar:
+    """Return a rotor's part of a wrench [N], whatever its limits; `row` is of the allocation."""
+    lift, roll, pitch, yaw = row
+    return lift * force + roll * moment_x + pitch * moment_y + yaw * moment_z
 
 
 @register_jitable

@@ -47,7 +47,8 @@ def braked(
     x, y, z = p_WB
     turn = slowing / brake
     for wall in range(WALLS - 1, -1, -1):  # the nearest last: its limit holds whatever the others
-        n_x, n_y, n_z, place = walls[4 * wall : 4 * wall + 4]
+        at = 4 * wall
+        n_x, n_y, n_z, place = walls[at], walls[at + 1], walls[at + 2], walls[at + 3]
         way = place - n_x * x - n_y * y - n_z * z
         most = brake * way
         if most > turn:

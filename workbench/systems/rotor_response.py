@@ -51,6 +51,36 @@ def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
 
 
 @register_jitable
+def speed_command(thrust: Scalar, motor_constant: Scalar, motors: Scalar) -> Scalar:
+    """Return the speed [rad/s] that makes a thrust [N]; `motors` 0 is off, see `Guidance`."""
+    return motors * (thrust / motor_constant) ** 0.5
+
+
+@register_jitable
+def drive_rotor(
+    command: Scalar, speed: Scalar, share: Scalar, constants: Sequence[float]
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Return mean thrust [N] over a period, speed at its end, and the command kept to [rad/s].
+
+    Args:
+        command: wanted speed [rad/s].
+        speed: at the beginning [rad/s].
+        share: of its thrust that the rotor gives; one that stops, with 0, gives all of it while it
+            runs down.
+        constants: see `rotor_period`.
+    """
+    limit = constants[1]
+    if command > limit:
+        command = limit
+    if command < 0.0:
+        command = 0.0
+    thrust, speed = step_rotor(command, speed, constants)
+    if share > 0.0:
+        thrust = share * thrust
+    return thrust, speed, command
+
+
+@register_jitable
 def step_rotor(command: Scalar, speed: Scalar, constants: Sequence[float]) -> tuple[Scalar, Scalar]:
     """Return the mean thrust [N] over a period with its command held, and the speed at its end.
 

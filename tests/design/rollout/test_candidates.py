@@ -8,10 +8,14 @@ from workbench.systems.air.settings import AirSettings
 from workbench.systems.cascade import Gains
 
 OWN = defaults()
+STILL = np.zeros(4)
+HOVER = np.array([1.0] + [0.0] * 12)
 
 
 def test_values_by_name_come_to_their_places():
-    candidates = make_candidates([{"kp_roll": 7.0}, {"wind_y": 3.0, "rotor_2": 0.5}], OWN, 4)
+    candidates = make_candidates(
+        [{"kp_roll": 7.0}, {"wind_y": 3.0, "rotor_2": 0.5}], OWN, 4, STILL, HOVER, [0]
+    )
     kp_roll, wind_y = Gains._fields.index("kp_roll"), AirSettings._fields.index("wind_y")
     assert candidates.gains[:, kp_roll].tolist() == [7.0, OWN["kp_roll"]]
     assert candidates.air[:, wind_y].tolist() == [0.0, 3.0]
@@ -20,7 +24,9 @@ def test_values_by_name_come_to_their_places():
 
 def test_an_array_has_the_gains_and_all_else_is_the_vehicles():
     gains = np.arange(2.0 * len(Gains._fields)).reshape(2, -1)
-    candidates = make_candidates(gains, {**OWN, "drag_area": 0.5, "rotor_1": 0.8}, 14)
+    candidates = make_candidates(
+        gains, {**OWN, "drag_area": 0.5, "rotor_1": 0.8}, 14, STILL, HOVER, [0]
+    )
     assert candidates.gains.tolist() == gains.tolist()
     area = AirSettings._fields.index("drag_area")
     assert candidates.air[:, area].tolist() == [0.5, 0.5]
@@ -28,7 +34,7 @@ def test_an_array_has_the_gains_and_all_else_is_the_vehicles():
 
 
 def test_none_are_none():
-    assert make_candidates([], OWN, 4).gains.shape == (0, len(Gains._fields))
+    assert make_candidates([], OWN, 4, STILL, HOVER, [0]).gains.shape == (0, len(Gains._fields))
 
 
 @pytest.mark.parametrize(
@@ -42,4 +48,4 @@ def test_none_are_none():
 )
 def test_what_makes_no_candidates_is_said(gains, said):
     with pytest.raises(WorkbenchError, match=said):
-        make_candidates(gains, OWN, 4)
+        make_candidates(gains, OWN, 4, STILL, HOVER, [0])

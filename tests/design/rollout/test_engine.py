@@ -1,14 +1,17 @@
 """Oracles: the full diagram, and one flight beside many."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.metrics import rollout_metrics
+from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, fly_step
 from workbench.errors import WorkbenchError
 from workbench.plant.variation import Variation
-from workbench.scenario import Rates
+from workbench.scenario import Rates, Start
 from workbench.systems.cascade import Gains
 
 FLIPS = {"kp_roll": 2500.0, "kd_roll": 0.0}
@@ -137,3 +140,76 @@ def test_what_cannot_be_built_is_said(vehicle):
         RolloutEngine(vehicle, Rates(control_period=0.01))
     with pytest.raises(WorkbenchError, match="the variation of mass is 0"):
         RolloutEngine(vehicle, variation=Variation(mass=0.0))
+
+
+def assert_same(one, other):
+    for left, right in zip(astuple(one), astuple(other), strict=True):
+        np.testing.assert_array_equal(left, right)
+
+
+def test_metrics_are_those_of_the_curves(engine, candidates):
+    """Flown by one thread or two."""
+    rollouts = engine.fly(candidates, "y", 8.0)
+    measured = engine.measure(candidates, "y", 8.0)
+    assert_same(measured.metrics, rollout_metrics(rollouts, 8.0))
+    assert measured.peak_rotor_use.tobytes() == rollouts.peak_rotor_use.tobytes()
+    assert measured.diverged_at.tobytes() == rollouts.diverged_at.tobytes()
+    assert len(measured) == len(candidates)
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z", "yaw"])
+def test_what_is_measured_is_the_commanded_axis(engine, axis):
+    assert engine.measure([{}], axis, 0.3).metrics.steady_state_value[0] == pytest.approx(
+        0.3, rel=0.05
+    )
+
+
+def test_every_candidate_may_have_a_vehicle_of_its_own(engine):
+    variations = [Variation(mass=1.2), Variation(), Variation(control_delay=2), Variation(mass=1.2)]
+    together = engine.fly([{}] * 4, "x", 2.0, duration=1.0, variations=variations)
+    for index, variation in enumerate(variations):
+        alone = engine.varied(variation).fly([{}], "x", 2.0, duration=1.0)
+        assert together.velocity_W[index].tobytes() == alone.velocity_W[0].tobytes()
+    assert not np.array_equal(together.velocity_W[0], together.velocity_W[1])
+
+
+def test_every_candidate_may_have_turbulence_of_its_own(engine, vehicle):
+    rough = {"turbulence": 8.0}
+    together = engine.fly([rough] * 3, "x", 2.0, duration=1.0, seeds=[4, 0, 4])
+    other = RolloutEngine(vehicle, seed=4).fly([rough], "x", 2.0, duration=1.0)
+    own = engine.fly([rough], "x", 2.0, duration=1.0)
+    assert together.velocity_W[0].tobytes() == other.velocity_W[0].tobytes()
+    assert together.velocity_W[1].tobytes() == own.velocity_W[0].tobytes()
+    assert together.velocity_W[2].tobytes() == other.velocity_W[0].tobytes()
+    assert not np.array_equal(together.velocity_W[0], together.velocity_W[1])
+
+
+def test_a_flight_from_hover_is_the_step(engine):
+    """Commanded at once instead of after a second in which nothing moves."""
+    starts, command = start_state(engine.vehicle, Start()), [2.0, 0.0, 0.0, 0.0]
+    flights = engine.fly_from([{}, {}], starts, command, duration=1.0)
+    step = engine.fly([{}], "x", 2.0, duration=1.0)
+    assert flights.time.tolist() == step.time.tolist()
+    assert flights.velocity_W[0] == pytest.approx(step.velocity_W[0], abs=1e-9)
+    assert flights.angular_velocity_W[1] == pytest.approx(step.angular_velocity_W[0], abs=1e-9)
+    assert flights.states[0, 0].tolist() == starts.tolist()
+    assert np.isnan(flights.diverged_at).all()
+    assert len(flights) == 2
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"starts": np.zeros(12)}, "the starts are 12 numbers: give 13, or a row of 13"),
+        ({"commands": np.zeros((2, 4))}, "the commands are 2 x 4 numbers: give 4, or a row of 4"),
+        ({"commands": "fast"}, "the commands are no numbers"),
+        ({"variations": [Variation()] * 2}, "there are 2 variations for 3 candidates"),
+        ({"variations": [Variation(mass=0.0)] * 3}, "the variation of mass is 0"),
+        ({"seeds": [1, 2]}, "there are 2 seeds for 3 candidates"),
+        ({"duration": 0.0}, "cannot be measured in 0 s"),
+    ],
+)
+def test_what_makes_no_flight_is_said(engine, asked, said):
+    flight = {"starts": start_state(engine.vehicle, Start()), "commands": np.zeros(4), **asked}
+    with pytest.raises(WorkbenchError, match=said):
+        engine.fly_from([{}] * 3, **flight)

@@ -8,7 +8,13 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.framework import DiagramBuilder
 
-from workbench.design.rollout.rigid_body import fly_on, rigid_body
+from workbench.design.rollout.rigid_body import (
+    held_load,
+    moved,
+    rigid_body,
+    rotation,
+    velocity_changes,
+)
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
@@ -55,14 +61,9 @@ def test_a_step_is_the_plants(name, variation):
         plant.get_applied_spatial_force_input_port().FixValue(context, [force])
         after = plant.EvalUniquePeriodicDiscreteUpdate(context).get_vector().CopyToVector()
         body = rigid_body(vehicle, variation)
-        assert fly_on(state, wrench, body, STEP, 1) == pytest.approx(after, abs=1e-12)
-
-
-def test_steps_follow_one_another(vehicle):
-    state, wrench = random_motion(np.random.default_rng(2))
-    body = rigid_body(vehicle, Variation())
-    one_by_one = tuple(state)
-    for _ in range(5):
-        one_by_one = fly_on(one_by_one, wrench, body, STEP, 1)
-    assert fly_on(state, wrench, body, STEP, 5) == one_by_one
-    assert fly_on(state, wrench, body, STEP, 0) == tuple(state)
+        load = held_load(wrench, body.mass, body.p_BoBcm_B, STEP)
+        turning = [STEP * number for number in body.inverse]
+        R_WB, c, inertia = rotation(state[:4]), body.p_BoBcm_B, body.inertia
+        changes = velocity_changes(R_WB, state[7:10], load, inertia, turning, c, STEP)
+        stepped = moved(state, R_WB, changes, STEP)
+        assert stepped == pytest.approx(after, abs=1e-12)

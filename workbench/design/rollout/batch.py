@@ -1,81 +1,99 @@
-"""The flights of a batch of candidates, compiled."""
+"""A batch of candidates, shared out over threads in blocks."""
+
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.design.rollout.craft import Craft, Schedule
-from workbench.design.rollout.flight import fly_candidate
-from workbench.systems.air.air import SOURCES as AIR
-from workbench.systems.compiled import LAW, compile_cached
+from workbench.design.rollout.candidates import Candidates
+from workbench.design.rollout.chunks import run_chunks
+from workbench.design.rollout.compiled_block import compiled_block
+from workbench.design.rollout.craft import Crafts
+from workbench.design.rollout.rows import LANES
+from workbench.design.rollout.schedule import Schedule
 
-OWN = ("rigid_body.py", "craft.py", "flight.py", "batch.py")
-SOURCES = (
-    *LAW,
-    *AIR,
-    "air/settings.py",
-    "../plant/gravity.py",
-    *(f"../design/rollout/{name}" for name in OWN),
-)
-"""The files that the compiled flights stand in, seen from the systems' folder."""
+Keep = Callable[[int, int, np.ndarray], None]
+"""Takes samples (M, k, 16) of the candidates from a first up to before a last one; the array
+belongs to it no longer than the call."""
 
 
-def fly_candidates(
-    gains: np.ndarray,
-    shares: np.ndarray,
-    air: np.ndarray,
-    reference: np.ndarray,
-    guidance: np.ndarray,
-    start: np.ndarray,
-    craft: Craft,
-    schedule: Schedule,
-    velocity: np.ndarray,
-    spin: np.ndarray,
-    peak_use: np.ndarray,
-    lost_at: np.ndarray,
-) -> None:
-    """Fly N candidates one after the other; this is what gets compiled.
+class Flown(NamedTuple):
+    """What became of the candidates that were flown, the first `done`.
 
-    Args:
-        gains: (N, 18) see `cascade.Gains`.
-        shares: (N, n) of their thrust that rotors give.
-        air: (N, 19) see `AirSettings`.
-        reference: (8) from the edge on; none before. See `cascade.Reference`.
-        guidance: (22) see `cascade.Guidance`.
-        start: (13) state of the plant, which hovers.
-        craft: what flies.
-        schedule: when.
-        velocity: (N, M, 3) places for the velocity in W from the edge on [m/s].
-        spin: (N, M, 3) places for the angular velocity in W [rad/s].
-        peak_use: (N) places for the largest share of its speed limit at which a rotor ran.
-        lost_at: (N) places for the instant at which a candidate was lost, -1 if it was not.
+    Attributes:
+        done: how many.
+        peak_use: (done) largest share of its speed limit at which any rotor ran.
+        lost_at: (done) when it was lost, from the edge on [s], NaN if it was not.
     """
-    # counting who holds a shared array would make threads wait for each other: each has its own
-    own = Craft(
-        craft.body.copy(),
-        craft.rotors.copy(),
-        craft.estimate,
-        craft.rigid,
-        craft.effects.copy(),
-        craft.blades.copy(),
-        craft.speeds.copy(),
-        craft.clearance,
-        craft.seed,
-    )
-    asked, guide = reference.copy(), guidance.copy()
-    for i in range(len(gains)):
-        use, lost = fly_candidate(
-            gains[i].copy(),
-            shares[i].copy(),
-            air[i].copy(),
-            asked,
-            guide,
-            start,
-            own,
-            schedule,
-            velocity[i],
-            spin[i],
-        )
-        peak_use[i] = use
-        lost_at[i] = lost
+
+    done: int
+    peak_use: np.ndarray
+    lost_at: np.ndarray
 
 
-compiled_flights = compile_cached(fly_candidates, SOURCES, "rollouts", nogil=True)
+class Batch(NamedTuple):
+    """N candidates that fly on the same schedule.
+
+    Attributes:
+        candidates: N of them.
+        crafts: what flies, K.
+        which: (N) the craft of each candidate.
+        schedule: of all.
+    """
+
+    candidates: Candidates
+    crafts: Crafts
+    which: np.ndarray
+    schedule: Schedule
+
+    @property
+    def size(self) -> int:
+        """How many candidates there are."""
+        return len(self.which)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time of the samples (M) from the edge on [s]."""
+        _, period, _, edge, edge_time, end, stride = self.schedule
+        return np.arange(edge, end + 1, stride) * period - edge_time
+
+    def fly(
+        self,
+        kept: tuple[int, ...],
+        keep: Keep,
+        threads: int,
+        progress: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> Flown:
+        """Fly them.
+
+        Args:
+            kept: which k of the state's numbers to sample.
+            keep: called with the samples of each block, by several threads.
+            threads: that fly at a time.
+            progress: called with the flown share, 0 .. 1.
+            stop: asked every few blocks; when it returns true, no more are flown.
+        """
+        peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1)
+        shape = (len(self.time), len(kept), LANES)
+
+        def work(first_block: int, last_block: int) -> None:
+            samples = np.empty(shape)
+            for first in range(first_block * LANES, last_block * LANES, LANES):
+                last = min(first + LANES, self.size)
+                compiled_block(
+                    self.candidates.part(first, last),
+                    self.crafts.chosen(self.which[first:last]),
+                    self.schedule,
+                    np.array(kept),
+                    samples,
+                    peak_use[first:last],
+                    lost_at[first:last],
+                )
+                keep(first, last, samples)
+
+        blocks = run_chunks(work, -(-self.size // LANES), threads, progress, stop)
+        done = min(blocks * LANES, self.size)
+        after = np.maximum(0.0, (lost_at - self.schedule.edge) * self.schedule.period)
+        lost = np.where(lost_at < 0, np.nan, after)
+        return Flown(done, peak_use[:done], lost[:done])

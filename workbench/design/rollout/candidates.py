@@ -8,7 +8,8 @@ import numpy as np
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.parameters import MOST_ROTORS, PARAMETERS
 from workbench.systems.air.settings import AirSettings
-from workbench.systems.cascade import Gains
+from workbench.systems.cascade import Gains, Reference
+from workbench.systems.noise import noise_seed
 
 KNOWN = frozenset(row.name for row in PARAMETERS)
 COLUMNS = (*Gains._fields, *AirSettings._fields)
@@ -21,15 +22,31 @@ class Candidates(NamedTuple):
         gains: (N, 18) see `cascade.Gains`.
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
+        commands: (N, 8) from the edge on, none before; see `cascade.Reference`.
+        starts: (N, 13) state of the plant, see `rigid_body.State`; its place is held while no
+            pilot steers.
+        seeds: (N) of the turbulence.
     """
 
     gains: np.ndarray
     air: np.ndarray
     shares: np.ndarray
+    commands: np.ndarray
+    starts: np.ndarray
+    seeds: np.ndarray
+
+    def part(self, first: int, last: int) -> "Candidates":
+        """Return those from `first` up to before `last`."""
+        return Candidates(*(column[first:last] for column in self))
 
 
 def make_candidates(
-    gains: Sequence[Mapping[str, float]] | np.ndarray, own: Mapping[str, float], rotors: int
+    gains: Sequence[Mapping[str, float]] | np.ndarray,
+    own: Mapping[str, float],
+    rotors: int,
+    commands: np.ndarray,
+    starts: np.ndarray,
+    seeds: Sequence[int],
 ) -> Candidates:
     """Return candidates as arrays.
 
@@ -38,9 +55,12 @@ def make_candidates(
             `cascade.Gains`; of those within the parameter table's limits or not.
         own: every value, for what the candidates do not name.
         rotors: how many there are.
+        commands: velocity in W and yaw rate [m/s, rad/s] for all of them (4) or each (N, 4).
+        starts: state of the plant for all of them (13) or each (N, 13).
+        seeds: of each one's noise (N), as in a scenario, or of all (1).
 
     Raises:
-        WorkbenchError: if a name is unknown, a value no number, or the array of another size.
+        WorkbenchError: if a name is unknown, a value no number, or an array of another size.
     """
     weak = [f"rotor_{number}" for number in range(1, min(rotors, MOST_ROTORS) + 1)]
     names = (*COLUMNS, *weak)
@@ -51,7 +71,35 @@ def make_candidates(
     many = len(Gains._fields)
     shares = np.ones((len(table), rotors))
     shares[:, : len(weak)] = table[:, len(COLUMNS) :]
-    return Candidates(table[:, :many].copy(), table[:, many : len(COLUMNS)].copy(), shares)
+    references = np.zeros((len(table), len(Reference._fields)))
+    references[:, :4] = _for_each("commands", commands, len(table), 4)
+    return Candidates(
+        gains=table[:, :many].copy(),
+        air=table[:, many : len(COLUMNS)].copy(),
+        shares=shares,
+        commands=references,
+        starts=_for_each("starts", starts, len(table), 13),
+        seeds=_air_seeds(seeds, len(table)),
+    )
+
+
+def _air_seeds(seeds: Sequence[int], count: int) -> np.ndarray:
+    """Return what the noise of each candidate's air starts from (N)."""
+    if len(seeds) not in (1, count):
+        raise WorkbenchError(f"there are {len(seeds)} seeds for {count} candidates: give each one")
+    known = {seed: float(noise_seed(seed, "air")) for seed in set(seeds)}
+    return np.array([known[seed] for seed in (list(seeds) * count)[:count]])
+
+
+def _for_each(what: str, values: np.ndarray, count: int, size: int) -> np.ndarray:
+    """Return a row of numbers for every candidate."""
+    try:
+        return np.array(np.broadcast_to(np.asarray(values, dtype=float), (count, size)))
+    except (TypeError, ValueError):
+        raise WorkbenchError(
+            f"the {what} are {' x '.join(map(str, np.shape(values))) or 'no'} numbers: give "
+            f"{size}, or a row of {size} for each of the {count} candidates"
+        ) from None
 
 
 def _from_array(gains: np.ndarray, own: Sequence[float]) -> np.ndarray:

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
-LARGEST = 16
+LARGEST = 2
 SHARE = 4
 """Pieces in a chunk at most, and chunks for each thread at least if there are pieces enough: a
 few milliseconds each, so that progress is told and a stop is heard."""

@@ -2,29 +2,32 @@
 
 import copy
 import dataclasses
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple
 
 import numpy as np
-from pydrake.math import RollPitchYaw
 
-from workbench.design.rollout.batch import compiled_flights
+from workbench.design.response_metrics import ResponseMetrics
+from workbench.design.rollout.batch import Batch
 from workbench.design.rollout.candidates import make_candidates
-from workbench.design.rollout.chunks import run_chunks
-from workbench.design.rollout.craft import Schedule, make_craft, varied_craft
-from workbench.design.rollout.rollouts import Rollouts
-from workbench.design.step_response import AXES, EDGE, START_HEIGHT, check_duration
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.design.rollout.compiled_block import compiled_measures
+from workbench.design.rollout.craft import Crafts, make_crafts
+from workbench.design.rollout.measuring import NUMBERS
+from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
+from workbench.design.rollout.schedule import Schedule, check_step, make_schedule
+from workbench.design.rollout.starts import start_state
+from workbench.design.step_response import AXES, EDGE
+from workbench.errors import WorkbenchError
 from workbench.gains import flight_gains
-from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Rates, Scenario, check_scenario
-from workbench.systems.cascade import Guidance, Reference
+from workbench.scenario import Rates, Scenario, Start, check_scenario
 
-THREADS = 2
-"""As many as the machines that this is made for have cores to spare."""
+VELOCITIES = (7, 8, 9, 10, 11, 12)
+"""Places in the state of angular velocity and velocity."""
+RESPONSES = (10, 11, 12, 9)
+"""Places in the state of what steps along each of `AXES` move."""
 
 
 class RolloutEngine:
@@ -38,7 +41,9 @@ class RolloutEngine:
         rates: periods of physics and control; those of a scenario that says nothing without.
         variation: how what flies differs from the vehicle.
         seed: of the turbulence, where parameters ask for any; as a scenario's.
-        threads: that fly at a time; 1 flies in the caller's.
+        threads: that fly at a time, without it as many as there are cores; 1 flies in the caller's.
+        own: values of all parameters by name, for what candidates do not name; without them those
+            that follow from the vehicle.
 
     Raises:
         WorkbenchError: if rates or variation cannot be flown.
@@ -51,16 +56,18 @@ class RolloutEngine:
         variation: Variation | None = None,
         *,
         seed: int = 0,
-        threads: int = THREADS,
+        threads: int | None = None,
+        own: Mapping[str, float] | None = None,
     ) -> None:
         self.vehicle = vehicle
         rates = rates or Rates()
         self.rates = dataclasses.replace(rates, record_period=rates.control_period)
         check_scenario(Scenario(rates=self.rates))
-        self.gains = flight_gains(vehicle)
-        self._threads = max(1, min(threads, len(os.sched_getaffinity(0))))
-        self._believed = make_craft(vehicle, self.rates.control_period, seed)
-        self._start = _hover(vehicle)
+        self.gains = flight_gains(vehicle) if own is None else dict(own)
+        cores = len(os.sched_getaffinity(0))
+        self._threads = cores if threads is None else max(1, min(threads, cores))
+        self._seed = seed
+        self._start = start_state(vehicle, Start())
         self._vary(variation or Variation())
 
     def varied(self, variation: Variation) -> "RolloutEngine":
@@ -81,10 +88,12 @@ class RolloutEngine:
         *,
         duration: float = 3.0,
         stride: int = 1,
+        variations: Sequence[Variation] | None = None,
+        seeds: Sequence[int] | None = None,
         progress: Callable[[float], None] | None = None,
         stop: Callable[[], bool] | None = None,
     ) -> Rollouts:
-        """Fly a step with every gain set.
+        """Fly a step with every gain set, and keep its curves: 48 bytes a sample.
 
         Values are taken as they are, also those beyond their parameters' limits; where a gain set
         limits speed to less than the amplitude, the law cuts the command.
@@ -96,92 +105,162 @@ class RolloutEngine:
             amplitude: of the command, [m/s] or [rad/s].
             duration: flown after the edge [s].
             stride: the first and every stride-th control period after it are kept.
+            variations: how each candidate's vehicle differs from what the law knows (N); without
+                them as the engine's.
+            seeds: of each candidate's turbulence (N); without them the engine's.
             progress: called with the flown share, 0 .. 1.
             stop: asked every few flights; when it returns true, those flown so far are returned.
 
         Raises:
             WorkbenchError: if that makes no step, or the gains are not what they should be.
         """
-        _check(axis, amplitude, duration, stride)
-        candidates = make_candidates(gains, self.gains, len(self.vehicle.rotors))
-        schedule = self._schedule(duration, stride)
-        time = np.arange(schedule.edge, schedule.end + 1, stride) * schedule.period - EDGE
-        count = len(candidates.gains)
-        velocity = np.full((count, len(time), 3), np.nan)
-        spin = np.full((count, len(time), 3), np.nan)
-        peak_use, lost_at = np.zeros(count), np.full(count, -1)
-        reference, guidance = np.zeros(len(Reference._fields)), _hold()
-        reference[AXES.index(axis)] = amplitude
+        batch = self._steps(gains, axis, amplitude, duration, stride, variations, seeds)
+        curves = np.full((batch.size, len(batch.time), 6), np.nan)
 
-        def work(first: int, last: int) -> None:
-            these = slice(first, last)
-            compiled_flights(
-                candidates.gains[these],
-                candidates.shares[these],
-                candidates.air[these],
-                reference,
-                guidance,
-                self._start,
-                self._craft,
-                schedule,
-                velocity[these],
-                spin[these],
-                peak_use[these],
-                lost_at[these],
-            )
+        def keep(first: int, last: int, samples: np.ndarray) -> None:
+            curves[first:last] = samples[:, :, : last - first].transpose(2, 0, 1)
 
-        done = run_chunks(work, count, self._threads, progress, stop)
-        after = np.maximum(0.0, (lost_at - schedule.edge) * schedule.period)
+        flown = batch.fly(VELOCITIES, keep, self._threads, progress, stop)
         return Rollouts(
             axis=axis,
-            time=time,
-            velocity_W=velocity[:done],
-            angular_velocity_W=spin[:done],
-            peak_rotor_use=peak_use[:done],
-            diverged_at=np.where(lost_at < 0, np.nan, after)[:done],
+            time=batch.time,
+            velocity_W=curves[: flown.done, :, 3:],
+            angular_velocity_W=curves[: flown.done, :, :3],
+            peak_rotor_use=flown.peak_use,
+            diverged_at=flown.lost_at,
         )
 
-    def _schedule(self, duration: float, stride: int) -> Schedule:
-        """Return when things happen; a command comes between physics steps, see `Session`."""
-        step = self.rates.physics_step
-        steps = round(self.rates.control_period / step)
-        edge = math.ceil(EDGE / step - 1e-6)
-        return Schedule(
-            step=step,
-            period=self.rates.control_period,
-            steps=steps,
-            edge=-(-edge // steps),
-            end=math.floor((EDGE + duration) / step + 1e-6) // steps,
-            stride=stride,
-            delay=self.variation.control_delay,
+    def measure(
+        self,
+        gains: Sequence[Mapping[str, float]] | np.ndarray,
+        axis: str,
+        amplitude: float,
+        *,
+        duration: float = 3.0,
+        variations: Sequence[Variation] | None = None,
+        seeds: Sequence[int] | None = None,
+        progress: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> MeasuredSteps:
+        """Fly a step with every gain set, and keep its metrics alone: a hundred bytes a candidate.
+
+        Args: as for `fly`.
+
+        Raises:
+            WorkbenchError: as `fly` does.
+        """
+        batch = self._steps(gains, axis, amplitude, duration, 1, variations, seeds)
+        times = batch.time
+        numbers = np.full((batch.size, NUMBERS), np.nan)
+
+        def keep(first: int, last: int, samples: np.ndarray) -> None:
+            compiled_measures(times, samples[:, 0], float(amplitude), numbers[first:last])
+
+        flown = batch.fly((RESPONSES[AXES.index(axis)],), keep, self._threads, progress, stop)
+        return MeasuredSteps(
+            metrics=ResponseMetrics(*numbers[: flown.done].T),
+            peak_rotor_use=flown.peak_use,
+            diverged_at=flown.lost_at,
         )
+
+    def fly_from(
+        self,
+        gains: Sequence[Mapping[str, float]] | np.ndarray,
+        starts: np.ndarray,
+        commands: np.ndarray,
+        *,
+        duration: float = 3.0,
+        stride: int = 1,
+        variations: Sequence[Variation] | None = None,
+        seeds: Sequence[int] | None = None,
+        progress: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> Flights:
+        """Fly from any motion with any command: thrown, turning, upside down.
+
+        Args:
+            gains: as for `fly`.
+            starts: state of the plant, see `starts.start_state`, for all candidates (13) or each
+                (N, 13); rotors turn as in hover.
+            commands: velocity in W [m/s] and yaw rate [rad/s] from the start on, for all (4) or
+                each (N, 4).
+            duration: flown [s].
+            stride: the first and every stride-th control period are kept.
+            variations: as for `fly`, and so the next three.
+            seeds: see there.
+            progress: see there.
+            stop: see there.
+
+        Raises:
+            WorkbenchError: if the duration is none, or the arrays are not what they should be.
+        """
+        schedule = make_schedule(self.rates, 0.0, duration, stride)
+        batch = self._batch(gains, commands, starts, schedule, variations, seeds)
+        states = np.full((batch.size, len(batch.time), 13), np.nan)
+
+        def keep(first: int, last: int, samples: np.ndarray) -> None:
+            states[first:last] = samples[:, :, : last - first].transpose(2, 0, 1)
+
+        flown = batch.fly(tuple(range(13)), keep, self._threads, progress, stop)
+        return Flights(batch.time, states[: flown.done], flown.peak_use, flown.lost_at)
+
+    def _steps(
+        self,
+        gains: Sequence[Mapping[str, float]] | np.ndarray,
+        axis: str,
+        amplitude: float,
+        duration: float,
+        stride: int,
+        variations: Sequence[Variation] | None,
+        seeds: Sequence[int] | None,
+    ) -> Batch:
+        """Return flights of a step from hover."""
+        check_step(axis, amplitude)
+        commands = np.zeros(4)
+        commands[AXES.index(axis)] = amplitude
+        schedule = make_schedule(self.rates, EDGE, duration, stride)
+        return self._batch(gains, commands, self._start, schedule, variations, seeds)
+
+    def _batch(
+        self,
+        gains: Sequence[Mapping[str, float]] | np.ndarray,
+        commands: np.ndarray,
+        starts: np.ndarray,
+        schedule: Schedule,
+        variations: Sequence[Variation] | None,
+        seeds: Sequence[int] | None,
+    ) -> Batch:
+        """Return flights of candidates."""
+        rotors = len(self.vehicle.rotors)
+        noise = [self._seed] if seeds is None else seeds
+        candidates = make_candidates(gains, self.gains, rotors, commands, starts, noise)
+        count = len(candidates.gains)
+        if variations is None:
+            return Batch(candidates, self._crafts, np.zeros(count, dtype=int), schedule)
+        crafts, which = self._varied_crafts(variations, count)
+        return Batch(candidates, crafts, which, schedule)
+
+    def _varied_crafts(
+        self, variations: Sequence[Variation], count: int
+    ) -> tuple[Crafts, np.ndarray]:
+        """Return the different crafts among N variations, and which of them each one is."""
+        if len(variations) != count:
+            raise WorkbenchError(
+                f"there are {len(variations)} variations for {count} candidates: give each one"
+            )
+        numbers: dict[tuple[float, ...], int] = {}
+        which = [numbers.setdefault(astuple(each), len(numbers)) for each in variations]
+        different = [Variation(*each) for each in numbers]  # type: ignore[arg-type]
+        for variation in different:
+            variation.check()
+        return self._crafts_of(different), np.array(which, dtype=int)
 
     def _vary(self, variation: Variation) -> None:
         """Let what flies differ; the law goes on believing in the vehicle."""
         variation.check()
         self.variation = dataclasses.replace(variation)
-        period = self.rates.control_period
-        self._craft = varied_craft(self._believed, self.vehicle, period, variation)
+        self._crafts = self._crafts_of([self.variation])
 
-
-def _check(axis: str, amplitude: float, duration: float, stride: int) -> None:
-    """Refuse what makes no step."""
-    if axis not in AXES:
-        raise unknown_name("axis", axis, AXES)
-    check_duration(duration)
-    if not 0.0 < abs(amplitude) < math.inf:
-        raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
-    if stride < 1 or int(stride) != stride:
-        raise WorkbenchError(f"the stride is {stride:g}: give it a whole number, 1 or more")
-
-
-def _hover(vehicle: Vehicle) -> np.ndarray:
-    """Return the plant's state (13) of a vehicle that hovers where steps begin."""
-    attitude = RollPitchYaw(np.array(thrust_frame(vehicle).roll_pitch_yaw([0.0, 0.0, 0.0])))
-    q_WB = attitude.ToRotationMatrix().ToQuaternion().wxyz()
-    return np.array([*q_WB, 0.0, 0.0, START_HEIGHT, *[0.0] * 6])
-
-
-def _hold() -> np.ndarray:
-    """Return guidance (22) that holds the start until a pilot steers, see `flight_mode`."""
-    return np.array(Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, START_HEIGHT), dtype=float)
+    def _crafts_of(self, variations: Sequence[Variation]) -> Crafts:
+        """Return vehicles that differ."""
+        return make_crafts(self.vehicle, variations, self.rates.control_period)

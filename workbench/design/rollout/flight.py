@@ -1,201 +1,187 @@
-"""The flight of one candidate, as functions that compile.
+"""The flight of a block of candidates, as a function that compiles.
 
 The order of things is that of the workbench's diagram, where all that is due at one time reads the
 state before it: law and air see the state at a control instant, while the physics step that begins
 there still has the thrusts and the air's wrench of the period before. The new ones act from the
 next physics step on, until one step after the next control instant.
+
+No candidate knows who flies beside it: all of them give the same numbers in any company.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from workbench.design.rollout.rigid_body import fly_on
-from workbench.systems.air.drag import drag_wrench
-from workbench.systems.air.normals import COUNT, draw_normals
-from workbench.systems.air.settings import AirSettings
-from workbench.systems.air.update import EDDIES, air_update
-from workbench.systems.cascade import Gains, Reference
-from workbench.systems.flight_law import LawConstants, control_update, unpacked
-from workbench.systems.loop_points import CLOSED, SIGNALS
-from workbench.systems.loop_points import COUNT as LOOP_POINTS
+from workbench.design.rollout.body_loops import (
+    blow,
+    hold_load,
+    move,
+    note_lost,
+    pull,
+)
+from workbench.design.rollout.filling import fill, give_commands, is_lively
+from workbench.design.rollout.law_loops import drive, mix_hard, mix_plainly, want
+from workbench.design.rollout.rows import (
+    ANSWER,
+    KNOWN,
+    LANES,
+    LOST,
+    PEAK,
+    ROTOR_ROWS,
+    ROWS,
+    SPEED,
+    STATE,
+    STATE_SIZE,
+    put,
+    take,
+)
+from workbench.systems.air.update import EDDIES
 
-as_tuple: Any = to_fixed_tuple
-"""From an array; tuples are values, of which compiled code need not count the holders."""
-
-TUMBLING_RATE = 10.0
-TUMBLING_SPEED = 20.0
-"""A drone on its back that turns or moves faster than this is lost [rad/s, m/s]."""
 STILL_PERIODS = 8
 STILL = 1e-10
 """A hover in which nothing moves faster than this after so many control periods needs not be
 flown up to the command [m/s, rad/s]."""
-
-STATE, REFERENCE, GAINS = 13, len(Reference._fields), len(Gains._fields)
-"""Sizes."""
-_AIR = AirSettings._fields
-WIND, TURBULENCE, GUST = _AIR.index("wind_x"), _AIR.index("turbulence"), _AIR.index("gust_x")
-PUSH, AREA, DENSITY = _AIR.index("push_x"), _AIR.index("drag_area"), _AIR.index("air_density")
+STATES = STATE_SIZE * LANES
 
 
-@register_jitable
-def fly_candidate(  # type: ignore[no-untyped-def]
-    gains, shares, air, asked, guidance, start, craft, schedule, velocity, spin
-):
-    """Fly one candidate; return its largest use of a rotor, and when it was lost, or -1."""
-    n = len(shares)
-    values = as_tuple(gains, GAINS)
-    state = as_tuple(start, STATE)
-    command = as_tuple(np.zeros(len(asked)), REFERENCE)
-    constants = _constants(craft)
-    loops = np.zeros(SIGNALS + LOOP_POINTS)
-    for point in range(SIGNALS):
-        loops[point] = CLOSED[point]
-    memory = np.concatenate((craft.speeds, craft.speeds, start[10:13]))
-    next_memory = np.empty(2 * n + 3)
-    thrusts = constants.motor_constants * craft.speeds**2
-    eddies, next_eddies = np.zeros(EDDIES), np.zeros(EDDIES)
-    drag, wind, noise = np.zeros(6), np.zeros(3), np.empty(COUNT)
-    wrench = _wrench(thrusts, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), craft.effects)
-    steady = not _lively(air)
-    mean_wind = as_tuple(air[WIND : WIND + 3], 3)
-    pressure = 0.5 * air[DENSITY] * air[AREA]
-    seen = np.empty((schedule.delay + 1, STATE))
-    seen[:] = start
-    newest = 0
-    use = 0.0
+def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: ignore[no-untyped-def]
+    """Fly up to 16 candidates side by side; this is what gets compiled.
+
+    Args:
+        candidates: m of them, see `Candidates`.
+        crafts: one for each.
+        schedule: when things happen, see `Schedule`.
+        kept: (k) which of the state's numbers to keep, see `rigid_body.State`.
+        samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
+        use: (m) places for the largest share of its speed limit at which a rotor ran.
+        lost: (m) places for the instant at which a candidate was lost, -1 if it was not.
+    """
+    many, n = candidates.shares.shape
+    block, rotors = np.zeros(ROWS * LANES), np.zeros((n, ROTOR_ROWS * LANES))
+    fill(block, rotors, candidates, crafts, schedule.step)
+    blades = crafts.blades[:, :, 6:].any()
+    lively = is_lively(candidates.air)
+    eddies, next_eddies = np.zeros((many, EDDIES)), np.zeros((many, EDDIES))
+    seen = np.empty((crafts.delays.max() + 1, STATES))
+    seen[:] = block[:STATES]
+    calm, hold = block, rotors  # as they were when some hovered without moving
+    still = np.zeros(LANES, dtype=np.bool_)
+    updates = 0
     instant = 0
     while True:
+        if instant == schedule.edge:
+            _restore(block, rotors, seen, still, calm, hold)
+            give_commands(block, candidates.commands)
         if instant >= schedule.edge:
             since = instant - schedule.edge
-            if since == 0:
-                command = as_tuple(asked, REFERENCE)
             if since % schedule.stride == 0:
-                for i in range(3):
-                    velocity[since // schedule.stride, i] = state[10 + i]
-                    spin[since // schedule.stride, i] = state[7 + i]
-            for i in range(n):
-                use = max(use, memory[i] / constants.rotors[i, 1])
+                _keep(block, kept, samples[since // schedule.stride])
         if instant == schedule.end:
-            return use, -1
-        known = state
-        if schedule.delay:
-            for i in range(STATE):
-                seen[newest, i] = state[i]
-            newest = (newest + 1) % (schedule.delay + 1)
-            known = as_tuple(seen[newest], STATE)
-        control_update(
-            known,
-            command,
-            guidance,
-            values,
-            shares,
-            constants,
-            loops,
-            craft.estimate,
-            memory,
-            thrusts,
-            next_memory,
-        )
-        if steady:
-            pull = drag_wrench(
-                state, memory, mean_wind, pressure, craft.rigid.p_BoBcm_B, craft.blades
-            )
-        else:
-            draw_normals(craft.seed, instant, noise)
-            air_update(
-                instant * schedule.period,
-                state,
-                memory,
-                noise,
-                air,
-                craft.rigid.p_BoBcm_B,
-                craft.blades,
+            break
+        _see(block, seen, crafts.delays, updates)
+        want(block, crafts.estimate)
+        mix_plainly(block, rotors)
+        mix_hard(block, rotors, candidates.shares, crafts.rotors)
+        pull(block, rotors, blades)
+        if lively.any():
+            blow(
+                block,
+                rotors,
+                lively,
+                candidates.air,
+                candidates.seeds,
+                crafts,
+                instant,
                 schedule.period,
                 eddies,
-                drag,
-                wind,
                 next_eddies,
             )
-            eddies, next_eddies = next_eddies, eddies
-            pull = as_tuple(drag, 6)
-        memory, next_memory = next_memory, memory
-        state = fly_on(state, wrench, craft.rigid, schedule.step, 1)
-        wrench = _wrench(thrusts, pull, craft.effects)
-        state = fly_on(state, wrench, craft.rigid, schedule.step, schedule.steps - 1)
+        drive(block, rotors, instant >= schedule.edge)
+        move(block, schedule.step, 1)
+        hold_load(block, schedule.step)
+        move(block, schedule.step, schedule.steps - 1)
+        updates += 1
         instant += 1
-        if _lost(state, craft.clearance):
-            return use, instant
-        if steady and instant == STILL_PERIODS and _fastest(state) < STILL:
-            instant = max(instant, schedule.edge)
+        if note_lost(block, instant) == LANES:
+            _keep_nothing(samples, instant, schedule)
+            break
+        if instant == STILL_PERIODS and instant < schedule.edge:
+            calm, hold = block.copy(), rotors.copy()
+            if _find_still(block, lively, still):
+                instant = schedule.edge
+    for i in range(many):
+        lost[i] = int(take(block, LOST, i))
+        use[i] = _use(rotors, i, lost[i] < 0)
 
 
 @register_jitable
-def _constants(craft):  # type: ignore[no-untyped-def]
-    """Return the law's constants; what is as long for every vehicle as tuples, which is faster."""
-    views = unpacked(craft.body, craft.rotors)
-    return LawConstants(
-        views.mass,
-        as_tuple(views.inertia, 6),
-        as_tuple(views.q_BT, 4),
-        as_tuple(views.p_BoBcm_B, 3),
-        as_tuple(views.drag, 3),
-        np.ascontiguousarray(views.allocation),
-        np.ascontiguousarray(views.effects),
-        np.ascontiguousarray(views.idle_thrusts),
-        np.ascontiguousarray(views.max_thrusts),
-        np.ascontiguousarray(views.motor_constants),
-        np.ascontiguousarray(views.rotors),
-    )
+def _use(rotors, i, flies):  # type: ignore[no-untyped-def]
+    """Return the largest share of its speed limit at which a rotor of a candidate ran."""
+    use = 0.0
+    for number in range(len(rotors)):
+        rotor = rotors[number]
+        peak = take(rotor, PEAK, i)
+        if flies:  # the last speed came after the last update
+            peak = max(peak, take(rotor, SPEED, i))
+        use = max(use, peak / take(rotor, ANSWER + 1, i))
+    return use
 
 
 @register_jitable
-def _wrench(thrusts, drag, effects):  # type: ignore[no-untyped-def]
-    """Return what acts on the body (6): rotors and air."""
-    f_x, f_y, f_z, t_x, t_y, t_z = drag
-    for i in range(len(thrusts)):
-        f_x += effects[i, 0] * thrusts[i]
-        f_y += effects[i, 1] * thrusts[i]
-        f_z += effects[i, 2] * thrusts[i]
-        t_x += effects[i, 3] * thrusts[i]
-        t_y += effects[i, 4] * thrusts[i]
-        t_z += effects[i, 5] * thrusts[i]
-    return f_x, f_y, f_z, t_x, t_y, t_z
+def _see(block, seen, delays, updates):  # type: ignore[no-untyped-def]
+    """Let the law see the state, or an older one where its craft is late."""
+    ring = len(seen)
+    if ring == 1:
+        block[KNOWN * LANES : KNOWN * LANES + STATES] = block[:STATES]
+        return
+    seen[updates % ring] = block[:STATES]
+    for i in range(LANES):
+        late = delays[min(i, len(delays) - 1)]
+        for k in range(STATE_SIZE):
+            put(block, KNOWN + k, i, take(seen[(updates - late) % ring], k, i))
 
 
 @register_jitable
-def _lively(air):  # type: ignore[no-untyped-def]
-    """Return whether the air does more than a steady wind."""
-    lively = air[TURBULENCE] != 0.0
-    for i in range(3):
-        lively = lively or air[GUST + i] != 0.0 or air[PUSH + i] != 0.0
-    return lively
+def _keep(block, kept, places):  # type: ignore[no-untyped-def]
+    """Write what is asked for of the state."""
+    for k in range(len(kept)):
+        row = kept[k] * LANES
+        for i in range(LANES):
+            places[k, i] = block[row + i] if take(block, LOST, i) < 0.0 else math.nan
 
 
 @register_jitable
-def _lost(state, clearance):  # type: ignore[no-untyped-def]
-    """Return whether nothing that follows is of interest; see `Rollouts.diverged_at`."""
-    size = 0.0
-    for value in state:
-        size += abs(value)
-    if not size < math.inf:
-        return True
-    if state[6] < clearance:
-        return True
-    w, x, y, z, _, _, _, w_x, w_y, w_z, v_x, v_y, v_z = state
-    if w * w + z * z > x * x + y * y:
-        return False
-    turns = w_x * w_x + w_y * w_y + w_z * w_z > TUMBLING_RATE**2
-    return turns or v_x * v_x + v_y * v_y + v_z * v_z > TUMBLING_SPEED**2
+def _keep_nothing(samples, instant, schedule):  # type: ignore[no-untyped-def]
+    """Write that there is nothing from an instant on."""
+    since = max(0, instant - schedule.edge)
+    samples[-(-since // schedule.stride) :] = math.nan
 
 
 @register_jitable
-def _fastest(state):  # type: ignore[no-untyped-def]
-    """Return the largest of the velocities [m/s, rad/s]."""
-    most = 0.0
-    for i in range(7, 13):
-        most = max(most, abs(state[i]))
-    return most
+def _find_still(block, lively, still):  # type: ignore[no-untyped-def]
+    """Write who hovers without moving; return whether all do who are not lost."""
+    waiting = True
+    for i in range(LANES):
+        most = 0.0
+        for k in range(7, STATE_SIZE):
+            most = max(most, abs(take(block, STATE + k, i)))
+        flies = take(block, LOST, i) < 0.0
+        still[i] = flies and most < STILL and not lively[min(i, len(lively) - 1)]
+        waiting = waiting and (still[i] or not flies)
+    return waiting
+
+
+@register_jitable
+def _restore(block, rotors, seen, still, calm, hold):  # type: ignore[no-untyped-def]
+    """Put back those that hovered without moving, whether or not others had to fly on."""
+    for i in range(LANES):
+        if still[i]:
+            for row in range(ROWS):
+                put(block, row, i, take(calm, row, i))
+            for number in range(len(rotors)):
+                for row in range(ROTOR_ROWS):
+                    put(rotors[number], row, i, take(hold[number], row, i))
+            for k in range(STATE_SIZE):
+                for old in range(len(seen)):
+                    put(seen[old], k, i, take(calm, STATE + k, i))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.response_metrics import ResponseMetrics
 from workbench.design.step_response import AXES
 
 
@@ -44,3 +45,51 @@ class Rollouts:
         if self.axis == "yaw":
             return self.angular_velocity_W[:, :, 2]
         return self.velocity_W[:, :, AXES.index(self.axis)]
+
+
+@dataclass(frozen=True)
+class MeasuredSteps:
+    """Metrics of N steps whose curves were not kept.
+
+    Attributes:
+        metrics: (N) each; NaN for a candidate that was lost.
+        peak_rotor_use: (N) see `Rollouts`.
+        diverged_at: (N) see `Rollouts`.
+    """
+
+    metrics: ResponseMetrics
+    peak_rotor_use: np.ndarray
+    diverged_at: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.diverged_at)
+
+
+@dataclass(frozen=True)
+class Flights:
+    """N flights from any start.
+
+    Attributes:
+        time: (M) from the start on [s].
+        states: (N, M, 13) of the plant, see `rigid_body.State`; NaN from when it was lost on.
+        peak_rotor_use: (N) see `Rollouts`.
+        diverged_at: (N) see `Rollouts`.
+    """
+
+    time: np.ndarray
+    states: np.ndarray
+    peak_rotor_use: np.ndarray
+    diverged_at: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.diverged_at)
+
+    @property
+    def velocity_W(self) -> np.ndarray:
+        """Of the base link's origin (N, M, 3) [m/s]."""
+        return self.states[:, :, 10:13]
+
+    @property
+    def angular_velocity_W(self) -> np.ndarray:
+        """(N, M, 3) [rad/s]."""
+        return self.states[:, :, 7:10]

@@ -16,6 +16,7 @@ Scalar = Any
 Signal = Any
 """A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
+Wrench = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
 STILL = 1e-12
 """Added to squared speeds, so that their roots have derivatives in still air [m²/s²]."""
 
@@ -66,7 +67,7 @@ def drag_wrench(
     pressure: Scalar,
     p_BoBcm_B: Signal,
     rotors: Signal,
-) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]:
+) -> Wrench:
     """Return force [N] and moment about the body's origin [N·m] of all drag, in B.
 
     With v the velocity of the centre of mass relative to the air, the body's drag there is
@@ -84,11 +85,25 @@ def drag_wrench(
         p_BoBcm_B: the centre of mass (3) [m].
         rotors: n rows, see `rotor_rows`.
     """
+    v_B, w_B = motion_in_air(state, wind_W)
+    wrench = body_drag(v_B, w_B, pressure, p_BoBcm_B)
+    for i in range(len(rotors)):
+        wrench = with_rotor_drag(wrench, v_B, w_B, speeds[i], rotors[i])
+    return wrench
+
+
+@register_jitable
+def motion_in_air(state: Signal, wind_W: Signal) -> tuple[Any, Any]:
+    """Return the origin's velocity relative to the air [m/s], and the turning [rad/s], in B."""
     q_WB = state[0:4]
     way_W = (state[10] - wind_W[0], state[11] - wind_W[1], state[12] - wind_W[2])
-    v_x, v_y, v_z = into_body(q_WB, way_W)
-    w_B = into_body(q_WB, state[7:10])
+    return into_body(q_WB, way_W), into_body(q_WB, state[7:10])
 
+
+@register_jitable
+def body_drag(v_B: Signal, w_B: Signal, pressure: Scalar, p_BoBcm_B: Signal) -> Wrench:
+    """Return the part of `drag_wrench` that the body has."""
+    v_x, v_y, v_z = v_B
     s_x, s_y, s_z = cross(w_B, p_BoBcm_B)
     s_x = s_x + v_x
     s_y = s_y + v_y
@@ -98,25 +113,34 @@ def drag_wrench(
     f_y = drag * s_y
     f_z = drag * s_z
     m_x, m_y, m_z = cross(p_BoBcm_B, (f_x, f_y, f_z))
-
-    for i in range(len(rotors)):
-        p_BR = rotors[i][0:3]
-        n_x, n_y, n_z = rotors[i][3:6]
-        s_x, s_y, s_z = cross(w_B, p_BR)
-        s_x = s_x + v_x
-        s_y = s_y + v_y
-        s_z = s_z + v_z
-        along = s_x * n_x + s_y * n_y + s_z * n_z
-        s_x = s_x - along * n_x
-        s_y = s_y - along * n_y
-        s_z = s_z - along * n_z
-        drag = -abs(speeds[i]) * rotors[i][6]
-        roll = -abs(speeds[i]) * rotors[i][7]
-        t_x, t_y, t_z = cross(p_BR, (drag * s_x, drag * s_y, drag * s_z))
-        f_x = f_x + drag * s_x
-        f_y = f_y + drag * s_y
-        f_z = f_z + drag * s_z
-        m_x = m_x + t_x + roll * s_x
-        m_y = m_y + t_y + roll * s_y
-        m_z = m_z + t_z + roll * s_z
     return f_x, f_y, f_z, m_x, m_y, m_z
+
+
+@register_jitable
+def with_rotor_drag(
+    wrench: Wrench, v_B: Signal, w_B: Signal, speed: Scalar, rotor: Signal
+) -> Wrench:
+    """Return a wrench with the part of `drag_wrench` that a rotor has; see `rotor_rows`."""
+    f_x, f_y, f_z, m_x, m_y, m_z = wrench
+    v_x, v_y, v_z = v_B
+    p_BR = rotor[0:3]
+    n_x, n_y, n_z = rotor[3:6]
+    s_x, s_y, s_z = cross(w_B, p_BR)
+    s_x = s_x + v_x
+    s_y = s_y + v_y
+    s_z = s_z + v_z
+    along = s_x * n_x + s_y * n_y + s_z * n_z
+    s_x = s_x - along * n_x
+    s_y = s_y - along * n_y
+    s_z = s_z - along * n_z
+    drag = -abs(speed) * rotor[6]
+    roll = -abs(speed) * rotor[7]
+    t_x, t_y, t_z = cross(p_BR, (drag * s_x, drag * s_y, drag * s_z))
+    return (
+        f_x + drag * s_x,
+        f_y + drag * s_y,
+        f_z + drag * s_z,
+        m_x + t_x + roll * s_x,
+        m_y + t_y + roll * s_y,
+        m_z + t_z + roll * s_z,
+    )

@@ -1,0 +1,83 @@
+"""Compiled flights beside those of the full diagram: 5 s, saturated and thrown ones among them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.configured import read_configured
+from workbench.design.rollout import agreement as module
+from workbench.design.rollout.agreement import Trial, agreement, random_trials
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.gains import flight_gains
+from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import Variation
+from workbench.scenario import Scenario, Start, VehicleConfig
+
+TESTS = Path(__file__).resolve().parents[2]
+DRONES, SHARED = TESTS / "drones", TESTS.parent / "../shared/models"
+PUBLISHED = {
+    "rotors_description/urdf/hummingbird.xacro": {"namespace": "hummingbird"},
+    "gym_pybullet_drones/cf2x.urdf": {},
+    "px4_gazebo_models/x500/model.sdf": {},
+}
+VELOCITY, ANGULAR_VELOCITY = 1e-3, 5e-3
+"""Asked of an engine whose winners are then flown on the diagram [m/s, rad/s]."""
+ROUNDING = 1e-9
+"""What it comes to: the same source and the same steps, and sums in another order."""
+
+
+def compare(config: VehicleConfig, count: int, seed: int):
+    vehicle = make_vehicle(read_configured(config))
+    trials = random_trials(vehicle, flight_gains(vehicle), count, seed)
+    return agreement(Scenario(vehicle=config), trials)
+
+
+def assert_agrees(found):
+    assert found.velocity.max() < VELOCITY
+    assert found.angular_velocity.max() < ANGULAR_VELOCITY
+    assert np.median(found.velocity) < ROUNDING
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_200_sets_of_gains_fly_as_on_the_diagram(seed):
+    found = compare(VehicleConfig(), 50, seed)
+    assert_agrees(found)
+    assert found.saturated.sum() > 20
+    assert found.lost.sum() < 10
+
+
+@pytest.mark.parametrize(
+    ("name", "args"), [("tilted_quad", {"forward": "5"}), ("coaxial_x8", {}), ("h_quad", {})]
+)
+def test_so_do_drones_of_other_layouts(name, args):
+    assert_agrees(compare(VehicleConfig(str(DRONES / f"{name}.urdf.xacro"), args), 10, 9))
+
+
+@pytest.mark.parametrize("path", PUBLISHED)
+def test_so_do_the_published_vehicles(path):
+    if not SHARED.is_dir():
+        pytest.skip("put the published descriptions into ../shared/models to try them")
+    assert_agrees(compare(VehicleConfig(str(SHARED / path), PUBLISHED[path]), 20, 9))
+
+
+def test_a_difference_would_be_seen(monkeypatch):
+    """An engine that takes the drone for a hundredth heavier."""
+    trial = Trial({"max_height": 100.0}, Start(position=[0.0, 0.0, 50.0]), (6.0, 0.0, 0.0, 0.0))
+    assert agreement(Scenario(), [trial], duration=1.0).velocity[0] < ROUNDING
+    monkeypatch.setattr(
+        module,
+        "RolloutEngine",
+        lambda vehicle, *_, own: RolloutEngine(vehicle, variation=Variation(mass=1.01), own=own),
+    )
+    assert agreement(Scenario(), [trial], duration=1.0).velocity[0] > VELOCITY
+
+
+def test_trials_follow_from_their_seed_and_half_of_them_are_thrown():
+    vehicle = make_vehicle(read_configured(VehicleConfig()))
+    own = flight_gains(vehicle)
+    trials = random_trials(vehicle, own, 6, 1)
+    assert trials == random_trials(vehicle, own, 6, 1)
+    assert trials != random_trials(vehicle, own, 6, 2)
+    thrown = [any(each.start.angular_velocity) for each in trials]
+    assert thrown == [False, True] * 3

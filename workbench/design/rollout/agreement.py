@@ -1,0 +1,154 @@
+"""How far compiled flights are from those of the full diagram, for any vehicle.
+
+Flights that are hard to agree on: random gains, commands that saturate rotors and tilt, and drones
+that are thrown, turning and at any attitude.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.starts import start_state
+from workbench.errors import FlightBrokenError
+from workbench.gains import flight_gains
+from workbench.parameters import find_parameter
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario, Start
+from workbench.session import Session
+from workbench.systems.cascade import Gains
+
+HEIGHT = 50.0
+"""At which trials begin, with the ceiling far above: nothing ends them early [m]."""
+CEILING = 100.0
+SPREAD = 2.0
+"""Gains are between this part of the vehicle's own and this many times as much."""
+FASTEST, CLIMB, TURN = 8.0, 4.0, 1.0
+"""Of commands: level and vertical speed [m/s] and yaw rate [rad/s]."""
+THROWN_SPEED, THROWN_RATE = 5.0, 6.0
+"""Of what is thrown, on each axis [m/s, rad/s]."""
+SATURATED = 0.995
+"""Share of its speed limit from which a rotor counts as saturated."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A flight for both.
+
+    Attributes:
+        gains: parameter values by name.
+        start: motion at the beginning.
+        command: velocity in W [m/s] and yaw rate [rad/s] (4).
+    """
+
+    gains: Mapping[str, float]
+    start: Start
+    command: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Largest differences of N flights, each (N), up to where the compiled one is lost.
+
+    Attributes:
+        velocity: of the base link's origin, length of the difference [m/s].
+        angular_velocity: the same [rad/s].
+        saturated: whether a rotor ran at its limit.
+        lost: whether the flight was lost.
+    """
+
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+    saturated: np.ndarray
+    lost: np.ndarray
+
+
+def random_trials(vehicle: Vehicle, own: Mapping[str, float], count: int, seed: int) -> list[Trial]:
+    """Return trials of which every other is thrown.
+
+    Args:
+        vehicle: that flies.
+        own: values by name of the gains that are drawn, around which they are.
+        count: how many.
+        seed: of what is drawn.
+    """
+    rng = np.random.default_rng(seed)
+    tuned = [name for name in Gains._fields if name in own and name[:2] in ("kp", "kd")]
+    trials = []
+    for number in range(count):
+        gains = {"max_height": CEILING}
+        for name in tuned:
+            row = find_parameter(name)
+            value = own[name] * SPREAD ** rng.uniform(-1.0, 1.0)
+            gains[name] = float(np.clip(value, row.minimum, row.maximum))
+        start = Start(position=[0.0, 0.0, HEIGHT])
+        if number % 2:
+            start.roll_pitch_yaw = rng.uniform(-np.pi, np.pi, 3).tolist()
+            start.velocity = rng.uniform(-THROWN_SPEED, THROWN_SPEED, 3).tolist()
+            start.angular_velocity = rng.uniform(-THROWN_RATE, THROWN_RATE, 3).tolist()
+        most = np.array([FASTEST, FASTEST, CLIMB, TURN])
+        v_x, v_y, v_z, turn = (most * rng.uniform(-1.0, 1.0, 4)).tolist()
+        trials.append(Trial(gains, start, (v_x, v_y, v_z, turn)))
+    return trials
+
+
+def agreement(
+    scenario: Scenario,
+    trials: Sequence[Trial],
+    *,
+    duration: float = 5.0,
+    progress: Callable[[float], None] | None = None,
+) -> Agreement:
+    """Fly trials on the full diagram and on the compiled engine, and compare them.
+
+    Args:
+        scenario: its vehicle and rates fly; start and script are the trials'.
+        trials: N of them.
+        duration: of each [s].
+        progress: called with the share done.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be flown.
+    """
+    session = Session(Scenario(vehicle=scenario.vehicle, rates=scenario.rates, duration=duration))
+    own = flight_gains(session.vehicle, scenario.vehicle.gains)
+    engine = RolloutEngine(session.vehicle, scenario.rates, scenario.vehicle.variation, own=own)
+    flights = engine.fly_from(
+        [each.gains for each in trials],
+        np.array([start_state(session.vehicle, each.start) for each in trials]),
+        np.array([each.command for each in trials]),
+        duration=duration,
+    )
+    count = len(trials)
+    found = Agreement(
+        velocity=np.zeros(count),
+        angular_velocity=np.zeros(count),
+        saturated=flights.peak_rotor_use >= SATURATED,
+        lost=np.isfinite(flights.diverged_at),
+    )
+    for number, trial in enumerate(trials):
+        velocity, turning = _flown(session, trial, duration)
+        for differences, compiled, flown in (
+            (found.velocity, flights.velocity_W, velocity),
+            (found.angular_velocity, flights.angular_velocity_W, turning),
+        ):
+            apart = np.linalg.norm(compiled[number, : len(flown)] - flown, axis=1)
+            differences[number] = np.nanmax(apart, initial=0.0)
+        if progress:
+            progress((number + 1) / count)
+    return found
+
+
+def _flown(session: Session, trial: Trial, duration: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return velocity and angular velocity in W (M, 3) at each control period on the diagram."""
+    session.scenario.start = trial.start
+    session.reset()
+    for name, value in trial.gains.items():
+        session.set(name, value)
+    session.command(trial.command[:3], trial.command[3])
+    with suppress(FlightBrokenError):  # what was flown until then is compared
+        session.tick(duration)
+    recording = session.recording()
+    return recording.v_WB, recording.w_WB

@@ -1,0 +1,122 @@
+"""Fill a block with candidates, their crafts and their commands."""
+
+import numpy as np
+from numba.extending import register_jitable
+
+from workbench.design.rollout.rigid_body import held_load
+from workbench.design.rollout.rows import (
+    AIR_SIZE,
+    ALLOCATION,
+    ANSWER,
+    BLADE,
+    BODY,
+    BODY_SIZE,
+    CLEARANCE,
+    COMMAND,
+    COMMAND_SIZE,
+    EFFECTS,
+    FILTERED,
+    GAIN_SIZE,
+    GAINS,
+    HOLD,
+    IDLE,
+    LANES,
+    LOAD,
+    LOST,
+    MOST,
+    MOTOR,
+    PRESSURE,
+    RIGID,
+    RIGID_SIZE,
+    SHARE,
+    SPEED,
+    STATE,
+    STATE_SIZE,
+    STOPPED,
+    TURNING,
+    WIND,
+    WRENCH,
+    put,
+    put6,
+    take,
+    take3,
+    take6,
+)
+from workbench.systems.air.settings import AirSettings
+
+_AIR = AirSettings._fields
+TURBULENCE, GUST, PUSH = _AIR.index("turbulence"), _AIR.index("gust_x"), _AIR.index("push_x")
+AREA, DENSITY = _AIR.index("drag_area"), _AIR.index("air_density")
+assert len(_AIR) == AIR_SIZE and _AIR.index("wind_x") == 0
+
+
+@register_jitable
+def fill(block, rotors, candidates, crafts, step):  # type: ignore[no-untyped-def]
+    """Fill a block; where there are fewer than 16, the last one flies in the others' places."""
+    many = len(candidates.gains)
+    for i in range(LANES):
+        c = min(i, many - 1)
+        for k in range(STATE_SIZE):
+            put(block, STATE + k, i, candidates.starts[c, k])
+        for k in range(3):
+            put(block, FILTERED + k, i, candidates.starts[c, 10 + k])
+            put(block, HOLD + k, i, candidates.starts[c, 4 + k])
+            put(block, WIND + k, i, candidates.air[c, k])
+        for k in range(GAIN_SIZE):
+            put(block, GAINS + k, i, candidates.gains[c, k])
+        for k in range(BODY_SIZE):
+            put(block, BODY + k, i, crafts.body[c, k])
+        for k in range(RIGID_SIZE):
+            put(block, RIGID + k, i, crafts.rigid[c, k])
+        for k in range(6):
+            put(block, TURNING + k, i, step * crafts.rigid[c, 7 + k])
+        put(block, PRESSURE, i, 0.5 * candidates.air[c, DENSITY] * candidates.air[c, AREA])
+        put(block, CLEARANCE, i, crafts.clearances[c])
+        put(block, LOST, i, -1.0)
+        for number in range(len(rotors)):
+            _fill_rotor(block, rotors[number], i, c, number, candidates, crafts)
+        wrench, p_BoBcm_B = take6(block, WRENCH, i), take3(block, RIGID + 13, i)
+        put6(block, LOAD, i, held_load(wrench, take(block, RIGID, i), p_BoBcm_B, step))
+
+
+@register_jitable
+def _fill_rotor(block, rotor, i, c, number, candidates, crafts):  # type: ignore[no-untyped-def]
+    """Fill a rotor's rows of a candidate, and add its thrust at the start to the wrench."""
+    speed, share = crafts.speeds[c, number], candidates.shares[c, number]
+    row = crafts.rotors[c, number]
+    put(rotor, SPEED, i, speed)
+    put(rotor, SHARE, i, share)
+    if share == 0.0:
+        put(block, STOPPED, i, 1.0)
+    for k in range(4):
+        put(rotor, ALLOCATION + k, i, row[k])
+    put(rotor, IDLE, i, row[8])
+    put(rotor, MOST, i, row[9])
+    put(rotor, MOTOR, i, row[10])
+    for k in range(9):
+        put(rotor, ANSWER + k, i, row[11 + k])
+    for k in range(8):
+        put(rotor, BLADE + k, i, crafts.blades[c, number, k])
+    for k in range(6):
+        effect = crafts.effects[c, number, k]
+        put(rotor, EFFECTS + k, i, effect)
+        put(block, WRENCH + k, i, take(block, WRENCH + k, i) + effect * (row[10] * speed**2))
+
+
+@register_jitable
+def give_commands(block, commands):  # type: ignore[no-untyped-def]
+    """Let every candidate have its command."""
+    for i in range(LANES):
+        for k in range(COMMAND_SIZE):
+            put(block, COMMAND + k, i, commands[min(i, len(commands) - 1), k])
+
+
+@register_jitable
+def is_lively(air):  # type: ignore[no-untyped-def]
+    """Return for whom (m) the air does more than a steady wind."""
+    found = np.zeros(len(air), dtype=np.bool_)
+    for c in range(len(air)):
+        found[c] = air[c, TURBULENCE] != 0.0
+        for k in range(3):
+            found[c] |= air[c, GUST + k] != 0.0 or air[c, PUSH + k] != 0.0
+    return found

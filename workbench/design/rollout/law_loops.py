@@ -1,0 +1,156 @@
+"""The control update of a block: loops over its candidates around the law's own functions."""
+
+from typing import Any
+
+import numpy as np
+from numba.extending import register_jitable
+
+from workbench.design.rollout.rows import (
+    ALLOCATION,
+    ANSWER,
+    BODY,
+    COMMAND,
+    EFFECTS,
+    EFFORT,
+    FILTERED,
+    GAINS,
+    HARD,
+    HOLD,
+    IDLE,
+    KNOWN,
+    LANES,
+    LOST,
+    MOST,
+    MOTOR,
+    PEAK,
+    SHARE,
+    SPEED,
+    STOPPED,
+    THRUST,
+    WRENCH,
+    put,
+    put3,
+    put4,
+    put6,
+    take,
+    take3,
+    take4,
+    take6,
+    take8,
+    take9,
+    take13,
+    take18,
+)
+from workbench.systems.flight_law import LawConstants, estimated, flight_wrench
+from workbench.systems.mixer import mix, plain_thrust
+from workbench.systems.rotor_response import drive_rotor, speed_command
+from workbench.systems.stopped_rotors import mix_without
+
+NO_BRAKE = (0.0,) * 13
+"""There are no obstacles here: what `Guidance` has behind the point to hold."""
+
+
+@register_jitable
+def want(block, estimate):  # type: ignore[no-untyped-def]
+    """Write the wanted efforts, and step the estimates of acceleration."""
+    for i in range(LANES):
+        known = take13(block, KNOWN, i)
+        acceleration, filtered = estimated(known[10:13], take3(block, FILTERED, i), estimate)
+        constants = LawConstants(
+            take(block, BODY, i),
+            take6(block, BODY + 1, i),
+            take4(block, BODY + 7, i),
+            take3(block, BODY + 11, i),
+            take3(block, BODY + 14, i),
+            (),
+            (),
+            (),
+            (),
+            (),
+            (),
+        )
+        guidance = (1.0, 1.0, 1.0, 0.0, 1.0, 1.0) + take3(block, HOLD, i) + NO_BRAKE
+        effort = flight_wrench(
+            known,
+            acceleration,
+            take8(block, COMMAND, i),
+            guidance,
+            take18(block, GAINS, i),
+            constants,
+            None,
+        )
+        put4(block, EFFORT, i, effort)
+        put3(block, FILTERED, i, filtered)
+
+
+@register_jitable
+def mix_plainly(block, rotors):  # type: ignore[no-untyped-def]
+    """Write wanted thrusts, and for whom they are beyond what rotors can give."""
+    for i in range(LANES):
+        put(block, HARD, i, take(block, STOPPED, i))
+    for number in range(len(rotors)):
+        rotor = rotors[number]
+        for i in range(LANES):
+            force, m_x, m_y, m_z = take4(block, EFFORT, i)
+            thrust = plain_thrust(force, m_x, m_y, m_z, take4(rotor, ALLOCATION, i))
+            hard = take(block, HARD, i)
+            if thrust > take(rotor, MOST, i):
+                hard = 1.0
+            if thrust < take(rotor, IDLE, i):
+                hard = 1.0
+            put(rotor, THRUST, i, thrust)
+            put(block, HARD, i, hard)
+
+
+@register_jitable
+def mix_hard(block, rotors, shares, law_rotors):  # type: ignore[no-untyped-def]
+    """Write the wanted thrusts of those that saturate, or have lost rotors, one by one."""
+    n = len(rotors)
+    hard = 0.0
+    for i in range(LANES):
+        hard += take(block, HARD, i)
+    if hard == 0.0:
+        return
+    thrusts: Any = np.empty(n)
+    for i in range(len(shares)):
+        if take(block, HARD, i) == 0.0:
+            continue
+        force, m_x, m_y, m_z = take4(block, EFFORT, i)
+        rows = law_rotors[i]
+        idle, most = rows[:, 8].copy(), rows[:, 9].copy()
+        if take(block, STOPPED, i) > 0.0:
+            for number in range(n):
+                most[number] = most[number] if shares[i, number] > 0.0 else 0.0
+            mix_without(force, m_x, m_y, m_z, rows[:, 4:8].copy(), most, thrusts)
+        else:
+            mix(force, m_x, m_y, m_z, rows[:, 0:4].copy(), idle, most, thrusts)
+        for number in range(n):
+            put(rotors[number], THRUST, i, thrusts[number])
+
+
+@register_jitable
+def drive(block, rotors, noted):  # type: ignore[no-untyped-def]
+    """Step the rotors' speeds, and add their mean thrusts to what will act on the body.
+
+    Peaks are of the speeds before, if they are to be noted.
+    """
+    for number in range(len(rotors)):
+        rotor = rotors[number]
+        for i in range(LANES):
+            speed, peak = take(rotor, SPEED, i), take(rotor, PEAK, i)
+            flies = take(block, LOST, i) < 0.0
+            put(rotor, PEAK, i, speed if noted and flies and speed > peak else peak)
+            command = speed_command(take(rotor, THRUST, i), take(rotor, MOTOR, i), 1.0)
+            thrust, speed, _ = drive_rotor(
+                command, speed, take(rotor, SHARE, i), take9(rotor, ANSWER, i)
+            )
+            put(rotor, SPEED, i, speed)
+            w_x, w_y, w_z, w_l, w_m, w_n = take6(block, WRENCH, i)
+            e_x, e_y, e_z, e_l, e_m, e_n = take6(rotor, EFFECTS, i)
+            w_x += e_x * thrust
+            w_y += e_y * thrust
+            w_z += e_z * thrust
+            w_l += e_l * thrust
+            w_m += e_m * thrust
+            w_n += e_n * thrust
+            put6(block, WRENCH, i, (w_x, w_y, w_z, w_l, w_m, w_n))

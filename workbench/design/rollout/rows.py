@@ -1,0 +1,160 @@
+"""Sixteen candidates side by side: where their numbers stand, and how to get at them.
+
+A block is a flat array of rows, and a row holds one number of each of 16 candidates. Compiled loops
+over the candidates, innermost and over rows at constant places, become vector instructions: one
+source flies four candidates, or eight, at the price of one. That asks for plain code in the loop,
+which is why numbers are taken out and put back one by one here, without loops of their own.
+"""
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+from workbench.systems.air.settings import AirSettings
+from workbench.systems.cascade import Gains, Reference
+
+LANES = 16
+"""Candidates in a block: four vectors of four, so that one's wait is another's work."""
+
+STATE_SIZE, GAIN_SIZE = 13, len(Gains._fields)
+COMMAND_SIZE, AIR_SIZE = len(Reference._fields), len(AirSettings._fields)
+BODY_SIZE, RIGID_SIZE = 17, 16
+
+STATE = 0
+KNOWN = STATE + STATE_SIZE
+"""The state that the law sees, which may be an older one."""
+FILTERED = KNOWN + STATE_SIZE
+"""Velocity of the acceleration estimate (3)."""
+R_WB = FILTERED + 3
+CHANGES = R_WB + 9
+"""See `rigid_body.velocity_changes` (6)."""
+LOAD = CHANGES + 6
+"""See `rigid_body.held_load` (6)."""
+WRENCH = LOAD + 6
+"""What will act on the body (6)."""
+EFFORT = WRENCH + 6
+"""Wanted force and moment (4)."""
+GAINS = EFFORT + 4
+COMMAND = GAINS + GAIN_SIZE
+HOLD = COMMAND + COMMAND_SIZE
+"""Point to hold while no pilot steers (3)."""
+BODY = HOLD + 3
+"""Mass, inertia, q_BT, p_BoBcm_B and drag as the law knows them, see `flight_law.packed`."""
+RIGID = BODY + BODY_SIZE
+"""Mass, inertia, inverse and centre of mass of what flies, see `rigid_body.RigidBody`."""
+TURNING = RIGID + RIGID_SIZE
+"""Step times the inverse of inertia (6)."""
+WIND = TURNING + 6
+WAY = WIND + 3
+"""Velocity relative to the air, and angular velocity, in B (6)."""
+PRESSURE = WAY + 6
+"""Half the air's density times the drag area."""
+CLEARANCE = PRESSURE + 1
+STOPPED = CLEARANCE + 1
+"""1 where a rotor has stopped."""
+HARD = STOPPED + 1
+"""1 where thrusts need more than a sum of columns."""
+LOST = HARD + 1
+"""Instant at which it was lost, -1 if it was not."""
+ROWS = LOST + 1
+
+SPEED, THRUST, SHARE, IDLE, MOST, MOTOR, PEAK = range(7)
+ALLOCATION = PEAK + 1
+EFFECTS = ALLOCATION + 4
+ANSWER = EFFECTS + 6
+"""See `rotor_response.rotor_period` (9)."""
+BLADE = ANSWER + 9
+"""See `air.drag.rotor_rows` (8)."""
+ROTOR_ROWS = BLADE + 8
+"""Rows of a rotor's own block."""
+
+
+@register_jitable(forceinline=True)
+def take(b: Any, row: int, i: int) -> Any:
+    """Return a candidate's number."""
+    return b[row * LANES + i]
+
+
+@register_jitable(forceinline=True)
+def take3(b: Any, row: int, i: int) -> Any:
+    """Return three numbers from a row on; and so the next ones, which take more."""
+    return take(b, row, i), take(b, row + 1, i), take(b, row + 2, i)
+
+
+@register_jitable(forceinline=True)
+def take4(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take(b, row, i), take(b, row + 1, i), take(b, row + 2, i), take(b, row + 3, i)
+
+
+@register_jitable(forceinline=True)
+def take6(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take3(b, row, i) + take3(b, row + 3, i)
+
+
+@register_jitable(forceinline=True)
+def take8(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take4(b, row, i) + take4(b, row + 4, i)
+
+
+@register_jitable(forceinline=True)
+def take9(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take6(b, row, i) + take3(b, row + 6, i)
+
+
+@register_jitable(forceinline=True)
+def take13(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take9(b, row, i) + take4(b, row + 9, i)
+
+
+@register_jitable(forceinline=True)
+def take18(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take9(b, row, i) + take9(b, row + 9, i)
+
+
+@register_jitable(forceinline=True)
+def put(b: Any, row: int, i: int, value: Any) -> None:
+    """Put a candidate's number into its place."""
+    b[row * LANES + i] = value
+
+
+@register_jitable(forceinline=True)
+def put3(b: Any, row: int, i: int, values: Any) -> None:
+    """Put three numbers from a row on; and so the next ones, which put more."""
+    put(b, row, i, values[0])
+    put(b, row + 1, i, values[1])
+    put(b, row + 2, i, values[2])
+
+
+@register_jitable(forceinline=True)
+def put4(b: Any, row: int, i: int, values: Any) -> None:
+    """See `put3`."""
+    put3(b, row, i, values[0:3])
+    put(b, row + 3, i, values[3])
+
+
+@register_jitable(forceinline=True)
+def put6(b: Any, row: int, i: int, values: Any) -> None:
+    """See `put3`."""
+    put3(b, row, i, values[0:3])
+    put3(b, row + 3, i, values[3:6])
+
+
+@register_jitable(forceinline=True)
+def put9(b: Any, row: int, i: int, values: Any) -> None:
+    """See `put3`."""
+    put6(b, row, i, values[0:6])
+    put3(b, row + 6, i, values[6:9])
+
+
+@register_jitable(forceinline=True)
+def put13(b: Any, row: int, i: int, values: Any) -> None:
+    """See `put3`."""
+    put6(b, row, i, values[0:6])
+    put6(b, row + 6, i, values[6:12])
+    put(b, row + 12, i, values[12])
