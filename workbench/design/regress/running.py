@@ -1,16 +1,20 @@
-"""Run specs: fly their cases in processes, compare, and record baselines."""
+"""Run specs: fly their cases in processes or on a cluster, compare, and record baselines."""
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
-from workbench.design.regress.flight import Changes
+from workbench.design.executor.executor import Executor
+from workbench.design.executor.in_process import InThisProcess
+from workbench.design.executor.local_processes import LocalProcesses
+from workbench.design.regress.flight import Changes, changed
 from workbench.design.regress.judging import Job, Measured, baseline_files, compare, measure
 from workbench.design.regress.loading import load_spec
 from workbench.design.regress.spec_names import MARGINS
 from workbench.design.regress.verdict import CaseResult
+from workbench.scenario import Scenario
 
 Progress = Callable[[float], None]
 
@@ -27,6 +31,7 @@ def regress(
     changes: Changes | None = None,
     *,
     processes: int = 1,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[CaseResult]:
     """Fly the cases of specs and judge them.
@@ -35,6 +40,7 @@ def regress(
         specs: their files.
         changes: what is to be otherwise than in the specs.
         processes: that fly; 1 flies in this one.
+        executor: where cases fly instead, as on a cluster.
         progress: called with the share that is done, 0 .. 1.
 
     Returns:
@@ -44,25 +50,30 @@ def regress(
         WorkbenchError: if a spec is wrong or its vehicle cannot be built.
     """
     jobs = all_jobs(specs, changes or Changes())
-    measured = measure_all(jobs, processes, progress)
+    measured = measure_all(jobs, executor or local(processes), progress)
     return [compare(job, each) for job, each in zip(jobs, measured, strict=True)]
 
 
 def record(
-    specs: Sequence[Path | str], *, processes: int = 1, progress: Progress | None = None
+    specs: Sequence[Path | str],
+    *,
+    processes: int = 1,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
 ) -> Recorded:
     """Fly the cases of specs for their baselines, and judge their limits.
 
     Args:
         specs: their files.
         processes: that fly; 1 flies in this one.
+        executor: where cases fly instead, as on a cluster.
         progress: called with the share that is done, 0 .. 1.
 
     Raises:
         WorkbenchError: if a spec is wrong or its vehicle cannot be built.
     """
     jobs = all_jobs(specs, Changes())
-    measured = measure_all(jobs, processes, progress)
+    measured = measure_all(jobs, executor or local(processes), progress)
     files: dict[Path, str] = {}
     for job, each in zip(jobs, measured, strict=True):
         files |= baseline_files(job, each)
@@ -79,31 +90,41 @@ def all_jobs(specs: Sequence[Path | str], changes: Changes) -> list[Job]:
     return found
 
 
-def measure_all(
-    jobs: Sequence[Job], processes: int, progress: Progress | None = None
-) -> list[Measured]:
-    """Return what each job came to, in the order of the jobs.
+def local(processes: int) -> Executor:
+    """Return what flies in so many processes; one is this one."""
+    return LocalProcesses(processes) if processes > 1 else InThisProcess()
 
-    Processes are started anew instead of forked, as threads of Drake and numba do not survive that.
-    """
+
+def measure_all(
+    jobs: Sequence[Job], executor: Executor, progress: Progress | None = None
+) -> list[Measured]:
+    """Return what each job came to, in the order of the jobs."""
     found: dict[int, Measured] = {}
-    for index, measured in _as_done(jobs, min(processes, len(jobs))):
+    for index, measured in executor.run([Measuring(job) for job in jobs]):
         found[index] = measured
         if progress:
             progress(len(found) / len(jobs))
     return [found[index] for index in range(len(jobs))]
 
 
-def _as_done(jobs: Sequence[Job], processes: int) -> Iterator[tuple[int, Measured]]:
-    """Yield the place of each job and what it came to, as they get done."""
-    if processes <= 1:
-        yield from enumerate(map(measure, jobs))
-        return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        places = {pool.submit(measure, job): index for index, job in enumerate(jobs)}
-        try:
-            for done in as_completed(places):
-                yield places[done], done.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+@dataclass(frozen=True)
+class Measuring:
+    """One job's flight or margins, to be done anywhere; see `executor.Task`."""
+
+    job: Job
+
+    @property
+    def scenario(self) -> Scenario:
+        """What names the files that are read for it."""
+        return changed(self.job.spec, self.job.changes)
+
+    def with_scenario(self, scenario: Scenario) -> Self:
+        """Return the same job with the files of that scenario."""
+        spec = self.job.spec
+        content = dataclasses.replace(spec.content, vehicle=scenario.vehicle, world=scenario.world)
+        moved = dataclasses.replace(spec, content=content)
+        return dataclasses.replace(self, job=dataclasses.replace(self.job, spec=moved))
+
+    def run(self) -> Measured:
+        """Return what the job comes to."""
+        return measure(self.job)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.sweep.full_flights import fly_one
-from workbench.design.sweep.ranges import VARY
+from workbench.design.sweep.ranges import SEED, VARY
 from workbench.design.sweep.table import SweepTable
 
 MOST_TRIED = 5
@@ -41,9 +41,12 @@ class BestCandidate:
 def why_no_best(table: SweepTable) -> str:
     """Return why a sweep has no best candidate, "" if it may have one.
 
-    A range of vary.* is what a drone may turn out to be, and nothing to be chosen.
+    A range of vary.* is what a drone may turn out to be, and a seed what the air may do: nothing
+    to be chosen.
     """
     drones = [each.name for each in table.ranges if each.name.startswith(VARY)]
+    if SEED in (each.name for each in table.ranges):
+        return "no best is chosen: a seed is luck: sweep gains with one seed, or look at the spread"
     if not drones:
         return ""
     verb = "is" if len(drones) == 1 else "are"
@@ -61,8 +64,8 @@ def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
         metric: by which a candidate is the best; see `SweepTable.ranking`.
 
     Returns:
-        The best one, or None if none of the first five flies there, or vary.* is swept, see
-        `why_no_best`.
+        The best one, or None if none of the first five flies there, or vary.* or seed is swept,
+        see `why_no_best`.
 
     Raises:
         WorkbenchError: if the metric is unknown or was not measured.

@@ -8,7 +8,7 @@ from typing import Any
 
 from workbench.configured import read_configured
 from workbench.design.step_response import AXES, UNITS, check_duration
-from workbench.design.sweep.ranges import VARY, SweepRange
+from workbench.design.sweep.ranges import SEED, VARY, SweepRange
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.gains import flight_gains
 from workbench.parameters import PARAMETERS
@@ -24,10 +24,14 @@ _LIMITS = {"x": "max_speed", "y": "max_speed", "z": "max_climb_rate", "yaw": "ma
 
 @dataclass(frozen=True)
 class Candidate:
-    """Values of live parameters by name, and how the drone differs from what is known of it."""
+    """Values of live parameters by name, and how the drone differs from what is known of it.
+
+    The seed is of its turbulence; None leaves the scenario's.
+    """
 
     settings: Mapping[str, float]
     variation: Variation
+    seed: int | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,7 @@ class SweepCase:
     def candidate(self, ranges: Sequence[SweepRange], row: Sequence[float]) -> Candidate:
         """Return the candidate with these values of what is swept."""
         swept = {each.name: float(value) for each, value in zip(ranges, row, strict=True)}
+        seed = int(swept.pop(SEED)) if SEED in swept else None
         settings, factors = dict(self.settings), dict[str, Any]()
         for name, value in swept.items():
             if name.startswith(VARY):
@@ -86,13 +91,14 @@ class SweepCase:
             else:
                 settings[name] = value
         variation = dataclasses.replace(self.scenario.vehicle.variation, **factors)
-        return Candidate(settings, variation)
+        return Candidate(settings, variation, seed)
 
     def present(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> list[float]:
         """Return the values that what is swept has without a sweep."""
         values = self.values(vehicle)
         variation = dataclasses.asdict(self.scenario.vehicle.variation)
         values |= {f"{VARY}{name}": value for name, value in variation.items()}
+        values[SEED] = self.scenario.sensors.seed
         return [values[each.name] for each in ranges]
 
     def check(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> None:

@@ -1,26 +1,26 @@
-"""Candidates flown on the full Drake diagram, in processes."""
+"""Candidates flown on the full Drake diagram: in processes of this machine, or on a cluster."""
 
 import dataclasses
 import logging
-import multiprocessing
-import os
-import signal
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
+from workbench.design.executor.executor import Executor
+from workbench.design.executor.local_processes import all_cores
 from workbench.design.lost import find_loss
 from workbench.design.step_metrics import step_metrics
 from workbench.design.step_response import EDGE, axis_velocity, step_scenario
 from workbench.design.sweep.case import Candidate, SweepCase
 from workbench.design.sweep.flown import Flown, Progress, Stop, nothing_flown
 from workbench.design.sweep.metrics import FLOWN
-from workbench.errors import FlightBrokenError, WorkbenchError
+from workbench.errors import FlightBrokenError
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
+from workbench.scenario import Scenario
 from workbench.session import Session
 
 
@@ -30,10 +30,13 @@ def fly_full(
     candidates: Sequence[Candidate],
     progress: Progress | None = None,
     stop: Stop | None = None,
+    *,
+    executor: Executor | None = None,
 ) -> Flown:
-    """Fly candidates on the full diagram, one a core at a time; about a second each.
+    """Fly candidates on the full diagram; about a second each.
 
-    Processes are spawned, so a script that calls this needs `if __name__ == "__main__":`.
+    A candidate flies the same, to the bit, wherever it flies. Local processes are spawned, so a
+    script that calls this needs `if __name__ == "__main__":`.
 
     Args:
         case: the step.
@@ -41,38 +44,42 @@ def fly_full(
         candidates: (N) what is flown.
         progress: called with the share done.
         stop: True ends with what is done.
+        executor: where they fly; without one, in a process of this machine for each core.
 
     Raises:
-        WorkbenchError: if a candidate cannot be built, or a process was ended.
+        WorkbenchError: if a candidate cannot be built, or what flies it is lost.
     """
     flown = nothing_flown(len(candidates))
-    pool = ProcessPoolExecutor(
-        min(len(candidates), len(os.sched_getaffinity(0))),
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_keep_quiet,
-    )
-    try:
-        with _without_interrupts():
-            begun = {
-                pool.submit(fly_one, case, candidate): index
-                for index, candidate in enumerate(candidates)
-            }
-        for count, future in enumerate(as_completed(begun), start=1):
-            _note(future, begun[future], flown)
-            if progress:
-                progress(count / len(candidates))
-            if stop and stop():
-                break
-    except BrokenProcessPool as error:
-        raise WorkbenchError(
-            "a process that flew candidates was ended from outside, perhaps for want of memory"
-        ) from error
-    finally:
-        pool.shutdown(cancel_futures=True)
-    for future, index in begun.items():  # what was in the air when it was stopped
-        if future.done() and not future.cancelled() and not flown.done[index]:
-            _note(future, index, flown)
+    tasks = [StepFlight(case, candidate) for candidate in candidates]
+    found = (executor or all_cores()).run(tasks, stop)
+    for count, (index, result) in enumerate(found, start=1):
+        flown.values[index], flown.diverged_at[index] = result
+        flown.done[index] = True
+        if progress:
+            progress(count / len(candidates))
     return flown
+
+
+@dataclass(frozen=True)
+class StepFlight:
+    """One candidate's flight, to be done anywhere; see `executor.Task`."""
+
+    case: SweepCase
+    candidate: Candidate
+
+    @property
+    def scenario(self) -> Scenario:
+        """What names the files that are read for it."""
+        return self.case.scenario
+
+    def with_scenario(self, scenario: Scenario) -> Self:
+        """Return the same flight with the files of that scenario."""
+        return dataclasses.replace(self, case=dataclasses.replace(self.case, scenario=scenario))
+
+    def run(self) -> tuple[list[float], float]:
+        """Return what `fly_one` does; remarks are left to who asked, who has made them."""
+        with _quietly():
+            return fly_one(self.case, self.candidate)
 
 
 def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
@@ -86,6 +93,8 @@ def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
     """
     scenario = step_scenario(case.axis, case.amplitude, case.duration, case.scenario)
     scenario.vehicle = dataclasses.replace(scenario.vehicle, variation=candidate.variation)
+    if candidate.seed is not None:
+        scenario.sensors.seed = candidate.seed
     session = Session(scenario, dict(candidate.settings))
     try:
         session.run()
@@ -108,22 +117,13 @@ def lost_at(recording: Recording) -> float:
     return max(0.0, loss.time - EDGE) if loss else float("nan")
 
 
-def _note(future: "Future[tuple[list[float], float]]", index: int, flown: Flown) -> None:
-    """Put what was flown into its place."""
-    flown.values[index], flown.diverged_at[index] = future.result()
-    flown.done[index] = True
-
-
 @contextmanager
-def _without_interrupts() -> Iterator[None]:
-    """Start processes that leave Ctrl-C to this one: they inherit what is blocked."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+def _quietly() -> Iterator[None]:
+    """Say nothing but errors."""
+    logger = logging.getLogger("workbench")
+    before = logger.level
+    logger.setLevel(logging.ERROR)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _keep_quiet() -> None:
-    """Let a process leave remarks to the one that started it, which has made them."""
-    logging.getLogger("workbench").setLevel(logging.ERROR)
+        logger.setLevel(before)

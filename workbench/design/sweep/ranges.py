@@ -1,4 +1,4 @@
-"""What is swept: a parameter or a variation, between two values."""
+"""What is swept: a parameter, a variation or the seed of chance, between two values."""
 
 import math
 from dataclasses import dataclass
@@ -16,9 +16,12 @@ MOST_POINTS = 10_000
 VARY = "vary."
 """What the names of variations begin with; they are of the drone, not of its controller."""
 VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag"))
+SEED = "seed"
+"""The name of the turbulence's seed."""
+LARGEST_SEED = 2**31 - 1
 _SYSTEMS = ("controller", "air", "rotors")
 """Whose rows act in a step flight."""
-SWEPT = (*(row.name for row in PARAMETERS if row.system in _SYSTEMS), *VARIATIONS)
+SWEPT = (*(row.name for row in PARAMETERS if row.system in _SYSTEMS), *VARIATIONS, SEED)
 """What can be swept."""
 
 
@@ -28,7 +31,7 @@ class SweepRange:
 
     Attributes:
         name: a live parameter that acts in a step flight, or vary.mass, vary.inertia,
-            vary.rotor_lag.
+            vary.rotor_lag, or seed, whose values are whole.
         low: smallest value.
         high: largest value.
         points: how many a grid has, both ends among them.
@@ -70,7 +73,7 @@ class SweepRange:
     @property
     def unit(self) -> str:
         """Of the values."""
-        return "1" if self.name in VARIATIONS else find_parameter(self.name).unit
+        return "1" if self.name in (*VARIATIONS, SEED) else find_parameter(self.name).unit
 
     @property
     def grid(self) -> np.ndarray:
@@ -83,6 +86,8 @@ class SweepRange:
             values = np.exp(math.log(self.low) + shares * math.log(self.high / self.low))
         else:
             values = self.low + shares * (self.high - self.low)
+        if self.name == SEED:
+            values = np.round(values)
         return np.clip(values, self.low, self.high)
 
 
@@ -116,7 +121,10 @@ def check_value(name: str, value: float) -> None:
     Raises:
         WorkbenchError: if it is none.
     """
-    if name not in VARIATIONS:
+    if name == SEED:
+        if not (0 <= value <= LARGEST_SEED and float(value).is_integer()):
+            raise WorkbenchError(f"a seed is {value:g}: give a whole number 0 .. {LARGEST_SEED}")
+    elif name not in VARIATIONS:
         find_parameter(name).check(value)
     elif math.isfinite(value):
         factor: dict[str, Any] = {name.removeprefix(VARY): value}

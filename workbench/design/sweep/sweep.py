@@ -47,7 +47,8 @@ def sweep(
         scenario: its vehicle, gains, world and rates are used.
         settings: parameter values that all candidates share.
         loop: whose margins are computed as well, see `linear.loops`; "" for none.
-        fly: `fly_compiled`, or `fly_full` for the full diagram in processes.
+        fly: `fly_compiled`, or `fly_full` for the full diagram, in processes or, with its
+            executor bound by `functools.partial`, anywhere.
         progress: called with the share done, 0 .. 1.
         stop: asked from time to time; True ends the sweep with what is done.
 

@@ -1,0 +1,100 @@
+"""What a cluster costs: flights of the full diagram in two processes here, and on two Dask workers.
+
+Both fly the same candidates in the same run, in turns, so that a noisy machine disturbs both alike.
+Processes are started in each turn, as a command does; workers stand, as those of a cluster do.
+"""
+
+import statistics
+import time
+from dataclasses import dataclass
+
+from workbench.design.executor.cluster import DaskCluster
+from workbench.design.executor.executor import Executor
+from workbench.design.executor.local_processes import LocalProcesses
+from workbench.design.sweep.case import SweepCase
+from workbench.design.sweep.full_flights import fly_full
+from workbench.design.sweep.ranges import parse_range
+
+PROCESSES = 2
+FLIGHTS = 24
+TURNS = 3
+STEP = 3.0
+"""Duration of a flight after its edge [s]."""
+
+
+@dataclass(frozen=True)
+class ExecutorRow:
+    """Flights of the full diagram in one place.
+
+    Attributes:
+        name: of the place.
+        flights_a_second: the best turn's.
+        median_ratio: to the processes, turn by turn.
+        least_ratio: of all turns.
+        largest_ratio: of all turns.
+    """
+
+    name: str
+    flights_a_second: float
+    median_ratio: float
+    least_ratio: float
+    largest_ratio: float
+
+
+def measure() -> list[ExecutorRow]:
+    """Return a row for local processes and one for a cluster on this machine."""
+    from distributed import LocalCluster
+
+    case = SweepCase("x", 2.0, STEP)
+    with (
+        LocalCluster(
+            n_workers=PROCESSES,
+            threads_per_worker=1,
+            processes=True,
+            protocol="tcp://",
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+        ) as workers,
+        DaskCluster(workers.scheduler_address) as cluster,
+    ):
+        places: dict[str, Executor] = {
+            "two processes": LocalProcesses(PROCESSES),
+            "Dask, two workers": cluster,
+        }
+        for executor in places.values():
+            _time(case, executor, PROCESSES)  # compiles and loads
+        times: dict[str, list[float]] = {name: [] for name in places}
+        for _ in range(TURNS):
+            for name, executor in places.items():
+                times[name].append(_time(case, executor, FLIGHTS))
+    return [_row(name, times[name], times["two processes"]) for name in places]
+
+
+def show(rows: list[ExecutorRow]) -> None:
+    """Print the table."""
+    print(f"flights of the full diagram   a second   ratio ({TURNS} turns of {FLIGHTS} flights)")
+    for row in rows:
+        print(
+            f"  {row.name:26} {row.flights_a_second:9.2f}   {row.median_ratio:.2f}"
+            f"  ({row.least_ratio:.2f} .. {row.largest_ratio:.2f})"
+        )
+
+
+def _time(case: SweepCase, executor: Executor, count: int) -> float:
+    """Return how long so many flights take [s]."""
+    swept = (parse_range("kp_pitch=150..300:9"),)
+    candidates = [case.candidate(swept, [150.0 + index]) for index in range(count)]
+    begun = time.perf_counter()
+    fly_full(case, case.vehicle(), candidates, executor=executor)
+    return time.perf_counter() - begun
+
+
+def _row(name: str, times: list[float], here: list[float]) -> ExecutorRow:
+    ratios = [base / own for base, own in zip(here, times, strict=True)]
+    return ExecutorRow(
+        name, FLIGHTS / min(times), statistics.median(ratios), min(ratios), max(ratios)
+    )
+
+
+if __name__ == "__main__":
+    show(measure())

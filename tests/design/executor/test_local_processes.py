@@ -1,0 +1,45 @@
+"""Processes of this machine: what they give back, and what is done when they are killed."""
+
+import pytest
+from far_tasks import Losing, Square
+
+from workbench.design.executor import local_processes
+from workbench.design.executor.in_process import InThisProcess
+from workbench.design.executor.local_processes import LocalProcesses
+from workbench.errors import WorkbenchError
+
+
+@pytest.mark.parametrize("executor", [InThisProcess(), LocalProcesses(2)])
+def test_every_task_is_done_once(executor):
+    found = list(executor.run([Square(number) for number in range(8)]))
+    assert sorted(found) == [(number, number**2) for number in range(8)]
+    assert list(executor.run([])) == []
+
+
+@pytest.mark.parametrize("executor", [InThisProcess(), LocalProcesses(1)])
+def test_a_stop_keeps_what_was_finished(executor):
+    found = []
+    tasks = [Square(number, seconds=0.02) for number in range(500)]
+    for each in executor.run(tasks, stop=lambda: len(found) >= 2):
+        found.append(each)
+    assert 2 <= len(found) < 500
+    assert all(result == index**2 for index, result in found)
+
+
+@pytest.mark.parametrize("executor", [InThisProcess(), LocalProcesses(1)])
+def test_what_a_task_refuses_arrives_as_it_was_said(executor):
+    with pytest.raises(WorkbenchError, match="^13 has no square: take another number$"):
+        list(executor.run([Square(13)]))
+
+
+def test_what_a_killed_process_was_at_is_done_again(tmp_path):
+    marker = tmp_path / "killed"
+    found = list(Losing(LocalProcesses(2), marker).run([Square(n) for n in range(4)]))
+    assert marker.exists()
+    assert sorted(found) == [(number, number**2) for number in range(4)]
+
+
+def test_processes_that_are_killed_too_often_are_a_sentence(tmp_path, monkeypatch):
+    monkeypatch.setattr(local_processes, "MOST_LOST", 0)
+    with pytest.raises(WorkbenchError, match="ended from outside, 1 times: let fewer fly"):
+        list(Losing(LocalProcesses(1), tmp_path / "killed").run([Square(1)]))

@@ -1,0 +1,199 @@
+"""Tasks done on a Dask cluster: any number of machines, of which some may be lost."""
+
+import logging
+import pickle
+import time
+from collections.abc import Iterator, Sequence
+from types import TracebackType
+from typing import Any, Self
+
+from workbench.design.executor.address import check_scheduler
+from workbench.design.executor.executor import Result, Stop, Task
+from workbench.design.executor.remote import passed_on, run_there
+from workbench.design.executor.shipment import shipment, with_absolute_paths
+from workbench.design.executor.versions import INSTALL, Versions, check_versions, versions
+from workbench.errors import WorkbenchError
+from workbench.scenario import Scenario
+
+ASK = 0.05
+"""Time between two looks for results, and questions whether to stop [s]."""
+
+
+class DaskCluster:
+    """Does tasks on the workers of a Dask scheduler; to be used in a `with` statement.
+
+    What a worker was at when it was lost is done by another; workers may join at any time. The
+    files that tasks read are sent along.
+
+    Args:
+        address: of the scheduler, as tcp://HOST:PORT.
+
+    Raises:
+        WorkbenchError: if no scheduler answers there, it has no workers, or a worker cannot do what
+            is done here.
+    """
+
+    def __init__(self, address: str) -> None:
+        check_scheduler(address)
+        from distributed import Client
+
+        self._address = address
+        # what it tells in many lines, of a scheduler that is lost, is said in one sentence
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+        self._client = Client(address, set_as_default=False, name="workbench")
+        try:
+            self.workers = self._checked_workers()
+        except BaseException:
+            self._client.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._client.close()
+
+    def run(
+        self, tasks: Sequence[Task[Result]], stop: Stop | None = None
+    ) -> Iterator[tuple[int, Result]]:
+        """See `Executor.run`; what is in the air when it is stopped is given up.
+
+        Raises:
+            WorkbenchError: as a task raised it, or if the scheduler is lost, or several workers one
+                after the other with the same task.
+        """
+        from distributed import as_completed
+
+        futures = self._begin(tasks)
+        places = {future.key: index for index, future in enumerate(futures)}
+        arriving = as_completed(futures, loop=self._client.loop)
+        try:
+            while places:
+                done = arriving.next_batch(block=False)
+                for future in done:
+                    index = places.pop(future.key)
+                    yield index, self._result(future)
+                if stop and stop():
+                    break
+                if not done:
+                    time.sleep(ASK)
+            for future in arriving.next_batch(block=False):
+                yield places.pop(future.key), self._result(future)
+        finally:
+            if self._client.status == "running":
+                left = [future for future in futures if future.key in places]
+                self._client.cancel(left, force=True)
+
+    def _begin(self, tasks: Sequence[Task[Result]]) -> list[Any]:
+        """Return a future for each task."""
+        import dask
+
+        files: dict[str, Any] = {}
+        moved, needed = [], []
+        with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
+            for task in tasks:
+                scenario = with_absolute_paths(task.scenario)
+                key = _named_files(scenario)
+                if key not in files:
+                    found = shipment(scenario)
+                    files[key] = found and self._client.submit(
+                        passed_on, pickle.dumps(found), pure=False
+                    )
+                moved.append(pickle.dumps(task.with_scenario(scenario)))
+                needed.append(files[key])
+            futures: list[Any] = self._client.map(
+                run_there, moved, needed, here=versions(), pure=False
+            )
+        return futures
+
+    def _result(self, future: Any) -> Any:
+        """Return a future's result, and let the cluster forget it."""
+        from concurrent.futures import CancelledError
+
+        from distributed import KilledWorker
+        from distributed.comm import CommClosedError
+
+        try:
+            return future.result()
+        except KilledWorker as error:
+            raise WorkbenchError(
+                f"{error.allowed_failures + 1} workers were lost one after the other while they "
+                "did the same task, perhaps for want of memory: see what they logged last"
+            ) from error
+        except (CancelledError, CommClosedError) as error:
+            raise WorkbenchError(
+                f"the scheduler at {self._address} was lost, and what it had to do with it: start "
+                "it again, and fly again"
+            ) from error
+        except (ImportError, pickle.UnpicklingError) as error:
+            raise WorkbenchError(
+                f"a worker cannot do what is done here ({error}): {INSTALL}"
+            ) from error
+        finally:
+            future.release()
+
+    def _checked_workers(self) -> int:
+        """Return the number of workers, all of them able to fly as is flown here.
+
+        Raises:
+            WorkbenchError: if there are none, or one of them or the scheduler is not able.
+        """
+        info: Any = self._client.get_versions()
+        pythons = {f"the worker {at}": _python(each) for at, each in info["workers"].items()}
+        if not pythons:
+            raise WorkbenchError(
+                f"the scheduler at {self._address} has no workers: start some with `dask worker "
+                f"{self._address} --nthreads 1`"
+            )
+        own = _python(info["client"])
+        for who, python in ({"the scheduler": _python(info["scheduler"])} | pythons).items():
+            if python != own:
+                raise WorkbenchError(f"{who} runs Python {python}, and here runs {own}: {INSTALL}")
+        tell = _versions_there()
+        if self._client.run_on_scheduler(tell) is None:
+            raise WorkbenchError(f"the scheduler lacks drake-drone-workbench: {INSTALL}")
+        for address, there in self._client.run(tell).items():
+            if there is None:
+                raise WorkbenchError(f"the worker {address} lacks drake-drone-workbench: {INSTALL}")
+            check_versions(address, Versions(*there), versions())
+        return len(pythons)
+
+
+def _versions_there() -> Any:
+    """Return a function that tells a worker's versions, None where it has no workbench.
+
+    A function within a function is sent as it is, and needs not be there already.
+    """
+
+    def tell() -> tuple[str, ...] | None:
+        try:
+            from workbench.design.executor.versions import versions
+        except ImportError:
+            return None
+        return tuple(versions())
+
+    return tell
+
+
+def _named_files(scenario: Scenario) -> str:
+    """Return a text that is the same for scenarios that are read from the same files."""
+    return repr(
+        (
+            scenario.vehicle.model,
+            sorted(scenario.vehicle.args.items()),
+            scenario.world,
+            sorted(scenario.vehicle.packages.items()),
+            scenario.vehicle.rotors,
+            scenario.vehicle.gains,
+        )
+    )
+
+
+def _python(info: Any) -> str:
+    """Return 3.11 of what Dask says of a process that runs 3.11.2."""
+    return ".".join(info["host"]["python"].split(".")[:2])
