@@ -45,10 +45,12 @@ MAY_IMPORT = {
     "pilot_numbers": "errors",
     "session": "errors configured recording samples snapshot observation live_context script gains "
     "parameters pilot_numbers vehicle_parameters scenario plant systems diagram",
+    "live": "errors pilot_numbers vehicle_parameters scenario plant systems snapshot recording "
+    "samples session",
     "open_loop": "errors configured live_context recording scenario plant systems diagram",
     "design": "errors resources sensors_config yaml_files cache recording gains gain_rule "
     "parameters vehicle_parameters configured scenario plant systems diagram session",
-    "gui": "errors parameters scenario link session design",
+    "gui": "errors parameters scenario link session live design",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
     "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
     "session open_loop design",
@@ -56,7 +58,7 @@ MAY_IMPORT = {
     "cli": "errors commands",
     "pytest_plugin": "errors atomic_write design",
     "__main__": "cli",
-    "__init__": "errors scenario plant diagram session design gains gain_diff",
+    "__init__": "errors scenario plant diagram session live design gains gain_diff",
 }
 """What of ours a room may import besides itself. `room/file` is what one file of it may besides."""
 

@@ -29,10 +29,12 @@ if TYPE_CHECKING:
     from workbench.design.regress.page import results_page
     from workbench.design.regress.plots import plot_curve
     from workbench.design.regress.running import record, regress
+    from workbench.design.rollout.agreement import agreement, random_trials
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.design.rollout.metrics import rollout_metrics
     from workbench.design.step_response import StepResponse, fly_step
     from workbench.design.sweep.best import prove_best
+    from workbench.design.sweep.gain_map import gain_map
     from workbench.design.sweep.plot_sweep import plot_sweep
     from workbench.design.sweep.ranges import SweepRange
     from workbench.design.sweep.sweep import sweep
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
         rule_values,
         save_gains,
     )
+    from workbench.live.flight import LiveFlight
     from workbench.plant.loading import load_vehicle
     from workbench.plant.variation import Variation
     from workbench.plant.vehicle import Vehicle
@@ -65,6 +68,7 @@ _HOME = {
     "Judgement": "workbench.design.judge.report",
     "LinearModel": "workbench.design.linear.model",
     "LinearStudy": "workbench.design.linear.study",
+    "LiveFlight": "workbench.live.flight",
     "LoopMargins": "workbench.design.judge.margins",
     "OperatingPoint": "workbench.design.linear.operating_point",
     "RolloutEngine": "workbench.design.rollout.engine",
@@ -79,10 +83,12 @@ _HOME = {
     "Vehicle": "workbench.plant.vehicle",
     "VehicleConfig": "workbench.scenario",
     "WorkbenchError": "workbench.errors",
+    "agreement": "workbench.design.rollout.agreement",
     "diff_gains": "workbench.gain_diff",
     "find_loop": "workbench.design.linear.loops",
     "flight_gains": "workbench.gains",
     "fly_step": "workbench.design.step_response",
+    "gain_map": "workbench.design.sweep.gain_map",
     "gains_at": "workbench.gains",
     "judge": "workbench.design.judge.report",
     "judge_loops": "workbench.design.judge.loop_judgement",
@@ -109,6 +115,7 @@ _HOME = {
     "plot_sweep": "workbench.design.sweep.plot_sweep",
     "plot_tuning": "workbench.design.tune.picture",
     "prove_best": "workbench.design.sweep.best",
+    "random_trials": "workbench.design.rollout.agreement",
     "record": "workbench.design.regress.running",
     "regress": "workbench.design.regress.running",
     "results_page": "workbench.design.regress.page",
@@ -128,6 +135,7 @@ __all__ = [
     "Judgement",
     "LinearModel",
     "LinearStudy",
+    "LiveFlight",
     "LoopMargins",
     "OperatingPoint",
     "RolloutEngine",
@@ -142,10 +150,12 @@ __all__ = [
     "Vehicle",
     "VehicleConfig",
     "WorkbenchError",
+    "agreement",
     "diff_gains",
     "find_loop",
     "flight_gains",
     "fly_step",
+    "gain_map",
     "gains_at",
     "judge",
     "judge_loops",
@@ -172,6 +182,7 @@ __all__ = [
     "plot_sweep",
     "plot_tuning",
     "prove_best",
+    "random_trials",
     "record",
     "regress",
     "results_page",

@@ -1,0 +1,338 @@
+"""The loop in this process, with a wall clock that is made up; flights equal those of a Session."""
+
+import dataclasses
+from multiprocessing import Pipe
+
+import numpy as np
+import pytest
+
+from workbench.errors import FlightBrokenError
+from workbench.live.acts import Blow, Command, GoTo, RequestMode, SetParameter, Shove
+from workbench.live.clock import SLICE
+from workbench.live.flying import Flying
+from workbench.live.messages import (
+    Answer,
+    Close,
+    Flown,
+    FlyOn,
+    GetFlown,
+    GetParameter,
+    GetReading,
+    Hold,
+    Order,
+    Phase,
+    Refusal,
+    Report,
+    SetSpeed,
+)
+from workbench.live.outbox import Outbox
+from workbench.recording import Recording
+from workbench.scenario import (
+    Action,
+    Rates,
+    Scenario,
+    SensorsConfig,
+    Start,
+    load_scenario,
+    save_scenario,
+)
+from workbench.session import Session
+
+STEP = Rates().physics_step
+SETTINGS = {"kp_roll": 90.0, "max_tilt": 0.4, "wind_x": 1.0, "rotor_2": 0.97}
+
+
+class Letters:
+    """An outbox that keeps all."""
+
+    def __init__(self) -> None:
+        self.sent: list[object] = []
+
+    def post(self, message: object) -> None:
+        self.sent.append(message)
+
+    show = post
+
+
+class Bench:
+    """A `Flying` and its wall clock."""
+
+    def __init__(self, scenario: Scenario | None = None, settings=None, outbox=None) -> None:
+        self.wall = 0.0
+        self.letters = outbox or Letters()
+        self.session = Session(scenario, settings)
+        self.flying = Flying(self.session, settings or {}, self.letters, lambda: self.wall)
+        self.orders = 0
+
+    def fly(self, seconds: float) -> None:
+        end = self.wall + seconds
+        while self.wall < end:
+            self.wall += min(SLICE, end - self.wall)
+            self.flying.fly()
+
+    def obey(self, wanted) -> Answer | Refusal:
+        self.orders += 1
+        self.flying.obey([Order(self.orders, wanted)])
+        answer = self.letters.sent[-1]
+        assert answer.number == self.orders
+        return answer
+
+    def flown(self) -> Flown:
+        return self.obey(GetFlown()).value
+
+
+def assert_equal_to_the_bit(one: Recording, other: Recording) -> None:
+    for field in dataclasses.fields(Recording):
+        if field.name != "vehicle":
+            a, b = getattr(one, field.name), getattr(other, field.name)
+            assert a.shape == b.shape, field.name
+            assert a.tobytes() == b.tobytes(), field.name
+
+
+def in_one_run(scenario, settings=None) -> Recording:
+    session = Session(scenario, settings)
+    session.run()
+    return session.recording()
+
+
+def scripted() -> Scenario:
+    """Its script acts between steps, and at a step at which the pilot acts, too."""
+    script = [
+        Action(at=0.1, set={"kp_velocity_x": 3.3}),
+        Action(at=0.25 - 0.3 * STEP, velocity=[0.0, 0.5, 0.0], yaw_rate=0.3),
+        Action(at=9.0, request="land"),
+    ]
+    start = Start(position=[0.1, 0.2, 2.0], roll_pitch_yaw=[0.1, 0.2, 0.3])
+    return Scenario(script=script, start=start, sensors=SensorsConfig(use=["imu"], seed=3))
+
+
+def test_orders_take_effect_at_the_present_step_and_are_answered_with_its_time():
+    bench = Bench()
+    bench.fly(0.25)
+    answer = bench.obey(SetParameter("kp_roll", 77.0))
+    assert isinstance(answer, Answer)
+    assert answer.value == bench.session.time == 0.25
+    assert bench.session.get("kp_roll") == 77.0
+    assert bench.obey(GetParameter("kp_roll")).value == 77.0
+
+
+def test_a_report_that_shows_the_effect_goes_before_the_answer():
+    bench = Bench()
+    bench.obey(Command((0.5, 0.0, 0.0), 0.1))
+    report, answer = bench.letters.sent[-2:]
+    assert isinstance(answer, Answer)
+    assert isinstance(report, Report)
+    assert report.snapshot.reference[:4] == (0.5, 0.0, 0.0, 0.1)
+
+
+def test_a_live_flight_is_the_same_again_as_a_scenario(tmp_path):
+    bench = Bench(scripted(), SETTINGS)
+    bench.fly(0.25)
+    bench.obey(Command((1.0, 0.0, 0.2), None))  # at the step at which the script acts
+    bench.obey(SetParameter("kp_pitch", 60.0))
+    bench.fly(0.1)
+    bench.obey(Blow((2.0, 1.0, 0.0), 0.5))
+    bench.obey(Shove((0.0, 0.5, 0.0), (0.1, 0.0, 0.0), 0.2))
+    bench.obey(SetSpeed(3.0))
+    bench.fly(0.3)
+    bench.obey(Hold.PAUSE)
+    bench.obey(GoTo((1.0, 1.0, 2.0)))
+    bench.obey(FlyOn(0.1003))
+    bench.obey(RequestMode("land", 1.5))
+    bench.obey(Hold.RESUME)
+    bench.obey(SetSpeed(1.0))
+    bench.fly(0.5)
+    flown = bench.flown()
+    assert flown.recording.time[-1] > 1.5
+    assert np.ptp(flown.recording.p_WB[:, 0]) > 0.1  # it is no equality of nothing
+    assert_equal_to_the_bit(in_one_run(flown.scenario), flown.recording)
+
+    save_scenario(flown.scenario, tmp_path / "again.yaml")
+    again = load_scenario(tmp_path / "again.yaml")
+    assert_equal_to_the_bit(in_one_run(again), flown.recording)
+
+
+def test_a_live_flight_equals_a_session_with_the_same_commands_at_the_same_times():
+    bench = Bench(scripted(), SETTINGS)
+    session = Session(scripted(), SETTINGS)
+    for seconds, velocity in ((0.25, (1.0, 0.0, 0.2)), (0.375, (0.0, -1.0, 0.0))):
+        bench.fly(seconds)
+        at = bench.obey(Command(velocity, None)).value
+        session.tick(at - session.time)
+        session.command(velocity)
+    bench.fly(0.5)
+    session.tick(bench.session.time - session.time)
+    assert_equal_to_the_bit(bench.flown().recording, session.recording())
+
+
+def test_a_flight_without_any_order_is_its_scenario():
+    bench = Bench(scripted())
+    bench.fly(0.5)
+    flown = bench.flown()
+    assert flown.scenario.duration == 0.5
+    assert_equal_to_the_bit(in_one_run(flown.scenario), flown.recording)
+    assert Bench(scripted()).flown().scenario == scripted_in_steps()
+
+
+def scripted_in_steps() -> Scenario:
+    scenario = scripted()
+    for action, step in zip(scenario.script, (103, 256, 9216), strict=True):
+        action.at = step * STEP
+    return scenario
+
+
+def test_what_is_refused_changes_nothing_and_is_not_in_the_script():
+    bench = Bench()
+    for wanted, word in (
+        (SetParameter("kp_rol", 1.0), "'kp_roll'"),
+        (SetParameter("kp_roll", 1e9), "2500"),
+        (SetParameter("lidar_fault", 1.0), "lidar_fault"),
+        (GoTo((0.0, 0.0, -5.0)), "height"),
+        (RequestMode("lend", 1.5), "'land'"),
+        (RequestMode("take_off", 1e4), "take_off"),
+        (Blow((99.0, 0.0, 0.0), 1.0), "gust_x"),
+        (Shove((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0), "push_duration"),
+        (GetParameter("kp_rol"), "'kp_roll'"),
+        (GetReading("imu"), "'imu'"),
+        (SetSpeed(0.0), "0.01 to 20"),
+        (SetSpeed(21.0), "0.01 to 20"),
+        (FlyOn(1.0), "pause"),
+    ):
+        answer = bench.obey(wanted)
+        assert isinstance(answer, Refusal), wanted
+        assert word in answer.said
+    assert bench.flown().scenario.script == []
+    bench.obey(Hold.PAUSE)
+    for duration in (-1.0, 61.0):
+        assert "60" in bench.obey(FlyOn(duration)).said
+    assert bench.session.time == 0.0
+
+
+def test_a_reset_begins_again_and_forgets_the_script():
+    bench = Bench(Scenario(), SETTINGS)
+    bench.obey(SetParameter("kp_roll", 50.0))
+    bench.fly(0.2)
+    assert bench.obey(Hold.RESET).value == 0.0
+    assert bench.session.get("kp_roll") == SETTINGS["kp_roll"]
+    bench.obey(Command((0.0, 1.0, 0.0), None))
+    bench.fly(0.25)
+    flown = bench.flown()
+    assert flown.recording.time[-1] == 0.25
+    assert [action.set for action in flown.scenario.script] == [SETTINGS, {}]
+    assert_equal_to_the_bit(in_one_run(flown.scenario), flown.recording)
+
+
+def test_a_pause_holds_time_and_flying_on_moves_it():
+    bench = Bench()
+    bench.fly(0.125)
+    assert bench.obey(Hold.PAUSE).value == 0.125
+    assert bench.letters.sent[-2].phase is Phase.PAUSED
+    bench.fly(1.0)
+    assert bench.session.time == 0.125
+    assert bench.obey(FlyOn(0.5)).value == 0.625
+    assert bench.obey(FlyOn(STEP)).value == 0.625 + STEP
+    bench.obey(Hold.RESUME)
+    assert bench.letters.sent[-2].phase is Phase.FLYING
+    bench.fly(0.125)
+    assert bench.session.time == 0.75 + STEP
+
+
+def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch):
+    bench = Bench()
+    bench.fly(0.125)
+    tick = bench.session.tick
+
+    def breaks(duration):
+        raise FlightBrokenError("the flight broke off after 0.125 s: because")
+
+    monkeypatch.setattr(bench.session, "tick", breaks)
+    bench.fly(0.125)
+    monkeypatch.setattr(bench.session, "tick", tick)
+    report = bench.letters.sent[-1]
+    assert (report.phase, report.said[:26]) == (Phase.BROKEN, "the flight broke off after")
+    bench.fly(1.0)
+    assert bench.session.time == 0.125  # it does not try again
+    for wanted in (Command((1.0, 0.0, 0.0), None), Hold.RESUME, FlyOn(1.0)):
+        assert "reset it first" in bench.obey(wanted).said
+    assert bench.flown().recording.time[-1] == 0.125
+    assert bench.obey(Hold.RESET).value == 0.0
+    assert bench.letters.sent[-2].phase is Phase.FLYING
+    bench.fly(0.25)
+    assert bench.session.time == 0.25
+
+
+@pytest.mark.parametrize("failure", [SystemExit("abort: Failure"), RuntimeError("no\nway")])
+def test_what_drake_refuses_is_a_sentence(monkeypatch, failure):
+    bench = Bench()
+
+    def refuses(*arguments):
+        raise failure
+
+    monkeypatch.setattr(bench.session, "set", refuses)
+    said = bench.obey(SetParameter("kp_roll", 50.0)).said
+    assert said == f"the flight cannot do that: {' '.join(str(failure).split())}"
+
+
+def test_reports_come_sixty_times_a_second_whatever_the_speed():
+    for speed in (1.0, 8.0):
+        bench = Bench()
+        bench.obey(SetSpeed(speed))
+        before = len(bench.letters.sent)
+        bench.fly(1.0)
+        assert 50 <= len(bench.letters.sent) - before <= 61
+
+
+def test_a_reader_that_stands_still_does_not_stop_the_flight():
+    """Nobody reads the pipe, which holds a few hundred reports at most."""
+    here, there = Pipe()
+    outbox = Outbox(here)
+    bench = Bench(outbox=outbox)
+    bench.fly(12.0)
+    assert bench.session.time == 12.0
+    there.close()
+    outbox.close(30.0)
+    here.close()
+
+
+def test_a_flood_of_orders_does_not_stop_the_flight_and_closing_is_heard(monkeypatch):
+    """Each turn of the loop takes so many orders at most, and flies what is due."""
+    monkeypatch.setattr("workbench.live.flying.MOST_ORDERS", 10)
+    here, there = Pipe()
+    bench = Bench()
+    count = 30  # few enough for the pipe to take them all
+    for number in range(count):
+        there.send(Order(number, SetParameter("kp_roll", 50.0 + number / count)))
+    there.send(Close.CLOSE)
+
+    def wanted() -> bool:
+        bench.wall += SLICE
+        return True
+
+    bench.flying.run(here, wanted)
+    times = [answer.value for answer in bench.letters.sent if isinstance(answer, Answer)]
+    assert len(times) == count
+    assert len(set(times)) == 3  # at three steps
+    assert times == sorted(times)
+    here.close()
+    there.close()
+
+
+@pytest.mark.parametrize("close", [True, False])
+def test_the_loop_ends_when_the_caller_is_gone(close):
+    """Either its end of the pipe is closed, or it is nobody's parent any more."""
+    here, there = Pipe()
+    bench = Bench()
+    left = [3]
+
+    def wanted() -> bool:
+        left[0] -= 1
+        return left[0] > 0
+
+    if close:
+        there.close()
+        bench.flying.run(here, lambda: True)
+    else:
+        bench.flying.run(here, wanted)
+        assert left == [0]
+        there.close()
+    here.close()

@@ -1,0 +1,207 @@
+"""A live flight as its caller sees it: orders that never wait, and the newest snapshot."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from types import TracebackType
+from typing import Any, Self
+
+from workbench.errors import WorkbenchError
+from workbench.live.acts import Blow, Command, GoTo, RequestMode, SetParameter, Shove, Triple
+from workbench.live.exchange import Exchange, Wanted, failed
+from workbench.live.messages import (
+    Begin,
+    Flown,
+    FlyOn,
+    GetFlown,
+    GetParameter,
+    GetReading,
+    Hold,
+    Phase,
+    SetSpeed,
+)
+from workbench.live.view import LiveView
+from workbench.pilot_numbers import finite
+from workbench.scenario import FARTHEST, Scenario
+from workbench.systems.sensors.readings import Reading
+
+CLOSING = 3.0
+"""Time that the process has to end by itself [s]."""
+START_HEIGHT = 1.5
+"""Of a take-off for which none is said [m]."""
+
+
+class LiveFlight:
+    """Flies a scenario in real time, in a process of its own.
+
+    It begins at once, and goes on past the scenario's duration until it is closed. No method but
+    `wait` and `close` ever waits. An order returns a Future: of the simulated time at which it took
+    effect [s], between two steps, or of what was asked for. Its exception is a WorkbenchError that
+    says why it was refused. When it is done, `latest` shows its effect.
+
+    Args:
+        scenario: what to fly; the default one hovers.
+        settings: parameter values that override those of the scenario's gains.
+        draw: whether the flight is drawn in Meshcat, at `latest().url`.
+
+    Raises:
+        WorkbenchError: if no process can be started. What is wrong with the scenario, `wait` says.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | None = None,
+        settings: Mapping[str, float] | None = None,
+        *,
+        draw: bool = False,
+    ) -> None:
+        self._exchange = Exchange(Begin(scenario or Scenario(), dict(settings or {}), draw))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._exchange.pid
+
+    def latest(self) -> LiveView:
+        """Return the present, as far as it is known here."""
+        return self._exchange.view
+
+    def wait(self, limit: float = 120.0) -> LiveView:
+        """Wait until the flight has begun, and return its first view.
+
+        Args:
+            limit: to wait no longer than [s]; compiling the law takes half a minute, once.
+
+        Raises:
+            WorkbenchError: if it cannot begin, or has not within that time.
+        """
+        begun = self._exchange.begun.wait(limit)
+        view = self.latest()
+        if not begun:
+            raise WorkbenchError(f"the flight has not begun within {limit:g} s: {view.said}")
+        if view.phase is Phase.ENDED:
+            raise WorkbenchError(view.said)
+        return view
+
+    def set(self, name: str, value: float) -> Future[float]:
+        """Give a live parameter a value."""
+        return self._make(lambda: SetParameter(_text("parameter", name), _number(name, value)))
+
+    def command(
+        self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
+    ) -> Future[float]:
+        """Ask for a velocity in W [m/s] and a yaw rate [rad/s]; what is None stays as it was."""
+        return self._make(
+            lambda: Command(
+                None if velocity is None else _triple("velocity", velocity),
+                None if yaw_rate is None else _number("yaw rate", yaw_rate),
+            )
+        )
+
+    def go_to(self, p_WB: Sequence[float]) -> Future[float]:
+        """Ask for a place in W [m] and stay there."""
+        return self._make(lambda: GoTo(_triple("position", p_WB)))
+
+    def request(self, what: str, height: float = START_HEIGHT) -> Future[float]:
+        """Ask the flight mode to arm, take_off (to a height [m]), land, or stop at once."""
+        return self._make(lambda: RequestMode(_text("request", what), _height(height)))
+
+    def gust(self, velocity: Sequence[float], duration: float = 1.0) -> Future[float]:
+        """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on."""
+        return self._make(
+            lambda: Blow(_triple("gust", velocity), _number("gust_duration", duration))
+        )
+
+    def push(
+        self,
+        force: Sequence[float],
+        point: Sequence[float] = (0.0, 0.0, 0.0),
+        duration: float = 0.1,
+    ) -> Future[float]:
+        """Push with a force in W [N] at a point of the body, in B [m], for a duration [s]."""
+        return self._make(
+            lambda: Shove(
+                _triple("push", force),
+                _triple("point of the push", point),
+                _number("push_duration", duration),
+            )
+        )
+
+    def reset(self) -> Future[float]:
+        """Begin again from the scenario's start, with the values it was built with."""
+        return self._exchange.send(Hold.RESET)
+
+    def pause(self) -> Future[float]:
+        """Let simulated time stand."""
+        return self._exchange.send(Hold.PAUSE)
+
+    def resume(self) -> Future[float]:
+        """Let simulated time go on."""
+        return self._exchange.send(Hold.RESUME)
+
+    def set_speed(self, factor: float) -> Future[float]:
+        """Fly so many simulated seconds in a second, 0.01 to 20."""
+        return self._make(lambda: SetSpeed(_number("speed", factor)))
+
+    def fly_on(self, duration: float) -> Future[float]:
+        """Fly on for a time [s], up to 60, as fast as it goes; only in a pause."""
+        return self._make(lambda: FlyOn(_number("duration", duration)))
+
+    def get(self, name: str) -> Future[float]:
+        """Ask for the present value of a live parameter."""
+        return self._make(lambda: GetParameter(_text("parameter", name)))
+
+    def reading(self, sensor: str) -> Future[Reading | None]:
+        """Ask what a sensor, by name or kind, delivered last; None if nothing yet."""
+        return self._make(lambda: GetReading(_text("sensor", sensor)))
+
+    def flown(self) -> Future[Flown]:
+        """Ask for all that was flown since the start, and the scenario that flies it again."""
+        return self._exchange.send(GetFlown())
+
+    def close(self, limit: float = CLOSING) -> None:
+        """End the flight; its process is killed if that takes longer than a time [s]."""
+        self._exchange.close(limit)
+
+    def _make(self, make: Callable[[], Wanted]) -> Future[Any]:
+        """Send an order that has to be made; what is wrong with it is the Future's exception."""
+        try:
+            return self._exchange.send(make())
+        except WorkbenchError as error:
+            return failed(str(error))
+
+
+def _number(what: str, value: float) -> float:
+    return finite(what, [value], 1)[0]
+
+
+def _height(value: float) -> float:
+    height = _number("height", value)
+    if height <= 0.0:
+        raise WorkbenchError(f"the height is {height:g} m: give it one above the ground")
+    return height
+
+
+def _triple(what: str, values: Sequence[float]) -> Triple:
+    """Return three numbers that a script may have."""
+    x, y, z = finite(what, values, 3)
+    if max(abs(x), abs(y), abs(z)) > FARTHEST:
+        raise WorkbenchError(f"{what} is {values!r:.60}: give it numbers within ±{FARTHEST:g}")
+    return (x, y, z)
+
+
+def _text(what: str, value: object) -> str:
+    """Return a name; it may be anything."""
+    if not isinstance(value, str):
+        raise WorkbenchError(f"the {what} is {value!r:.60}: give its name")
+    return value

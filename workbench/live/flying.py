@@ -1,0 +1,199 @@
+"""The loop that flies a session in real time, and does what a pilot wants between its steps."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from multiprocessing.connection import Connection
+
+from workbench.errors import FlightBrokenError, WorkbenchError, sentences
+from workbench.live.acts import Act
+from workbench.live.clock import FASTEST, SLOWEST, FlightClock
+from workbench.live.messages import (
+    Answer,
+    Close,
+    Flown,
+    FlyOn,
+    GetFlown,
+    GetParameter,
+    GetReading,
+    Hold,
+    Order,
+    Phase,
+    Refusal,
+    Report,
+    SetSpeed,
+)
+from workbench.live.outbox import Outbox
+from workbench.live.repeat import repeated
+from workbench.scenario import Action
+from workbench.session import Session
+
+REPORT_PERIOD = 1 / 60
+"""Between two reports [s of wall]."""
+LONGEST_FLY_ON = 60.0
+"""Flown at once in a pause [s]: nobody is heard meanwhile."""
+MOST_ORDERS = 100
+"""Obeyed between two slices; the others wait, so that orders cannot stop the flight."""
+LONGEST_WAIT = 0.5
+"""After which the loop looks whether it is still wanted [s]."""
+
+
+class Flying:
+    """Flies a session until its caller wants no more.
+
+    Args:
+        session: at its start.
+        settings: values that it was built with, which no scenario has.
+        outbox: where answers and reports go.
+        now: tells the wall time [s].
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        settings: Mapping[str, float],
+        outbox: Outbox,
+        now: Callable[[], float],
+    ) -> None:
+        self._session = session
+        self._settings = settings
+        self._outbox = outbox
+        self._now = now
+        self._step = session.scenario.rates.physics_step
+        self._clock = FlightClock(self._step, now())
+        self._done: list[Action] = []
+        self._broken = ""
+        self._next_report = now()
+
+    def run(self, inbox: Connection, wanted: Callable[[], bool]) -> None:
+        """Fly until told to close, or until the caller is gone.
+
+        Args:
+            inbox: orders.
+            wanted: whether the caller is still there.
+        """
+        self.report()
+        while wanted():
+            inbox.poll(self.wait())
+            try:
+                orders = list(_received(inbox))
+            except (EOFError, OSError):
+                return
+            self.obey([order for order in orders if isinstance(order, Order)])
+            if Close.CLOSE in orders:
+                return
+            self.fly()
+
+    def wait(self) -> float:
+        """Return how long nothing is due [s]."""
+        return LONGEST_WAIT if self._broken else min(self._clock.wait(self._now()), LONGEST_WAIT)
+
+    def fly(self) -> None:
+        """Fly the steps that are due, if any, and report if a report is due."""
+        steps = 0 if self._broken else self._clock.due(self._now())
+        if steps:
+            self._fly(steps)
+            self._clock.flown(steps, self._now())
+            if self._now() >= self._next_report:
+                self.report()
+
+    def obey(self, orders: list[Order]) -> None:
+        """Do what is wanted, at the present step, and answer after a report that shows it."""
+        answers = [self._obey(order) for order in orders]
+        if answers:
+            self.report()
+        for answer in answers:
+            self._outbox.post(answer)
+
+    def report(self) -> None:
+        """Show the present."""
+        now = self._now()
+        self._next_report = max(self._next_report + REPORT_PERIOD, now)
+        paused = Phase.PAUSED if self._clock.paused else Phase.FLYING
+        phase = Phase.BROKEN if self._broken else paused
+        report = Report(phase, self._broken, self._session.snapshot(), self._clock.pace(now))
+        self._outbox.show(report)
+
+    def _obey(self, order: Order) -> Answer | Refusal:
+        try:
+            with sentences("the flight cannot do that"):
+                return Answer(order.number, self._do(order))
+        except WorkbenchError as error:
+            return Refusal(order.number, str(error))
+
+    def _do(self, order: Order) -> object:
+        """Do what is wanted, and return what answers it."""
+        match order.wanted:
+            case GetParameter(name):
+                return self._session.get(name)
+            case GetReading(sensor):
+                return self._session.reading(sensor)
+            case GetFlown():
+                return self._flown()
+            case Hold.RESET:
+                self._reset()
+            case Hold.PAUSE:
+                self._clock.pause()
+            case SetSpeed(factor):
+                self._set_speed(factor)
+            case _ if self._broken:
+                raise WorkbenchError(f"{self._broken}: reset it first")
+            case Hold.RESUME:
+                self._clock.resume(self._now())
+            case FlyOn(duration):
+                self._fly_on(duration)
+            case Act() as act:
+                self._act(act)
+        return self._session.time
+
+    def _act(self, act: Act) -> None:
+        act.do(self._session)
+        self._done.append(act.action(self._session.time))
+
+    def _reset(self) -> None:
+        self._session.reset()
+        self._done.clear()
+        self._broken = ""
+        self._clock.restart(self._now())
+
+    def _set_speed(self, factor: float) -> None:
+        if not SLOWEST <= factor <= FASTEST:
+            raise WorkbenchError(
+                f"the speed is {factor:g}: give it one from {SLOWEST:g} to {FASTEST:g}"
+            )
+        self._clock.set_speed(factor, self._now())
+
+    def _fly_on(self, duration: float) -> None:
+        if not self._clock.paused:
+            raise WorkbenchError("the flight goes on by itself: pause it first")
+        if not 0.0 <= duration <= LONGEST_FLY_ON:
+            raise WorkbenchError(
+                f"cannot fly on for {duration:g} s at once: give it 0 to {LONGEST_FLY_ON:g} s"
+            )
+        left = math.floor(duration / self._step + 1e-6)
+        while left and not self._broken:
+            steps = min(left, self._clock.slice)
+            self._fly(steps)
+            left -= steps
+            if self._now() >= self._next_report:
+                self.report()
+        if self._broken:
+            raise WorkbenchError(self._broken)
+
+    def _fly(self, steps: int) -> None:
+        try:
+            self._session.tick(steps * self._step)
+        except FlightBrokenError as error:
+            self._broken = str(error)
+            self.report()
+
+    def _flown(self) -> Flown:
+        again = repeated(self._session.scenario, self._settings, self._done, self._session.time)
+        return Flown(self._session.recording(), self._session.samples(), again)
+
+
+def _received(inbox: Connection) -> Iterator[object]:
+    """Yield what has arrived, up to a bound; EOFError if the other side is gone."""
+    for _ in range(MOST_ORDERS):
+        if not inbox.poll():
+            return
+        yield inbox.recv()

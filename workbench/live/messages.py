@@ -1,0 +1,208 @@
+"""What goes between a live flight's process and the one that shows it: frozen records.
+
+None carries an object of Drake's, so that who shows a flight need not load Drake.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from workbench.live.acts import Act
+    from workbench.plant.vehicle import Vehicle
+    from workbench.recording import Recording
+    from workbench.samples import Samples
+    from workbench.scenario import Scenario
+    from workbench.snapshot import Snapshot
+
+
+class Phase(Enum):
+    """Where a live flight is."""
+
+    STARTING = "starting"
+    FLYING = "flying"
+    PAUSED = "paused"
+    BROKEN = "broken"
+    """The simulation cannot go on; what was flown is there, and it can begin again."""
+    ENDED = "ended"
+    """The process is gone."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How well a flight keeps up with the wall clock.
+
+    Attributes:
+        asked: simulated seconds in a second that are wanted.
+        achieved: that were flown over the last second or so.
+        lag: largest wall time by which the flight was behind since the last report [s].
+        given_up: wall time that was not flown as the machine was too slow, in all [s].
+        slow: whether that happened within the last second.
+    """
+
+    asked: float
+    achieved: float
+    lag: float
+    given_up: float
+    slow: bool
+
+    def __str__(self) -> str:
+        if not self.slow:
+            return f"{self.achieved:.2f} times real time"
+        return (
+            f"this machine is too slow: {self.achieved:.2f} times real time instead of "
+            f"{self.asked:g}: let it fly slower, or with fewer sensors"
+        )
+
+
+# From the caller.
+
+
+@dataclass(frozen=True)
+class Begin:
+    """The first message: what to fly, see `Session`; and whether to draw it in Meshcat."""
+
+    scenario: Scenario
+    settings: Mapping[str, float]
+    draw: bool
+
+
+class Hold(Enum):
+    """What is asked of the flight's clock."""
+
+    PAUSE = "pause"
+    RESUME = "resume"
+    RESET = "reset"
+
+
+@dataclass(frozen=True)
+class SetSpeed:
+    """Fly so many seconds in a second."""
+
+    factor: float
+
+
+@dataclass(frozen=True)
+class FlyOn:
+    """Fly on for a time [s] at once, in a pause."""
+
+    duration: float
+
+
+@dataclass(frozen=True)
+class GetParameter:
+    """Tell a live parameter's value."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class GetReading:
+    """Tell what a sensor, by name or kind, delivered last."""
+
+    sensor: str
+
+
+@dataclass(frozen=True)
+class GetFlown:
+    """Tell all that was flown."""
+
+
+Question = GetParameter | GetReading | GetFlown
+
+
+@dataclass(frozen=True)
+class Order:
+    """Something wanted; the answer has the same number."""
+
+    number: int
+    wanted: Act | Hold | SetSpeed | FlyOn | Question
+
+
+class Close(Enum):
+    """The last message."""
+
+    CLOSE = "close"
+
+
+# From the flight's process.
+
+
+@dataclass(frozen=True)
+class Starting:
+    """What is being done until the flight begins."""
+
+    said: str
+
+
+@dataclass(frozen=True)
+class Told:
+    """A remark on what was read or built."""
+
+    said: str
+
+
+@dataclass(frozen=True)
+class Started:
+    """The flight begins.
+
+    Attributes:
+        vehicle: what flies.
+        values: of the live parameters that this flight has, by name.
+        url: of the page where Meshcat draws it, "" without.
+    """
+
+    vehicle: Vehicle
+    values: Mapping[str, float]
+    url: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """The present: where the flight is, and a sentence where it is broken."""
+
+    phase: Phase
+    said: str
+    snapshot: Snapshot
+    pace: Pace
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An order was obeyed: the time at which it took effect [s], or what was asked for."""
+
+    number: int
+    value: object
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """An order was not obeyed, and why, in a sentence."""
+
+    number: int
+    said: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The flight cannot begin, or ends; a sentence."""
+
+    said: str
+
+
+@dataclass(frozen=True)
+class Flown:
+    """All that was flown since the start.
+
+    Attributes:
+        recording: of the flight.
+        samples: of the sensors, where the scenario keeps them.
+        scenario: which flies the same again, to the bit: what the pilot did is in its script.
+    """
+
+    recording: Recording
+    samples: tuple[Samples, ...]
+    scenario: Scenario

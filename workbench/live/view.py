@@ -1,0 +1,53 @@
+"""A live flight as a screen shows it, put together from what its process says."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from workbench.live.messages import Pace, Phase, Report, Started, Starting, Told
+from workbench.plant.vehicle import Vehicle
+from workbench.snapshot import Snapshot
+
+
+@dataclass(frozen=True)
+class LiveView:
+    """A live flight at one time: all that a screen shows of it.
+
+    Attributes:
+        phase: where the flight is.
+        said: what is being done while it starts; why it is broken, or has ended; "" else.
+        snapshot: the newest, None until the flight has begun.
+        pace: how well it keeps up.
+        vehicle: what flies, None until the flight has begun.
+        values: of the live parameters at the start, by name.
+        url: of Meshcat's page, "" without.
+        remarks: on what was read and built.
+    """
+
+    phase: Phase = Phase.STARTING
+    said: str = "starting a process"
+    snapshot: Snapshot | None = None
+    pace: Pace | None = None
+    vehicle: Vehicle | None = None
+    values: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    url: str = ""
+    remarks: tuple[str, ...] = ()
+
+    def after(self, message: object) -> "LiveView":
+        """Return the view once a message was heard; itself where that changes nothing."""
+        match message:
+            case Report(phase, said, snapshot, pace):
+                return dataclasses.replace(
+                    self, phase=phase, said=said, snapshot=snapshot, pace=pace
+                )
+            case Started(vehicle, values, url):
+                return dataclasses.replace(self, vehicle=vehicle, values=values, url=url)
+            case Starting(said):
+                return dataclasses.replace(self, said=said)
+            case Told(said):
+                return dataclasses.replace(self, remarks=(*self.remarks, said))
+        return self
+
+    def ended(self, said: str) -> "LiveView":
+        """Return the view of the flight that has ended, and why."""
+        return dataclasses.replace(self, phase=Phase.ENDED, said=said)

@@ -1,0 +1,103 @@
+"""The live flight's process: `python -m workbench.live.worker FD`, a socket to the caller.
+
+It ends when it is told to, or when its caller does.
+"""
+
+import contextlib
+import logging
+import os
+import sys
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING
+
+from workbench.errors import WorkbenchError, sentences
+from workbench.live.messages import Begin, Failed, Started, Starting, Told
+from workbench.live.outbox import Outbox
+from workbench.vehicle_parameters import vehicle_parameters
+
+if TYPE_CHECKING:
+    from workbench.session import Session
+
+LAST_WORDS = 2.0
+"""Time to send what is left to say [s]."""
+
+
+class _Teller(logging.Handler):
+    """Sends what the workbench logs."""
+
+    def __init__(self, outbox: Outbox) -> None:
+        super().__init__(logging.INFO)
+        self._outbox = outbox
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._outbox.post(Told(record.getMessage()))
+
+
+def main(connection: Connection) -> int:
+    """Fly what the first message says, and return the exit code."""
+    caller = os.getppid()
+    outbox = Outbox(connection)
+    try:
+        outbox.post(Starting("loading Drake"))
+        begin = _first(connection)
+        if begin is not None:
+            _fly(begin, connection, outbox, lambda: os.getppid() == caller)
+    except WorkbenchError as error:
+        outbox.post(Failed(str(error)))
+    except Exception as error:  # a fault of ours: the caller is to know
+        outbox.post(Failed(f"the flight's process failed: {type(error).__name__}: {error}"))
+        return 1
+    finally:
+        outbox.close(LAST_WORDS)
+    return 0
+
+
+def _first(connection: Connection) -> Begin | None:
+    """Return what is to be flown, None if the caller has changed its mind."""
+    try:
+        begin = connection.recv()
+    except (EOFError, OSError):
+        return None
+    return begin if isinstance(begin, Begin) else None
+
+
+def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[[], bool]) -> None:
+    """Build the session and fly it.
+
+    Raises:
+        WorkbenchError: if it cannot be built.
+    """
+    from pydrake.geometry import Meshcat
+
+    from workbench.live.flying import Flying
+    from workbench.session import Session
+
+    outbox.post(Starting("building the diagram"))
+    logger = logging.getLogger("workbench")
+    logger.setLevel(logging.INFO)
+    logger.addHandler(_Teller(outbox))
+    with sentences("the flight could not be built"):
+        meshcat = Meshcat() if begin.draw else None
+        session = Session(begin.scenario, begin.settings, meshcat)
+        # The first step loads compiled code, and a camera's first picture is slow.
+        session.tick(session.scenario.rates.control_period)
+        session.reset()
+    url = meshcat.web_url() if meshcat else ""
+    outbox.post(Started(session.vehicle, _values(session), url))
+    Flying(session, begin.settings, outbox, time.perf_counter).run(connection, wanted)
+
+
+def _values(session: "Session") -> dict[str, float]:
+    """Return the live parameters that a flight has, by name."""
+    values = {}
+    for row in vehicle_parameters(session.vehicle):
+        with contextlib.suppress(WorkbenchError):  # of a sensor that does not measure
+            values[row.name] = session.get(row.name)
+    return values
+
+
+if __name__ == "__main__":
+    # all is said and nothing is left to be written: Drake need not be taken down piece by piece
+    os._exit(main(Connection(int(sys.argv[1]))))
