@@ -33,9 +33,9 @@ format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: setup ## measure; compares within one run, so not part of test
+bench: setup ## measure, beside other simulators, and write docs/performance.md; a quarter of an hour
 	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[bench]"
-	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/run.py --write
 
 clean: ## remove .venv, build leftovers and caches; out/ stays
 	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache

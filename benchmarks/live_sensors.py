@@ -43,6 +43,19 @@ class ShareRow:
     share: float
 
 
+@dataclass(frozen=True)
+class SensorFigures:
+    """The live flight with all sensors, and what each takes."""
+
+    live: LiveRow
+    shares: list[ShareRow]
+
+
+def measure() -> SensorFigures:
+    """Measure both."""
+    return SensorFigures(measure_live(), measure_shares())
+
+
 def measure_live() -> LiveRow:
     """Fly with all sensors in real time."""
     session = _session(["all"])
@@ -82,8 +95,9 @@ def _session(use: list[str]) -> Session:
     return Session(Scenario(world="obstacle_field", sensors=config))
 
 
-def show(live: LiveRow, shares: list[ShareRow]) -> None:
+def show(figures: SensorFigures) -> None:
     """Print the tables."""
+    live, shares = figures.live, figures.shares
     print("live flight, all sensors at their usual rates")
     print(
         f"real-time factor {live.real_time_factor:.2f} while flying, {100.0 * live.share:.0f} % of "
@@ -95,4 +109,4 @@ def show(live: LiveRow, shares: list[ShareRow]) -> None:
 
 
 if __name__ == "__main__":
-    show(measure_live(), measure_shares())
+    show(measure())

@@ -1,54 +1,112 @@
-"""Run every benchmark: `make bench`, or `python benchmarks/run.py --json FILE`."""
+"""Run the benchmarks: `make bench`, or `python benchmarks/run.py --only sweep --json FILE`.
+
+Tables come on standard output, progress on standard error. With `--write`, docs/performance.json,
+the page and the picture that follow from it are written, when all benchmarks have run.
+"""
 
 import argparse
 import dataclasses
+import importlib
 import json
 import os
 import platform
 import sys
-from importlib.metadata import version
+import time
+import traceback
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
-import design
-import flight_core
-import lidar
-import live_sensors
+from page import DOCS, HEADINGS, HERE, write
+from simulators import version as pinned
 
-PACKAGES = ("drake", "numpy", "numba", "embreex", "trimesh")
+PACKAGES = ("drake", "numpy", "numba", "embreex", "trimesh", "mujoco")
+OTHERS = (
+    ("rotorpy", "rotorpy"),
+    ("rotorpy", "torch"),
+    ("crazyflow", "crazyflow"),
+    ("crazyflow", "jax"),
+    ("pybullet_drones", "pybullet"),
+)
+NAMES = [name for name in HEADINGS if (HERE / f"{name}.py").is_file()]
 
 
-def main() -> None:
-    """Print the tables and, where asked, write them as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
+def main() -> int:
+    """Measure, print, and write what is asked for; 1 if a benchmark broke."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", nargs="+", choices=NAMES, metavar="NAME", help=", ".join(NAMES))
     parser.add_argument("--json", type=Path, help="file for the figures")
+    parser.add_argument("--write", action="store_true", help="write docs/performance.*")
     arguments = parser.parse_args()
-    versions = {name: version(name) for name in PACKAGES}
-    machine = f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
-    print(f"{machine}; {', '.join(f'{name} {number}' for name, number in versions.items())}\n")
-    rows = flight_core.measure()
-    flight_core.show(rows)
-    print()
-    rays = lidar.measure()
-    lidar.show(rays)
-    print()
-    live, shares = live_sensors.measure_live(), live_sensors.measure_shares()
-    live_sensors.show(live, shares)
-    print()
-    tools = design.measure()
-    design.show(tools)
+    if arguments.write and arguments.only:
+        parser.error("a page has the figures of one whole run: leave out --only, or --write")
+    results: dict[str, Any] = {
+        "machine": _machine(),
+        "versions": _versions(),
+        "benchmarks": {},
+    }
+    print(f"{results['machine']}\n", flush=True)
+    broken = [name for name in arguments.only or NAMES if not _run(name, results["benchmarks"])]
+    text = json.dumps(results, indent=1) + "\n"
     if arguments.json:
-        figures = {
-            "machine": machine,
-            "versions": versions,
-            "flight_core": [dataclasses.asdict(row) for row in rows],
-            "lidar": [dataclasses.asdict(row) for row in rays],
-            "live_sensors": dataclasses.asdict(live),
-            "design": [dataclasses.asdict(row) for row in tools],
-            "sensor_shares": [dataclasses.asdict(row) for row in shares],
-        }
-        arguments.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-        print(f"\nwritten to {arguments.json}", file=sys.stderr)
+        arguments.json.write_text(text, encoding="utf-8")
+        print(f"written to {arguments.json}", file=sys.stderr)
+    if broken:
+        print(f"broken: {', '.join(broken)}; no page is written", file=sys.stderr)
+        return 1
+    if arguments.write:
+        (DOCS / "performance.json").write_text(text, encoding="utf-8")
+        write(json.loads(text))
+        print(f"written to {DOCS / 'performance.md'}", file=sys.stderr)
+    return 0
+
+
+def _run(name: str, benchmarks: dict[str, Any]) -> bool:
+    """Measure one, print its table, and note its rows; say whether that went well."""
+    print(f"{name} ...", file=sys.stderr, flush=True)
+    begun = time.perf_counter()
+    try:
+        benchmark = importlib.import_module(name)
+        rows = benchmark.measure()
+        benchmark.show(rows)
+    except Exception:  # the others are worth an hour; this one is told about at the end
+        traceback.print_exc()
+        return False
+    print(flush=True)
+    benchmarks[name] = _plain(rows)
+    print(f"{name}: {time.perf_counter() - begun:.0f} s", file=sys.stderr, flush=True)
+    return True
+
+
+def _plain(rows: Any) -> Any:
+    """Return rows as JSON has them."""
+    if isinstance(rows, list | tuple):
+        return [_plain(row) for row in rows]
+    return dataclasses.asdict(rows)
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of what is installed here, and of what others run on."""
+    found = {}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found | {package: pinned(name, package) for name, package in OTHERS}
+
+
+def _machine() -> str:
+    """Return processor, cores, memory and Python."""
+    lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    cores = len(os.sched_getaffinity(0))
+    processor = models[0] if models else platform.machine()
+    return f"{processor}, {cores} cores, {memory:.0f} GiB, Python {platform.python_version()}"
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -1,0 +1,95 @@
+"""Peak memory, each in a process of its own, as the system counts it.
+
+A sweep measures steps of five seconds and keeps no curves: what it takes beside the process itself
+must not depend on how many there are. A session keeps its recording, so it grows with the flight:
+it is measured after a second and after ten minutes of flight.
+
+The largest sweep is to stay under 500 MB, all of Python, Drake and numba's compiler included.
+"""
+
+import json
+import resource
+import subprocess
+import sys
+from dataclasses import dataclass
+
+from sweep import COUNTS, DURATION, SPEED, candidates
+
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.plant.loading import load_vehicle
+from workbench.resources import find_model
+from workbench.scenario import Scenario
+from workbench.session import Session
+
+FLIGHTS = (1.0, 600.0)
+"""Durations of the sessions' flights [s]."""
+
+
+@dataclass(frozen=True)
+class MemoryRow:
+    """What one process took.
+
+    Attributes:
+        name: of what it did.
+        amount: candidates, or seconds of flight.
+        megabytes: at its peak, of resident memory.
+        more_than_least: megabytes beside the first of its kind.
+    """
+
+    name: str
+    amount: float
+    megabytes: float
+    more_than_least: float
+
+
+def measure() -> list[MemoryRow]:
+    """Run the processes one after the other."""
+    rows = []
+    for kind, amounts in (("sweep", COUNTS), ("session", FLIGHTS)):
+        peaks = [_peak(kind, amount) for amount in amounts]
+        unit = "candidates" if kind == "sweep" else "seconds of flight"
+        rows += [
+            MemoryRow(f"{kind}, {unit}", amount, peak, peak - peaks[0])
+            for amount, peak in zip(amounts, peaks, strict=True)
+        ]
+    return rows
+
+
+def show(rows: list[MemoryRow]) -> None:
+    """Print the table."""
+    print("peak memory                    amount        MB    more than the first of its kind")
+    for row in rows:
+        print(f"{row.name:28} {row.amount:8.0f} {row.megabytes:9.0f} {row.more_than_least:9.0f}")
+
+
+def _peak(kind: str, amount: float) -> float:
+    command = [sys.executable, __file__, kind, str(amount)]
+    answer = subprocess.run(command, check=True, capture_output=True, text=True)
+    print(f"  memory: {kind} of {amount:g}", file=sys.stderr, flush=True)
+    peak: float = json.loads(answer.stdout)
+    return peak
+
+
+def _sweep(count: int) -> None:
+    engine = RolloutEngine(load_vehicle(find_model("dh_drone")))
+    engine.measure(candidates(engine.gains, count), "x", SPEED, duration=DURATION)
+
+
+def _fly(duration: float) -> None:
+    Session(Scenario(duration=duration)).run()
+
+
+def _main(kind: str, amount: float) -> None:
+    """Do one thing, and print the peak [MB]."""
+    if kind == "sweep":
+        _sweep(round(amount))
+    else:
+        _fly(amount)
+    print(json.dumps(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        _main(sys.argv[1], float(sys.argv[2]))
+    else:
+        show(measure())

@@ -1,0 +1,156 @@
+"""What the benchmarks are held to, looked up in the figures of a run."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+Figures = dict[str, Any]
+"""Rows by benchmark, as in docs/performance.json."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A demand, and where in the figures it shows.
+
+    Attributes:
+        what: is asked.
+        limit: of the median.
+        at_least: whether more is better; else it is the most that may be.
+        find: the figure: a spread, or a number.
+    """
+
+    what: str
+    limit: float
+    at_least: bool
+    find: Callable[[Figures], Any]
+
+    def holds(self, figures: Figures) -> bool:
+        """Return whether it does.
+
+        Raises:
+            LookupError: if it was not measured.
+        """
+        measured = self.measured(figures)
+        value = measured["median"] if isinstance(measured, dict) else measured
+        return bool(value >= self.limit if self.at_least else value <= self.limit)
+
+    def measured(self, figures: Figures) -> Any:
+        """Return the figure: a spread, or a number.
+
+        Raises:
+            LookupError: if it was not measured.
+        """
+        return self.find(figures)
+
+
+def row(figures: Figures, benchmark: str, **wanted: Any) -> dict[str, Any]:
+    """Return the row of a benchmark whose fields are as wanted; words may be beginnings.
+
+    Raises:
+        LookupError: if there is none.
+    """
+    rows = figures[benchmark]
+    for each in rows if isinstance(rows, list) else [rows]:
+        if all(_fits(each.get(name), value) for name, value in wanted.items()):
+            found: dict[str, Any] = each
+            return found
+    raise LookupError(f"{benchmark} has no row {wanted}")
+
+
+def _fits(found: Any, wanted: Any) -> bool:
+    if isinstance(wanted, str):
+        return isinstance(found, str) and found.startswith(wanted)
+    return bool(found == wanted)
+
+
+def _flight(simulator: str, column: str) -> Callable[[Figures], Any]:
+    return lambda figures: row(figures, "same_flight", simulator=simulator)[column]
+
+
+def _sweep(simulator: str) -> Callable[[Figures], Any]:
+    return lambda figures: row(figures, "sweep", simulator=simulator, candidates=1024)[
+        "ours_as_often"
+    ]
+
+
+def _largest(column: str) -> Callable[[Figures], Any]:
+    return lambda figures: max(each[column] for each in figures["agreement"])
+
+
+TARGETS = (
+    Target(
+        "flight core over the floor with turning propellers, speed",
+        0.75,
+        True,
+        lambda figures: row(figures, "flight_core", name="flight core", physics_rate=1024.0)[
+            "to_turning"
+        ],
+    ),
+    Target("flight core over RotorPy's loop, speed", 4, True, _flight("RotorPy", "core_as_fast")),
+    Target(
+        "flight core, coarse, over gym-pybullet-drones' loop of 240/48, speed",
+        4,
+        True,
+        _flight("gym-pybullet-drones, 240/48", "coarse_core_as_fast"),
+    ),
+    Target(
+        "flight core over gym-pybullet-drones' loop of 240/240, speed",
+        4,
+        True,
+        _flight("gym-pybullet-drones, 240/240", "core_as_fast"),
+    ),
+    Target(
+        "1,024 compiled flights over crazyflow's as it comes, a second",
+        15,
+        True,
+        _sweep("crazyflow as it comes"),
+    ),
+    Target(
+        "1,024 compiled flights over crazyflow's on two devices, a second",
+        15,
+        True,
+        _sweep("crazyflow on two devices"),
+    ),
+    Target("1,024 compiled flights over RotorPy's, a second", 100, True, _sweep("RotorPy")),
+    Target("1,024 compiled flights over Drake diagrams, a second", 300, True, _sweep("Drake")),
+    Target("compiled flights from the diagram, m/s", 1e-3, False, _largest("velocity")),
+    Target("compiled flights from the diagram, rad/s", 5e-3, False, _largest("angular_velocity")),
+    Target(
+        "cost of candidates, exponent of growth",
+        1.0,
+        False,
+        lambda figures: row(figures, "growth", name="candidates")["exponent"],
+    ),
+    Target(
+        "peak memory of 16,384 candidates, MB",
+        500,
+        False,
+        lambda figures: row(figures, "memory", name="sweep", amount=16384)["megabytes"],
+    ),
+    Target(
+        "the tuning screen's map, s",
+        0.1,
+        False,
+        lambda figures: row(figures, "gain_map")["seconds"],
+    ),
+    Target(
+        "`workbench --help`, s",
+        0.2,
+        False,
+        lambda figures: row(figures, "start_up", name="workbench --help")["wall"],
+    ),
+    Target(
+        "`workbench step` with its plots, s",
+        2.0,
+        False,
+        lambda figures: row(figures, "start_up", name="workbench step --axis x --amplitude 1")[
+            "wall"
+        ],
+    ),
+    Target(
+        "model and margins of all loops over a frame of 20 ms",
+        1.0,
+        False,
+        lambda figures: row(figures, "design", name="model and margins")["ratio"],
+    ),
+)
