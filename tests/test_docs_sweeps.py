@@ -20,7 +20,9 @@ def commands(text: str) -> list[str]:
 
 
 def run_python(text: str) -> None:
-    code = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
+    code = "\n".join(
+        re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    )  # one goes on from another
     exec(compile(code, "page.md", "exec"), {"__name__": "__main__"})
 
 
