@@ -1,8 +1,8 @@
 """The tuning screen's map: a grid of 32 x 32 gain pairs, each flown for two seconds of a step.
 
-The second of hovering before the step is flown and counted as well. Compiled flights in two
-threads, metrics and no curves; wall clock, the first time not counted. The map is to be new while a
-slider moves, within a tenth of a second.
+Compiled flights in two threads, metrics and no curves; wall clock, the first time not counted. Of
+the second of hovering before a step they fly the first sixteenth, in which still air moves nothing.
+The map is to be new while a slider moves, within a tenth of a second.
 """
 
 import time

@@ -8,16 +8,17 @@ The largest sweep is to stay under 500 MB, all of Python, Drake and numba's comp
 """
 
 import json
-import resource
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
-from sweep import COUNTS, DURATION, SPEED, candidates
+import numpy as np
+from sweep import COUNTS, DURATION, SPEED
 
-from workbench.design.rollout.engine import RolloutEngine
-from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
+from workbench.design.sweep.case import Candidate, SweepCase
+from workbench.design.sweep.compiled_flights import fly_compiled
+from workbench.plant.variation import Variation
 from workbench.scenario import Scenario
 from workbench.session import Session
 
@@ -71,8 +72,10 @@ def _peak(kind: str, amount: float) -> float:
 
 
 def _sweep(count: int) -> None:
-    engine = RolloutEngine(load_vehicle(find_model("dh_drone")))
-    engine.measure(candidates(engine.gains, count), "x", SPEED, duration=DURATION)
+    case = SweepCase("x", SPEED, DURATION)
+    spread = np.linspace(0.8, 1.2, count)
+    some = [Candidate({"kp_pitch": 225.0 * share}, Variation()) for share in spread.tolist()]
+    fly_compiled(case, case.vehicle(), some)
 
 
 def _fly(duration: float) -> None:
@@ -85,7 +88,13 @@ def _main(kind: str, amount: float) -> None:
         _sweep(round(amount))
     else:
         _fly(amount)
-    print(json.dumps(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024))
+    print(json.dumps(_own_peak()))
+
+
+def _own_peak() -> float:
+    """Return this process's peak [MB]; `resource` would give its parent's, if that was larger."""
+    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    return next(int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM"))
 
 
 if __name__ == "__main__":

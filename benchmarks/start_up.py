@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from spread import Spread, ratios, spread, text
 
-ROUNDS = 5
+ROUNDS = 4
 PYTHON = "python -c pass"
 PLANT = "import pydrake.multibody.plant"
 COMMANDS = (

@@ -35,7 +35,7 @@ from workbench.systems.cascade import Gains
 
 COUNTS = (1, 64, 1024, 16384)
 DURATION, SPEED = 5.0, 2.0
-TURNS, FEWER_TURNS = 5, 3
+TURNS, FEWER_TURNS = 4, 2
 """The second for the largest count."""
 CORES = 2
 DIAGRAMS = 16

@@ -86,6 +86,14 @@ TARGETS = (
             "to_turning"
         ],
     ),
+    Target(
+        "flight core over the floor of the plant that flies, of one body, speed",
+        0.75,
+        True,
+        lambda figures: row(figures, "flight_core", name="flight core", physics_rate=1024.0)[
+            "to_one_body"
+        ],
+    ),
     Target("flight core over RotorPy's loop, speed", 4, True, _flight("RotorPy", "core_as_fast")),
     Target(
         "flight core, coarse, over gym-pybullet-drones' loop of 240/48, speed",

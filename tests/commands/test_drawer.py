@@ -1,5 +1,6 @@
 """Oracle: the same picture, drawn here."""
 
+import multiprocessing
 import os
 import signal
 
@@ -29,8 +30,8 @@ def test_a_picture_is_that_of_this_process(step, tmp_path):
 def test_a_process_that_is_ended_is_a_sentence(step, tmp_path):
     with Drawer("workbench.design.plots_step", "plot_step") as drawer:
         drawer.png(step, tmp_path / "first.png")
-        for pid in drawer.processes:
-            os.kill(pid, signal.SIGKILL)
+        for child in multiprocessing.active_children():
+            os.kill(child.pid, signal.SIGKILL)
         with pytest.raises(WorkbenchError, match="the process that draws was ended from outside"):
             drawer.png(step, tmp_path / "second.png")
     assert not (tmp_path / "second.png").exists()

@@ -10,11 +10,12 @@ STEP = 1 / 1024
 class Machine:
     """Flies what is due, where every step takes its time on a made-up wall clock."""
 
-    def __init__(self, cost: float, speed: float = 1.0) -> None:
+    def __init__(self, cost: float, speed: float = 1.0, step: float = STEP) -> None:
         self.now = 100.0
         self.cost = cost
+        self.step = step
         self.steps = 0
-        self.clock = FlightClock(STEP, self.now)
+        self.clock = FlightClock(step, self.now)
         self.clock.set_speed(speed, self.now)
 
     def run(self, seconds: float) -> None:
@@ -30,7 +31,7 @@ class Machine:
 
     @property
     def flown(self) -> float:
-        return self.steps * STEP
+        return self.steps * self.step
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.25, 1.0, 3.0, 20.0])
@@ -42,6 +43,15 @@ def test_a_quick_machine_flies_as_many_seconds_as_are_asked_for(speed):
     pace = machine.clock.pace(machine.now)
     assert pace.achieved == pytest.approx(speed, rel=0.15)  # a window of few slices is coarse
     assert (pace.asked, pace.given_up, pace.slow) == (speed, 0.0, False)
+
+
+@pytest.mark.parametrize("step", [1 / 256, 0.01])
+def test_a_slow_flight_of_long_steps_moves(step):
+    """A step takes up to a second of wall time here, more than a flight may fall behind else."""
+    machine = Machine(cost=step / 50.0, speed=0.01, step=step)
+    machine.run(20.0)
+    assert machine.flown == pytest.approx(0.2, abs=2 * step)
+    assert machine.clock.pace(machine.now).given_up == 0.0
 
 
 def test_nothing_is_due_early():

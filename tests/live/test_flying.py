@@ -6,7 +6,7 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 
-from workbench.errors import FlightBrokenError
+from workbench.errors import FlightBrokenError, WorkbenchError
 from workbench.live.acts import Blow, Command, GoTo, RequestMode, SetParameter, Shove
 from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
@@ -237,13 +237,15 @@ def test_a_pause_holds_time_and_flying_on_moves_it():
     assert bench.session.time == 0.75 + STEP
 
 
-def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch):
+@pytest.mark.parametrize("kind", [FlightBrokenError, WorkbenchError])
+def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch, kind):
+    """Broken by Drake, or by a script that asks for what cannot be."""
     bench = Bench()
     bench.fly(0.125)
     tick = bench.session.tick
 
     def breaks(duration):
-        raise FlightBrokenError("the flight broke off after 0.125 s: because")
+        raise kind("the flight broke off after 0.125 s: because")
 
     monkeypatch.setattr(bench.session, "tick", breaks)
     bench.fly(0.125)

@@ -2,13 +2,13 @@
 
 import importlib
 import multiprocessing
-import signal
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from workbench.design.executor.local_processes import without_interrupts
 from workbench.errors import WorkbenchError
 
 
@@ -25,15 +25,9 @@ class Drawer:
 
     def __init__(self, module: str, function: str) -> None:
         self._draws = module, function
-        self._pool = ProcessPoolExecutor(
-            1, mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts
-        )
-        self._loaded = self._pool.submit(_load, module)
-
-    @property
-    def processes(self) -> list[int]:
-        """Numbers of the processes that draw."""
-        return [child.pid for child in multiprocessing.active_children() if child.pid]
+        self._pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
+        with without_interrupts():
+            self._loaded = self._pool.submit(_load, module)
 
     def png(self, what: Any, to: Path) -> None:
         """Draw it and write the picture.
@@ -59,13 +53,8 @@ class Drawer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Let it end; after a failure nobody waits for it."""
+        """Let it end; after a failure the command says so first, and waits at its very end."""
         self._pool.shutdown(wait=kind is None, cancel_futures=True)
-
-
-def _leave_interrupts() -> None:
-    """Leave Ctrl-C to the process that asked for pictures."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _load(module: str) -> None:

@@ -78,10 +78,12 @@ class FlightClock:
         if self._paused:
             return 0
         lag = self._lag(now)
-        if lag > LONGEST_LAG:
-            self._given_up += lag - LONGEST_LAG
+        # a slow flight of long steps is behind by more until its next slice is due
+        longest = max(LONGEST_LAG, 2.0 * self.slice * self._step / self._speed)
+        if lag > longest:
+            self._given_up += lag - longest
             self._last_given_up = now
-            self._origin += lag - LONGEST_LAG
+            self._origin += lag - longest
         self._worst_lag = max(self._worst_lag, lag)
         behind = math.floor(self._lag(now) * self._speed / self._step + 1e-6)
         return self.slice if behind >= self.slice else 0

@@ -86,7 +86,8 @@ class Exchange:
         self._outbox.post(Close.CLOSE)
         self._process.end(limit if self.begun.is_set() else 0.0)
         # both end by themselves once nobody is at the other end
-        self._listener.join(DYING)
+        if threading.current_thread() is not self._listener:  # an answer's callback may close
+            self._listener.join(DYING)
         self._outbox.close(DYING)
         self._process.release()
 
@@ -101,7 +102,7 @@ class Exchange:
                 else:
                     self._hear(message)
         except (EOFError, OSError):
-            pass
+            said = said or ""  # it is gone; `_end` finds out why
         except Exception as error:  # what cannot be read: nothing can be trusted now
             said = f"the flight's process said what cannot be read: {error!r:.100}"
             self._process.end(0.0)

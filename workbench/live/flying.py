@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from multiprocessing.connection import Connection
 
-from workbench.errors import FlightBrokenError, WorkbenchError, sentences
+from workbench.errors import WorkbenchError, sentences
 from workbench.live.acts import Act
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.messages import (
@@ -182,7 +182,7 @@ class Flying:
     def _fly(self, steps: int) -> None:
         try:
             self._session.tick(steps * self._step)
-        except FlightBrokenError as error:
+        except WorkbenchError as error:  # what Drake refuses, or what the script asks for
             self._broken = str(error)
             self.report()
 

@@ -53,7 +53,9 @@ class Variation:
                     f"{where}the variation of {name} is {value:g}: give a factor within "
                     f"{LEAST:g} .. {MOST:g}"
                 )
-        if not 0 <= self.control_delay <= LATEST:
+        if not (
+            0 <= self.control_delay <= LATEST and int(self.control_delay) == self.control_delay
+        ):
             raise WorkbenchError(
                 f"{where}the control_delay is {self.control_delay}: give 0 .. {LATEST} periods"
             )

@@ -25,6 +25,7 @@ LAW = (
     "rotor_response.py",
     "flight_state.py",
     "flight_law.py",
+    "../plant/gravity.py",
 )
 """The files that the control law stands in, in this folder."""
 

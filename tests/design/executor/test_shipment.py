@@ -1,7 +1,9 @@
 """The files of a scenario, laid out where the first ones are not: the same vehicle and world."""
 
 import dataclasses
+import os
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -95,10 +97,35 @@ def test_files_that_are_too_large_are_a_sentence(tmp_path, monkeypatch):
 def test_a_worker_forgets_old_files(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(shipment_module, "MOST_KEPT", 2)
-    for text in "abc":
+
+    def unpacked(text):
         folder = shipment_module.Shipment((("/x/y.yaml", text.encode()),)).unpacked()
         assert (folder / "x" / "y.yaml").read_text() == text
-    assert len(list(folder.parent.iterdir())) == 2
+        return folder
+
+    for text in "abc":
+        kept = unpacked(text).parent
+    assert len(list(kept.iterdir())) == 3  # who knows whether somebody reads them still
+    for folder in kept.iterdir():
+        os.utime(folder, (0.0, 0.0))
+    used = unpacked("a")
+    newest = unpacked("d")
+    assert {used, newest} <= set(kept.iterdir())
+    assert len(list(kept.iterdir())) == 2
+
+
+def test_many_workers_of_a_machine_may_unpack_at_once(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(shipment_module, "MOST_KEPT", 1)
+    monkeypatch.setattr(shipment_module, "LONG_UNUSED", 0.5)
+    files = [(f"/x/{number}.yaml", b"x" * 100) for number in range(50)]
+
+    def unpack(number):
+        return shipment_module.Shipment((*files, ("/own", str(number % 8).encode()))).unpacked()
+
+    with ThreadPoolExecutor(16) as pool:
+        folders = set(pool.map(unpack, range(64)))
+    assert len(folders) == 8
 
 
 def test_a_file_that_is_not_there_is_a_sentence():

@@ -7,6 +7,7 @@ import pytest
 
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.metrics import rollout_metrics
+from workbench.design.rollout.schedule import make_schedule
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, fly_step
 from workbench.errors import WorkbenchError
@@ -213,3 +214,53 @@ def test_what_makes_no_flight_is_said(engine, asked, said):
     flight = {"starts": start_state(engine.vehicle, Start()), "commands": np.zeros(4), **asked}
     with pytest.raises(WorkbenchError, match=said):
         engine.fly_from([{}] * 3, **flight)
+
+
+@pytest.mark.parametrize("name", [*Gains._fields, "rotor_1", "wind_x", "push_x", "drag_area"])
+def test_a_candidate_with_a_value_that_is_no_number_is_lost_from_the_beginning(engine, name):
+    """A limit that is NaN would be no limit, as comparisons with it are false."""
+    measured = engine.measure([{}, {name: float("nan")}], "x", 1.0, duration=0.5)
+    assert np.isnan(measured.diverged_at[0])
+    assert measured.diverged_at[1] == 0.0
+    assert np.isnan(measured.metrics.rise_time[1])
+
+
+def test_many_candidates_with_a_seed_each_take_little_memory(engine):
+    count = 30_000
+    batch = engine._batch(
+        [{}] * count,
+        np.zeros(4),
+        start_state(engine.vehicle, Start()),
+        make_schedule(engine.rates, 0.0, 0.5, 1),
+        None,
+        list(range(count)),
+    )
+    assert len(np.unique(batch.candidates.seeds)) == count
+
+
+def test_whole_numbers_may_be_floats(engine):
+    step = engine.fly([{}], "x", 1.0, duration=0.5, stride=2.0)
+    assert len(step.time) == 33
+    with pytest.raises(WorkbenchError, match="the stride is inf"):
+        engine.fly([{}], "x", 1.0, stride=float("inf"))
+    with pytest.raises(WorkbenchError, match="the control_delay is 1.5"):
+        engine.varied(Variation(control_delay=1.5))
+
+
+def test_a_loss_is_counted_from_when_the_command_was_given(vehicle):
+    """Also where no control update comes at that time: the command is given 1 s after the start."""
+    rates = Rates(physics_step=0.001, control_period=0.006, mode_period=0.12)
+    rollouts = RolloutEngine(vehicle, rates).fly([FLIPS], "y", 8.0, duration=1.0)
+    end = rollouts.diverged_at[0]
+    first = np.flatnonzero(np.isnan(rollouts.response[0]))[0]
+    assert end == pytest.approx(rollouts.time[first], abs=1e-9)
+
+
+def test_a_stop_ends_measuring_and_flights_too(engine, candidates):
+    for flown in (
+        engine.measure(candidates, "y", 8.0, stop=lambda: True),
+        engine.fly_from(
+            candidates, start_state(engine.vehicle, Start()), np.zeros(4), stop=lambda: True
+        ),
+    ):
+        assert 0 < len(flown) < len(candidates)

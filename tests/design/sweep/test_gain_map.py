@@ -42,6 +42,11 @@ def test_a_map_that_nobody_waits_for_is_given_up(engine):
     assert gain_map(engine, {}, X, parse_range("kd_pitch=0..30:32"), stop=lambda: True) is None
 
 
+def test_what_is_no_gain_is_not_passed_over(engine):
+    with pytest.raises(WorkbenchError, match="unknown gain 'wind_x'"):
+        gain_map(engine, {"wind_x": 4.0}, X, Y)
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [

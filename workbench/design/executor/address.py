@@ -58,8 +58,11 @@ def check_scheduler(address: str, within: float = ANSWER_WITHIN) -> None:
     with ThreadPoolExecutor(1) as pool:  # a notebook has an event loop of its own in this thread
         try:
             who = pool.submit(asyncio.run, _identity(address, within)).result()
+        except TimeoutError as error:
+            raise _unreachable(address, "what listens there does not answer as one") from error
         except Exception as error:  # another protocol's answer is read as Dask's: anything follows
-            raise _unreachable(address, "what answers there is no Dask scheduler") from error
+            reason = f"what answers there is no Dask scheduler, or wants TLS otherwise ({error})"
+            raise _unreachable(address, reason) from error
     if who.get("type") != "Scheduler":
         raise _unreachable(address, f"what answers there is a Dask {who.get('type', '?')}")
 

@@ -39,12 +39,19 @@ class DaskCluster:
 
         self._address = address
         # what it tells in many lines, of a scheduler that is lost, is said in one sentence
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+        self._log = logging.getLogger("distributed.client")
+        self._loudness = self._log.level
+        self._log.setLevel(logging.CRITICAL)
         self._client = Client(address, set_as_default=False, name="workbench")
         try:
             self.workers = self._checked_workers()
-        except BaseException:
-            self._client.close()
+        except BaseException as error:
+            self._close()
+            if isinstance(error, OSError):  # as Dask has what is lost
+                raise WorkbenchError(
+                    f"the scheduler at {address} or a worker was lost while it was asked what it "
+                    "has: run this again"
+                ) from error
             raise
 
     def __enter__(self) -> Self:
@@ -56,7 +63,11 @@ class DaskCluster:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
+        self._close()
+
+    def _close(self) -> None:
         self._client.close()
+        self._log.setLevel(self._loudness)
 
     def run(
         self, tasks: Sequence[Task[Result]], stop: Stop | None = None
@@ -173,9 +184,10 @@ def _versions_there() -> Any:
     def tell() -> tuple[str, ...] | None:
         try:
             from workbench.design.executor.versions import versions
-        except ImportError:
+
+            return tuple(versions())
+        except ImportError:  # of the workbench, or of what it needs
             return None
-        return tuple(versions())
 
     return tell
 

@@ -71,7 +71,7 @@ def _in_pool(
         min(count, len(tasks)), mp_context=multiprocessing.get_context("spawn")
     )
     try:
-        with _without_interrupts():
+        with without_interrupts():
             places = {pool.submit(task.run): index for index, task in list(tasks.items())}
         for future in places:
             future.add_done_callback(done.put)
@@ -92,7 +92,7 @@ def _in_pool(
 
 
 @contextmanager
-def _without_interrupts() -> Iterator[None]:
+def without_interrupts() -> Iterator[None]:
     """Start processes that leave Ctrl-C to this one: they inherit what is blocked."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:

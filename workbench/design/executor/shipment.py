@@ -6,9 +6,12 @@ that whatever is looked up beside or above a description is found there too.
 
 import copy
 import hashlib
+import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +26,9 @@ from workbench.scenario import Scenario
 MOST_BYTES = 200_000_000
 """Of all files of a scenario."""
 MOST_KEPT = 20
-"""Shipments on a worker's disk; the oldest go first."""
+"""Shipments on a worker's disk; those longest unused go first."""
+LONG_UNUSED = 86400.0
+"""None goes that was used within this time [s]: somebody may be reading it."""
 _CHILD = "workbench.design.executor.reading_child"
 _SECONDS, _MEGABYTES = 120.0, 16_000
 
@@ -62,8 +67,10 @@ class Shipment:
             try:
                 partial.rename(folder)
             except OSError:  # another process of this machine was quicker
-                shutil.rmtree(partial)
-            _forget_old(kept)
+                shutil.rmtree(partial, ignore_errors=True)
+            _forget_old(kept, time.time())
+        with suppress(OSError):  # it is in use now, whenever it came
+            os.utime(folder)
         return folder
 
 
@@ -153,8 +160,16 @@ def _own_paths(scenario: Scenario) -> Iterator[str]:
         yield scenario.world
 
 
-def _forget_old(kept: Path) -> None:
-    """Remove the shipments that came first, where there are many."""
-    folders = sorted(kept.iterdir(), key=lambda path: path.stat().st_mtime)
-    for folder in folders[:-MOST_KEPT]:
-        shutil.rmtree(folder, ignore_errors=True)
+def _forget_old(kept: Path, now: float) -> None:
+    """Remove the shipments that nobody has used for long, where there are many.
+
+    Other processes write and remove here, too: what has gone meanwhile is gone, and what somebody
+    is writing still is young.
+    """
+    used = {}
+    for folder in kept.iterdir():
+        with suppress(OSError):
+            used[folder] = folder.stat().st_mtime
+    for folder in sorted(used, key=lambda each: used[each])[:-MOST_KEPT]:
+        if now - used[folder] > LONG_UNUSED:
+            shutil.rmtree(folder, ignore_errors=True)

@@ -6,7 +6,7 @@ that are thrown, turning and at any attitude.
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -112,9 +112,10 @@ def agreement(
     Raises:
         WorkbenchError: if the vehicle cannot be flown.
     """
-    session = Session(Scenario(vehicle=scenario.vehicle, rates=scenario.rates, duration=duration))
+    rates = replace(scenario.rates, record_period=scenario.rates.control_period)
+    session = Session(Scenario(vehicle=scenario.vehicle, rates=rates, duration=duration))
     own = flight_gains(session.vehicle, scenario.vehicle.gains)
-    engine = RolloutEngine(session.vehicle, scenario.rates, scenario.vehicle.variation, own=own)
+    engine = RolloutEngine(session.vehicle, rates, scenario.vehicle.variation, own=own)
     flights = engine.fly_from(
         [each.gains for each in trials],
         np.array([start_state(session.vehicle, each.start) for each in trials]),
@@ -135,7 +136,7 @@ def agreement(
             (found.angular_velocity, flights.angular_velocity_W, turning),
         ):
             apart = np.linalg.norm(compiled[number, : len(flown)] - flown, axis=1)
-            differences[number] = np.nanmax(apart, initial=0.0)
+            differences[number] = np.nanmax(apart, initial=0.0) if len(apart) else np.inf
         if progress:
             progress((number + 1) / count)
     return found

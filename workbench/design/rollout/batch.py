@@ -94,6 +94,6 @@ class Batch(NamedTuple):
 
         blocks = run_chunks(work, -(-self.size // LANES), threads, progress, stop)
         done = min(blocks * LANES, self.size)
-        after = np.maximum(0.0, (lost_at - self.schedule.edge) * self.schedule.period)
+        after = np.maximum(0.0, lost_at * self.schedule.period - self.schedule.edge_time)
         lost = np.where(lost_at < 0, np.nan, after)
         return Flown(done, peak_use[:done], lost[:done])

@@ -88,7 +88,8 @@ def _air_seeds(seeds: Sequence[int], count: int) -> np.ndarray:
     if len(seeds) not in (1, count):
         raise WorkbenchError(f"there are {len(seeds)} seeds for {count} candidates: give each one")
     known = {seed: float(noise_seed(seed, "air")) for seed in set(seeds)}
-    return np.array([known[seed] for seed in (list(seeds) * count)[:count]])
+    starts = np.array([known[seed] for seed in seeds])
+    return starts if len(seeds) == count else np.full(count, starts[0])
 
 
 def _for_each(what: str, values: np.ndarray, count: int, size: int) -> np.ndarray:

@@ -12,7 +12,6 @@ SOURCES = (
     *LAW,
     *AIR,
     "air/settings.py",
-    "../plant/gravity.py",
     "../design/tumbling.py",
     *(f"../design/rollout/{name}" for name in (*OWN, *TAKEN)),
 )

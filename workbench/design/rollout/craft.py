@@ -65,7 +65,7 @@ def make_crafts(vehicle: Vehicle, variations: Sequence[Variation], period: float
         effects=np.array([wrench_matrix(vehicle.rotors, (0.0, 0.0, 0.0)).T] * many),
         blades=np.array([rotor_rows(vehicle.rotors)] * many),
         speeds=np.array([vehicle.hover_speeds] * many),
-        delays=np.array([each.control_delay for each in variations]),
+        delays=np.array([int(each.control_delay) for each in variations]),
         clearances=np.full(many, vehicle.ground_clearance),
         estimate=sampled_estimate(period),
     )

@@ -1,5 +1,7 @@
 """Fill a block with candidates, their crafts and their commands."""
 
+import math
+
 import numpy as np
 from numba.extending import register_jitable
 
@@ -72,11 +74,20 @@ def fill(block, rotors, candidates, crafts, step):  # type: ignore[no-untyped-de
             put(block, TURNING + k, i, step * crafts.rigid[c, 7 + k])
         put(block, PRESSURE, i, 0.5 * candidates.air[c, DENSITY] * candidates.air[c, AREA])
         put(block, CLEARANCE, i, crafts.clearances[c])
-        put(block, LOST, i, -1.0)
+        # comparisons with NaN are false: a limit that is none would be no limit
+        put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
         for number in range(len(rotors)):
             _fill_rotor(block, rotors[number], i, c, number, candidates, crafts)
         wrench, p_BoBcm_B = take6(block, WRENCH, i), take3(block, RIGID + 13, i)
         put6(block, LOAD, i, held_load(wrench, take(block, RIGID, i), p_BoBcm_B, step))
+
+
+@register_jitable
+def _is_whole(candidates, c):  # type: ignore[no-untyped-def]
+    """Return whether all that a candidate has is a number."""
+    total = candidates.gains[c].sum() + candidates.shares[c].sum() + candidates.air[c].sum()
+    total += candidates.commands[c].sum() + candidates.starts[c].sum()
+    return not math.isnan(total)
 
 
 @register_jitable

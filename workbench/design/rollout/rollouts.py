@@ -52,7 +52,7 @@ class MeasuredSteps:
     """Metrics of N steps whose curves were not kept.
 
     Attributes:
-        metrics: (N) each; NaN for a candidate that was lost.
+        metrics: (N) each; they mean nothing for a candidate that was lost.
         peak_rotor_use: (N) see `Rollouts`.
         diverged_at: (N) see `Rollouts`.
     """

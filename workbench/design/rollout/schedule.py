@@ -43,7 +43,7 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
         WorkbenchError: if that makes no flight.
     """
     check_duration(duration)
-    if stride < 1 or int(stride) != stride:
+    if not (1 <= stride < math.inf and int(stride) == stride):
         raise WorkbenchError(f"the stride is {stride:g}: give it a whole number, 1 or more")
     step = rates.physics_step
     steps = round(rates.control_period / step)
@@ -55,7 +55,7 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
         edge=-(-edge // steps),
         edge_time=edge_time,
         end=math.floor((edge_time + duration) / step + 1e-6) // steps,
-        stride=stride,
+        stride=int(stride),
     )
 
 

@@ -49,7 +49,7 @@ def gain_map(
 
     Args:
         engine: of the vehicle.
-        gains: parameter values by name that stay as they are.
+        gains: of the controller's gains and limits, those that are not the engine's own, by name.
         x: a gain or limit of the controller, and its values along the columns.
         y: another one, along the rows.
         metric: of the flight, see `metrics.FLOWN`.
@@ -74,6 +74,9 @@ def gain_map(
     if wanted not in FLOWN:
         raise unknown_name("metric of a flight", metric, [each.name for each in FLOWN])
     columns, rows = (part.ravel() for part in np.meshgrid(x.grid, y.grid))
+    for name in gains:
+        if name not in names:
+            raise unknown_name("gain", name, names)
     values = {**engine.gains, **gains}
     table = np.tile([values[name] for name in names], (len(rows), 1))
     table[:, names.index(x.name)] = columns

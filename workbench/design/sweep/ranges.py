@@ -65,6 +65,12 @@ class SweepRange:
             )
         if not 2 <= self.points <= MOST_POINTS:
             raise WorkbenchError(f"{self.name} has {self.points} points: give 2 .. {MOST_POINTS}")
+        if self.name == SEED and self.points > self.high - self.low + 1:
+            raise WorkbenchError(
+                f"there are {self.high - self.low + 1:g} seeds from {self.low:g} to {self.high:g}, "
+                f"and {self.points} are asked for: write {SEED}={self.low:g}..{self.high:g}:"
+                f"{self.high - self.low + 1:g}, or a wider range"
+            )
         if self.log and self.low <= 0.0:
             raise WorkbenchError(
                 f"{self.name} is swept from {self.low:g} over its logarithm: begin above 0"
