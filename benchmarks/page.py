@@ -34,7 +34,7 @@ HEADINGS = {
 INTRODUCTION = """\
 # Performance
 
-Written by `make bench`, all in one run: {machine}.
+Written by `make bench`, each table in one run: {machine}.
 With {versions}.
 
 Look at ratios: they are taken turn by turn within the run, where absolute figures are those of one

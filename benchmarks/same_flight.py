@@ -44,7 +44,9 @@ TURNS = 5
 MISSED = 0.25
 """What a flight may be off at its end [m] or [m/s]."""
 CORE, COARSE_CORE = "flight core", "flight core, coarse"
-COARSE = Rates(physics_step=1 / 256, control_period=1 / 64, record_period=1 / 64)
+COARSE = Rates(
+    physics_step=1 / 256, control_period=5 / 256, mode_period=5 / 32, record_period=5 / 256
+)
 
 
 @dataclass(frozen=True)
