@@ -227,7 +227,7 @@ class Session:
         target = math.floor(self._due / step + 1e-6)
         while self._steps < target:
             for action in self._script.due(self._steps):
-                self._do(action)
+                self.act(action)
             self._advance(min(target, self._script.next_step))
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
@@ -281,7 +281,8 @@ class Session:
         )
         return message
 
-    def _do(self, action: Action) -> None:
+    def act(self, action: Action) -> None:
+        """Do what a script's action says, now; `at` says nothing here."""
         for name, value in action.set.items():
             self.set(name, value)
         if action.request is not None:

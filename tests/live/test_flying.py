@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from workbench.errors import FlightBrokenError, WorkbenchError
-from workbench.live.acts import Blow, Command, GoTo, RequestMode, SetParameter, Shove
 from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
 from workbench.live.messages import (
@@ -29,6 +28,8 @@ from workbench.live.outbox import Outbox
 from workbench.recording import Recording
 from workbench.scenario import (
     Action,
+    Gust,
+    Push,
     Rates,
     Scenario,
     SensorsConfig,
@@ -109,7 +110,7 @@ def scripted() -> Scenario:
 def test_orders_take_effect_at_the_present_step_and_are_answered_with_its_time():
     bench = Bench()
     bench.fly(0.25)
-    answer = bench.obey(SetParameter("kp_roll", 77.0))
+    answer = bench.obey(Action(set={"kp_roll": 77.0}))
     assert isinstance(answer, Answer)
     assert answer.value == bench.session.time == 0.25
     assert bench.session.get("kp_roll") == 77.0
@@ -118,7 +119,7 @@ def test_orders_take_effect_at_the_present_step_and_are_answered_with_its_time()
 
 def test_a_report_that_shows_the_effect_goes_before_the_answer():
     bench = Bench()
-    bench.obey(Command((0.5, 0.0, 0.0), 0.1))
+    bench.obey(Action(velocity=[0.5, 0.0, 0.0], yaw_rate=0.1))
     report, answer = bench.letters.sent[-2:]
     assert isinstance(answer, Answer)
     assert isinstance(report, Report)
@@ -128,17 +129,17 @@ def test_a_report_that_shows_the_effect_goes_before_the_answer():
 def test_a_live_flight_is_the_same_again_as_a_scenario(tmp_path):
     bench = Bench(scripted(), SETTINGS)
     bench.fly(0.25)
-    bench.obey(Command((1.0, 0.0, 0.2), None))  # at the step at which the script acts
-    bench.obey(SetParameter("kp_pitch", 60.0))
+    bench.obey(Action(velocity=[1.0, 0.0, 0.2]))  # at the step at which the script acts
+    bench.obey(Action(set={"kp_pitch": 60.0}))
     bench.fly(0.1)
-    bench.obey(Blow((2.0, 1.0, 0.0), 0.5))
-    bench.obey(Shove((0.0, 0.5, 0.0), (0.1, 0.0, 0.0), 0.2))
+    bench.obey(Action(gust=Gust([2.0, 1.0, 0.0], 0.5)))
+    bench.obey(Action(push=Push([0.0, 0.5, 0.0], [0.1, 0.0, 0.0], 0.2)))
     bench.obey(SetSpeed(3.0))
     bench.fly(0.3)
     bench.obey(Hold.PAUSE)
-    bench.obey(GoTo((1.0, 1.0, 2.0)))
+    bench.obey(Action(go_to=[1.0, 1.0, 2.0]))
     bench.obey(FlyOn(0.1003))
-    bench.obey(RequestMode("land", 1.5))
+    bench.obey(Action(request="land", height=1.5))
     bench.obey(Hold.RESUME)
     bench.obey(SetSpeed(1.0))
     bench.fly(0.5)
@@ -157,7 +158,7 @@ def test_a_live_flight_equals_a_session_with_the_same_commands_at_the_same_times
     session = Session(scripted(), SETTINGS)
     for seconds, velocity in ((0.25, (1.0, 0.0, 0.2)), (0.375, (0.0, -1.0, 0.0))):
         bench.fly(seconds)
-        at = bench.obey(Command(velocity, None)).value
+        at = bench.obey(Action(velocity=list(velocity))).value
         session.tick(at - session.time)
         session.command(velocity)
     bench.fly(0.5)
@@ -184,14 +185,14 @@ def scripted_in_steps() -> Scenario:
 def test_what_is_refused_changes_nothing_and_is_not_in_the_script():
     bench = Bench()
     for wanted, word in (
-        (SetParameter("kp_rol", 1.0), "'kp_roll'"),
-        (SetParameter("kp_roll", 1e9), "2500"),
-        (SetParameter("lidar_fault", 1.0), "lidar_fault"),
-        (GoTo((0.0, 0.0, -5.0)), "height"),
-        (RequestMode("lend", 1.5), "'land'"),
-        (RequestMode("take_off", 1e4), "take_off"),
-        (Blow((99.0, 0.0, 0.0), 1.0), "gust_x"),
-        (Shove((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0), "push_duration"),
+        (Action(set={"kp_rol": 1.0}), "'kp_roll'"),
+        (Action(set={"kp_roll": 1e9}), "2500"),
+        (Action(set={"lidar_fault": 1.0}), "lidar_fault"),
+        (Action(go_to=[0.0, 0.0, -5.0]), "height"),
+        (Action(request="lend", height=1.5), "'land'"),
+        (Action(request="take_off", height=1e4), "take_off"),
+        (Action(gust=Gust([99.0, 0.0, 0.0], 1.0)), "gust_x"),
+        (Action(push=Push([1.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0)), "push_duration"),
         (GetParameter("kp_rol"), "'kp_roll'"),
         (GetReading("imu"), "'imu'"),
         (SetSpeed(0.0), "0.01 to 20"),
@@ -210,11 +211,11 @@ def test_what_is_refused_changes_nothing_and_is_not_in_the_script():
 
 def test_a_reset_begins_again_and_forgets_the_script():
     bench = Bench(Scenario(), SETTINGS)
-    bench.obey(SetParameter("kp_roll", 50.0))
+    bench.obey(Action(set={"kp_roll": 50.0}))
     bench.fly(0.2)
     assert bench.obey(Hold.RESET).value == 0.0
     assert bench.session.get("kp_roll") == SETTINGS["kp_roll"]
-    bench.obey(Command((0.0, 1.0, 0.0), None))
+    bench.obey(Action(velocity=[0.0, 1.0, 0.0]))
     bench.fly(0.25)
     flown = bench.flown()
     assert flown.recording.time[-1] == 0.25
@@ -254,7 +255,7 @@ def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch, kind):
     assert (report.phase, report.said[:26]) == (Phase.BROKEN, "the flight broke off after")
     bench.fly(1.0)
     assert bench.session.time == 0.125  # it does not try again
-    for wanted in (Command((1.0, 0.0, 0.0), None), Hold.RESUME, FlyOn(1.0)):
+    for wanted in (Action(velocity=[1.0, 0.0, 0.0]), Hold.RESUME, FlyOn(1.0)):
         assert "reset it first" in bench.obey(wanted).said
     assert bench.flown().recording.time[-1] == 0.125
     assert bench.obey(Hold.RESET).value == 0.0
@@ -271,7 +272,7 @@ def test_what_drake_refuses_is_a_sentence(monkeypatch, failure):
         raise failure
 
     monkeypatch.setattr(bench.session, "set", refuses)
-    said = bench.obey(SetParameter("kp_roll", 50.0)).said
+    said = bench.obey(Action(set={"kp_roll": 50.0})).said
     assert said == f"the flight cannot do that: {' '.join(str(failure).split())}"
 
 
@@ -303,7 +304,7 @@ def test_a_flood_of_orders_does_not_stop_the_flight_and_closing_is_heard(monkeyp
     bench = Bench()
     count = 30  # few enough for the pipe to take them all
     for number in range(count):
-        there.send(Order(number, SetParameter("kp_roll", 50.0 + number / count)))
+        there.send(Order(number, Action(set={"kp_roll": 50.0 + number / count})))
     there.send(Close.CLOSE)
 
     def wanted() -> bool:

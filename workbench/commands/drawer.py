@@ -27,7 +27,7 @@ class Drawer:
         self._draws = module, function
         self._pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
         with without_interrupts():
-            self._loaded = self._pool.submit(_load, module)
+            self._pool.submit(_load, module)
 
     def png(self, what: Any, to: Path) -> None:
         """Draw it and write the picture.
@@ -36,7 +36,6 @@ class Drawer:
             WorkbenchError: if the process was ended from outside.
         """
         try:
-            self._loaded.result()
             self._pool.submit(_draw, *self._draws, what, to).result()
         except BrokenProcessPool as error:
             raise WorkbenchError(

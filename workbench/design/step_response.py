@@ -111,11 +111,8 @@ def fly_step(
     Raises:
         WorkbenchError: if axis, amplitude or duration make no step, or it cannot be flown.
     """
-    if axis not in AXES:
-        raise unknown_name("axis", axis, AXES)
+    check_step(axis, amplitude)
     check_duration(duration)
-    if not 0.0 < abs(amplitude) < math.inf:
-        raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
     from workbench.session import Session
 
     session = Session(step_scenario(axis, amplitude, duration, scenario or Scenario()), settings)
@@ -132,6 +129,18 @@ def fly_step(
         peak_rotor_use=float(after.rotor_use.max()),
         coupling=coupling(after, axis),
     )
+
+
+def check_step(axis: str, amplitude: float) -> None:
+    """Refuse what makes no step.
+
+    Raises:
+        WorkbenchError: with what to give in its place.
+    """
+    if axis not in AXES:
+        raise unknown_name("axis", axis, AXES)
+    if not 0.0 < abs(amplitude) < math.inf:
+        raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
 
 
 def check_duration(duration: float) -> None:

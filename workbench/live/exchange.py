@@ -3,10 +3,10 @@
 import pickle
 import threading
 from concurrent.futures import Future
+from contextlib import suppress
 from typing import Any
 
 from workbench.errors import WorkbenchError
-from workbench.live.acts import Act
 from workbench.live.messages import (
     Answer,
     Begin,
@@ -24,11 +24,12 @@ from workbench.live.messages import (
 from workbench.live.outbox import Outbox
 from workbench.live.process import DYING, FlightProcess
 from workbench.live.view import LiveView
+from workbench.scenario import Action
 
 MOST_WAITING = 1000
 """Orders without an answer; further ones are refused."""
 
-Wanted = Act | Hold | SetSpeed | FlyOn | Question
+Wanted = Action | Hold | SetSpeed | FlyOn | Question
 
 
 class Exchange:
@@ -92,21 +93,25 @@ class Exchange:
         self._process.release()
 
     def _listen(self) -> None:
-        """Hear the process until it is gone."""
-        said = ""
+        """Hear the process until it is gone, and show that it is."""
         try:
+            said = self._hear_all()
+        except Exception as error:  # what cannot be read: nothing can be trusted now
+            said = f"the flight's process said what cannot be read: {error!r:.100}"
+            self._process.end(0.0)
+        self._end(said)
+
+    def _hear_all(self) -> str:
+        """Hear the process until it is gone; return what it said of a failure, if anything."""
+        said = ""
+        with suppress(EOFError, OSError):  # it is gone; `_end` finds out why
             while True:
                 message = self._process.connection.recv()
                 if isinstance(message, Failed):
                     said = message.said
                 else:
                     self._hear(message)
-        except (EOFError, OSError):
-            said = said or ""  # it is gone; `_end` finds out why
-        except Exception as error:  # what cannot be read: nothing can be trusted now
-            said = f"the flight's process said what cannot be read: {error!r:.100}"
-            self._process.end(0.0)
-        self._end(said)
+        return said
 
     def _hear(self, message: object) -> None:
         self.view = self.view.after(message)

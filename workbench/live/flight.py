@@ -6,7 +6,6 @@ from types import TracebackType
 from typing import Any, Self
 
 from workbench.errors import WorkbenchError
-from workbench.live.acts import Blow, Command, GoTo, RequestMode, SetParameter, Shove, Triple
 from workbench.live.exchange import Exchange, Wanted, failed
 from workbench.live.messages import (
     Begin,
@@ -21,13 +20,11 @@ from workbench.live.messages import (
 )
 from workbench.live.view import LiveView
 from workbench.pilot_numbers import finite
-from workbench.scenario import FARTHEST, Scenario
+from workbench.scenario import FARTHEST, Action, Gust, Push, Scenario
 from workbench.systems.sensors.readings import Reading
 
 CLOSING = 3.0
 """Time that the process has to end by itself [s]."""
-START_HEIGHT = 1.5
-"""Of a take-off for which none is said [m]."""
 
 
 class LiveFlight:
@@ -95,31 +92,31 @@ class LiveFlight:
 
     def set(self, name: str, value: float) -> Future[float]:
         """Give a live parameter a value."""
-        return self._make(lambda: SetParameter(_text("parameter", name), _number(name, value)))
+        return self._make(lambda: Action(set={_text("parameter", name): _number(name, value)}))
 
     def command(
         self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
     ) -> Future[float]:
         """Ask for a velocity in W [m/s] and a yaw rate [rad/s]; what is None stays as it was."""
         return self._make(
-            lambda: Command(
-                None if velocity is None else _triple("velocity", velocity),
-                None if yaw_rate is None else _number("yaw rate", yaw_rate),
+            lambda: Action(
+                velocity=None if velocity is None else _triple("velocity", velocity),
+                yaw_rate=None if yaw_rate is None else _number("yaw rate", yaw_rate),
             )
         )
 
     def go_to(self, p_WB: Sequence[float]) -> Future[float]:
         """Ask for a place in W [m] and stay there."""
-        return self._make(lambda: GoTo(_triple("position", p_WB)))
+        return self._make(lambda: Action(go_to=_triple("position", p_WB)))
 
-    def request(self, what: str, height: float = START_HEIGHT) -> Future[float]:
+    def request(self, what: str, height: float = Action.height) -> Future[float]:
         """Ask the flight mode to arm, take_off (to a height [m]), land, or stop at once."""
-        return self._make(lambda: RequestMode(_text("request", what), _height(height)))
+        return self._make(lambda: Action(request=_text("request", what), height=_height(height)))
 
     def gust(self, velocity: Sequence[float], duration: float = 1.0) -> Future[float]:
         """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on."""
         return self._make(
-            lambda: Blow(_triple("gust", velocity), _number("gust_duration", duration))
+            lambda: Action(gust=Gust(_triple("gust", velocity), _number("gust_duration", duration)))
         )
 
     def push(
@@ -130,10 +127,12 @@ class LiveFlight:
     ) -> Future[float]:
         """Push with a force in W [N] at a point of the body, in B [m], for a duration [s]."""
         return self._make(
-            lambda: Shove(
-                _triple("push", force),
-                _triple("point of the push", point),
-                _number("push_duration", duration),
+            lambda: Action(
+                push=Push(
+                    _triple("push", force),
+                    _triple("point of the push", point),
+                    _number("push_duration", duration),
+                )
             )
         )
 
@@ -192,12 +191,12 @@ def _height(value: float) -> float:
     return height
 
 
-def _triple(what: str, values: Sequence[float]) -> Triple:
+def _triple(what: str, values: Sequence[float]) -> list[float]:
     """Return three numbers that a script may have."""
     x, y, z = finite(what, values, 3)
     if max(abs(x), abs(y), abs(z)) > FARTHEST:
         raise WorkbenchError(f"{what} is {values!r:.60}: give it numbers within ±{FARTHEST:g}")
-    return (x, y, z)
+    return [x, y, z]
 
 
 def _text(what: str, value: object) -> str:

@@ -1,11 +1,11 @@
 """The loop that flies a session in real time, and does what a pilot wants between its steps."""
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping
 from multiprocessing.connection import Connection
 
 from workbench.errors import WorkbenchError, sentences
-from workbench.live.acts import Act
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.messages import (
     Answer,
@@ -141,13 +141,10 @@ class Flying:
                 self._clock.resume(self._now())
             case FlyOn(duration):
                 self._fly_on(duration)
-            case Act() as act:
-                self._act(act)
+            case Action() as action:
+                self._session.act(action)
+                self._done.append(dataclasses.replace(action, at=self._session.time))
         return self._session.time
-
-    def _act(self, act: Act) -> None:
-        act.do(self._session)
-        self._done.append(act.action(self._session.time))
 
     def _reset(self) -> None:
         self._session.reset()

@@ -11,11 +11,10 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from workbench.live.acts import Act
     from workbench.plant.vehicle import Vehicle
     from workbench.recording import Recording
     from workbench.samples import Samples
-    from workbench.scenario import Scenario
+    from workbench.scenario import Action, Scenario
     from workbench.snapshot import Snapshot
 
 
@@ -119,7 +118,7 @@ class Order:
     """Something wanted; the answer has the same number."""
 
     number: int
-    wanted: Act | Hold | SetSpeed | FlyOn | Question
+    wanted: Action | Hold | SetSpeed | FlyOn | Question
 
 
 class Close(Enum):

@@ -106,10 +106,12 @@ class DaskCluster:
 
         files: dict[str, Any] = {}
         moved, needed = [], []
+        given, scenario, key = None, Scenario(), ""
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
             for task in tasks:
-                scenario = with_absolute_paths(task.scenario)
-                key = _named_files(scenario)
+                if (own := task.scenario) is not given:  # a sweep's tasks share one
+                    given, scenario = own, with_absolute_paths(own)
+                    key = _named_files(scenario)
                 if key not in files:
                     found = shipment(scenario)
                     files[key] = found and self._client.submit(

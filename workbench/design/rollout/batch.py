@@ -54,8 +54,9 @@ class Batch(NamedTuple):
     @property
     def time(self) -> np.ndarray:
         """Time of the samples (M) from the edge on [s]."""
-        _, period, _, edge, edge_time, end, stride = self.schedule
-        return np.arange(edge, end + 1, stride) * period - edge_time
+        when = self.schedule
+        instants = np.arange(when.edge, when.end + 1, when.stride)
+        return instants * when.period - when.edge_time
 
     def fly(
         self,
@@ -97,3 +98,23 @@ class Batch(NamedTuple):
         after = np.maximum(0.0, lost_at * self.schedule.period - self.schedule.edge_time)
         lost = np.where(lost_at < 0, np.nan, after)
         return Flown(done, peak_use[:done], lost[:done])
+
+    def curves(
+        self,
+        kept: tuple[int, ...],
+        threads: int,
+        progress: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> tuple[np.ndarray, Flown]:
+        """Fly them and keep every sample; the arguments are those of `fly`.
+
+        Returns:
+            The samples (done, M, k) of those that were flown, and what became of them.
+        """
+        found = np.full((self.size, len(self.time), len(kept)), np.nan)
+
+        def keep(first: int, last: int, samples: np.ndarray) -> None:
+            found[first:last] = samples[:, :, : last - first].transpose(2, 0, 1)
+
+        flown = self.fly(kept, keep, threads, progress, stop)
+        return found[: flown.done], flown

@@ -15,9 +15,9 @@ from workbench.design.rollout.compiled_block import compiled_measures
 from workbench.design.rollout.craft import Crafts, make_crafts
 from workbench.design.rollout.measuring import NUMBERS
 from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
-from workbench.design.rollout.schedule import Schedule, check_step, make_schedule
+from workbench.design.rollout.schedule import Schedule, make_schedule
 from workbench.design.rollout.starts import start_state
-from workbench.design.step_response import AXES, EDGE
+from workbench.design.step_response import AXES, EDGE, check_step
 from workbench.errors import WorkbenchError
 from workbench.gains import flight_gains
 from workbench.plant.variation import Variation
@@ -115,17 +115,12 @@ class RolloutEngine:
             WorkbenchError: if that makes no step, or the gains are not what they should be.
         """
         batch = self._steps(gains, axis, amplitude, duration, stride, variations, seeds)
-        curves = np.full((batch.size, len(batch.time), 6), np.nan)
-
-        def keep(first: int, last: int, samples: np.ndarray) -> None:
-            curves[first:last] = samples[:, :, : last - first].transpose(2, 0, 1)
-
-        flown = batch.fly(VELOCITIES, keep, self._threads, progress, stop)
+        curves, flown = batch.curves(VELOCITIES, self._threads, progress, stop)
         return Rollouts(
             axis=axis,
             time=batch.time,
-            velocity_W=curves[: flown.done, :, 3:],
-            angular_velocity_W=curves[: flown.done, :, :3],
+            velocity_W=curves[:, :, 3:],
+            angular_velocity_W=curves[:, :, :3],
             peak_rotor_use=flown.peak_use,
             diverged_at=flown.lost_at,
         )
@@ -196,13 +191,8 @@ class RolloutEngine:
         """
         schedule = make_schedule(self.rates, 0.0, duration, stride)
         batch = self._batch(gains, commands, starts, schedule, variations, seeds)
-        states = np.full((batch.size, len(batch.time), 13), np.nan)
-
-        def keep(first: int, last: int, samples: np.ndarray) -> None:
-            states[first:last] = samples[:, :, : last - first].transpose(2, 0, 1)
-
-        flown = batch.fly(tuple(range(13)), keep, self._threads, progress, stop)
-        return Flights(batch.time, states[: flown.done], flown.peak_use, flown.lost_at)
+        states, flown = batch.curves(tuple(range(13)), self._threads, progress, stop)
+        return Flights(batch.time, states, flown.peak_use, flown.lost_at)
 
     def _steps(
         self,

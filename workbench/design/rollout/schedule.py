@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
-from workbench.design.step_response import AXES, check_duration
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.design.step_response import check_duration
+from workbench.errors import WorkbenchError
 from workbench.scenario import Rates
 
 
@@ -57,15 +57,3 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
         end=math.floor((edge_time + duration) / step + 1e-6) // steps,
         stride=int(stride),
     )
-
-
-def check_step(axis: str, amplitude: float) -> None:
-    """Refuse what makes no step.
-
-    Raises:
-        WorkbenchError: with what to give in its place.
-    """
-    if axis not in AXES:
-        raise unknown_name("axis", axis, AXES)
-    if not 0.0 < abs(amplitude) < math.inf:
-        raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")

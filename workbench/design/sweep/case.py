@@ -1,15 +1,14 @@
 """The step that every candidate of a sweep flies, and what a candidate is."""
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.configured import read_configured
-from workbench.design.step_response import AXES, UNITS, check_duration
+from workbench.design.step_response import UNITS, check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.errors import WorkbenchError
 from workbench.gains import flight_gains
 from workbench.parameters import PARAMETERS
 from workbench.plant.loading import make_vehicle
@@ -56,12 +55,7 @@ class SweepCase:
     settings: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.axis not in AXES:
-            raise unknown_name("axis", self.axis, AXES)
-        if not 0.0 < abs(self.amplitude) < math.inf:
-            raise WorkbenchError(
-                f"the amplitude is {self.amplitude:g}: give it a finite number, and not 0"
-            )
+        check_step(self.axis, self.amplitude)
         check_duration(self.duration)
 
     def vehicle(self) -> Vehicle:
