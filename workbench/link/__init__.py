@@ -1,0 +1,1 @@
+"""The wire protocol, its server and its clients; neither Drake nor Qt is needed here."""
