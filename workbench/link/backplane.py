@@ -188,6 +188,19 @@ class Published:
 
 
 @dataclass(frozen=True, slots=True)
+class Sampled:
+    """What is published at one time, and the exact state then.
+
+    Attributes:
+        published: the topics.
+        state: of the plant: q_WB, p_WB, w_WB, v_WB, 13 numbers.
+    """
+
+    published: Published
+    state: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Reply:
     """What a client's request came to: an operation of the protocol, without its `id`."""
 
