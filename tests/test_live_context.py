@@ -1,20 +1,20 @@
 """What a Context holds at the start of a flight, and what may be changed in it."""
 
-import numpy as np
 import pytest
 
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import make_workbench
 from workbench.errors import WorkbenchError
 from workbench.gains import vehicle_gains
-from workbench.live_context import START_HEIGHT, LiveContext, start_position
+from workbench.live_context import LiveContext
 from workbench.parameters import MOST_ROTORS, SENSOR_KINDS, defaults, find_parameter
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.worlds.reading import read_world
 from workbench.resources import find_model, find_world
-from workbench.scenario import Rates, Scenario, SensorsConfig, Start
+from workbench.scenario import Rates, Scenario, SensorsConfig
 from workbench.systems.cascade import Reference
+from workbench.systems.pilot import Wish
 
 CHEAP = [kind for kind in SENSOR_KINDS if kind != "depth_camera"]
 
@@ -112,37 +112,9 @@ def test_each_begins_alone(full, scenario):
     """Two flights of one diagram: what is set in one is not in the other."""
     one, other = LiveContext(full, scenario), LiveContext(full, scenario)
     one.set(find_parameter("wind_x"), 7.0)
-    one.reference = Reference(1.0, *[0.0] * 7)
-    one.request = [1.0, 1.0, 2.0]
+    one.wish = Wish(Reference(1.0, *[0.0] * 7), 1.0, 1.0, 2.0)
     one.simulator.AdvanceTo(0.25)
     assert other.get(find_parameter("wind_x")) == 0.0
-    assert other.reference == Reference(*[0.0] * 8)
-    assert other.request == [0.0, 0.0, 0.0]
+    assert other.wish == Wish()
     assert other.root.get_time() == 0.0
-    assert one.reference.v_x == 1.0
-    assert one.request == [1.0, 1.0, 2.0]
-
-
-@pytest.mark.parametrize(("seed", "same"), [(5, True), (6, False)])
-def test_the_seed_is_that_of_noise_and_turbulence(full, scenario, seed, same):
-    def flown(seed):
-        live = LiveContext(full, Scenario(sensors=SensorsConfig(use=CHEAP, seed=seed)))
-        live.set(find_parameter("turbulence"), 15.0)
-        live.set(find_parameter("imu_fault"), 2.0)
-        live.simulator.AdvanceTo(0.5)
-        signals = full.recorder.now(live.root)
-        return signals["wind"].tolist(), full.sensing.find("imu").reading(live.root)
-
-    wind, imu = flown(5)
-    assert np.abs(wind).max() > 0.0
-    again = flown(seed)
-    assert (again[0] == wind, again[1] == imu) == (same, same)
-
-
-def test_where_a_flight_begins(bare):
-    vehicle = bare.vehicle
-    assert start_position(Start(), vehicle) == [0.0, 0.0, START_HEIGHT]
-    assert start_position(Start(mode="off"), vehicle) == [0.0, 0.0, vehicle.ground_clearance]
-    for mode in ("off", "hovering"):
-        start = Start(mode=mode, position=[1, 2, 3])
-        assert start_position(start, vehicle) == [1.0, 2.0, 3.0]
+    assert one.wish == Wish(Reference(1.0, *[0.0] * 7), 1.0, 1.0, 2.0)

@@ -402,7 +402,7 @@ def test_what_breaks_in_flight_becomes_a_sentence(monkeypatch):
     """A place that is no number, let through for once; Drake stops at the force it makes."""
     session = Session()
     session.tick(0.1)
-    monkeypatch.setattr("workbench.session.finite", lambda what, values, count: list(values))
+    monkeypatch.setattr("workbench.session.place_above", lambda what, place, standing: place)
     session.go_to([0.0, 0.0, math.nan])
     with pytest.raises(WorkbenchError, match="broke off after 0.1"):
         session.tick(0.5)

@@ -14,9 +14,9 @@ from workbench.plant.placing import place_vehicle
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario, Start
-from workbench.systems.cascade import Reference
 from workbench.systems.flight_computer import SHARES
 from workbench.systems.flight_mode import FlightMode, initial_state
+from workbench.systems.pilot import Wish
 from workbench.vehicle_parameters import check_parameters
 
 START_HEIGHT = 1.5
@@ -58,27 +58,15 @@ class LiveContext:
         return self.simulator.get_context()
 
     @property
-    def reference(self) -> Reference:
+    def wish(self) -> Wish:
         """What the pilot asks for."""
-        source = self._bench.pilot
-        return Reference(*source.get_source_value(self._of(source)).get_value().tolist())
+        pilot = self._bench.pilot
+        return pilot.wish(self._of(pilot))
 
-    @reference.setter
-    def reference(self, reference: Reference) -> None:
-        source = self._bench.pilot
-        source.get_mutable_source_value(self._of(source)).set_value(list(reference))
-
-    @property
-    def request(self) -> list[float]:
-        """What is asked of the flight mode: code, serial number, height."""
-        source = self._bench.request
-        values: list[float] = source.get_source_value(self._of(source)).get_value().tolist()
-        return values
-
-    @request.setter
-    def request(self, request: list[float]) -> None:
-        source = self._bench.request
-        source.get_mutable_source_value(self._of(source)).set_value(request)
+    @wish.setter
+    def wish(self, wish: Wish) -> None:
+        pilot = self._bench.pilot
+        pilot.set_wish(self._of(pilot), wish)
 
     def set(self, row: Parameter, value: float) -> None:
         """Give a live parameter a value.

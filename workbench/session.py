@@ -24,10 +24,13 @@ from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
 from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
 from workbench.gains import flight_gains, remark_on_owner
+from workbench.link.authority import Limits
+from workbench.link.backplane import Sampled
+from workbench.link.topics import Topic
 from workbench.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.observation import observe
 from workbench.parameters import checked, find_parameter
-from workbench.pilot_numbers import finite
+from workbench.pilot_numbers import check_height, finite, place_above
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
@@ -38,9 +41,10 @@ from workbench.scenario import REQUESTS, Action, Scenario, check_scenario
 from workbench.script import Script, scenario_path
 from workbench.snapshot import Snapshot
 from workbench.systems.air.settings import gust_settings, push_settings
-from workbench.systems.cascade import Reference
+from workbench.systems.bridge import Bridge
 from workbench.systems.flight_mode import FlightMode, Request
 from workbench.systems.frame_poses import FrameTransforms
+from workbench.systems.pilot import commanded, gone_to, requested
 from workbench.systems.sensors.readings import Reading
 from workbench.vehicle_parameters import check_settings
 
@@ -52,6 +56,7 @@ class Session:
         scenario: what to fly; the default one hovers.
         settings: parameter values that override those of the scenario's gains.
         meshcat: where to draw, if anywhere.
+        bridge: to who listens or commands, if anybody.
 
     Raises:
         WorkbenchError: if the scenario cannot be built.
@@ -62,6 +67,7 @@ class Session:
         scenario: Scenario | None = None,
         settings: Mapping[str, float] | None = None,
         meshcat: Meshcat | None = None,
+        bridge: Bridge | None = None,
     ) -> None:
         self.scenario = scenario or Scenario()
         check_scenario(self.scenario)
@@ -84,8 +90,9 @@ class Session:
             choose_sensors(self.vehicle, self.scenario),
             self.scenario.sensors.seed,
             variation.control_delay,
+            bridge,
         )
-        self._values = values
+        self._values, self._bridge = values, bridge
         for action in self.scenario.script:
             check_settings(self.vehicle, action.set)
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
@@ -100,7 +107,10 @@ class Session:
         self._steps = 0
         self._due = 0.0
         self._script.rewind()
-        self._requests = 0
+        if self._bridge and self._bench.telemetry:
+            self._bridge.reset()
+            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
+            self._tell_limits()
 
     @property
     def diagram(self) -> Diagram:
@@ -120,13 +130,11 @@ class Session:
         Raises:
             WorkbenchError: if a number is not finite.
         """
-        now = self._live.reference
         if velocity is not None:
-            v_x, v_y, v_z = finite("velocity", velocity, 3)
-            now = now._replace(v_x=v_x, v_y=v_y, v_z=v_z, follow=0.0)
+            velocity = finite("velocity", velocity, 3)
         if yaw_rate is not None:
-            now = now._replace(yaw_rate=finite("yaw rate", [yaw_rate], 1)[0])
-        self._live.reference = now
+            yaw_rate = finite("yaw rate", [yaw_rate], 1)[0]
+        self._live.wish = commanded(self._live.wish, velocity, yaw_rate)
 
     def go_to(self, p_WB: Sequence[float]) -> None:
         """Ask for a place in W [m] and stay there.
@@ -138,14 +146,8 @@ class Session:
             raise WorkbenchError(
                 "cannot go to a place while the scenario flies its figure of eight"
             )
-        p_x, p_y, p_z = finite("position", p_WB, 3)
-        if p_z < self.vehicle.ground_clearance:
-            raise WorkbenchError(
-                f"cannot go to a height of {p_z:g} m: the drone stands on the ground at "
-                f"{self.vehicle.ground_clearance:g} m"
-            )
-        now = self._live.reference
-        self._live.reference = Reference(0.0, 0.0, 0.0, now.yaw_rate, p_x, p_y, p_z, 1.0)
+        place = place_above("position", p_WB, self.vehicle.ground_clearance)
+        self._live.wish = gone_to(self._live.wish, place)
 
     def request(self, what: str, height: float = START_HEIGHT) -> None:
         """Ask the flight mode to arm, take_off (to a height [m]), land, or stop at once.
@@ -155,24 +157,10 @@ class Session:
         """
         if what not in REQUESTS:
             raise unknown_name("request", what, REQUESTS)
-        if not isinstance(height, Real):
-            raise WorkbenchError(f"the height of a {what} is {height!r:.60}: give it a number")
-        standing, ceiling = self.vehicle.ground_clearance, self.get("max_height")
-        if what == "take_off" and not standing < height <= ceiling:
-            raise WorkbenchError(
-                f"the height of a take_off is {height:g} m: give it one above {standing:g} m, at "
-                f"which the drone stands, up to the {ceiling:g} m of max_height"
-            )
+        check_height(what, height, self.vehicle.ground_clearance, self.get("max_height"))
         state = self._bench.recorder.now(self._live.root)["mode"]
         mode, seen = FlightMode(int(state[0])), state[1]
-        if what in ("land", "stop") or mode in (FlightMode.OFF, FlightMode.ARMED):
-            # an old command must not come into force later
-            self._live.reference = Reference(*[0.0] * len(Reference._fields))
-        code = float(Request[what.upper()])
-        if seen < self._requests:  # the last one is still to be seen: the more urgent one stays
-            code = max(code, self._live.request[0])
-        self._requests += 1
-        self._live.request = [code, float(self._requests), height]
+        self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
 
     def gust(self, velocity: Sequence[float], duration: float = 1.0) -> None:
         """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on.
@@ -209,6 +197,7 @@ class Session:
         """
         row = find_parameter(name)
         self._live.set(row, row.check(value))
+        self._tell_limits()
 
     def get(self, name: str) -> float:
         """Return the present value of a live parameter."""
@@ -238,6 +227,15 @@ class Session:
             self.tick(remaining / slices)
             if progress:
                 progress((index + 1) / slices)
+
+    @property
+    def topics(self) -> tuple[Topic, ...]:
+        """What is published; nothing without a bridge."""
+        return self._bench.topics
+
+    def drain(self) -> list[Sampled]:
+        """Return what was published since the last call."""
+        return self._bridge.drain() if self._bridge else []
 
     def recording(self) -> Recording:
         """Return everything flown since the start."""
@@ -275,11 +273,8 @@ class Session:
 
     def frames(self) -> FrameTransforms:
         """Return the pose of every frame in its parent's, as it is now."""
-        port = self._bench.frames.frames_output
-        message: FrameTransforms = port.Eval(
-            self._bench.frames.GetMyContextFromRoot(self._live.root)
-        )
-        return message
+        frames = self._bench.frames
+        return frames.transforms(frames.GetMyContextFromRoot(self._live.root))
 
     def act(self, action: Action) -> None:
         """Do what a script's action says, now; `at` says nothing here."""
@@ -295,6 +290,12 @@ class Session:
             self.gust(action.gust.velocity, action.gust.duration)
         if action.push is not None:
             self.push(action.push.force, action.push.point, action.push.duration)
+
+    def _tell_limits(self) -> None:
+        """Let commands from the network be held to the present limits."""
+        if self._bridge:
+            names = ("max_speed", "max_climb_rate", "max_yaw_rate")
+            self._bridge.authority.limits = Limits(*map(self.get, names))
 
     def _next_update(self) -> float:
         """Return the time of the first control update that is still to come [s]."""

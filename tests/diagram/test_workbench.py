@@ -15,7 +15,7 @@ from workbench.systems.cascade import Guidance, Reference
 HEIGHT = 10.0
 ALWAYS = {
     *("plant", "scene_graph", "forces", "stacked_forces", "controller", "air"),
-    *("pilot", "request", "modes", "battery", "frames", "recorded_signals", "recorder"),
+    *("pilot", "modes", "battery", "frames", "recorded_signals", "recorder"),
 }
 """Systems of the plainest flight."""
 

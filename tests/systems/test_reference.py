@@ -8,6 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.systems.cascade import Reference
+from workbench.systems.pilot import Pilot, Wish
 from workbench.systems.reference import SIZE, add_reference, figure_eight
 
 PATHS = {
@@ -88,13 +89,13 @@ def test_full_pace_is_once_around_a_period(eight):
 def flown(path, asked: Reference, time: float) -> np.ndarray:
     """Return the reference that a pilot who asks and a path make at a time."""
     builder = DiagramBuilder()
-    pilot, port = add_reference(builder, path)
+    pilot = builder.AddSystem(Pilot())
+    port = add_reference(builder, pilot.GetOutputPort("reference"), path)
     builder.ExportOutput(port, "reference")
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     context.SetTime(time)
-    own = pilot.GetMyMutableContextFromRoot(context)
-    pilot.get_mutable_source_value(own).set_value(list(asked))
+    pilot.set_wish(pilot.GetMyMutableContextFromRoot(context), Wish(asked))
     return diagram.GetOutputPort("reference").Eval(context)
 
 

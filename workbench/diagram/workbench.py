@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.diagram.airframe import Airframe, add_airframe_in_air, airframe_signals
@@ -13,6 +12,8 @@ from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
+from workbench.diagram.telemetry import add_telemetry, make_pilot
+from workbench.link.topics import Topic
 from workbench.plant.description import Description
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.reach import reach
@@ -23,15 +24,18 @@ from workbench.scenario import Rates
 from workbench.systems.air.air import Air, add_air
 from workbench.systems.air.settings import AirSettings
 from workbench.systems.battery import Battery
+from workbench.systems.bridge import Bridge
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.flight_mode import Settings
 from workbench.systems.frame_poses import FramePoses
 from workbench.systems.mode_manager import ModeManager
 from workbench.systems.moving_obstacles import add_moving_obstacles
 from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
+from workbench.systems.pilot import Pilot
 from workbench.systems.propeller_display import add_propeller_display
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.reference import add_reference
+from workbench.systems.telemetry import Telemetry
 
 WALL_PERIOD = 1 / 32
 """About so often the flight looks at obstacles [s]: at 8 m/s every quarter of a metre."""
@@ -48,8 +52,7 @@ class Workbench:
     vehicle: Vehicle
     airframe: Airframe
     computer: FlightComputer
-    pilot: ConstantVectorSource
-    request: ConstantVectorSource
+    pilot: Pilot
     modes: ModeManager
     recorder: Recorder
     air: Air
@@ -57,6 +60,8 @@ class Workbench:
     sample_logs: tuple[SampleLog, ...]
     frames: FramePoses
     obstacles: NearestObstacle | None
+    telemetry: Telemetry | None = None
+    topics: tuple[Topic, ...] = ()
 
 
 def make_workbench(
@@ -70,6 +75,7 @@ def make_workbench(
     sensors: Sequence[SensorChoice] = (),
     seed: int = 0,
     control_delay: int = 0,
+    bridge: Bridge | None = None,
 ) -> Workbench:
     """Return the core with pilot, path, flight mode, battery, sensors and recorder around it.
 
@@ -84,6 +90,7 @@ def make_workbench(
         sensors: those that measure.
         seed: of their noise; that of the air is set with its Context.
         control_delay: control periods by which the controller sees the state late.
+        bridge: to the network, or to a log; without one nothing is published.
     """
     builder = DiagramBuilder()
     airframe, wrench = add_airframe_in_air(
@@ -102,8 +109,8 @@ def make_workbench(
     air = add_air(
         builder, airframe.state, rotor_memory, wrench, vehicle, settings, rates.control_period
     )
-    pilot, reference = add_reference(builder, path)
-    request = builder.AddNamedSystem("request", ConstantVectorSource([0.0, 0.0, 0.0]))
+    pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
+    reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
     modes = builder.AddNamedSystem(
         "modes",
         ModeManager(
@@ -120,7 +127,7 @@ def make_workbench(
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
     builder.Connect(airframe.state, modes.GetInputPort("state"))
     builder.Connect(reference, modes.GetInputPort("reference"))
-    builder.Connect(request.get_output_port(), modes.GetInputPort("request"))
+    builder.Connect(pilot.GetOutputPort("request"), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
     builder.Connect(computer.GetOutputPort("thrusts"), battery.GetInputPort("thrusts"))
     signals = airframe_signals(airframe, computer) | {
@@ -148,6 +155,13 @@ def make_workbench(
         seed=seed,
     )
     sample_logs = add_sample_logs(builder, sensing)
+    telemetry: Telemetry | None = None
+    topics: tuple[Topic, ...] = ()
+    if bridge:
+        builder.Connect(modes.GetOutputPort("mode"), pilot.GetInputPort("mode"))
+        telemetry, topics = add_telemetry(
+            builder, bridge, vehicle, recorder, frames, sensing, rates.physics_step
+        )
     diagram = builder.Build()
     diagram.set_name("workbench")
     return Workbench(
@@ -156,7 +170,6 @@ def make_workbench(
         airframe=airframe,
         computer=computer,
         pilot=pilot,
-        request=request,
         modes=modes,
         recorder=recorder,
         air=air,
@@ -164,6 +177,8 @@ def make_workbench(
         sample_logs=sample_logs,
         frames=frames,
         obstacles=obstacles,
+        telemetry=telemetry,
+        topics=topics,
     )
 
 

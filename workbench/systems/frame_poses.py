@@ -46,6 +46,11 @@ class FramePoses(LeafSystem):
             {self.input_port_ticket(self._state.get_index()), self.time_ticket()},
         )
 
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """Parent and child of every frame, in the order of the transforms."""
+        return [(frame.parent, frame.name) for frame in self._tree.frames]
+
     def pose(self, context: Context, a: str, b: str) -> RigidTransform:
         """Return X_AB, the pose of frame B in frame A.
 
@@ -53,6 +58,11 @@ class FramePoses(LeafSystem):
             WorkbenchError: if there is no frame of a name.
         """
         return self._tree.X(a, b, self._pose_of_base(context), context.get_time())
+
+    def transforms(self, context: Context) -> FrameTransforms:
+        """Return all of them, as they are now."""
+        message: FrameTransforms = self.frames_output.Eval(context)
+        return message
 
     def _pose_of_base(self, context: Context) -> RigidTransform:
         state = self._state.Eval(context)

@@ -1,6 +1,6 @@
 """The reference: what the pilot asks for plus what a path asks for, in one vector.
 
-The pilot is a source whose value is a live parameter; a path is a trajectory fixed beforehand.
+The pilot's part is held until something else is asked; a path is a trajectory fixed beforehand.
 Both are `cascade.Reference` vectors, and are added.
 """
 
@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import Adder, ConstantVectorSource, TrajectorySource
+from pydrake.systems.primitives import Adder, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.systems.cascade import Reference
@@ -17,17 +17,16 @@ SIZE = len(Reference._fields)
 
 
 def add_reference(
-    builder: DiagramBuilder, path: PiecewisePolynomial | None
-) -> tuple[ConstantVectorSource, OutputPort]:
-    """Add the pilot, and a path if there is one; return the pilot's source and the reference."""
-    pilot = builder.AddNamedSystem("pilot", ConstantVectorSource(np.zeros(SIZE)))
+    builder: DiagramBuilder, pilot: OutputPort, path: PiecewisePolynomial | None
+) -> OutputPort:
+    """Add a path to what the pilot asks for, if there is one; return the reference."""
     if path is None:
-        return pilot, pilot.get_output_port()
+        return pilot
     course = builder.AddNamedSystem("path", TrajectorySource(path))
     both = builder.AddNamedSystem("reference", Adder(2, SIZE))
-    builder.Connect(pilot.get_output_port(), both.get_input_port(0))
+    builder.Connect(pilot, both.get_input_port(0))
     builder.Connect(course.get_output_port(), both.get_input_port(1))
-    return pilot, both.get_output_port()
+    return both.get_output_port()
 
 
 def figure_eight(

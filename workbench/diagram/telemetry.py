@@ -1,0 +1,138 @@
+"""Telemetry in the diagram: which topics a drone has, and what they are read from."""
+
+import dataclasses
+import math
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from workbench.diagram.sensing import Mounted, Sensing
+from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.topics import Topic
+from workbench.plant.sensors import Lidar
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Rates
+from workbench.systems.bridge import Bridge, CommandBridge
+from workbench.systems.frame_poses import FramePoses
+from workbench.systems.pilot import Pilot
+from workbench.systems.recorder import Recorder
+from workbench.systems.sensors.sampled_sensor import SampledSensor
+from workbench.systems.sensors.scan_pattern import ScanPattern, make_scan_pattern
+from workbench.systems.telemetry import SLOW_SHARE, Telemetry
+from workbench.systems.topic_values import Signals, TopicValues
+
+RATE = 200.0
+"""About so often the state is published: in whole physics steps, 204.8 [1/s]."""
+MOST_RAYS = 16_000
+"""Of a cloud on the wire, so that it fits into a frame; a larger scan is thinned out."""
+PUBLISHED = ("imu", "gps", "lidar")
+"""Kinds of sensors that are published, the first of each."""
+
+
+def make_pilot(bridge: Bridge | None, rates: Rates) -> Pilot:
+    """Return the pilot: one that the network may command, or one that it may not."""
+    if bridge is None:
+        return Pilot()
+    return CommandBridge(
+        bridge,
+        period=rates.control_period,
+        mode_period=rates.mode_period,
+        physics_step=rates.physics_step,
+    )
+
+
+def add_telemetry(
+    builder: DiagramBuilder,
+    bridge: Bridge,
+    vehicle: Vehicle,
+    recorder: Recorder,
+    frames: FramePoses,
+    sensing: Sensing,
+    physics_step: float,
+) -> tuple[Telemetry, tuple[Topic, ...]]:
+    """Add the system that publishes, and return it with its topics.
+
+    Args:
+        builder: of the diagram.
+        bridge: where samples wait.
+        vehicle: what flies.
+        recorder: whose stacked signals are published.
+        frames: the tree of frames.
+        sensing: the sensors that measure.
+        physics_step: of the plant [s].
+    """
+    period = physics_step * max(1, round(1.0 / (RATE * physics_step)))
+    sensors = {kind: found[0] for kind in PUBLISHED if (found := sensing.of_kind(kind))}
+    outfit = Outfit(
+        rotors=len(vehicle.rotors),
+        fast=1.0 / period,
+        slow=1.0 / (SLOW_SHARE * period),
+        imu=_rate(sensors.get("imu"), period),
+        gps=_rate(sensors.get("gps"), period),
+        lidar=_rate(sensors.get("lidar"), period),
+        frames=frames.pairs,
+    )
+    pattern, sent = None, None
+    if "lidar" in sensors:
+        lidar = sensors["lidar"].choice.sensor
+        assert isinstance(lidar, Lidar)
+        pattern = make_scan_pattern(lidar)
+        stride = math.ceil(len(pattern.directions_S) / MOST_RAYS)
+        sent = thinned(pattern, stride)
+        outfit = dataclasses.replace(outfit, rays=len(sent), scan=_scan(lidar, pattern, stride))
+    topics = drone_topics(outfit)
+    ports = {kind: _measurement(mounted) for kind, mounted in sensors.items()}
+    telemetry = builder.AddNamedSystem(
+        "telemetry",
+        Telemetry(
+            bridge,
+            TopicValues(vehicle, topics),
+            Signals(recorder.places),
+            period=period,
+            sizes={kind: port.size() for kind, port in ports.items()},
+            pattern=pattern,
+            sent=sent,
+        ),
+    )
+    stack = builder.GetSubsystemByName("recorded_signals")
+    builder.Connect(stack.get_output_port(), telemetry.GetInputPort("signals"))
+    builder.Connect(frames.frames_output, telemetry.GetInputPort("frames"))
+    for kind, port in ports.items():
+        builder.Connect(port, telemetry.GetInputPort(kind))
+    return telemetry, topics
+
+
+def _measurement(mounted: Mounted) -> OutputPort:
+    """Return the port that has stamp and values of what a sensor delivered last."""
+    assert isinstance(mounted.system, SampledSensor)
+    return mounted.system.measurement_output
+
+
+def thinned(pattern: ScanPattern, stride: int) -> np.ndarray:
+    """Return the indices of every so many columns of a scan, layer by layer."""
+    layers, columns = pattern.shape
+    return np.arange(layers * columns).reshape(layers, columns)[:, ::stride].reshape(-1)
+
+
+def _rate(mounted: Mounted | None, period: float) -> float:
+    """Return how often a sensor is published: no sooner than samples are."""
+    return 1.0 / max(mounted.choice.period, period) if mounted else 0.0
+
+
+def _scan(lidar: Lidar, pattern: ScanPattern, stride: int) -> dict[str, object]:
+    """Return what a client must know of a cloud's rays; first angle, step and count [rad]."""
+    return {
+        "frame": lidar.frame,
+        "p_BS": list(lidar.p_BS),
+        "R_BS": [list(row) for row in lidar.R_BS],
+        "azimuths": _evenly(pattern.azimuths[::stride]),
+        "elevations": _evenly(pattern.elevations),
+        "order": "layer by layer; angles are first, step and count; inf is no return",
+        "range": [lidar.min_range, lidar.max_range],
+    }
+
+
+def _evenly(angles: np.ndarray) -> list[float | int]:
+    """Return the first of evenly spaced angles, the step between them, and how many they are."""
+    step = float(angles[1] - angles[0]) if len(angles) > 1 else 0.0
+    return [float(angles[0]), step, len(angles)]

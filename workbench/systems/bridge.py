@@ -1,0 +1,151 @@
+"""The bridge between a flight and the network: commands in, samples out, neither ever waits.
+
+`CommandBridge` applies commands at a discrete update, `Telemetry` publishes; both are LeafSystems.
+`Bridge` is what they share with whoever carries bytes.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pydrake.systems.framework import Context, DiscreteValues
+
+from workbench.link.authority import Authority, DeniedError, Effect, Flown, Limits
+from workbench.link.backplane import Command, Refused, Sampled
+from workbench.systems.flight_mode import FlightMode, ModeState, Request
+from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, requested
+
+MOST_COMMANDS = 256
+"""Waiting for one update; older ones give way."""
+MOST_SAMPLES = 4096
+"""Waiting to be drained; older ones give way."""
+
+
+@dataclass(frozen=True)
+class Applied:
+    """What came into force in a flight.
+
+    Attributes:
+        at: the time of the step [s].
+        by: whose wish it was.
+        what: a command as it is flown, or what the ladder of a silent holder does.
+    """
+
+    at: float
+    by: str
+    what: Flown | Effect
+
+
+class Bridge:
+    """The network's side of one flight: who flies, and what waits to go in and out."""
+
+    def __init__(self) -> None:
+        self.authority = Authority(Limits(0.0, 0.0, 0.0))
+        self._commands: deque[Command] = deque(maxlen=MOST_COMMANDS)
+        self._samples: deque[Sampled] = deque(maxlen=MOST_SAMPLES)
+        self._applied: list[Applied] = []
+        self._refused: list[Refused] = []
+
+    def reset(self) -> None:
+        """Begin with a new flight: nobody flies, nothing waits."""
+        self.authority.begin(0.0, "the flight began anew")
+        for waiting in (self._commands, self._samples, self._applied, self._refused):
+            waiting.clear()
+
+    def command(self, command: Command) -> None:
+        """Put a command into the mailbox; it is judged at the next update."""
+        self._commands.append(command)
+
+    def publish(self, sampled: Sampled) -> None:
+        """Keep a sample until it is drained."""
+        self._samples.append(sampled)
+
+    def drain(self) -> list[Sampled]:
+        """Return the samples since the last call."""
+        return [self._samples.popleft() for _ in range(len(self._samples))]
+
+    def applied(self) -> list[Applied]:
+        """Return what came into force since the last call."""
+        applied, self._applied = self._applied, []
+        return applied
+
+    def refused(self) -> list[Refused]:
+        """Return the commands that were refused or reduced since the last call."""
+        refused, self._refused = self._refused, []
+        return refused
+
+    def decide(self, now: float, at: float, wish: Wish, mode: Callable[[], ModeState]) -> Wish:
+        """Return what is asked for from now on.
+
+        Args:
+            now: time of the update [s].
+            at: time at which a script would have to do the same [s].
+            wish: until now.
+            mode: tells the flight mode's state.
+        """
+        while effect := self.authority.effect_due(now):
+            wish = commanded(wish, AT_REST[:3], 0.0)
+            if effect is Effect.LAND:
+                state = mode()
+                flying = FlightMode(int(state.mode))
+                wish = requested(wish, Request.LAND, 0.0, flying, state.serial)
+            self._applied.append(Applied(at, "link", effect))
+        while self._commands:
+            command = self._commands.popleft()
+            try:
+                flown = self.authority.command(command, now)
+            except DeniedError as error:
+                refusal = Refused(command.peer, command.seq, error.code, str(error))
+                self._refused.append(refusal)
+                continue
+            if flown.scaled:
+                refusal = Refused(command.peer, command.seq, "scaled", flown.scaled)
+                self._refused.append(refusal)
+            wish = commanded(wish, flown.velocity, flown.yaw_rate)
+            self._applied.append(Applied(at, self.authority.state(now).name, flown))
+        return wish
+
+
+class CommandBridge(Pilot):
+    """A pilot whose wishes may come from the network, through a mailbox.
+
+    Input port:
+        mode (9): see `flight_mode.ModeState`.
+    """
+
+    def __init__(
+        self, bridge: Bridge, *, period: float, mode_period: float, physics_step: float
+    ) -> None:
+        """Declare the update.
+
+        It comes one physics step before the control update, so that a command is flown by the next
+        one: updates at the same time do not see each other.
+
+        Args:
+            bridge: where commands wait.
+            period: between control updates [s].
+            mode_period: between updates of the flight mode [s].
+            physics_step: of the plant [s].
+        """
+        super().__init__()
+        self._bridge = bridge
+        self._step = physics_step
+        self._mode = self.DeclareVectorInputPort("mode", len(ModeState._fields))
+        offset = period - physics_step
+        # A script acts before the updates of its step, this update is seen after them. At usual
+        # rates nobody else looks at that step, and the two are the same.
+        alone = offset > 0.0 and (mode_period / period).is_integer()
+        self._lead = 0.0 if alone else physics_step
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        before = self.wish(context)
+        now = self._step * round(context.get_time() / self._step)
+        wish = self._bridge.decide(
+            now,
+            now + self._lead,
+            before,
+            lambda: ModeState(*self._mode.Eval(context).tolist()),
+        )
+        if wish is not before:
+            self.write(discrete_state, wish)
