@@ -36,7 +36,7 @@ MAY_IMPORT = {
     "frames": "errors plant recording",
     "systems": "errors cache plant link",
     "samples": "",
-    "diagram": "errors resources parameters scenario sensors_config samples plant systems",
+    "diagram": "errors resources parameters scenario sensors_config samples plant systems link",
     "snapshot": "systems",
     "observation": "diagram snapshot systems",
     "configured": "errors resources scenario plant",
@@ -44,16 +44,21 @@ MAY_IMPORT = {
     "script": "scenario systems",
     "pilot_numbers": "errors",
     "session": "errors configured recording samples snapshot observation live_context script gains "
-    "parameters pilot_numbers vehicle_parameters scenario plant systems diagram",
-    "live": "errors pilot_numbers vehicle_parameters scenario plant systems snapshot recording "
-    "samples session",
+    "parameters pilot_numbers vehicle_parameters scenario plant systems diagram link",
+    "live": "errors pilot_numbers vehicle_parameters parameters scenario plant systems snapshot "
+    "recording samples session link flight_log",
+    "ros_messages": "errors link",
+    "flight_log": "errors atomic_write scenario gains link live ros_messages recording session "
+    "resources plant systems",
+    "monitor": "errors link",
+    "gateways": "errors link ros_messages",
     "open_loop": "errors configured live_context recording scenario plant systems diagram",
     "design": "errors resources sensors_config yaml_files cache recording gains gain_rule "
     "parameters vehicle_parameters configured scenario plant systems diagram session",
     "gui": "errors parameters scenario link session live design",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
     "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
-    "session open_loop design",
+    "session open_loop design live link flight_log monitor gateways",
     "commands/app": "gui",
     "cli": "errors commands",
     "pytest_plugin": "errors atomic_write design",

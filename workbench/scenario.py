@@ -114,6 +114,12 @@ class Action:
     push: Push | None = None
     set: dict[str, float] = field(default_factory=dict)
 
+    @property
+    def flies(self) -> bool:
+        """Whether it asks the drone to go somewhere or to change its flight mode."""
+        wishes = (self.velocity, self.yaw_rate, self.go_to, self.request)
+        return any(wish is not None for wish in wishes)
+
 
 @dataclass
 class FigureEight:

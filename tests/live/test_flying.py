@@ -38,6 +38,7 @@ from workbench.scenario import (
     save_scenario,
 )
 from workbench.session import Session
+from workbench.systems.bridge import Bridge
 
 STEP = Rates().physics_step
 SETTINGS = {"kp_roll": 90.0, "max_tilt": 0.4, "wind_x": 1.0, "rotor_2": 0.97}
@@ -61,8 +62,9 @@ class Bench:
     def __init__(self, scenario: Scenario | None = None, settings=None, outbox=None) -> None:
         self.wall = 0.0
         self.letters = outbox or Letters()
-        self.session = Session(scenario, settings)
-        self.flying = Flying(self.session, settings or {}, self.letters, lambda: self.wall)
+        bridge = Bridge()
+        self.session = Session(scenario, settings, bridge=bridge)
+        self.flying = Flying(self.session, bridge, settings or {}, self.letters, lambda: self.wall)
         self.orders = 0
 
     def fly(self, seconds: float) -> None:

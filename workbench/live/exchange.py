@@ -21,15 +21,16 @@ from workbench.live.messages import (
     Report,
     SetSpeed,
 )
+from workbench.live.network_orders import NetworkOrder
 from workbench.live.outbox import Outbox
-from workbench.live.process import DYING, FlightProcess
+from workbench.live.process import DYING, ChildProcess
 from workbench.live.view import LiveView
 from workbench.scenario import Action
 
 MOST_WAITING = 1000
 """Orders without an answer; further ones are refused."""
 
-Wanted = Action | Hold | SetSpeed | FlyOn | Question
+Wanted = Action | Hold | SetSpeed | FlyOn | Question | NetworkOrder
 
 
 class Exchange:
@@ -53,7 +54,7 @@ class Exchange:
         self._waiting: dict[int, Future[Any]] = {}
         self._orders = 0
         self._closed = False
-        self._process = FlightProcess()
+        self._process = ChildProcess("workbench.live.worker", "flight")
         self._outbox = Outbox(self._process.connection)
         self._outbox.post(begin)
         self._listener = threading.Thread(target=self._listen, name="live flight", daemon=True)

@@ -2,10 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from workbench.errors import WorkbenchError
+from workbench.link.backplane import Disconnect
+from workbench.link.server.config import ServerConfig
 from workbench.live.exchange import Exchange, Wanted, failed
 from workbench.live.messages import (
     Begin,
@@ -18,6 +21,7 @@ from workbench.live.messages import (
     Phase,
     SetSpeed,
 )
+from workbench.live.network_orders import KeepLog, Network, Serve
 from workbench.live.view import LiveView
 from workbench.pilot_numbers import finite
 from workbench.scenario import FARTHEST, Action, Gust, Push, Scenario
@@ -168,6 +172,34 @@ class LiveFlight:
         """Ask for all that was flown since the start, and the scenario that flies it again."""
         return self._exchange.send(GetFlown())
 
+    def serve(self, config: ServerConfig | None = None) -> Future[str]:
+        """Let clients watch and fly; the answer is the address where it listens."""
+        return self._make(lambda: Serve(_checked(config or ServerConfig())))
+
+    def stop_serving(self) -> Future[float]:
+        """Send all clients away."""
+        return self._exchange.send(Network.STOP_SERVING)
+
+    def take_over(self) -> Future[float]:
+        """Let the operator here fly, whoever does; a command given here does that, too."""
+        return self._exchange.send(Network.TAKE_OVER)
+
+    def give_back(self) -> Future[float]:
+        """Let clients ask for control again."""
+        return self._exchange.send(Network.GIVE_BACK)
+
+    def disconnect(self, peer: int, reason: str = "the operator ended it") -> Future[float]:
+        """Send a client away, by its number in `latest().network.server.peers`."""
+        return self._exchange.send(Disconnect(peer, reason))
+
+    def keep_log(self, path: Path | str) -> Future[str]:
+        """Write a log (MCAP) from now on; after a reset it goes on in the next file."""
+        return self._exchange.send(KeepLog(str(Path(path).absolute())))
+
+    def stop_log(self) -> Future[str]:
+        """End the log; the answer is its path."""
+        return self._exchange.send(Network.STOP_LOG)
+
     def close(self, limit: float = CLOSING) -> None:
         """End the flight; its process is killed if that takes longer than a time [s]."""
         self._exchange.close(limit)
@@ -178,6 +210,11 @@ class LiveFlight:
             return self._exchange.send(make())
         except WorkbenchError as error:
             return failed(str(error))
+
+
+def _checked(config: ServerConfig) -> ServerConfig:
+    config.check()
+    return config
 
 
 def _number(what: str, value: float) -> float:

@@ -1,12 +1,14 @@
 """The loop that flies a session in real time, and does what a pilot wants between its steps."""
 
-import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping
-from multiprocessing.connection import Connection
+from contextlib import closing
+from multiprocessing.connection import Connection, wait
 
 from workbench.errors import WorkbenchError, sentences
+from workbench.link.backplane import Disconnect
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
+from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
     Answer,
     Close,
@@ -22,10 +24,14 @@ from workbench.live.messages import (
     Report,
     SetSpeed,
 )
+from workbench.live.network import Later, NetworkStage
+from workbench.live.network_orders import KeepLog, Network, Serve
 from workbench.live.outbox import Outbox
 from workbench.live.repeat import repeated
+from workbench.live.values import parameter_values
 from workbench.scenario import Action
 from workbench.session import Session
+from workbench.systems.bridge import Bridge
 
 REPORT_PERIOD = 1 / 60
 """Between two reports [s of wall]."""
@@ -42,6 +48,7 @@ class Flying:
 
     Args:
         session: at its start.
+        bridge: of the session.
         settings: values that it was built with, which no scenario has.
         outbox: where answers and reports go.
         now: tells the wall time [s].
@@ -50,6 +57,7 @@ class Flying:
     def __init__(
         self,
         session: Session,
+        bridge: Bridge,
         settings: Mapping[str, float],
         outbox: Outbox,
         now: Callable[[], float],
@@ -60,7 +68,9 @@ class Flying:
         self._now = now
         self._step = session.scenario.rates.physics_step
         self._clock = FlightClock(self._step, now())
-        self._done: list[Action] = []
+        log = LogKeeper(session, settings, parameter_values(session))
+        self._network = NetworkStage(session, bridge, log, outbox.post)
+        self._shown = self._network.view
         self._broken = ""
         self._next_report = now()
 
@@ -72,16 +82,20 @@ class Flying:
             wanted: whether the caller is still there.
         """
         self.report()
-        while wanted():
-            inbox.poll(self.wait())
-            try:
-                orders = list(_received(inbox))
-            except (EOFError, OSError):
-                return
-            self.obey([order for order in orders if isinstance(order, Order)])
-            if Close.CLOSE in orders:
-                return
-            self.fly()
+        with closing(self._network):
+            while wanted():
+                wait([inbox, *self._network.connections], self.wait())
+                try:
+                    orders = list(_received(inbox))
+                except (EOFError, OSError):
+                    return
+                self.obey([order for order in orders if isinstance(order, Order)])
+                if Close.CLOSE in orders:
+                    return
+                self._network.hear()
+                self.fly()
+                if self._network.view is not self._shown:  # in a pause, too
+                    self.report()
 
     def wait(self) -> float:
         """Return how long nothing is due [s]."""
@@ -102,21 +116,24 @@ class Flying:
         if answers:
             self.report()
         for answer in answers:
-            self._outbox.post(answer)
+            if not isinstance(answer, Later):
+                self._outbox.post(answer)
 
     def report(self) -> None:
         """Show the present."""
         now = self._now()
         self._next_report = max(self._next_report + REPORT_PERIOD, now)
+        self._shown = self._network.view
         paused = Phase.PAUSED if self._clock.paused else Phase.FLYING
         phase = Phase.BROKEN if self._broken else paused
-        report = Report(phase, self._broken, self._session.snapshot(), self._clock.pace(now))
-        self._outbox.show(report)
+        snapshot, pace = self._session.snapshot(), self._clock.pace(now)
+        self._outbox.show(Report(phase, self._broken, snapshot, pace, self._shown))
 
-    def _obey(self, order: Order) -> Answer | Refusal:
+    def _obey(self, order: Order) -> Answer | Refusal | Later:
         try:
             with sentences("the flight cannot do that"):
-                return Answer(order.number, self._do(order))
+                value = self._do(order)
+                return value if isinstance(value, Later) else Answer(order.number, value)
         except WorkbenchError as error:
             return Refusal(order.number, str(error))
 
@@ -129,6 +146,8 @@ class Flying:
                 return self._session.reading(sensor)
             case GetFlown():
                 return self._flown()
+            case Serve() | KeepLog() | Network() | Disconnect() as wanted:
+                return self._network.order(order.number, wanted)
             case Hold.RESET:
                 self._reset()
             case Hold.PAUSE:
@@ -142,13 +161,15 @@ class Flying:
             case FlyOn(duration):
                 self._fly_on(duration)
             case Action() as action:
+                if action.flies:
+                    self._network.operate()
                 self._session.act(action)
-                self._done.append(dataclasses.replace(action, at=self._session.time))
+                self._network.did(action)
         return self._session.time
 
     def _reset(self) -> None:
         self._session.reset()
-        self._done.clear()
+        self._network.begin()
         self._broken = ""
         self._clock.restart(self._now())
 
@@ -181,10 +202,13 @@ class Flying:
             self._session.tick(steps * self._step)
         except WorkbenchError as error:  # what Drake refuses, or what the script asks for
             self._broken = str(error)
+            self._network.broke(self._broken)
             self.report()
+        self._network.flown()
 
     def _flown(self) -> Flown:
-        again = repeated(self._session.scenario, self._settings, self._done, self._session.time)
+        done = self._network.done
+        again = repeated(self._session.scenario, self._settings, done, self._session.time)
         return Flown(self._session.recording(), self._session.samples(), again)
 
 

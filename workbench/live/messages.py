@@ -11,6 +11,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from workbench.live.network_orders import NetworkOrder, NetworkView
     from workbench.plant.vehicle import Vehicle
     from workbench.recording import Recording
     from workbench.samples import Samples
@@ -118,7 +119,7 @@ class Order:
     """Something wanted; the answer has the same number."""
 
     number: int
-    wanted: Action | Hold | SetSpeed | FlyOn | Question
+    wanted: Action | Hold | SetSpeed | FlyOn | Question | NetworkOrder
 
 
 class Close(Enum):
@@ -161,12 +162,13 @@ class Started:
 
 @dataclass(frozen=True)
 class Report:
-    """The present: where the flight is, and a sentence where it is broken."""
+    """The present: where the flight is, a sentence where it is broken, and its network."""
 
     phase: Phase
     said: str
     snapshot: Snapshot
     pace: Pace
+    network: NetworkView
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The process of a live flight: how it is started, and why it ended.
+"""A process of our own beside this one: how it is started, and why it ended.
 
 It is a fresh interpreter: Drake's threads and compiled code do not survive a fork, and
 multiprocessing would run the caller's main file again. It is no member of the terminal's
@@ -17,21 +17,25 @@ from pathlib import Path
 
 from workbench.errors import LONGEST_ECHO, WorkbenchError
 
-WORKER = "workbench.live.worker"
 LONGEST_TAIL = 4 * LONGEST_ECHO
 """Of what a process said last, a sentence repeats so many characters."""
 DYING = 5.0
 """Time that a process has to be gone once its end of the connection is [s]."""
 
 
-class FlightProcess:
-    """A worker's process and the connection to it.
+class ChildProcess:
+    """A process and the connection to it.
+
+    Args:
+        module: that runs there, as `python -m MODULE FD`, a socket to this process.
+        name: of what it does, for messages.
 
     Raises:
         WorkbenchError: if no process can be started.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, module: str, name: str) -> None:
+        self._module, self._name = module, name
         root = str(Path(__file__).resolve().parents[2])
         paths = [root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
         try:
@@ -39,13 +43,13 @@ class FlightProcess:
 
             self._noise = tempfile.TemporaryFile()  # noqa: SIM115
         except OSError as error:
-            raise WorkbenchError(f"no process can be started for the flight: {error}") from error
+            raise WorkbenchError(f"no process can be started for the {name}: {error}") from error
         try:
             self._process = self._start(other, paths)
         except OSError as error:
             self.connection.close()
             self._noise.close()
-            raise WorkbenchError(f"no process can be started for the flight: {error}") from error
+            raise WorkbenchError(f"no process can be started for the {name}: {error}") from error
         finally:
             other.close()  # so that the connection ends when the worker does
 
@@ -53,7 +57,7 @@ class FlightProcess:
         fd = other.fileno()
         return subprocess.Popen(
             # -P: a file json.py in the user's folder is not to be imported
-            [sys.executable, "-P", "-m", WORKER, str(fd)],
+            [sys.executable, "-P", "-m", self._module, str(fd)],
             stdin=subprocess.DEVNULL,
             stdout=self._noise,
             stderr=self._noise,
@@ -82,11 +86,11 @@ class FlightProcess:
         self.end(DYING)
         code = self._process.returncode
         if code == -signal.SIGKILL:
-            return "the flight's process was killed: by somebody, or as memory ran out"
+            return f"the {self._name}'s process was killed: by somebody, or as memory ran out"
         if code < 0:
-            said = f"the flight's process crashed ({signal.strsignal(-code) or -code})"
+            said = f"the {self._name}'s process crashed ({signal.strsignal(-code) or -code})"
         else:
-            said = f"the flight's process ended with {code}"
+            said = f"the {self._name}'s process ended with {code}"
         last = self._last_words()
         return f"{said}: {last}" if last else said
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from workbench.live.messages import Pace, Phase, Report, Started, Starting, Told
+from workbench.live.network_orders import NetworkView
 from workbench.plant.vehicle import Vehicle
 from workbench.snapshot import Snapshot
 
@@ -22,6 +23,7 @@ class LiveView:
         values: of the live parameters at the start, by name.
         url: of Meshcat's page, "" without.
         remarks: on what was read and built.
+        network: who watches and who commands.
     """
 
     phase: Phase = Phase.STARTING
@@ -32,13 +34,14 @@ class LiveView:
     values: Mapping[str, float] = dataclasses.field(default_factory=dict)
     url: str = ""
     remarks: tuple[str, ...] = ()
+    network: NetworkView = NetworkView()
 
     def after(self, message: object) -> "LiveView":
         """Return the view once a message was heard; itself where that changes nothing."""
         match message:
-            case Report(phase, said, snapshot, pace):
+            case Report(phase, said, snapshot, pace, network):
                 return dataclasses.replace(
-                    self, phase=phase, said=said, snapshot=snapshot, pace=pace
+                    self, phase=phase, said=said, snapshot=snapshot, pace=pace, network=network
                 )
             case Started(vehicle, values, url):
                 return dataclasses.replace(self, vehicle=vehicle, values=values, url=url)

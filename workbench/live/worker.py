@@ -3,7 +3,6 @@
 It ends when it is told to, or when its caller does.
 """
 
-import contextlib
 import logging
 import os
 import sys
@@ -15,10 +14,9 @@ from typing import TYPE_CHECKING
 from workbench.errors import WorkbenchError, sentences
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
 from workbench.live.outbox import Outbox
-from workbench.vehicle_parameters import vehicle_parameters
 
 if TYPE_CHECKING:
-    from workbench.session import Session
+    pass
 
 LAST_WORDS = 2.0
 """Time to send what is left to say [s]."""
@@ -72,7 +70,9 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     from pydrake.geometry import Meshcat
 
     from workbench.live.flying import Flying
+    from workbench.live.values import parameter_values
     from workbench.session import Session
+    from workbench.systems.bridge import Bridge
 
     outbox.post(Starting("building the diagram"))
     logger = logging.getLogger("workbench")
@@ -80,22 +80,14 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     logger.addHandler(_Teller(outbox))
     with sentences("the flight could not be built"):
         meshcat = Meshcat() if begin.draw else None
-        session = Session(begin.scenario, begin.settings, meshcat)
+        bridge = Bridge()
+        session = Session(begin.scenario, begin.settings, meshcat, bridge)
         # The first step loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
     url = meshcat.web_url() if meshcat else ""
-    outbox.post(Started(session.vehicle, _values(session), url))
-    Flying(session, begin.settings, outbox, time.perf_counter).run(connection, wanted)
-
-
-def _values(session: "Session") -> dict[str, float]:
-    """Return the live parameters that a flight has, by name."""
-    values = {}
-    for row in vehicle_parameters(session.vehicle):
-        with contextlib.suppress(WorkbenchError):  # of a sensor that does not measure
-            values[row.name] = session.get(row.name)
-    return values
+    outbox.post(Started(session.vehicle, parameter_values(session), url))
+    Flying(session, bridge, begin.settings, outbox, time.perf_counter).run(connection, wanted)
 
 
 if __name__ == "__main__":

@@ -37,9 +37,15 @@ class Applied:
 
 
 class Bridge:
-    """The network's side of one flight: who flies, and what waits to go in and out."""
+    """The network's side of one flight: who flies, and what waits to go in and out.
+
+    Attributes:
+        authority: grants control.
+        wanted: whether anybody wants samples; without, none are made.
+    """
 
     def __init__(self) -> None:
+        self.wanted = True
         self.authority = Authority(Limits(0.0, 0.0, 0.0))
         self._commands: deque[Command] = deque(maxlen=MOST_COMMANDS)
         self._samples: deque[Sampled] = deque(maxlen=MOST_SAMPLES)

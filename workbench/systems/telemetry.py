@@ -70,6 +70,8 @@ class Telemetry(LeafSystem):
         self._stamps = dict.fromkeys(self._stamps, math.nan)
 
     def _publish(self, context: Context) -> None:
+        if not self._bridge.wanted:
+            return
         now = context.get_time()
         t_ns = round(now * NS)
         signals = self._places.named(self._signals.Eval(context))

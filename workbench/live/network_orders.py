@@ -1,0 +1,53 @@
+"""What is asked of a live flight about its network and its log, and how these do."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from workbench.link.backplane import ControlState, Disconnect, ServerStatus
+from workbench.link.server.config import ServerConfig
+
+
+@dataclass(frozen=True)
+class Serve:
+    """Start a server; the answer is its address."""
+
+    config: ServerConfig
+
+
+@dataclass(frozen=True)
+class KeepLog:
+    """Write all that happens from the flight's start on to a file; the answer is its path."""
+
+    path: str
+
+
+class Network(Enum):
+    """What needs no numbers."""
+
+    STOP_SERVING = "stop serving"
+    STOP_LOG = "stop the log"
+    """The answer is the log's path."""
+    TAKE_OVER = "take over"
+    """Let the operator fly, whoever does."""
+    GIVE_BACK = "give back"
+    """Let clients ask for control again."""
+
+
+NetworkOrder = Serve | KeepLog | Network | Disconnect
+
+
+@dataclass(frozen=True)
+class NetworkView:
+    """How the network and the log do.
+
+    Attributes:
+        server: as it said last, None where none runs.
+        control: who flies, None until it was said.
+        said: why there is no server, or no log, any more; "" else.
+        log: path of the log that is being written, "" without.
+    """
+
+    server: ServerStatus | None = None
+    control: ControlState | None = None
+    said: str = ""
+    log: str = ""
