@@ -103,14 +103,14 @@ class Session:
 
     def reset(self) -> None:
         """Begin again from the scenario's start, with the values it was built with."""
+        if self._bridge and self._bench.telemetry:
+            self._bridge.reset()
+            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
         self._live = LiveContext(self._bench, self.scenario, self._values)
         self._steps = 0
         self._due = 0.0
         self._script.rewind()
-        if self._bridge and self._bench.telemetry:
-            self._bridge.reset()
-            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
-            self._tell_limits()
+        self._tell_limits()
 
     @property
     def diagram(self) -> Diagram:

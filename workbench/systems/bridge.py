@@ -107,8 +107,9 @@ class Bridge:
             if flown.scaled:
                 refusal = Refused(command.peer, command.seq, "scaled", flown.scaled)
                 self._refused.append(refusal)
-            wish = commanded(wish, flown.velocity, flown.yaw_rate)
-            self._applied.append(Applied(at, self.authority.state(now).name, flown))
+            before, wish = wish, commanded(wish, flown.velocity, flown.yaw_rate)
+            if wish != before:  # a command that is only repeated renews the lease, no more
+                self._applied.append(Applied(at, self.authority.state(now).name, flown))
         return wish
 
 

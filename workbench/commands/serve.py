@@ -1,0 +1,217 @@
+"""`workbench serve`: a flight in real time that others watch and fly over the network."""
+
+import argparse
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    add_command,
+    add_sensor_options,
+    add_vehicle_options,
+    with_sensors,
+    with_vehicle,
+)
+from workbench.commands.printing import say
+from workbench.errors import WorkbenchError
+from workbench.link.address import DEFAULT_PORT, LOOPBACK
+
+if TYPE_CHECKING:
+    from workbench.link.server.config import ServerConfig
+    from workbench.live.flight import LiveFlight
+    from workbench.live.view import LiveView
+    from workbench.scenario import Scenario
+
+DEFAULT_SCENARIO = "network"
+STARTING = 30.0
+"""Time that the server has to listen [s]."""
+LOOK = 0.2
+"""Between two looks at the flight [s]."""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "serve",
+        "Fly in real time and let others watch and fly, over TCP and in a browser; Ctrl-C ends it.",
+        "workbench serve --web --log flight.mcap",
+        run,
+    )
+    parser.add_argument(
+        "--scenario",
+        default=DEFAULT_SCENARIO,
+        metavar="NAME|FILE",
+        help=f"what is flown, and flown on past its end (default: {DEFAULT_SCENARIO}, a drone on "
+        "the ground with IMU, GPS and lidar)",
+    )
+    parser.add_argument(
+        "--duration", type=_positive, metavar="T", help="end after this simulated time, in s"
+    )
+    parser.add_argument(
+        "--log", type=Path, metavar="FILE.mcap", help="record all that happens, see docs/logs.md"
+    )
+    parser.add_argument("--draw", action="store_true", help="draw the flight in Meshcat")
+    group = parser.add_argument_group("network")
+    group.add_argument(
+        "--host",
+        default=LOOPBACK,
+        help=f"where to listen (default: {LOOPBACK}, this machine only; 0.0.0.0 for all networks "
+        "needs --token-file)",
+    )
+    group.add_argument(
+        "--port",
+        type=int,
+        default=DEFAULT_PORT,
+        help=f"of TCP; 0 takes one that is free (default: {DEFAULT_PORT})",
+    )
+    group.add_argument(
+        "--token-file",
+        default="",
+        metavar="FILE",
+        help="tokens to watch and to command; `workbench tokens FILE` makes them",
+    )
+    group.add_argument("--tls-cert", default="", metavar="FILE", help="certificate (PEM) for TLS")
+    group.add_argument("--tls-key", default="", metavar="FILE", help="its private key (PEM)")
+    group.add_argument("--watch-only", action="store_true", help="let nobody command")
+    group.add_argument("--web", action="store_true", help="serve the page for phones and browsers")
+    group.add_argument(
+        "--web-port", type=int, default=0, metavar="PORT", help="of the page (default: a free one)"
+    )
+    add_vehicle_options(parser)
+    add_sensor_options(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly and serve until the time is over or somebody ends it."""
+    from workbench.live.flight import LiveFlight
+
+    config = _config(args)
+    config.check()
+    scenario = _scenario(args)
+    if args.log:
+        args.log.parent.mkdir(parents=True, exist_ok=True)
+    with _told_to_stop() as stopped, LiveFlight(scenario, dict(args.set), draw=args.draw) as flight:
+        view = flight.wait()
+        for remark in view.remarks:
+            say(remark)
+        if args.log:
+            say(f"logging to {flight.keep_log(args.log).result(STARTING)}")
+        address = flight.serve(config).result(STARTING)
+        assert view.vehicle
+        print(f"serving {view.vehicle.name} at {address}", flush=True)
+        if view.url:
+            say(f"drawn at {view.url}")
+        if config.web:
+            _say_page(flight)
+        return _watch(flight, args.duration, stopped)
+
+
+def _config(args: argparse.Namespace) -> "ServerConfig":
+    from workbench.link.server.config import ServerConfig
+
+    return ServerConfig(
+        host=args.host,
+        port=args.port,
+        token_file=args.token_file,
+        tls_cert=args.tls_cert,
+        tls_key=args.tls_key,
+        allow_commands=not args.watch_only,
+        web=args.web,
+        web_port=args.web_port,
+    )
+
+
+def _scenario(args: argparse.Namespace) -> "Scenario":
+    """Return what is flown."""
+    from workbench.resources import find_scenario
+    from workbench.scenario import SLOWEST, load_scenario
+
+    scenario = load_scenario(find_scenario(args.scenario))
+    if args.model and args.scenario == DEFAULT_SCENARIO and args.sensors is None:
+        scenario.sensors.use = []  # those of another drone may have other names, or not be there
+        say("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")
+    scenario = with_sensors(with_vehicle(scenario, args), args)
+    # Nobody asks for the arrays: without this they would fill the memory in a flight of days.
+    scenario.rates.record_period = SLOWEST["record_period"]
+    return scenario
+
+
+def _say_page(flight: "LiveFlight") -> None:
+    """Say where the page is, with its address as a QR code where somebody looks."""
+    from workbench.link.qr import text_code
+
+    server = flight.latest().network.server
+    assert server
+    say(f"page for phones and browsers: {server.page}")
+    if sys.stderr.isatty():
+        print(text_code(server.page), file=sys.stderr)
+
+
+def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Event) -> int:
+    """Say what happens until it is over."""
+    from workbench.live.messages import Phase
+
+    told: tuple[str, ...] = ()
+    who = ""
+    while not stopped.wait(LOOK):
+        view = flight.latest()
+        if view.phase is Phase.ENDED:
+            raise WorkbenchError(view.said)
+        if view.network.server is None:
+            raise WorkbenchError(view.network.said or "the server has ended")
+        if view.phase is Phase.BROKEN:
+            say(f"{view.said}; the server stops")
+            return ExitCode.NOT_AS_DEMANDED
+        told = _say_refusals(view, told)
+        who = _say_control(view, who)
+        if duration is not None and view.snapshot and view.snapshot.time >= duration:
+            break
+    return ExitCode.DONE
+
+
+def _say_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:
+    """Say what was refused since the last time."""
+    assert view.network.server
+    log = view.network.server.log
+    for sentence in log:
+        if sentence not in told:
+            say(f"refused: {sentence}")
+    return log
+
+
+def _say_control(view: "LiveView", before: str) -> str:
+    """Say who flies, on change."""
+    control = view.network.control
+    reason = control.reason if control else ""
+    if reason != before and before:
+        say(reason)
+    return reason
+
+
+@contextmanager
+def _told_to_stop() -> Iterator[threading.Event]:
+    """Yield an event that is set by Ctrl-C, and by who ends the process kindly."""
+    stopped = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stopped
+        return
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *_: stopped.set()) for number in numbers]
+    try:
+        yield stopped
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
+def _positive(text: str) -> float:
+    number = float(text)
+    if not number > 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is no positive number")
+    return number

@@ -1,0 +1,30 @@
+"""`workbench tokens`: a file with which others may watch and command."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import add_command
+from workbench.commands.printing import say
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "tokens",
+        "Make a file of two tokens, to watch and to command; only its owner can read it.",
+        "workbench tokens tokens.txt",
+        run,
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="to be made; none is overwritten")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the file."""
+    from workbench.link.authentication import write_tokens
+
+    write_tokens(args.file)
+    say(f"wrote {args.file}: give others its second word of a line, and keep the file yourself")
+    return ExitCode.DONE
