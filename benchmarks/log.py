@@ -1,0 +1,123 @@
+"""What a log costs: processor time to write and read a second of flight, and its size on the disk.
+
+Samples are flown first and written afterwards, turn by turn, so that only the log is measured; all
+is processor time of one thread. The longest write has a chunk's packing in it, and is wall time.
+"""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from spread import Spread, number, spread, text
+
+from workbench.flight_log.flight_log import FlightLog
+from workbench.flight_log.record import read_log
+from workbench.link.backplane import Sampled
+from workbench.link.topics import Topic
+from workbench.scenario import Action, Scenario, SensorsConfig
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+
+FLIGHT = 4.0
+"""Flown for each row [s]."""
+TURNS = 9
+KINDS = {
+    "no sensors": [],
+    "imu, gps": ["imu", "gps"],
+    "imu, gps, lidar": ["imu", "gps", "lidar"],
+}
+
+
+@dataclass(frozen=True)
+class LogRow:
+    """A log of a drone with some sensors.
+
+    Attributes:
+        sensors: that it has.
+        messages: a simulated second.
+        writing: share of a core in real time [%].
+        longest: one sample takes at most [ms].
+        reading: of a second of flight [ms].
+        size: on the disk [kB/s].
+    """
+
+    sensors: str
+    messages: float
+    writing: Spread
+    longest: Spread
+    reading: Spread
+    size: float
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What a log is written of."""
+
+    scenario: Scenario
+    vehicle: str
+    topics: tuple[Topic, ...]
+    samples: list[Sampled]
+
+
+def measure(turns: int = TURNS) -> list[LogRow]:
+    """Return a row for each kind of drone."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "flight.mcap"
+        return [_row(name, use, path, turns) for name, use in KINDS.items()]
+
+
+def show(rows: list[LogRow]) -> None:
+    """Print the table."""
+    print("log of            messages/s   % of a core              longest write [ms]")
+    for row in rows:
+        print(
+            f"{row.sensors:17} {row.messages:10,.0f}   {text(row.writing):24} {text(row.longest)}"
+        )
+    print("\nlog of            kB/s   reading a second of flight [ms]")
+    for row in rows:
+        print(f"{row.sensors:17} {number(row.size):>5}  {text(row.reading)}")
+
+
+def _row(name: str, use: list[str], path: Path, turns: int) -> LogRow:
+    flown = _fly(use)
+    writing, longest, reading = [], [], []
+    for turn in range(turns + 1):
+        spent, slowest = _write(flown, path)
+        begun = time.process_time()
+        record = read_log(path)
+        if turn:  # the first one warms up
+            writing.append(100.0 * spent / FLIGHT)
+            longest.append(1e3 * slowest)
+            reading.append(1e3 * (time.process_time() - begun) / FLIGHT)
+    count = sum(len(topic.messages) for topic in record.topics.values())
+    size = path.stat().st_size / 1e3 / FLIGHT
+    return LogRow(name, count / FLIGHT, spread(writing), spread(longest), spread(reading), size)
+
+
+def _fly(use: list[str]) -> Flown:
+    scenario = Scenario(
+        world="obstacle_field",
+        sensors=SensorsConfig(use=use),
+        duration=FLIGHT,
+        script=[Action(0.5, velocity=[1.0, 0.5, 0.2], yaw_rate=0.2)],
+    )
+    session = Session(scenario, bridge=Bridge())
+    session.run()
+    return Flown(scenario, session.vehicle.name, session.topics, session.drain())
+
+
+def _write(flown: Flown, path: Path) -> tuple[float, float]:
+    """Write a log; return the processor time of all and the wall time of the longest sample [s]."""
+    log = FlightLog(path, flown.topics, flown.scenario, {}, {}, flown.vehicle)
+    slowest, begun = 0.0, time.process_time()
+    for sampled in flown.samples:
+        before = time.perf_counter()
+        log.write(sampled)
+        slowest = max(slowest, time.perf_counter() - before)
+    log.close()
+    return time.process_time() - begun, slowest
+
+
+if __name__ == "__main__":
+    show(measure())

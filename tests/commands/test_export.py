@@ -1,0 +1,85 @@
+"""`workbench export`."""
+
+import csv
+import sys
+
+import numpy as np
+import pytest
+
+from workbench.flight_log.flight_log import FlightLog
+from workbench.flight_log.record import read_log
+from workbench.scenario import Action, Scenario
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    scenario = Scenario(duration=0.3, script=[Action(0.1, velocity=[1.0, 0.0, 0.0])])
+    session = Session(scenario, bridge=Bridge())
+    session.run()
+    path = tmp_path_factory.mktemp("logs") / "flight.mcap"
+    log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
+    for sampled in session.drain():
+        log.write(sampled)
+    log.close()
+    return path
+
+
+def rows(path):
+    return list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+
+
+def test_each_topic_is_a_table_with_units(run, log, out):
+    said = run("export", log, "--output", out)
+    assert said.code == 0, said.err
+    assert {path.stem for path in out.iterdir()} == set(read_log(log).topics)
+    table = rows(out / "velocity_data.csv")
+    assert table[0] == [
+        "t [s]",
+        *(f"v_{x} [m/s]" for x in "xyz"),
+        *(f"w_{x} [rad/s]" for x in "xyz"),
+    ]
+    assert len(table) == 1 + len(read_log(log).states)
+    assert rows(out / "drone_state.csv")[0][:3] == ["t [s]", "mode [1]", "condition"]
+
+
+def test_numbers_are_read_back_exactly(run, log, out):
+    assert run("export", log, "--output", out).code == 0
+    record = read_log(log)
+    table = np.array(rows(out / "exact_state.csv")[1:], dtype=float)
+    assert table[:, 1:].tobytes() == record.states.tobytes()
+    read = np.array(rows(out / "velocity_data.csv")[1:], dtype=np.float32)
+    assert read[:, 1].tobytes() == record.series("velocity_data.v_x").values.tobytes()
+
+
+def test_the_default_folder_is_named_as_the_log(run, log, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("export", log).code == 0
+    assert (tmp_path / "out" / "flight" / "imu.csv").exists() is False
+    assert (tmp_path / "out" / "flight" / "tf.csv").exists()
+
+
+def test_parquet_without_pyarrow_is_refused(refused, log, out, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    said = refused("export", log, "--format", "parquet", "--output", out)
+    assert "Parquet needs pyarrow" in said
+    assert not out.exists()
+
+
+def test_parquet_has_units_in_its_metadata(run, log, out):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert run("export", log, "--format", "parquet", "--output", out).code == 0
+    table = parquet.read_table(out / "velocity_data.parquet")
+    assert table.schema.field("v_x").metadata == {b"unit": b"m/s"}
+    found = read_log(log).series("velocity_data.v_x").values
+    assert table["v_x"].to_numpy().tobytes() == found.tobytes()
+
+
+def test_an_unknown_format_is_refused(refused, log):
+    assert "invalid choice: 'xls'" in refused("export", log, "--format", "xls")
+
+
+def test_a_log_without_messages_is_refused(refused, tmp_path):
+    FlightLog(tmp_path / "a.mcap", (), Scenario(), {}, {}, "x").close()
+    assert "nothing to export" in refused("export", tmp_path / "a.mcap")

@@ -1,0 +1,93 @@
+"""`workbench plot`."""
+
+import pytest
+
+from workbench.flight_log.flight_log import FlightLog
+from workbench.flight_log.plots import plot_fields, plot_overview
+from workbench.flight_log.record import read_log
+from workbench.scenario import Action, Scenario
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+
+PNG = b"\x89PNG"
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    scenario = Scenario(duration=0.3, script=[Action(0.1, velocity=[1.0, 0.0, 0.0])])
+    session = Session(scenario, bridge=Bridge())
+    session.run()
+    path = tmp_path_factory.mktemp("logs") / "flight.mcap"
+    log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
+    for sampled in session.drain():
+        log.write(sampled)
+    log.close()
+    return path
+
+
+def test_without_fields_there_is_an_overview(run, log, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = run("plot", log)
+    assert said.code == 0, said.err
+    assert (tmp_path / "out" / "flight.png").read_bytes()[:4] == PNG
+    assert said.err == "workbench: wrote out/flight.png\n"
+
+
+def test_the_overview_has_the_flown_curves(log):
+    record = read_log(log)
+    position, velocity, attitude, yaw, thrust = plot_overview(record).axes
+    assert [len(axes.get_lines()) for axes in (position, attitude, thrust)] == [3, 3, 4]
+    assert [len(axes.get_lines()) for axes in (velocity, yaw)] == [6, 2]
+    assert position.get_ylabel() == "[m]"
+    drawn = velocity.get_lines()[0].get_ydata()
+    assert drawn.tolist() == record.series("velocity_data.v_x").values.tolist()
+
+
+def test_fields_of_one_unit_share_a_panel(log):
+    names = ["velocity_data.v_x", "command_velocity.v_x", "rotors.thrust", "position_data.x"]
+    speeds, thrusts, places = plot_fields(read_log(log), names).axes
+    assert [line.get_label() for line in speeds.get_lines()] == names[:2]
+    assert len(thrusts.get_lines()) == 4
+    assert (speeds.get_ylabel(), thrusts.get_ylabel(), places.get_ylabel()) == (
+        "[m/s]",
+        "[N]",
+        "[m]",
+    )
+
+
+def test_fields_are_drawn_where_it_is_asked_for(run, log, out):
+    said = run("plot", log, "velocity_data.v_x", "velocity_data", "--output", out / "v.png")
+    assert said.code == 0, said.err
+    assert [path.name for path in out.iterdir()] == ["v.png"]
+
+
+def test_the_list_has_fields_with_units(run, log):
+    said = run("plot", log, "--list")
+    assert said.code == 0
+    lines = [line.split() for line in said.out.splitlines()]
+    assert lines[0] == ["field", "unit", "messages"]
+    count = len(read_log(log).states)
+    assert ["velocity_data.v_x", "m/s", str(count)] in lines
+
+
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        (["velocity_data.v_y_"], "did you mean 'v_y'"),
+        (["velocity_date.v_y"], "did you mean 'velocity_data'"),
+        (["drone_state.condition"], "is a text, and cannot be drawn"),
+        (["tf"], "too many for a panel"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(refused, log, out, fields, sentence):
+    assert sentence in refused("plot", log, *fields, "--output", out / "a.png")
+    assert not out.exists()
+
+
+def test_another_suffix_is_refused(refused, log):
+    assert "let its name end in .png" in refused("plot", log, "--output", "a.jpg")
+
+
+def test_a_log_without_messages_is_refused(refused, tmp_path):
+    FlightLog(tmp_path / "a.mcap", (), Scenario(), {}, {}, "x").close()
+    assert "nothing to draw" in refused("plot", tmp_path / "a.mcap", "--output", tmp_path / "a.png")

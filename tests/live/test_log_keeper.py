@@ -1,0 +1,80 @@
+"""Logs that begin and end while a flight goes on."""
+
+from pathlib import Path
+
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.flight_log.record import read_log
+from workbench.live.log_keeper import LogKeeper
+from workbench.live.values import parameter_values
+from workbench.scenario import Action, Scenario
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+
+
+class Flight:
+    """A session and its log keeper."""
+
+    def __init__(self) -> None:
+        self.session = Session(Scenario(), bridge=Bridge())
+        self.keeper = LogKeeper(self.session, {}, parameter_values(self.session))
+
+    def fly(self, seconds: float) -> None:
+        self.session.tick(seconds)
+        for sampled in self.session.drain():
+            self.keeper.write(sampled)
+
+
+@pytest.fixture
+def flight() -> Flight:
+    return Flight()
+
+
+def test_what_was_done_before_the_log_is_in_it(flight, tmp_path):
+    flight.keeper.act(Action(0.25, velocity=[1.0, 0.0, 0.0]), "one")
+    flight.fly(0.5)
+    path = flight.keeper.start(str(tmp_path / "flight.mcap"))
+    flight.keeper.act(Action(0.5, set={"kp_roll": 90.0}), "operator")
+    flight.fly(0.5)
+    assert flight.keeper.path == path
+    assert flight.keeper.stop() == path
+    assert flight.keeper.path == flight.keeper.stop() == ""
+    record = read_log(Path(path))
+    assert [(each.action.at, each.by) for each in record.done] == [(0.25, "one"), (0.5, "operator")]
+
+
+def test_only_one_is_written_at_a_time(flight, tmp_path):
+    flight.keeper.start(str(tmp_path / "one.mcap"))
+    with pytest.raises(WorkbenchError, match="one.mcap is being written"):
+        flight.keeper.start(str(tmp_path / "two.mcap"))
+    flight.keeper.stop()
+    flight.keeper.start(str(tmp_path / "two.mcap"))
+    flight.keeper.stop()
+
+
+def test_a_flight_that_begins_anew_has_the_next_file(flight, tmp_path):
+    flight.keeper.start(str(tmp_path / "flight.mcap"))
+    flight.keeper.act(Action(0.0, yaw_rate=0.1), "one")
+    flight.fly(0.5)
+    for number in (2, 3):
+        flight.session.reset()
+        flight.keeper.begin_anew()
+        flight.fly(0.5)
+        assert flight.keeper.path == str(tmp_path / f"flight-{number}.mcap")
+    flight.keeper.stop()
+    assert len(read_log(tmp_path / "flight.mcap").done) == 1
+    assert read_log(tmp_path / "flight-3.mcap").done == ()
+    assert flight.keeper.done == []
+
+
+def test_a_log_that_cannot_go_on_says_so_and_the_flight_does(flight, tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    flight.keeper.start(str(folder / "flight.mcap"))
+    (folder / "flight-2.mcap").mkdir()
+    flight.session.reset()
+    flight.keeper.begin_anew()
+    assert "flight-2.mcap" in flight.keeper.said
+    flight.fly(0.1)
+    assert flight.keeper.path == ""

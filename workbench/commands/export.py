@@ -1,0 +1,53 @@
+"""`workbench export`: a log as tables, one file a topic."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import add_command
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import say, say_written
+from workbench.commands.progress import progress_bar
+from workbench.errors import WorkbenchError
+
+FORMATS = ("csv", "parquet")
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "export",
+        "Write a log as tables, one file a topic, with units in their headings.",
+        "workbench export flight.mcap --format csv --output tables/",
+        run,
+    )
+    parser.add_argument("log", type=Path, metavar="LOG", help="log of a flight (.mcap)")
+    parser.add_argument("--format", choices=FORMATS, default="csv", help="(default: csv)")
+    parser.add_argument(
+        "--output", type=Path, metavar="DIR", help="folder of the tables (default: out/LOG)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the tables."""
+    from workbench.design.sweep.table_file import check_table_path
+    from workbench.flight_log.record import read_log
+    from workbench.flight_log.table_file import file_name, write_topic
+
+    folder = args.output or Path("out") / args.log.stem
+    suffix = f".{args.format}"
+    check_table_path(folder / f"{args.log.stem}{suffix}")
+    record = read_log(args.log)
+    if record.remark:
+        say(f"{args.log}: {record.remark}")
+    if not record.topics:
+        raise WorkbenchError(f"{args.log}: has no messages, so there is nothing to export")
+    with Outputs() as outputs, progress_bar(f"exporting {args.log.name}") as progress:
+        topics = [*record.topics.values()]
+        for number, topic in enumerate(topics, start=1):
+            write_topic(topic, outputs.add(folder / file_name(topic, suffix)))
+            progress(number / len(topics))
+    say_written(outputs.files)
+    return ExitCode.DONE

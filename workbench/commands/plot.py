@@ -1,0 +1,72 @@
+"""`workbench plot`: a log drawn, as an overview or field by field."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import add_command
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_table, say, say_written
+from workbench.commands.progress import progress_bar
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.flight_log.record import FlightRecord
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "plot",
+        "Draw a log: an overview, or the fields that are named.",
+        "workbench plot flight.mcap velocity_data.v_x command_velocity.v_x --output v_x.png",
+        run,
+    )
+    parser.add_argument("log", type=Path, metavar="LOG", help="log of a flight (.mcap)")
+    parser.add_argument(
+        "fields",
+        nargs="*",
+        metavar="TOPIC.FIELD",
+        help="what to draw, as velocity_data.v_x; TOPIC alone means all its fields (default: an "
+        "overview)",
+    )
+    parser.add_argument("--list", action="store_true", help="list all fields and stop")
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE.png", help="the picture (default: out/LOG.png)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw the log, or list its fields."""
+    from workbench.flight_log.record import read_log
+
+    output = args.output or Path("out") / f"{args.log.stem}.png"
+    if output.suffix != ".png":
+        raise WorkbenchError(f"{output}: a plot is a PNG: let its name end in .png")
+    with progress_bar(f"reading {args.log.name}") as progress:
+        record = read_log(args.log, progress)
+    if record.remark:
+        say(f"{args.log}: {record.remark}")
+    if args.list:
+        _list(record)
+        return ExitCode.DONE
+    from workbench.design.plots import write_png
+    from workbench.flight_log.plots import plot_fields, plot_overview
+
+    with Outputs() as outputs:
+        path = outputs.add(output)
+        figure = plot_fields(record, args.fields) if args.fields else plot_overview(record)
+        write_png(figure, path)
+    say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _list(record: "FlightRecord") -> None:
+    rows = [
+        (series.name, series.unit, str(len(series.time)))
+        for topic in record.topics.values()
+        for series in topic.columns.values()
+    ]
+    print_table([("field", "unit", "messages"), *rows], left=(0, 1))
