@@ -1,0 +1,280 @@
+"""Orders of ROS 2 under the link's lease, against a scripted server."""
+
+import asyncio
+import importlib.util
+import math
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
+
+from workbench.gateways import ros2_commanding
+from workbench.gateways.ros2_commanding import Commanding
+from workbench.gateways.ros2_orders import Operation, Unclear, Velocity
+from workbench.link import AsyncClient
+from workbench.link.answers import ControlStateSaid, Nack
+from workbench.link.backplane import Hand, Stage
+from workbench.link.operations import FlightOp, ReleaseControlOp, RequestControlOp
+from workbench.link.wire import Frame
+
+FAKE = Path(__file__).parent.parent / "link" / "fake_server.py"
+ONE, OTHER = 1, 2
+NORTH = (0.0, 0.0, 1.0, 0.0, 0.0, math.pi / 2, 0.0, 0.0, 0.0)
+
+
+def forward(speed, publisher=ONE):
+    return Velocity(publisher, (speed, 0.0, 0.0), 0.0, levelled=True)
+
+
+def rest(publisher=ONE):
+    return forward(0.0, publisher)
+
+
+@pytest.fixture
+def server():
+    spec = importlib.util.spec_from_file_location("fake_server_for_ros2", FAKE)
+    fakes = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(fakes)
+    server = fakes.FakeServer()
+    yield server
+    server.close()
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Let no order be too late because the machine is slow."""
+    monkeypatch.setattr(ros2_commanding, "OLDEST", 3600.0)
+
+
+class Flying:
+    """A `Commanding` at a scripted server, and what it said."""
+
+    def __init__(self, server, client):
+        self.server, self.client = server, client
+        self.said = []
+        self.commanding = Commanding(client, self.said.append)
+
+    async def obey(self, *orders):
+        for order in orders:
+            await self.commanding.obey(order)
+
+    async def commands(self, count):
+        """Return the velocities that arrived, as soon as there are so many."""
+        await until(lambda: len(self.server.commands) >= count)
+        return [values[2:] for _, values in self.server.commands]
+
+    def asked(self, kind):
+        return [each for each in self.server.operations if isinstance(each, kind)]
+
+    async def lose(self):
+        """Let the server's ladder take control."""
+        lost = ControlStateSaid(Hand.CLIENT, 1, "ros2", Stage.HOLD, 0.5, "ros2 was silent")
+        self.server.say(lost)
+        await until(lambda: self.client.control_state == lost)
+        await self.commanding.look()
+
+
+async def until(condition):
+    async with asyncio.timeout(20.0):
+        while not condition():
+            await asyncio.sleep(0.002)
+
+
+def run(server, test):
+    async def inner():
+        async with AsyncClient(server.address, name="ros2") as client:
+            await until(lambda: server.peers and server.peers[-1].topics)
+            server.publish(6_000_000_000, position_data=NORTH)
+            await until(lambda: client.latest("position_data"))
+            flying = Flying(server, client)
+            try:
+                await test(flying)
+            finally:
+                await flying.commanding.release()
+
+    asyncio.run(inner())
+
+
+def test_the_first_order_asks_for_control_and_begins_from_neutral(server):
+    async def test(flying):
+        assert not flying.asked(RequestControlOp)
+        await flying.obey(forward(1.5))
+        neutral, flown = await flying.commands(2)
+        assert neutral == (0.0, 0.0, 0.0, 0.0)
+        assert flown == pytest.approx((0.0, 1.5, 0.0, 0.0), abs=1e-6)
+        assert flying.said == ["control was granted: a program of ROS 2 flies"]
+
+    run(server, test)
+
+
+def test_nothing_is_repeated_so_that_silence_reaches_the_drone(server):
+    async def test(flying):
+        await flying.obey(forward(1.0), forward(2.0))
+        await flying.commands(3)
+        for step in range(1, 11):  # time goes on, states and answers come
+            server.publish(6_000_000_000 + step * 200_000_000, position_data=NORTH)
+            await flying.client.ping()
+        await asyncio.sleep(0.2)  # several times the period at which controls are repeated
+        assert len(await flying.commands(3)) == 3
+        assert not flying.asked(ReleaseControlOp)
+
+    run(server, test)
+
+
+def test_the_end_gives_control_back(server):
+    async def test(flying):
+        await flying.obey(rest())
+        await flying.commanding.release()
+        assert len(flying.asked(ReleaseControlOp)) == 1
+
+    run(server, test)
+
+
+def test_who_lost_control_begins_with_zero(server):
+    async def test(flying):
+        await flying.obey(forward(1.0))
+        await flying.commands(2)
+        await flying.lose()
+        assert flying.said[-1] == "control was lost: ros2 was silent; to go on, begin with zero"
+        await flying.obey(forward(1.0), forward(1.0))
+        assert len(flying.asked(RequestControlOp)) == 1
+        assert flying.said[-1].endswith("begin with a velocity of zero")
+        await asyncio.sleep(1.0)  # control is not asked for more often
+        await flying.obey(rest(), forward(1.0))
+        assert len(flying.asked(RequestControlOp)) == 2
+        assert (await flying.commands(5))[-1][1] == pytest.approx(1.0)
+        assert not flying.asked(ReleaseControlOp)  # the ladder was not stopped
+
+    run(server, test)
+
+
+def test_another_program_does_not_fly_between(server):
+    async def test(flying):
+        await flying.obey(forward(1.0), forward(2.0, OTHER), rest(OTHER), forward(3.0))
+        speeds = [command[1] for command in await flying.commands(3)]
+        assert speeds == pytest.approx([0.0, 1.0, 3.0], abs=1e-6)
+        assert "another program of ROS 2 flies already: one at a time" in flying.said
+        await flying.lose()
+        await flying.obey(forward(2.0, OTHER))  # it was refused: it may not just go on
+        assert len(flying.asked(RequestControlOp)) == 1
+
+    run(server, test)
+
+
+def test_a_refusal_is_said_and_control_is_not_asked_for_by_who_goes_on(server):
+    async def test(flying):
+        server.refuse(RequestControlOp, "held", "the operator at the screen flies")
+        await flying.obey(forward(1.0))
+        assert flying.said == ["refused: the operator at the screen flies"]
+        server.answer = lambda peer, operation: None
+        await asyncio.sleep(1.0)
+        await flying.obey(forward(1.0), forward(1.0))
+        assert len(flying.asked(RequestControlOp)) == 1
+        await flying.obey(rest())
+        assert len(flying.asked(RequestControlOp)) == 2
+
+    run(server, test)
+
+
+def test_control_is_not_asked_for_with_every_message(server):
+    async def test(flying):
+        server.refuse(RequestControlOp, "held", "the operator at the screen flies")
+        await flying.obey(*[rest()] * 20)
+        assert len(flying.asked(RequestControlOp)) == 1
+
+    run(server, test)
+
+
+@pytest.mark.parametrize("speed", [math.nan, math.inf, 1e39])
+def test_what_is_no_velocity_is_not_sent(server, speed):
+    async def test(flying):
+        await flying.obey(rest(), forward(speed))
+        assert "all must be finite numbers" in flying.said[-1]
+        await flying.obey(rest())
+        assert all(map(math.isfinite, sum(await flying.commands(3), ())))
+
+    run(server, test)
+
+
+def test_a_refused_velocity_is_said_in_the_flights_words(server):
+    async def test(flying):
+        await flying.obey(rest())
+        await flying.commands(2)
+        server.answer = lambda peer, sent: (
+            Nack("too_fast", "the level speed is 99 m/s", seq=sent.seq)
+            if isinstance(sent, Frame)
+            else None
+        )
+        await flying.obey(forward(99.0))
+        await flying.commands(3)
+        server.answer = lambda peer, sent: None
+        await flying.client.ping()
+        await flying.obey(forward(1.0))
+        assert "the level speed is 99 m/s" in flying.said[-1]
+
+    run(server, test)
+
+
+def test_flight_operations_are_carried_out(server):
+    async def test(flying):
+        await flying.obey(Operation(ONE, "take_off", 2.5), Operation(ONE, "land", None))
+        done = [(each.what, each.height) for each in flying.asked(FlightOp)]
+        assert done[0] == ("take_off", 2.5)
+        assert done[1][0] == "land"
+        assert flying.said[-2:] == ["take_off was begun", "land was begun"]
+
+    run(server, test)
+
+
+def test_one_program_may_land_what_another_flies(server):
+    async def test(flying):
+        await flying.obey(forward(1.0), Operation(OTHER, "land", None), forward(2.0))
+        assert [each.what for each in flying.asked(FlightOp)] == ["land"]
+        assert len(flying.asked(RequestControlOp)) == 1
+        assert (await flying.commands(3))[-1][1] == pytest.approx(2.0)
+
+    run(server, test)
+
+
+def test_one_program_may_fly_on_when_another_has_taken_off(server):
+    async def test(flying):
+        await flying.obey(Operation(ONE, "take_off", None), forward(1.0, OTHER))
+        assert (await flying.commands(2))[-1][1] == pytest.approx(1.0)
+        await flying.obey(forward(2.0, ONE))
+        assert flying.said[-1].startswith("another program of ROS 2 flies already")
+        assert len(flying.asked(RequestControlOp)) == 1
+
+    run(server, test)
+
+
+def test_an_order_that_had_to_wait_is_not_carried_out(server, monkeypatch):
+    monkeypatch.setattr(ros2_commanding, "OLDEST", -1.0)
+
+    async def test(flying):
+        await flying.obey(forward(1.0))
+        assert flying.said[-1] == "control was granted too late for the order that asked for it"
+        assert await flying.commands(1) == [(0.0, 0.0, 0.0, 0.0)]
+
+    run(server, test)
+
+
+def test_what_is_unclear_is_said(server):
+    async def test(flying):
+        await flying.obey(Unclear("that is no order"))
+        assert flying.said == ["that is no order"]
+        assert not flying.asked(RequestControlOp)
+
+    run(server, test)
+
+
+def test_without_a_heading_nothing_is_flown(server):
+    async def test():
+        async with AsyncClient(server.address) as client:
+            flying = Flying(server, client)
+            await flying.obey(forward(1.0))
+            assert "heading is not known yet" in flying.said[-1]
+            assert await flying.commands(1) == [(0.0, 0.0, 0.0, 0.0)]
+            await flying.commanding.release()
+
+    asyncio.run(test())

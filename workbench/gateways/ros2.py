@@ -1,0 +1,207 @@
+"""The gateway to ROS 2: a client of the link that speaks DDS, with no ROS installed."""
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+from importlib.util import find_spec
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from workbench.errors import WorkbenchError
+from workbench.gateways.ros2_options import LOOPBACK, Ros2Options, domain_number
+from workbench.link.backplane import Role
+
+if TYPE_CHECKING:
+    from cyclonedds.domain import DomainParticipant
+
+    from workbench.gateways.ros2_publishing import Publishing
+    from workbench.link import AsyncClient
+
+NAME = "ros2"
+POLL = 0.01
+"""Orders are looked for so often [s]."""
+LOOK = 0.2
+"""What is only told to the user is looked for so often [s]."""
+IN_A_ROW = 16
+"""Samples after which others get a turn."""
+SAY_AGAIN = 5.0
+"""What was said is not said again sooner [s]."""
+
+
+def run_ros2(address: str, options: Ros2Options, say: Callable[[str], None] = print) -> None:
+    """Publish what a server tells to ROS 2, and let ROS 2 fly where that is allowed, until Ctrl-C.
+
+    Args:
+        address: of the link's server, HOST:PORT.
+        options: how.
+        say: tells the user a sentence.
+
+    Raises:
+        WorkbenchError: if the extra is not installed, an option is wrong, the server refuses or is
+            gone for good, or DDS cannot be used.
+    """
+    options.check()
+    need_cyclone()
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(serve_ros2(address, options, Sayings(say)))
+
+
+def need_cyclone() -> None:
+    """See whether the extra is installed.
+
+    Raises:
+        WorkbenchError: if it is not.
+    """
+    if find_spec("cyclonedds") is None:
+        raise WorkbenchError(
+            "topics of ROS 2 need the package cyclonedds: `pip install "
+            "drake-drone-workbench[ros2]`, or `pip install cyclonedds`; it comes for Python 3.11 "
+            "to 3.13"
+        )
+
+
+async def serve_ros2(address: str, options: Ros2Options, say: Callable[[str], None]) -> None:
+    """Do the work of `run_ros2` until it is cancelled."""
+    from cyclonedds.core import DDSException
+
+    from workbench.gateways.ros2_domain import DdsDomain
+    from workbench.gateways.ros2_publishing import Publishing
+    from workbench.link import AsyncClient
+
+    number = domain_number(options.domain)
+    client = AsyncClient(
+        address,
+        name=NAME,
+        token=options.token,
+        role=Role.COMMAND if options.allow_commands else Role.VIEW,
+        tls=options.tls,
+        rate=options.rate,
+    )
+    async with client:
+        with DdsDomain(number, options.interface, options.configuration) as domain:
+            try:
+                publishing = Publishing(domain.participant)
+                publishing.announce(client.hello.topics)
+                take = _take_orders if options.allow_commands else _refuse_orders
+                works = [
+                    _publish(client, publishing, say),
+                    take(client, domain.participant, say),
+                    _tell_trouble(client, say),
+                ]
+                say(_greeting(client, options, number, len(publishing.channels)))
+                await _all_of([asyncio.create_task(work) for work in works])
+            except DDSException as error:
+                raise WorkbenchError(f"DDS cannot go on: {error}") from error
+
+
+async def _all_of(works: list["asyncio.Task[None]"]) -> None:
+    """Wait until one of several works ends, and end the others with it.
+
+    Raises:
+        WorkbenchError: what it ended with.
+    """
+    try:
+        await asyncio.wait(works, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for work in works:
+            work.cancel()
+        ended = await asyncio.gather(*works, return_exceptions=True)
+    for error in ended:
+        if error is not None and not isinstance(error, asyncio.CancelledError):
+            raise error
+
+
+async def _publish(
+    client: "AsyncClient", publishing: "Publishing", say: Callable[[str], None]
+) -> None:
+    """Pass samples on as they come."""
+    count = 0
+    async for sample in client:
+        publishing.write(sample)
+        count += 1
+        if count % IN_A_ROW == 0:
+            await asyncio.sleep(0)
+        if publishing.dropped:
+            say("a program of ROS 2 reads too slowly: some messages are left out")
+            publishing.dropped = 0
+
+
+async def _take_orders(
+    client: "AsyncClient", participant: "DomainParticipant", say: Callable[[str], None]
+) -> None:
+    """Pass orders on as they come."""
+    from workbench.gateways.ros2_commanding import Commanding
+    from workbench.gateways.ros2_orders import Orders
+
+    orders, commanding = Orders(participant), Commanding(client, say)
+    try:
+        while True:
+            for order in orders.take():
+                await commanding.obey(order)
+            await commanding.look()
+            await asyncio.sleep(POLL)
+    finally:
+        await commanding.release()
+
+
+async def _refuse_orders(
+    client: "AsyncClient", participant: "DomainParticipant", say: Callable[[str], None]
+) -> None:
+    """Say that orders are not taken."""
+    from workbench.gateways.ros2_orders import Orders
+
+    orders = Orders(participant)
+    while True:
+        if list(orders.take()):
+            say(
+                "a program of ROS 2 wants to fly, but this gateway only watches: start it with "
+                "--allow-commands"
+            )
+        await asyncio.sleep(LOOK)
+
+
+async def _tell_trouble(client: "AsyncClient", say: Callable[[str], None]) -> None:
+    """Say when the connection to the drone is lost, and when it is back."""
+    lost = False
+    while True:
+        if client.trouble:
+            say(f"{client.trouble}; trying again")
+        elif lost:
+            say(f"connected to {client.hello.vehicle} again")
+        lost = bool(client.trouble)
+        await asyncio.sleep(LOOK)
+
+
+def _greeting(client: "AsyncClient", options: Ros2Options, number: int, topics: int) -> str:
+    """Return what is said when it works."""
+    where = f"the network of {options.interface}"
+    if options.configuration:
+        where = "where its configuration says"
+    elif options.interface == LOOPBACK:
+        where = "this computer alone"
+    commands = "commands are taken" if options.allow_commands else "it only watches"
+    return (
+        f"{client.hello.vehicle}: {topics} topics of ROS 2 in domain {number}, for {where}; "
+        f"{commands}; Ctrl-C ends it"
+    )
+
+
+class Sayings:
+    """Says sentences, but none again and again.
+
+    Args:
+        say: tells the user a sentence.
+        clock: time now [s].
+    """
+
+    def __init__(self, say: Callable[[str], None], clock: Callable[[], float] = monotonic) -> None:
+        self._say = say
+        self._clock = clock
+        self._said: dict[str, float] = {}
+
+    def __call__(self, sentence: str) -> None:
+        now = self._clock()
+        self._said = {each: when for each, when in self._said.items() if now - when < SAY_AGAIN}
+        if sentence not in self._said:
+            self._said[sentence] = now
+            self._say(sentence)

@@ -1,0 +1,146 @@
+"""The place in DDS where the gateway speaks: a domain of Cyclone DDS, on this computer alone.
+
+DDS has no login, and by default it is heard in the whole network. So the gateway's domain uses
+the loopback interface, and the kernel drops what comes to its sockets by any other: Cyclone sends
+by the interface that it is told, but receives by all of them.
+"""
+
+import ctypes
+import os
+import socket
+import stat
+import struct
+from pathlib import Path
+from types import TracebackType
+from xml.sax.saxutils import quoteattr
+
+from cyclonedds.core import DDSException
+from cyclonedds.domain import Domain, DomainParticipant
+
+from workbench.errors import WorkbenchError
+from workbench.gateways.ros2_options import LOOPBACK
+
+_ATTACH_FILTER = 26
+"""SO_ATTACH_FILTER of Linux, which `socket` does not name."""
+_INTERFACE_INDEX = 0xFFFFF000 + 8
+"""Where a filter finds the number of the interface by which a packet came."""
+
+
+class DdsDomain:
+    """A participant in a domain of DDS, as a context manager.
+
+    Args:
+        number: of the domain, 0 to 232.
+        interface: name or address of the network interface; "lo" for this computer alone.
+        configuration: of Cyclone DDS, as its CYCLONEDDS_URI would be; replaces the interface.
+
+    Raises:
+        WorkbenchError: on entering, if there can be no such domain.
+
+    """
+
+    def __init__(self, number: int, interface: str = LOOPBACK, configuration: str = "") -> None:
+        self._participant: DomainParticipant | None = None
+        self._number = number
+        self._closed_in = interface == LOOPBACK and not configuration
+        self._configuration = configuration or configuration_of(interface)
+        self._domain: Domain | None = None
+
+    def __enter__(self) -> "DdsDomain":
+        before = _sockets()
+        try:
+            self._domain = Domain(self._number, self._configuration)
+            if self._closed_in:
+                # Before there is a participant, nothing that arrives finds anybody.
+                for descriptor in _sockets() - before:
+                    hear_only(descriptor, socket.if_nametoindex(LOOPBACK))
+            self._participant = DomainParticipant(self._number)
+        except DDSException as error:
+            self.__exit__(None, None, None)
+            raise WorkbenchError(
+                f"DDS domain {self._number} cannot be joined ({error.msg or error}): are there too "
+                "many programs in it, and is the interface up?"
+            ) from None
+        except OSError as error:
+            self.__exit__(None, None, None)
+            raise WorkbenchError(
+                "DDS cannot be kept to this computer, as the system refuses the filter of its "
+                f"sockets ({error.strerror or error}); Linux is needed for that"
+            ) from None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._participant = None
+        self._domain = None
+
+    @property
+    def participant(self) -> DomainParticipant:
+        """What writers and readers belong to."""
+        assert self._participant is not None, "the domain is not open"
+        return self._participant
+
+
+def configuration_of(interface: str) -> str:
+    """Return a configuration of Cyclone DDS for one network interface.
+
+    On the loopback, programs find each other without multicast, by trying the first ports: so do
+    those of ROS 2 that are told to stay on their computer.
+    """
+    if interface != LOOPBACK:
+        names = [name for _, name in socket.if_nameindex()]
+        kind = "name" if interface in names else "address"
+        return (
+            "<CycloneDDS><Domain><General><Interfaces>"
+            f"<NetworkInterface {kind}={quoteattr(interface)}/>"
+            "</Interfaces></General></Domain></CycloneDDS>"
+        )
+    return (
+        "<CycloneDDS><Domain>"
+        f'<General><Interfaces><NetworkInterface name="{LOOPBACK}"/></Interfaces></General>'
+        "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+        "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+        '<Peers><Peer address="127.0.0.1"/></Peers></Discovery>'
+        "</Domain></CycloneDDS>"
+    )
+
+
+def hear_only(descriptor: int, interface: int) -> None:
+    """Let a socket receive by one interface only, given by its number.
+
+    Raises:
+        OSError: if the system knows no such filters.
+    """
+    # Load the interface's number; if it is the one, accept the packet, else drop it.
+    program = b"".join(
+        struct.pack("=HBBI", *step)
+        for step in (
+            (0x20, 0, 0, _INTERFACE_INDEX),
+            (0x15, 0, 1, interface),
+            (0x06, 0, 0, 0xFFFFFFFF),
+            (0x06, 0, 0, 0),
+        )
+    )
+    text = ctypes.create_string_buffer(program, len(program))
+    wanted = struct.pack("@HP", 4, ctypes.addressof(text))
+    with socket.socket(fileno=os.dup(descriptor)) as ours:
+        ours.setsockopt(socket.SOL_SOCKET, _ATTACH_FILTER, wanted)
+
+
+def _sockets() -> set[int]:
+    """Return the descriptors of this process that are sockets for datagrams."""
+    found = set()
+    for number in [int(path.name) for path in Path("/proc/self/fd").iterdir()]:
+        try:
+            if not stat.S_ISSOCK(os.fstat(number).st_mode):
+                continue
+            with socket.socket(fileno=os.dup(number)) as each:
+                if each.type == socket.SOCK_DGRAM:
+                    found.add(number)
+        except OSError:  # that of the listing itself, which is closed by now
+            continue
+    return found

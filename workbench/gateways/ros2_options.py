@@ -1,0 +1,133 @@
+"""What the gateway to ROS 2 is told: options of the command line, checked before it starts."""
+
+import argparse
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.errors import WorkbenchError
+
+LOOPBACK = "lo"
+LARGEST_DOMAIN = 232
+"""The ports of higher ones do not exist."""
+
+
+@dataclass(frozen=True)
+class Ros2Options:
+    """How to publish to ROS 2.
+
+    Attributes:
+        domain: number of the DDS domain; None for what ROS_DOMAIN_ID says, or 0.
+        interface: name or address of the network interface; "lo" for this computer alone.
+        configuration: of Cyclone DDS, text or file:// address; replaces the interface.
+        allow_commands: whether programs of ROS 2 may fly.
+        token: for the link's server, "" where it wants none.
+        tls: as for `workbench.link.Client`.
+        rate: largest frames a second of each topic, None for all there are [1/s].
+    """
+
+    domain: int | None = None
+    interface: str = LOOPBACK
+    configuration: str = ""
+    allow_commands: bool = False
+    token: str = ""
+    tls: str | bool | None = None
+    rate: float | None = None
+
+    def check(self) -> None:
+        """Refuse what cannot be, or what would let anybody in the network fly.
+
+        Raises:
+            WorkbenchError: if something is wrong.
+        """
+        domain_number(self.domain)
+        if self.allow_commands and (self.interface != LOOPBACK or self.configuration):
+            raise WorkbenchError(
+                "commands are taken on this computer only, as DDS has no login: leave out "
+                "--interface and --config, and run this gateway on the computer that flies; it "
+                "reaches a server elsewhere with --token-file"
+            )
+
+
+def domain_number(asked: int | None) -> int:
+    """Return the number of the domain: what was asked for, else ROS_DOMAIN_ID, else 0.
+
+    Raises:
+        WorkbenchError: if it is none.
+    """
+    text = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0" if asked is None else str(asked)
+    where = "ROS_DOMAIN_ID" if asked is None else "--domain"
+    if not (text.isascii() and text.isdigit() and int(text[:9]) <= LARGEST_DOMAIN):
+        raise WorkbenchError(
+            f"{where} is '{text[:20]}': the number of a domain is 0 to {LARGEST_DOMAIN}"
+        )
+    return int(text)
+
+
+def add_ros2_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that only this gateway has."""
+    parser.add_argument(
+        "--domain",
+        type=int,
+        metavar="N",
+        help="DDS domain (default: the environment's ROS_DOMAIN_ID, or 0)",
+    )
+    parser.add_argument(
+        "--allow-commands",
+        action="store_true",
+        help="let programs of ROS 2 on this computer fly, by /dh_drone/cmd_vel",
+    )
+    parser.add_argument(
+        "--interface",
+        default=LOOPBACK,
+        metavar="NAME|ADDRESS",
+        help="publish to this network; without it to this computer alone",
+    )
+    parser.add_argument(
+        "--config",
+        default="",
+        metavar="FILE|XML",
+        help="configuration of Cyclone DDS instead, as its CYCLONEDDS_URI, which is not read",
+    )
+    parser.add_argument(
+        "--write-messages",
+        type=Path,
+        metavar="DIR",
+        help="write the package dh_drone_msgs there, to be built with colcon, and stop",
+    )
+
+
+def ros2_options(
+    args: argparse.Namespace, token: str = "", tls: str | bool | None = None
+) -> Ros2Options:
+    """Return the options that a command line means.
+
+    Args:
+        args: with what `add_ros2_options` adds.
+        token: for the link's server.
+        tls: as for `workbench.link.Client`.
+
+    Raises:
+        WorkbenchError: if something is wrong.
+    """
+    options = Ros2Options(
+        domain=args.domain,
+        interface=args.interface,
+        configuration=_configuration(args.config),
+        allow_commands=args.allow_commands,
+        token=token,
+        tls=tls,
+        rate=getattr(args, "rate", None),
+    )
+    options.check()
+    return options
+
+
+def _configuration(said: str) -> str:
+    """Return what Cyclone takes: XML as it is, a file by its address."""
+    if not said or said.lstrip().startswith("<") or said.startswith("file://"):
+        return said
+    path = Path(said)
+    if not path.is_file():
+        raise WorkbenchError(f"--config: there is no file {path}")
+    return path.resolve().as_uri()

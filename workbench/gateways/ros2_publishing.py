@@ -1,0 +1,128 @@
+"""The drone's topics as topics of ROS 2: which there are, and how they are written."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from cyclonedds.core import DDSException
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.topic import Topic as DdsTopic
+
+from workbench.errors import WorkbenchError
+from workbench.gateways.ros2_types import CLOCK, MessageType, message_type
+from workbench.link.drone_topics import FRAMES, POSITION, TIME, VELOCITY
+from workbench.link.sample import Sample
+from workbench.link.topics import PREFIX, Direction, Topic
+from workbench.ros_messages.conversion import Channel, Conversion, conversion
+from workbench.ros_messages.motion import odometry
+from workbench.ros_messages.stamps import BODY, WORLD
+
+DEPTH = 10
+ODOMETRY = Channel(f"{PREFIX}odometry", "nav_msgs/msg/Odometry")
+CLOCK_CHANNEL = Channel("/clock", CLOCK)
+
+
+def writer_qos() -> Qos:
+    """Return how topics are written: as ROS 2 does by default, so that every reader matches.
+
+    Readers who want best effort match a reliable writer, but not the other way round. A writer
+    whose readers do not follow waits for nobody: what does not fit is not written.
+    """
+    return Qos(
+        Policy.Reliability.Reliable(0),
+        Policy.Durability.Volatile,
+        Policy.History.KeepLast(DEPTH),
+        # ROS 2 writes and reads XCDR1, and readers of XCDR1 get nothing of XCDR2, without a word.
+        Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
+    )
+
+
+def dds_topic(participant: DomainParticipant, name: str, kind: MessageType) -> DdsTopic:
+    """Return a topic of ROS 2 as DDS has it."""
+    return DdsTopic(participant, f"rt{name}", kind.idl)
+
+
+class Publishing:
+    """Writes samples of the link as messages of ROS 2.
+
+    Args:
+        participant: of the domain.
+
+    Attributes:
+        written: messages so far.
+        dropped: messages that a reader was too slow for.
+    """
+
+    def __init__(self, participant: DomainParticipant) -> None:
+        self.written = 0
+        self.dropped = 0
+        self._participant = participant
+        self._writers: dict[Channel, tuple[MessageType, DataWriter]] = {}
+        self._conversions: dict[int, Conversion] = {}
+        self._last: dict[int, Sample] = {}
+        self._body = BODY
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The topics that there are by now."""
+        return tuple(self._writers)
+
+    def announce(self, topics: Iterable[Topic]) -> None:
+        """Make all topics at once, so that they are listed before the first message."""
+        for topic in topics:
+            if topic.direction is not Direction.IN:
+                self._learn(topic)
+        self._writer(CLOCK_CHANNEL)
+        self._writer(ODOMETRY)
+
+    def write(self, sample: Sample) -> None:
+        """Write all that a sample becomes."""
+        number = sample.definition.id
+        found = self._conversions.get(number)
+        if found is None or found.topic is not sample.definition:
+            found = self._learn(sample.definition)
+        for message in found.messages(sample.t_ns, sample.payload):
+            self._write(Channel(message.topic, message.type), message.values)
+        if number == TIME:
+            seconds, rest = divmod(sample.t_ns, 1_000_000_000)
+            self._write(CLOCK_CHANNEL, {"clock": {"sec": seconds, "nanosec": rest}})
+        if number in (POSITION, VELOCITY):
+            self._last[number] = sample
+            self._write_odometry(sample.t_ns)
+
+    def _write_odometry(self, t_ns: int) -> None:
+        """Write place and velocity as one, as soon as both of a time are there."""
+        position, velocity = self._last.get(POSITION), self._last.get(VELOCITY)
+        if position and velocity and position.t_ns == velocity.t_ns:
+            values = odometry(t_ns, position.values, velocity.values, self._body)
+            self._write(ODOMETRY, values)
+
+    def _learn(self, topic: Topic) -> Conversion:
+        found = conversion(topic)
+        self._conversions[topic.id] = found
+        for channel in found.channels:
+            self._writer(channel)
+        if topic.id == FRAMES:
+            frames: Any = topic.about.get("frames", ())
+            self._body = next((child for parent, child in frames if parent == WORLD), BODY)
+        return found
+
+    def _write(self, channel: Channel, values: Any) -> None:
+        kind, writer = self._writer(channel)
+        try:
+            writer.write(kind.sample(values))
+            self.written += 1
+        except DDSException as error:
+            if error.code != DDSException.DDS_RETCODE_TIMEOUT:
+                raise WorkbenchError(f"{channel.topic} cannot be written: {error.msg}") from None
+            self.dropped += 1
+
+    def _writer(self, channel: Channel) -> tuple[MessageType, DataWriter]:
+        found = self._writers.get(channel)
+        if found is None:
+            kind = message_type(channel.type)
+            topic = dds_topic(self._participant, channel.topic, kind)
+            found = kind, DataWriter(self._participant, topic, qos=writer_qos())
+            self._writers[channel] = found
+        return found
