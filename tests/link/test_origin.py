@@ -1,0 +1,48 @@
+"""Whether a browser asks for this page, and from it."""
+
+import pytest
+
+from workbench.link.server.origin import is_own_host, is_own_origin
+
+
+@pytest.mark.parametrize(
+    "asked, local, named, own",
+    [
+        ("127.0.0.1:8080", "127.0.0.1", "127.0.0.1", True),
+        ("127.0.0.1", "127.0.0.1", "127.0.0.1", True),
+        ("localhost:8080", "127.0.0.1", "127.0.0.1", True),
+        ("LOCALHOST", "::1", "localhost", True),
+        ("[::1]:8080", "::1", "::1", True),
+        ("192.168.1.7:8080", "192.168.1.7", "0.0.0.0", True),
+        ("192.168.1.7:8080", "::ffff:192.168.1.7", "::", True),
+        ("drone.local:8080", "192.168.1.7", "drone.local", True),
+        ("localhost:8080", "192.168.1.7", "0.0.0.0", False),
+        ("192.168.1.8:8080", "192.168.1.7", "0.0.0.0", False),
+        ("evil.example:8080", "127.0.0.1", "127.0.0.1", False),
+        ("evil.example", "192.168.1.7", "0.0.0.0", False),
+        ("127.0.0.1.evil.example", "127.0.0.1", "127.0.0.1", False),
+        ("127.0.0.1:80@evil.example", "127.0.0.1", "127.0.0.1", False),
+        ("127.0.0.1 evil.example", "127.0.0.1", "127.0.0.1", False),
+        ("[::1", "::1", "::1", False),
+        ("", "127.0.0.1", "127.0.0.1", False),
+        (":8080", "127.0.0.1", "", False),
+    ],
+)
+def test_a_host_is_own_where_the_server_listens(asked, local, named, own):
+    assert is_own_host(asked, local, named) is own
+
+
+@pytest.mark.parametrize(
+    "origin, own",
+    [
+        ("http://127.0.0.1:80", True),
+        ("https://127.0.0.1:80", False),
+        ("http://127.0.0.1", False),
+        ("http://127.0.0.1:81", False),
+        ("http://evil.example", False),
+        ("null", False),
+        ("", False),
+    ],
+)
+def test_an_origin_is_own_where_the_page_came_from(origin, own):
+    assert is_own_origin(origin, "127.0.0.1:80", "http") is own

@@ -1,0 +1,203 @@
+"""The link within a WebSocket, as the page has it."""
+
+import contextlib
+import importlib.util
+import shutil
+import socket
+import ssl
+import subprocess
+from pathlib import Path
+
+import aiohttp
+import pytest
+
+from workbench.link.backplane import Published
+from workbench.link.server.config import ServerConfig
+from workbench.link.server.web_socket import LARGEST_MESSAGE
+from workbench.link.wire import Decoder, Frame
+
+
+def load(name):
+    """Return a module that stands beside the tests and is no test."""
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+served = load("web_client")
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://127.0.0.1:1", ""])
+def test_a_foreign_origin_is_refused_and_counted(origin):
+    async def scenario(hub, page, client):
+        with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+            await served.join(page, client, Origin=origin)
+        assert refused.value.status == 403
+        assert hub.refusals.counts == {"origin": 1}
+        assert hub.status().peers == ()
+
+    served.run(scenario)
+
+
+def test_what_is_no_websocket_is_told_so():
+    async def scenario(hub, page, client):
+        origin = {"Origin": page.address.rstrip("/")}
+        async with client.get(page.address + "ws", headers=origin) as answer:
+            assert answer.status == 400
+
+    served.run(scenario)
+
+
+def test_a_websocket_carries_frames_in_parts_and_several_at_once():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            [hello] = await served.operations(link, decoder, 1)
+            assert (hello["op"], hello["vehicle"]) == ("hello", "x500")
+            [peer] = hub.status().peers
+            assert (peer.transport, peer.address.split(":")[0]) == ("websocket", "127.0.0.1")
+            stream = served.said("ping", 1, id=7) + served.said("ping", 2, id=8)
+            for begin in range(0, len(stream), 11):
+                await link.send_bytes(stream[begin : begin + 11])
+            await link.send_bytes(served.said("ping", 3, id=9) + served.said("ping", 4, id=10))
+            pongs = await served.operations(link, decoder, 4)
+            assert [pong["id"] for pong in pongs] == [7, 8, 9, 10]
+        await served.until(lambda: hub.status().peers == ())
+
+    served.run(scenario)
+
+
+def test_a_goodbye_arrives_before_the_end():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            hub.stop("the server stops")
+            [bye] = await served.operations(link, decoder, 1)
+            assert bye == {"op": "bye", "said": "the server stops"}
+            assert (await link.receive()).type is aiohttp.WSMsgType.CLOSE
+
+    served.run(scenario)
+
+
+@pytest.mark.parametrize(
+    "message, closed, code",
+    [
+        ("text", aiohttp.WSCloseCode.UNSUPPORTED_DATA, "kind"),
+        (bytes(LARGEST_MESSAGE + 1), aiohttp.WSCloseCode.MESSAGE_TOO_BIG, "length"),
+    ],
+)
+def test_other_messages_end_the_connection_and_are_counted(message, closed, code):
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            await served.operations(link, Decoder(), 1)
+            send = link.send_str if isinstance(message, str) else link.send_bytes
+            await send(message)
+            assert (await link.receive()).data == closed
+        await served.until(lambda: hub.status().peers == ())
+        assert hub.refusals.counts == {code: 1}
+
+    served.run(scenario)
+
+
+def test_the_largest_message_is_taken():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            ping = served.said("ping", 2, id=1)
+            skipped = Frame(0x80, 0, 0, 1, 0, bytes(LARGEST_MESSAGE - 24 - len(ping)))
+            await link.send_bytes(skipped.to_bytes() + ping)
+            assert (await served.operations(link, decoder, 1))[0]["op"] == "pong"
+
+    served.run(scenario)
+
+
+def test_bytes_that_are_no_frames_are_answered_with_an_error():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            await link.send_bytes(b"GET / HTTP/1.1")
+            [error] = await served.operations(link, decoder, 1)
+            assert (error["op"], error["code"]) == ("error", "magic")
+
+    served.run(scenario)
+
+
+def test_places_are_those_of_all_clients():
+    async def scenario(hub, page, client):
+        async with contextlib.AsyncExitStack() as stack:
+            for _ in range(2):
+                link = await stack.enter_async_context(served.join(page, client))
+                await served.operations(link, Decoder(), 1)
+            link = await stack.enter_async_context(served.join(page, client))
+            [error] = await served.operations(link, Decoder(), 1)
+            assert (error["op"], error["code"]) == ("error", "too_many")
+
+    served.run(scenario, clients=2, an_address=2)
+
+
+def test_a_client_that_reads_nothing_is_ended_with_what_it_was_sent():
+    async def scenario(hub, page, client):
+        deaf = socket.create_connection(("127.0.0.1", page.port))
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        host = f"127.0.0.1:{page.port}"
+        request = (
+            f"GET /ws HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nConnection: Upgrade\r\n"
+            "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+        )
+        deaf.sendall(request.encode())
+        await served.until(lambda: len(hub._seats) == 1)
+        [seat] = hub._seats.values()
+        for _ in range(4000):
+            seat.transport.write(bytes(4096))
+        await served.until(lambda: 0 < seat.transport.unsent < 4000 * 4096)
+        seat.transport.close()
+        await served.until(lambda: hub.status().peers == ())
+        deaf.close()
+
+    served.run(scenario)
+
+
+def test_data_goes_to_the_page_in_batches():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            await link.send_bytes(
+                served.said("subscribe", 1, id=1, topics=["/dh_drone/velocity_data"])
+            )
+            await served.operations(link, decoder, 1)
+            hub.hear([Published(5, 6, ((3, bytes(24)),))])
+            [frame] = decoder.feed(await link.receive_bytes())
+            assert (frame.kind, frame.topic, frame.flags, frame.t_ns) == (1, 3, 2, 5)
+
+    served.run(scenario)
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl")
+def test_with_a_certificate_all_goes_over_tls(tmp_path):
+    cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
+        + ["-nodes", "-days", "2", "-subj", "/CN=127.0.0.1", "-addext"]
+        + ["subjectAltName=IP:127.0.0.1", "-keyout", str(key), "-out", str(cert)],
+        check=True,
+        capture_output=True,
+    )
+    trusted = ssl.create_default_context(cafile=str(cert))
+
+    async def scenario(hub, page, client):
+        assert page.address == f"https://127.0.0.1:{page.port}/"
+        async with client.get(page.address, ssl=trusted) as answer:
+            assert f"wss://127.0.0.1:{page.port};" in answer.headers["Content-Security-Policy"]
+        address, origin = page.address + "ws", page.address.rstrip("/")
+        async with client.ws_connect(address, origin=origin, ssl=trusted) as link:
+            assert (await served.operations(link, Decoder(), 1))[0]["op"] == "hello"
+        with pytest.raises(aiohttp.WSServerHandshakeError):
+            await client.ws_connect(address, origin=origin.replace("https", "http"), ssl=trusted)
+
+    served.run(scenario, ServerConfig(port=0, web=True, tls_cert=str(cert), tls_key=str(key)))

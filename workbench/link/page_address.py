@@ -1,0 +1,84 @@
+"""The page's address as others must type it, and as a code that a phone reads."""
+
+import ipaddress
+import socket
+from dataclasses import dataclass
+from urllib.parse import urlencode
+
+from workbench.link.address import Address
+
+# A UDP socket that is connected to any far address knows which of ours leads there; nothing is
+# sent. These addresses are reserved for documentation.
+_FAR = ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1"))
+
+
+@dataclass(frozen=True)
+class PageAddress:
+    """Where a browser finds the page.
+
+    Attributes:
+        url: to type or to scan.
+        is_reachable: whether other machines, and phones, reach it.
+    """
+
+    url: str
+    is_reachable: bool
+
+    @property
+    def said(self) -> str:
+        """The address, and who can use it."""
+        if self.is_reachable:
+            return f"{self.url} (a phone in the same network can open it)"
+        return (
+            f"{self.url} (only this machine can open it: for a phone, listen at 0.0.0.0 with a "
+            "token file)"
+        )
+
+    def with_token(self, token: str, role: str) -> str:
+        """Return an address that logs in by itself: whoever sees it, or its code, has the token.
+
+        It stands behind a #, so a browser sends it to nobody, and it is in no server's log.
+
+        Args:
+            token: of the role.
+            role: view or command.
+        """
+        return f"{self.url}#{urlencode({'token': token, 'role': role})}"
+
+
+def page_address(host: str, port: int, scheme: str = "http") -> PageAddress:
+    """Return where a browser finds what listens at a host and port.
+
+    Args:
+        host: name or address that the page listens at; 0.0.0.0 and :: are all of this machine.
+        port: that it listens at.
+        scheme: http or https.
+    """
+    reached = lan_address() or "127.0.0.1" if is_wildcard(host) else host
+    try:
+        local = ipaddress.ip_address(reached).is_loopback
+    except ValueError:
+        local = reached.lower() == "localhost"
+    return PageAddress(f"{scheme}://{Address(reached, port)}/", not local)
+
+
+def is_wildcard(host: str) -> bool:
+    """Return whether a host means all addresses of this machine."""
+    try:
+        return ipaddress.ip_address(host).is_unspecified
+    except ValueError:
+        return False
+
+
+def lan_address() -> str | None:
+    """Return this machine's address in its network, None without a network."""
+    for family, far in _FAR:
+        try:
+            with socket.socket(family, socket.SOCK_DGRAM) as asking:
+                asking.connect((far, 9))
+                found = str(asking.getsockname()[0])
+        except OSError:  # no way there
+            continue
+        if not ipaddress.ip_address(found).is_link_local:
+            return found
+    return None

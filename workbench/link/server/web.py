@@ -1,0 +1,238 @@
+"""The page for phones: its files over HTTP, and the link in a WebSocket."""
+
+import asyncio
+import contextlib
+from collections.abc import Awaitable, Callable, Mapping
+from importlib import resources
+from typing import NamedTuple
+
+from aiohttp import web
+
+from workbench.errors import WorkbenchError
+from workbench.link.address import Address
+from workbench.link.codes import ErrorCode
+from workbench.link.page_address import page_address
+from workbench.link.server.config import ServerConfig
+from workbench.link.server.hub import Hub
+from workbench.link.server.origin import is_own_host, is_own_origin
+from workbench.link.server.web_socket import LARGEST_MESSAGE, WebSocketTransport, messages
+
+TYPES = {
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".svg": "image/svg+xml",
+}
+MOST_CONNECTIONS = 96
+"""At once, of HTTP and WebSocket together; a browser opens half a dozen for a page."""
+MOST_OF_AN_ADDRESS = 32
+IDLE_TIME = 10.0
+"""Without a whole request, until a connection is closed [s]."""
+LONGEST_LINE = 2048
+"""The first of a request [bytes]."""
+LONGEST_HEADER = 8192
+"""Other programs of this machine may have set cookies for its name [bytes]."""
+MOST_HEADERS = 64
+STRICT = {
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+    "Referrer-Policy": "no-referrer",
+    "Server": "drake-drone-workbench",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+POLICY = (
+    "default-src 'self'; connect-src 'self' {socket}; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'; object-src 'none'"
+)
+
+
+Answer = Callable[[web.BaseRequest], Awaitable[web.StreamResponse]]
+
+
+class File(NamedTuple):
+    """A file of the page."""
+
+    body: bytes
+    type: str
+
+
+async def start(hub: Hub, config: ServerConfig) -> "Page":
+    """Serve the page within the running loop, and return it.
+
+    Args:
+        hub: where its clients connect to.
+        config: what the server is to do.
+
+    Raises:
+        WorkbenchError: if it cannot listen there.
+    """
+    page = Page(hub, config)
+    await page.open()
+    return page
+
+
+class Page:
+    """Serves the page.
+
+    Args:
+        hub: where its clients connect to.
+        config: what the server is to do.
+
+    Attributes:
+        address: of the page, as a browser is to open it, once it is there.
+        port: that it listens at, 0 before.
+    """
+
+    def __init__(self, hub: Hub, config: ServerConfig) -> None:
+        self.address = ""
+        self.port = 0
+        self._hub = hub
+        self._host = config.host
+        self._port = config.web_port
+        self._tls = config.tls()
+        self._scheme = "https" if self._tls else "http"
+        self._files = page_files()
+        self._listener: asyncio.Server | None = None
+        self._server: Doorkeeper | None = None
+
+    async def open(self) -> None:
+        """Listen.
+
+        Raises:
+            WorkbenchError: if it cannot listen there.
+        """
+        server = Doorkeeper(self._answer, self._hub)
+        where = Address(self._host, self._port)
+        try:
+            self._listener = await asyncio.get_running_loop().create_server(
+                server,
+                self._host,
+                self._port,
+                ssl=self._tls,
+                ssl_handshake_timeout=IDLE_TIME if self._tls else None,
+            )
+        except (OSError, UnicodeError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise WorkbenchError(
+                f"the page cannot listen at {where}: {reason}: choose another port or host"
+            ) from error
+        self._server = server
+        self.port = self._listener.sockets[0].getsockname()[1]
+        self.address = page_address(self._host, self.port, self._scheme).url
+
+    async def close(self) -> None:
+        """Listen no more, and end what is open."""
+        if self._listener is None or self._server is None:
+            return
+        self._listener.close()
+        self._server.pre_shutdown()
+        await self._server.shutdown(timeout=2.0)
+        await self._listener.wait_closed()
+
+    async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
+        """Answer any request."""
+        address = str(Address(*(request.get_extra_info("peername") or ("unknown", 0))[:2]))
+        local = (request.get_extra_info("sockname") or ("",))[0]
+        if not is_own_host(request.host, local, self._host):
+            said = f"{request.host!r} is not where this page is: open it by the machine's address"
+            return self._forbid("host", address, said)
+        if request.path == "/ws":
+            return await self._join(request, address)
+        name = request.path.removeprefix("/") or "index.html"
+        if request.method not in ("GET", "HEAD"):
+            return plain(405, "Only GET is answered here.", {"Allow": "GET, HEAD"})
+        if name not in self._files:
+            return plain(404, "There is nothing here: the page is at /.")
+        file = self._files[name]
+        socket = f"{self._scheme.replace('http', 'ws')}://{request.host}"
+        policy = {"Content-Security-Policy": POLICY.format(socket=socket)}
+        return web.Response(
+            body=file.body, content_type=file.type, charset="utf-8", headers=STRICT | policy
+        )
+
+    async def _join(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
+        """Let a page connect, if it is ours."""
+        origin = request.headers.get("Origin", "")
+        if not is_own_origin(origin, request.host, self._scheme):
+            said = f"{origin or 'no page'!r} is not the page of this server: programs use TCP"
+            return self._forbid("origin", address, said)
+        socket = web.WebSocketResponse(
+            max_msg_size=LARGEST_MESSAGE + 1,  # aiohttp refuses a message of just this size
+            compress=False,
+            timeout=1.0,
+        )
+        if not socket.can_prepare(request):
+            return plain(400, "A WebSocket is to be opened here.")
+        await socket.prepare(request)
+        assert isinstance(request.transport, asyncio.Transport)
+        transport = WebSocketTransport(socket, request.transport)
+        sending = asyncio.create_task(transport.send())
+        incoming = messages(socket, address, self._hub.refusals.add)
+        try:
+            await self._hub.attend(incoming, transport, address, "websocket")
+            transport.close()
+            await sending
+        finally:
+            sending.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await sending
+            transport.done()
+        return socket
+
+    def _forbid(self, code: str, address: str, said: str) -> web.Response:
+        self._hub.refusals.add(code, f"{address}: {code}: {said}")
+        return plain(403, f"Refused: {said}.")
+
+
+class Doorkeeper(web.Server):
+    """Lets in so many connections, and closes those that ask for nothing.
+
+    Args:
+        answer: answers a request.
+        hub: counts who is not let in.
+    """
+
+    def __init__(self, answer: Answer, hub: Hub) -> None:
+        super().__init__(
+            answer,
+            access_log=None,
+            keepalive_timeout=IDLE_TIME,
+            lingering_time=1.0,
+            max_line_size=LONGEST_LINE,
+            max_field_size=LONGEST_HEADER,
+            max_headers=MOST_HEADERS,
+        )
+        self._hub = hub
+
+    def connection_made(self, handler: web.RequestHandler, transport: asyncio.Transport) -> None:
+        """Count a connection, and end it at once if there are too many."""
+        super().connection_made(handler, transport)
+        host = host_at(transport)
+        same = sum(host_at(each) == host for each in self._connections.values())
+        if len(self._connections) > MOST_CONNECTIONS or same > MOST_OF_AN_ADDRESS:
+            said = f"{host}: {same} connections to the page: close some"
+            self._hub.refusals.add(ErrorCode.TOO_MANY, said)
+            transport.abort()
+
+
+def host_at(transport: asyncio.BaseTransport) -> str:
+    """Return the address at the other end."""
+    return str((transport.get_extra_info("peername") or ("unknown",))[0])
+
+
+def page_files() -> Mapping[str, File]:
+    """Return the page's files by their names; nothing else is ever served."""
+    folder = resources.files("workbench.link") / "page"
+    return {
+        file.name: File(file.read_bytes(), TYPES[suffix])
+        for file in folder.iterdir()
+        if (suffix := "." + file.name.rpartition(".")[2]) in TYPES
+    }
+
+
+def plain(status: int, said: str, more: Mapping[str, str] | None = None) -> web.Response:
+    """Return a sentence as an answer."""
+    return web.Response(status=status, text=said + "\n", headers=STRICT | dict(more or {}))
