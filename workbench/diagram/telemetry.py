@@ -70,6 +70,7 @@ def add_telemetry(
         imu=_rate(sensors.get("imu"), period),
         gps=_rate(sensors.get("gps"), period),
         lidar=_rate(sensors.get("lidar"), period),
+        mounts={kind: mounted.choice.sensor.frame for kind, mounted in sensors.items()},
         frames=frames.pairs,
     )
     pattern, sent = None, None
