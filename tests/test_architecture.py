@@ -50,6 +50,7 @@ MAY_IMPORT = {
     "ros_messages": "errors link",
     "flight_log": "errors atomic_write scenario gains link live ros_messages recording session "
     "resources plant systems",
+    "flight_log/plots": "design",
     "monitor": "errors link",
     "gateways": "errors link ros_messages",
     "open_loop": "errors configured live_context recording scenario plant systems diagram",

@@ -11,7 +11,7 @@ from workbench.scenario import load_scenario
 from workbench.session import Session
 
 SHIPPED = [
-    *("all-sensors", "figure-eight", "full-speed", "hover", "lidar-trial"),
+    *("all-sensors", "figure-eight", "full-speed", "hover", "lidar-trial", "network"),
     *("paper-steps", "square", "take-off-and-land", "to-the-wall", "windy"),
 ]
 SUMMARY = [

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from workbench.commands.options import (
     with_sensors,
     with_vehicle,
 )
-from workbench.commands.outputs import Outputs
+from workbench.commands.outputs import Outputs, make_folder_of
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.commands.shipped import print_shipped
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from workbench.recording import Recording
     from workbench.samples import Samples
     from workbench.scenario import Scenario
+    from workbench.session import Session
     from workbench.snapshot import SensorStatus
 
 
@@ -55,6 +57,12 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--csv", type=Path, metavar="FILE", help="log of the states (default: DIR/SCENARIO.csv)"
+    )
+    parser.add_argument(
+        "--log",
+        type=Path,
+        metavar="FILE.mcap",
+        help="all topics, for Foxglove, PlotJuggler and `workbench replay`",
     )
     parser.add_argument(
         "--rotor-commands",
@@ -114,7 +122,7 @@ def run(args: argparse.Namespace) -> int:
             figure = plot_flight(flown.recording, f"{name}: {title}", flown.world)
             write_png(figure, plot)
     _report(title, flown, outputs.files, args.json)
-    say_written(outputs.files)
+    say_written([*outputs.files, *([args.log] if args.log else [])])
     if flown.broken:
         say(f"{flown.broken}; what was flown until then is in the log")
         return ExitCode.NOT_AS_DEMANDED
@@ -139,23 +147,19 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             from workbench.configured import read_configured_world
             from workbench.open_loop import fly_open_loop
 
-            if args.set or args.gains or args.html or args.sensors:
+            if args.set or args.gains or args.html or args.sensors or args.log:
                 raise WorkbenchError(
-                    "--rotor-commands flies without a controller, and without sensors or a film: "
-                    "leave out --set, --gains, --sensors and --html"
+                    "--rotor-commands flies without a controller, and without sensors, a film or "
+                    "topics: leave out --set, --gains, --sensors, --html and --log"
                 )
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
             return _Flown(recording, read_configured_world(scenario))
-        from workbench.session import Session
-
         broken = ""
         if page is None:
-            session = Session(scenario, dict(args.set))
-            try:
-                session.run(progress)
-            except FlightBrokenError as error:  # what led to it is in the log
-                broken = str(error)
+            session, broken = _flown_session(scenario, args, progress)
         else:
+            if args.log:
+                raise WorkbenchError("a flight is filmed or logged: leave out --html or --log")
             from workbench.design.flight_page import fly_and_film
 
             session = fly_and_film(scenario, dict(args.set), page, progress)
@@ -166,6 +170,28 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             samples=session.samples(),
             broken=broken,
         )
+
+
+def _flown_session(
+    scenario: "Scenario", args: argparse.Namespace, progress: "Callable[[float], None]"
+) -> "tuple[Session, str]":
+    """Fly to the end, or until the flight breaks off; return the session, and why it broke off."""
+    from workbench.session import Session
+
+    if args.log:
+        from workbench.flight_log.logged_flight import LoggedFlight
+
+        make_folder_of(args.log)
+        flight = LoggedFlight(args.log, scenario, dict(args.set))
+        session, run = flight.session, flight.run
+    else:
+        session = Session(scenario, dict(args.set))
+        run = session.run
+    try:
+        run(progress)
+    except FlightBrokenError as error:  # what led to it is in the log
+        return session, str(error)
+    return session, ""
 
 
 def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> None:

@@ -94,3 +94,16 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def make_folder_of(path: Path) -> None:
+    """Make the folder of a file that is written while the work goes on, as a log is.
+
+    Raises:
+        WorkbenchError: if it cannot be made.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise WorkbenchError(f"{path}: cannot be written: {reason}; name another place") from error

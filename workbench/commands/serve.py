@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 from workbench.commands import ExitCode
 from workbench.commands.options import (
@@ -17,9 +18,11 @@ from workbench.commands.options import (
     with_sensors,
     with_vehicle,
 )
+from workbench.commands.outputs import make_folder_of
 from workbench.commands.printing import say
 from workbench.errors import WorkbenchError
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
+from workbench.link.authority import NOBODY_YET
 
 if TYPE_CHECKING:
     from workbench.link.server.config import ServerConfig
@@ -95,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
     config.check()
     scenario = _scenario(args)
     if args.log:
-        args.log.parent.mkdir(parents=True, exist_ok=True)
+        make_folder_of(args.log)
     with _told_to_stop() as stopped, LiveFlight(scenario, dict(args.set), draw=args.draw) as flight:
         view = flight.wait()
         for remark in view.remarks:
@@ -144,13 +147,17 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
 
 def _say_page(flight: "LiveFlight") -> None:
     """Say where the page is, with its address as a QR code where somebody looks."""
-    from workbench.link.qr import text_code
+    from workbench.link.qr import terminal_code
+    from workbench.link.server.config import is_loopback
 
     server = flight.latest().network.server
     assert server
-    say(f"page for phones and browsers: {server.page}")
+    said = f"page for phones and browsers: {server.page}"
+    if is_loopback(urlsplit(server.page).hostname or ""):
+        said += " (from this machine only; --host 0.0.0.0 --token-file FILE lets others in)"
+    say(said)
     if sys.stderr.isatty():
-        print(text_code(server.page), file=sys.stderr)
+        print(terminal_code(server.page), file=sys.stderr)
 
 
 def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Event) -> int:
@@ -158,7 +165,7 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
     from workbench.live.messages import Phase
 
     told: tuple[str, ...] = ()
-    who = ""
+    who = NOBODY_YET
     while not stopped.wait(LOOK):
         view = flight.latest()
         if view.phase is Phase.ENDED:
@@ -187,9 +194,8 @@ def _say_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:
 
 def _say_control(view: "LiveView", before: str) -> str:
     """Say who flies, on change."""
-    control = view.network.control
-    reason = control.reason if control else ""
-    if reason != before and before:
+    reason = view.network.control.reason if view.network.control else before
+    if reason != before:
         say(reason)
     return reason
 

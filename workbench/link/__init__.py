@@ -1,1 +1,22 @@
 """The wire protocol, its server and its clients; neither Drake nor Qt is needed here."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from workbench.link.async_client import AsyncClient
+    from workbench.link.client import Client
+
+__all__ = ["AsyncClient", "Client"]
+
+
+def __getattr__(name: str) -> object:
+    # Loaded when asked for: the server and the flight import this room without them.
+    if name == "Client":
+        from workbench.link.client import Client
+
+        return Client
+    if name == "AsyncClient":
+        from workbench.link.async_client import AsyncClient
+
+        return AsyncClient
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

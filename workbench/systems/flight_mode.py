@@ -102,6 +102,15 @@ class Situation(NamedTuple):
     standing_height: float
 
 
+def hears(mode: FlightMode, request: Request) -> bool:
+    """Return whether a request has any effect in a mode, or asks for what is so already."""
+    if request is Request.ARM:
+        return mode is FlightMode.OFF
+    if request is Request.TAKE_OFF:
+        return mode in (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF)
+    return True
+
+
 def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
     """Return the state of a flight that begins in a mode at a place."""
     holding = float(mode is FlightMode.HOVERING)

@@ -1,0 +1,36 @@
+"""A scripted server for the tests of clients."""
+
+import importlib.util
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+
+def load_fake_server():
+    """Return the module, which stands beside the tests and is no test."""
+    name = "fake_link_server"
+    if name not in sys.modules:
+        path = Path(__file__).with_name("fake_server.py")
+        spec = importlib.util.spec_from_file_location(name, path)
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+@pytest.fixture
+def fakes():
+    """Return the module of the fake server; nothing of a test may be left running."""
+    before = set(threading.enumerate())
+    yield load_fake_server()
+    left = [each.name for each in set(threading.enumerate()) - before]
+    assert not left, f"threads are left: {left}"
+
+
+@pytest.fixture
+def server(fakes):
+    """Return a running fake server without tokens."""
+    server = fakes.FakeServer()
+    yield server
+    server.close()

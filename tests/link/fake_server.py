@@ -1,0 +1,255 @@
+"""A server of the link that says what a test tells it to, for tests of clients."""
+
+import contextlib
+import socket
+import ssl
+import threading
+import time
+from collections.abc import Callable
+
+from workbench.link.answers import (
+    ControlStateSaid,
+    Error,
+    Flown,
+    Granted,
+    LoggedIn,
+    Nack,
+    ParametersSaid,
+    Pong,
+    Released,
+    Said,
+    Subscribed,
+    write_said,
+)
+from workbench.link.authentication import Tokens, is_proven, login_proof, new_nonce, session_key
+from workbench.link.backplane import Hand, Role, Stage
+from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.hello import Hello, Limits, ParameterRow
+from workbench.link.operations import (
+    COMMANDING,
+    FlightOp,
+    GetParametersOp,
+    Login,
+    Ping,
+    ReleaseControlOp,
+    RequestControlOp,
+    SetParametersOp,
+    Subscribe,
+    read_operation,
+)
+from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
+
+TOPICS = drone_topics(Outfit(rotors=4, fast=200.0, slow=10.0, gps=10.0))
+BY_NAME = {topic.name.rsplit("/", 1)[1]: topic for topic in TOPICS}
+LEASE = 4711
+
+
+class Peer:
+    """A connection, as the server has it."""
+
+    def __init__(self, server: "FakeServer", stream: socket.socket, number: int) -> None:
+        self.server, self.stream, self.number = server, stream, number
+        self.nonce = new_nonce()
+        self.key = b""
+        self.seq = 0
+        self.acknowledged = 0
+        self.topics: tuple[str, ...] = ()
+        self.lock = threading.Lock()
+
+    def send(self, frame: Frame) -> None:
+        with contextlib.suppress(OSError):
+            self.stream.sendall(frame.to_bytes())
+
+    def say(self, said: Said) -> None:
+        with self.lock:
+            self.seq += 1
+            frame = Frame(Kind.CONTROL, 0, 0, self.seq, self.server.t_ns, write_said(said))
+            self.send(frame)
+
+    def publish(self, t_ns: int, payloads: list[tuple[int, bytes]]) -> None:
+        with self.lock:
+            for index, (topic, payload) in enumerate(payloads):
+                self.seq += 1
+                last = index == len(payloads) - 1
+                flags = Flag.ACKNOWLEDGE if last else 0
+                self.send(Frame(Kind.DATA, topic, flags, self.seq, t_ns, payload))
+
+    def read(self) -> None:
+        decoder = Decoder()
+        with self.stream, contextlib.suppress(OSError, WireError):
+            self.server.greet(self)
+            while data := self.stream.recv(65536):
+                for frame in decoder.feed(data):
+                    self.server.take(self, frame)
+
+
+class FakeServer:
+    """Listens on loopback, greets, answers, and keeps what clients send.
+
+    Attributes:
+        commands: (lease, axes, v_x, v_y, v_z, yaw_rate) of each command, with its t_ns.
+        operations: what clients said, in its order.
+        answer: replaces an answer where it returns something.
+        greet: says the first words.
+    """
+
+    def __init__(self, tokens: Tokens | None = None, tls: ssl.SSLContext | None = None) -> None:
+        self.tokens, self.tls = tokens, tls
+        self.t_ns = 5_000_000_000
+        self.commands: list[tuple[int, tuple]] = []
+        self.operations: list[object] = []
+        self.peers: list[Peer] = []
+        self.unproven: list[object] = []
+        self.answer: Callable[[Peer, object], Said | None] = lambda peer, operation: None
+        self.greet: Callable[[Peer], None] = lambda peer: peer.say(self.hello(peer))
+        self.connections = 0
+        self.listen(0)
+
+    def listen(self, port: int) -> None:
+        self.listener = socket.create_server(("127.0.0.1", port))
+        self.port = self.listener.getsockname()[1]
+        self.address = f"127.0.0.1:{self.port}"
+        self.threads = [threading.Thread(target=self.accept)]
+        self.threads[0].start()
+
+    def accept(self) -> None:
+        while True:
+            try:
+                stream, _ = self.listener.accept()
+            except OSError:
+                return
+            try:
+                if self.tls:
+                    stream.settimeout(10.0)
+                    stream = self.tls.wrap_socket(stream, server_side=True)
+                    stream.settimeout(None)
+            except OSError:
+                stream.close()
+                continue
+            self.connections += 1
+            peer = Peer(self, stream, self.connections)
+            self.peers.append(peer)
+            thread = threading.Thread(target=peer.read)
+            self.threads.append(thread)
+            thread.start()
+
+    def hello(self, peer: Peer) -> Hello:
+        return Hello(
+            server="fake 1",
+            session="ab12",
+            peer=peer.number,
+            vehicle="dh_drone",
+            nonce=peer.nonce,
+            login=self.tokens is not None,
+            limits=Limits(8.0, 8.0, 0.4),
+            topics=TOPICS,
+            parameters=(ParameterRow("take_off_speed", "m/s", 0.1, 2.0, 0.5, "how fast"),),
+        )
+
+    def take(self, peer: Peer, frame: Frame) -> None:
+        if frame.kind == Kind.ACKNOWLEDGEMENT:
+            peer.acknowledged = frame.seq
+            return
+        proven = not self.tokens or is_proven(frame, peer.key)
+        if frame.kind == Kind.DATA:
+            values = BY_NAME["command_velocity"].unpack(frame.payload)
+            self.commands.append((frame.t_ns, tuple(values.values())))
+            if not proven:
+                self.unproven.append(values)
+            said = self.answer(peer, frame)
+        else:
+            operation = read_operation(frame.payload)
+            self.operations.append(operation)
+            if isinstance(operation, COMMANDING) and not proven:
+                self.unproven.append(operation)
+            said = self.answer(peer, operation) or self.usual(peer, operation)
+        if said is not None:
+            peer.say(said)
+
+    def usual(self, peer: Peer, operation: object) -> Said | None:
+        match operation:
+            case Login(id):
+                return self.log_in(peer, operation)
+            case Subscribe(id, topics):
+                peer.topics = topics
+                return Subscribed(id, topics)
+            case RequestControlOp(id):
+                peer.say(Granted(id, LEASE, 0.5))
+                return self.held_by(peer)
+            case ReleaseControlOp(id):
+                return Released(id)
+            case FlightOp(id, what):
+                return Flown(id, what, self.t_ns)
+            case GetParametersOp(id):
+                return ParametersSaid(id, {"take_off_speed": 0.5})
+            case SetParametersOp(id, values):
+                return ParametersSaid(id, values)
+            case Ping(id):
+                return Pong(id, self.t_ns)
+        return None
+
+    def log_in(self, peer: Peer, login: Login) -> Said:
+        if self.tokens is None:
+            return LoggedIn(login.id, Role.COMMAND)
+        assert login.role is not None
+        token = self.tokens.of(login.role)
+        if login.proof != login_proof(token, login.role, peer.nonce, login.nonce):
+            return Error("bad_login", "the proof is wrong")
+        peer.key = session_key(token, peer.nonce, login.nonce)
+        return LoggedIn(login.id, login.role)
+
+    def held_by(self, peer: Peer) -> ControlStateSaid:
+        return ControlStateSaid(Hand.CLIENT, peer.number, "", Stage.LIVE, 0.0, "granted")
+
+    def nobody(self, reason: str) -> ControlStateSaid:
+        return ControlStateSaid(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, reason)
+
+    def refuse(self, kind: type, code: str, said: str) -> None:
+        """Refuse requests of a kind."""
+        self.answer = lambda peer, operation: (
+            Nack(code, said, id=operation.id) if isinstance(operation, kind) else None
+        )
+
+    def publish(self, t_ns: int, **values: tuple) -> None:
+        """Send a batch: values of each topic by its short name."""
+        self.t_ns = t_ns
+        payloads = [(BY_NAME[name].id, BY_NAME[name].pack(each)) for name, each in values.items()]
+        for peer in self.peers:
+            if peer.topics:  # it has subscribed, so it was greeted before
+                peer.publish(t_ns, payloads)
+
+    def say(self, said: Said) -> None:
+        for peer in self.peers:
+            peer.say(said)
+
+    def cut(self) -> None:
+        """End all connections."""
+        for peer in self.peers:
+            with contextlib.suppress(OSError):
+                peer.stream.shutdown(socket.SHUT_RDWR)
+        self.peers = []
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self.listener.shutdown(socket.SHUT_RDWR)
+        self.listener.close()
+        self.cut()
+        for thread in self.threads:
+            thread.join(20.0)
+            assert not thread.is_alive()
+
+
+def wait_until(condition: Callable[[], object], limit: float = 20.0) -> None:
+    """Wait for something that comes soon; the limit is generous."""
+    end = time.monotonic() + limit
+    while not holds(condition):
+        assert time.monotonic() < end, "it did not come"
+        time.sleep(0.002)
+
+
+def holds(condition: Callable[[], object]) -> bool:
+    """Return whether a condition holds; what it asks about may not be there yet."""
+    try:
+        return bool(condition())
+    except (AttributeError, IndexError):
+        return False

@@ -1,0 +1,210 @@
+"""The client and the server's own process, with a flight that is made up between them."""
+
+import contextlib
+import os
+import subprocess
+import sys
+import threading
+from multiprocessing import Pipe
+from pathlib import Path
+
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.link import Client
+from workbench.link.authentication import write_tokens
+from workbench.link.backplane import (
+    Command,
+    ControlState,
+    Disconnect,
+    Flight,
+    FlightOperation,
+    GetParameters,
+    Hand,
+    Published,
+    Refused,
+    ReleaseControl,
+    Reply,
+    RequestControl,
+    SetParameters,
+    Stage,
+    Stop,
+)
+from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.server.config import ServerConfig
+from workbench.link.topics import Delivery
+
+ROOT = Path(__file__).resolve().parents[2]
+TOPICS = drone_topics(Outfit(rotors=4, fast=204.8, slow=10.24))
+STATES = [topic for topic in TOPICS if topic.delivery is Delivery.STATE]
+PERIOD_NS = 1_000_000_000 / 204.8
+
+
+class ScriptedFlight:
+    """Starts a server, answers what clients ask, and keeps it."""
+
+    def __init__(self, **config):
+        self.pipe, other = Pipe()
+        with other:
+            self.process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "workbench.link.server.process", str(other.fileno())],
+                pass_fds=[other.fileno()],
+                env=os.environ | {"PYTHONPATH": str(ROOT)},
+            )
+        rows = (("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
+        self.pipe.send(ServerConfig(port=0, **config))
+        self.pipe.send(Flight("x500", TOPICS, rows, (8.0, 8.0, 0.4)))
+        assert self.pipe.poll(20.0)
+        self.address = self.pipe.recv().address
+        self.asked = []
+        self.step = 0
+        self.lock = threading.Lock()
+        self.thread = threading.Thread(target=self.hear)
+        self.thread.start()
+
+    def send(self, record):
+        with self.lock:
+            self.pipe.send(record)
+
+    def publish(self, steps):
+        for _ in range(steps):
+            self.step += 1
+            payloads = tuple((topic.id, bytes(topic.packer.size)) for topic in STATES)
+            self.send(Published(round(self.step * PERIOD_NS), 0, payloads))
+
+    def of(self, kind):
+        return [each for each in self.asked if isinstance(each, kind)]
+
+    def hear(self):
+        while True:
+            try:
+                record = self.pipe.recv()
+            except (OSError, EOFError):
+                return
+            self.asked.append(record)
+            self.answer(record)
+
+    def answer(self, record):
+        match record:
+            case RequestControl(peer, id, name):
+                said = {"op": "request_control", "lease": 7, "expires": 0.5}
+                self.send(Reply(peer, id, said))
+                self.send(ControlState(Hand.CLIENT, peer, name, Stage.LIVE, 0.0, "granted"))
+            case ReleaseControl(peer, id):
+                self.send(Reply(peer, id, {"op": "release_control"}))
+                self.send(ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, "released"))
+            case FlightOperation(peer, id, _, what):
+                self.send(Reply(peer, id, {"op": "flight", "what": what, "applied_ns": 3}))
+            case GetParameters(peer, id):
+                self.send(Reply(peer, id, {"op": "parameters", "values": {"kp_x": 2.0}}))
+            case SetParameters(peer, id, _, values):
+                self.send(Reply(peer, id, {"op": "parameters", "values": dict(values)}))
+            case Command(peer, seq, velocity=(speed, _, _)) if speed > 50.0:
+                self.send(Refused(peer, seq, "too_fast", f"{speed:g} m/s is too fast"))
+
+    def close(self):
+        with contextlib.suppress(OSError):  # it may have ended already
+            self.send(Stop.STOP)
+        assert self.process.wait(20.0) == 0
+        self.thread.join(20.0)
+        assert not self.thread.is_alive()
+        self.pipe.close()
+
+
+@pytest.fixture
+def serve(fakes):
+    flights = []
+
+    def start(**config):
+        flights.append(ScriptedFlight(**config))
+        return flights[-1]
+
+    yield start
+    for each in flights:
+        each.close()
+
+
+def test_a_client_that_reads_gets_every_sample(serve, fakes):
+    flight = serve()
+    with Client(flight.address, name="reader") as client:
+        got = {}
+        for steps in [1] + 100 * [2]:  # as a flight does, which never sends much at once
+            flight.publish(steps)
+            count = flight.step * len(STATES)
+            fakes.wait_until(lambda count=count: client.received == count)
+            for _ in range(steps * len(STATES)):
+                sample = next(client)
+                got.setdefault(sample.topic, []).append(sample.t_ns)
+        assert client.dropped == 0
+    expected = [round(step * PERIOD_NS) for step in range(1, 202)]
+    assert len(got) == len(STATES)
+    assert all(stamps == expected for stamps in got.values())
+
+
+def test_control_with_tokens_reaches_the_flight(serve, fakes, tmp_path):
+    tokens = write_tokens(tmp_path / "tokens")
+    flight = serve(token_file=str(tmp_path / "tokens"))
+    with Client(flight.address, name="ada", token=tokens.command) as client:
+        flight.publish(1)
+        next(client)
+        assert client.parameters() == {"kp_x": 2.0}
+        with client.control() as c:
+            c.velocity(1.0, 2.0, 0.5, 0.1)
+            fakes.wait_until(lambda: len(flight.of(Command)) > 3)
+            assert c.take_off(2.0) == 3e-9
+            assert c.set(kp_x=3.0) == {"kp_x": 3.0}
+            c.velocity(99.0, 0.0, 0.0)
+            fakes.wait_until(lambda: flight.of(Command)[-1].velocity == (0.0, 0.0, 0.0))
+            with pytest.raises(WorkbenchError, match="99 m/s is too fast"):
+                c.velocity(1.0, 0.0, 0.0)
+    (request,) = flight.of(RequestControl)
+    first, second = flight.of(Command)[:2]
+    assert request.name == "ada"
+    assert (first.lease, first.axes, first.velocity, first.yaw_rate) == (7, 15, (0, 0, 0), 0)
+    assert second.velocity == (1.0, 2.0, 0.5)
+    assert second.t_ns == round(PERIOD_NS)
+    assert len(flight.of(ReleaseControl)) == 1
+
+
+def test_the_token_to_view_lets_nobody_fly(serve, tmp_path):
+    tokens = write_tokens(tmp_path / "tokens")
+    flight = serve(token_file=str(tmp_path / "tokens"))
+    with Client(flight.address, token=tokens.view, role="view") as client:
+        with pytest.raises(WorkbenchError, match="refused: "):
+            client.control().__enter__()
+        assert client.ping() >= 0.0
+    with pytest.raises(WorkbenchError, match="is the token that of the role 'command'"):
+        Client(flight.address, token=tokens.view).__enter__()
+    with pytest.raises(WorkbenchError, match="wants a token"):
+        Client(flight.address).__enter__()
+    assert flight.of(RequestControl) == []
+
+
+def test_an_unknown_topic_is_a_sentence(serve):
+    flight = serve()
+    with pytest.raises(WorkbenchError, match="the server refused: .*velocity"):
+        Client(flight.address, topics=["velocity"]).__enter__()
+
+
+def test_whom_the_operator_sends_away_stays_away(serve):
+    flight = serve()
+    with Client(flight.address) as client:
+        flight.send(Disconnect(client.hello.peer, "enough"))
+        with pytest.raises(WorkbenchError, match="enough"):
+            next(client)
+
+
+def test_control_that_another_takes_is_lost(serve, fakes):
+    flight = serve()
+    with Client(flight.address) as client, client.control() as c:
+        fakes.wait_until(lambda: client.control_state)
+        flight.send(ControlState(Hand.OPERATOR, 0, "", Stage.LIVE, 0.0, "the operator took over"))
+        fakes.wait_until(lambda: c.lost == "the operator took over")
+
+
+def test_a_server_that_stops_says_so(serve, fakes):
+    flight = serve()
+    with Client(flight.address, reconnect=False) as client:
+        flight.send(Stop.STOP)
+        with pytest.raises(WorkbenchError, match="said goodbye: the server stops"):
+            next(client)

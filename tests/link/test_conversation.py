@@ -1,0 +1,117 @@
+"""A client's side of a connection, without sockets."""
+
+import pytest
+
+from workbench.link.answers import ByeSaid, Error, Nack, Pong, Subscribed, Unknown, write_said
+from workbench.link.conversation import Conversation
+from workbench.link.drone_topics import VELOCITY, Outfit, drone_topics
+from workbench.link.hello import Hello, Limits
+from workbench.link.operations import Ping, Subscribe, read_operation
+from workbench.link.wire import Decoder, Flag, Frame, Kind
+from workbench.link.wishes import Wishes
+
+TOPICS = drone_topics(Outfit(rotors=4, fast=200.0, slow=10.0))
+HELLO = Hello("fake", "ab", 3, "x", "0" * 32, False, Limits(8.0, 8.0, 0.4), TOPICS, ())
+
+
+def control(said, seq=1, flags=0):
+    return Frame(Kind.CONTROL, 0, flags, seq, 0, write_said(said)).to_bytes()
+
+
+def data(topic, payload, seq=2, t_ns=7, flags=0, kind=Kind.DATA):
+    return Frame(kind, topic, flags, seq, t_ns, payload).to_bytes()
+
+
+def sent(conversation):
+    return list(Decoder().feed(conversation.take_outgoing()))
+
+
+def begun(wishes=None):
+    conversation = Conversation(wishes or Wishes())
+    conversation.receive(control(HELLO) + control(Subscribed(2, ()), 2))
+    assert conversation.ready
+    return conversation
+
+
+def test_bytes_may_come_one_at_a_time():
+    conversation = Conversation(Wishes())
+    stream = control(HELLO) + control(Subscribed(2, ())) + data(VELOCITY, bytes(24))
+    for at in range(len(stream)):
+        conversation.receive(stream[at : at + 1])
+    assert conversation.ready and len(conversation.samples) == 1
+    assert conversation.newest_ns == 7
+    assert [read_operation(frame.payload) for frame in sent(conversation)] == [Subscribe(2)]
+
+
+def test_the_last_of_a_batch_is_acknowledged_by_its_number():
+    conversation = begun()
+    conversation.take_outgoing()
+    conversation.receive(
+        data(VELOCITY, bytes(24), 10) + data(VELOCITY, bytes(24), 11, flags=Flag.ACKNOWLEDGE)
+    )
+    (frame,) = sent(conversation)
+    assert (frame.kind, frame.seq, frame.payload) == (Kind.ACKNOWLEDGEMENT, 11, b"")
+
+
+def test_what_a_newer_server_says_besides_is_passed_over():
+    conversation = begun()
+    conversation.receive(data(999, b"abc", 3, flags=Flag.ACKNOWLEDGE))
+    conversation.receive(data(0, b"abc", 4, kind=0x85))
+    conversation.receive(control(Unknown("dance"), 5))
+    assert conversation.end is None and conversation.samples == []
+    assert [frame.seq for frame in sent(conversation) if frame.kind == 2] == [3]
+
+
+def test_numbers_of_frames_rise():
+    conversation = begun()
+    conversation.take_outgoing()
+    for _ in range(3):
+        conversation.ask(Ping(conversation.new_id()))
+    numbers = [frame.seq for frame in sent(conversation)]
+    assert numbers == sorted(set(numbers)) and numbers[0] > 0
+
+
+def test_the_time_is_that_of_the_last_state_or_of_a_pong():
+    conversation = begun()
+    assert conversation.newest_ns is None
+    conversation.receive(data(VELOCITY, bytes(24), t_ns=123))
+    assert conversation.newest_ns == 123
+    conversation.receive(control(Pong(3, 456)))
+    assert conversation.newest_ns == 456
+
+
+@pytest.mark.parametrize(
+    ("stream", "code", "said"),
+    [
+        (data(VELOCITY, bytes(23)), "bad_size", "has 23 bytes instead of 24"),
+        (b"XX" + bytes(30), "magic", "cannot be understood"),
+        (data(0, b"{}", kind=Kind.CONTROL), "bad_value", "cannot be understood"),
+        (data(0, b"{", kind=Kind.CONTROL), "json", "no strict JSON"),
+        (control(Error("slow", "you are slow")), "slow", "ended the connection: you are slow"),
+        (control(ByeSaid("")), "bye", "it stops"),
+    ],
+)
+def test_what_ends_it_is_a_sentence(stream, code, said):
+    conversation = begun()
+    conversation.receive(data(VELOCITY, bytes(24)) + stream)
+    assert conversation.end.code == code
+    assert said in conversation.end.said
+    assert len(conversation.samples) == 1  # what came before counts
+    conversation.receive(control(Error("internal", "later")))
+    assert conversation.end.code == code
+
+
+@pytest.mark.parametrize(
+    "stream", [data(VELOCITY, bytes(24)), control(Pong(1, 2)), control(Subscribed(2, ()))]
+)
+def test_hello_comes_first(stream):
+    conversation = Conversation(Wishes())
+    conversation.receive(stream)
+    assert conversation.end.code == "hello"
+
+
+def test_a_refused_subscription_ends_it():
+    conversation = Conversation(Wishes(topics=("/x",)))
+    conversation.receive(control(HELLO))
+    conversation.receive(control(Nack("unknown_topic", "there is no /x", id=2)))
+    assert "there is no /x" in conversation.end.said

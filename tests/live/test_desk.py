@@ -1,0 +1,141 @@
+"""What clients ask for, answered as docs/protocol.md says, in a session that stands still."""
+
+import pytest
+
+from workbench.link.backplane import (
+    Command,
+    FlightOperation,
+    GetParameters,
+    Gone,
+    Hand,
+    ReleaseControl,
+    RequestControl,
+    SetParameters,
+)
+from workbench.live.desk import Desk
+from workbench.scenario import Scenario, Start
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+from workbench.systems.flight_mode import FlightMode
+
+
+class Office:
+    """A desk, its session, and what it took note of."""
+
+    def __init__(self) -> None:
+        self.bridge = Bridge()
+        self.session = Session(Scenario(start=Start(mode="off")), bridge=self.bridge)
+        self.did = []
+        self.desk = Desk(
+            self.session, self.bridge, lambda action, by: self.did.append((action, by))
+        )
+
+    def asks(self, record) -> dict:
+        reply = self.desk.answer(record)
+        assert (reply.peer, reply.id) == (record.peer, record.id)
+        return dict(reply.operation)
+
+    def lease(self, peer: int = 1) -> int:
+        return self.asks(RequestControl(peer, 5, f"client {peer}"))["lease"]
+
+
+@pytest.fixture
+def office() -> Office:
+    return Office()
+
+
+def test_control_is_granted_once_and_released(office):
+    granted = office.asks(RequestControl(1, 5, "one"))
+    assert (granted["op"], granted["expires"]) == ("request_control", 0.5)
+    refused = office.asks(RequestControl(2, 6, "two"))
+    assert (refused["op"], refused["code"]) == ("nack", "held")
+    assert "one" in refused["said"]
+    wrong = office.asks(ReleaseControl(2, 7, granted["lease"]))
+    assert wrong["code"] == "not_holder"
+    assert office.asks(ReleaseControl(1, 8, granted["lease"])) == {"op": "release_control"}
+    assert office.asks(RequestControl(2, 9, "two"))["op"] == "request_control"
+
+
+def test_a_flight_operation_is_done_and_on_record(office):
+    lease = office.lease()
+    done = office.asks(FlightOperation(1, 6, lease, "take_off", 1.25))
+    assert done == {"op": "flight", "what": "take_off", "applied_ns": 0}
+    ((action, by),) = office.did
+    assert (action.request, action.height, by) == ("take_off", 1.25, "client 1")
+    office.session.tick(0.25)
+    assert office.session.snapshot().mode is FlightMode.ARMED
+
+
+def test_a_request_that_would_have_no_effect_is_not_answered_as_done(office):
+    """In the air nothing takes off or arms, and on the way down nothing takes off again."""
+    lease = office.lease()
+    office.asks(FlightOperation(1, 6, lease, "take_off", 1.0))
+    for _ in range(20):  # the lease lasts half a second
+        office.session.tick(0.25)
+        office.asks(SetParameters(1, 6, lease, {"kp_roll": 90.0}))
+    assert office.session.snapshot().mode is FlightMode.HOVERING
+    for what in ("take_off", "arm"):
+        refused = office.asks(FlightOperation(1, 7, lease, what, 1.0))
+        assert (refused["code"], "hovering" in refused["said"]) == ("not_now", True)
+    assert office.asks(FlightOperation(1, 8, lease, "land", 1.0))["op"] == "flight"
+    office.session.tick(0.25)
+    assert office.asks(FlightOperation(1, 9, lease, "take_off", 1.0))["code"] == "not_now"
+    assert office.asks(FlightOperation(1, 9, lease, "stop", 1.0))["op"] == "flight"
+
+
+@pytest.mark.parametrize(
+    ("record", "code"),
+    [
+        (lambda lease: FlightOperation(1, 6, lease, "take_off", 1e9), "not_now"),
+        (lambda lease: FlightOperation(1, 6, lease, "somersault", 1.0), "not_now"),
+        (lambda lease: FlightOperation(1, 6, lease + 1, "stop", 1.0), "not_holder"),
+        (lambda lease: FlightOperation(2, 6, lease, "stop", 1.0), "not_holder"),
+        (lambda lease: SetParameters(1, 6, lease, {"kp_roll": 1e9}), "bad_value"),
+        (lambda lease: SetParameters(1, 6, lease, {"kp_rol": 1.0}), "unknown_parameter"),
+        (lambda lease: SetParameters(1, 6, lease, {"rotor_8": 1.0}), "unknown_parameter"),
+        (lambda lease: SetParameters(1, 6, 0, {"kp_roll": 90.0}), "not_holder"),
+        (lambda lease: GetParameters(1, 6, ("kp_rol",)), "unknown_parameter"),
+    ],
+)
+def test_what_is_refused_says_so_and_does_nothing(office, record, code):
+    lease = office.lease()
+    before = office.session.get("kp_roll")
+    refused = office.asks(record(lease))
+    assert (refused["op"], refused["code"]) == ("nack", code)
+    assert refused["said"]
+    assert office.did == []
+    assert office.session.get("kp_roll") == before
+
+
+def test_parameters_are_set_together_or_not_at_all(office):
+    lease = office.lease()
+    values = {"kp_roll": 90.0, "kd_roll": 1e9}
+    assert office.asks(SetParameters(1, 6, lease, values))["code"] == "bad_value"
+    assert office.session.get("kp_roll") != 90.0
+    values = {"kp_roll": 90.0, "kd_roll": 15.0}
+    assert office.asks(SetParameters(1, 7, lease, values)) == {"op": "parameters", "values": values}
+    assert [action.set for action, _ in office.did] == [values]
+
+
+def test_anybody_reads_parameters(office):
+    assert office.asks(GetParameters(9, 6, ("kp_roll",)))["values"] == {
+        "kp_roll": office.session.get("kp_roll")
+    }
+    values = office.asks(GetParameters(9, 6, ()))["values"]
+    assert values["max_speed"] == 8.0
+    assert "rotor_8" not in values
+
+
+def test_an_operation_renews_the_lease(office):
+    lease = office.lease()
+    for _ in range(6):
+        office.session.tick(0.25)
+        assert office.asks(SetParameters(1, 6, lease, {"kp_roll": 90.0}))["op"] == "parameters"
+    assert office.bridge.authority.state(office.session.time).hand is Hand.CLIENT
+
+
+def test_commands_and_partings_are_not_answered(office):
+    lease = office.lease()
+    assert office.desk.answer(Command(1, 1, 0, lease, 15, (0.0, 0.0, 0.0), 0.0)) is None
+    assert office.desk.answer(Gone(1)) is None
+    assert office.bridge.authority.state(0.0).hand is Hand.NOBODY

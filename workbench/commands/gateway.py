@@ -1,0 +1,173 @@
+"""`workbench gateway`: a drone's topics in programs that know nothing of the link."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.link_options import add_link_options, link_options, parse_rate
+from workbench.commands.options import add_command
+from workbench.commands.printing import say, say_written
+from workbench.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.link import Client
+
+TO_PLOTJUGGLER = "127.0.0.1:9870"
+FOR_FOXGLOVE = "127.0.0.1:8765"
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command, and a command of its own for each kind of gateway."""
+    from workbench.gateways.ros2_options import add_ros2_options
+
+    parser = add_command(
+        commands,
+        "gateway",
+        "Pass a served flight on to Foxglove, PlotJuggler or ROS 2.",
+        "workbench gateway plotjuggler 127.0.0.1:7733",
+        _run_none,
+    )
+    kinds = parser.add_subparsers(title="kinds", metavar="KIND")
+
+    foxglove = add_command(
+        kinds,
+        "foxglove",
+        "Serve the topics to the Foxglove app, which opens ws://127.0.0.1:8765; watch only.",
+        "workbench gateway foxglove 127.0.0.1:7733",
+        _run_foxglove,
+    )
+    _add_common(foxglove)
+    foxglove.add_argument(
+        "--listen",
+        default=FOR_FOXGLOVE,
+        metavar="HOST:PORT",
+        help=f"where Foxglove connects to (default: {FOR_FOXGLOVE})",
+    )
+    foxglove.add_argument(
+        "--anybody",
+        action="store_true",
+        help="let it listen beyond this computer: whoever reaches it may watch, as Foxglove's "
+        "server knows no login and checks no origin",
+    )
+
+    plotjuggler = add_command(
+        kinds,
+        "plotjuggler",
+        "Send the topics as JSON over UDP to PlotJuggler's UDP server; watch only.",
+        "workbench gateway plotjuggler 127.0.0.1:7733 --topics velocity_data,rotors",
+        _run_plotjuggler,
+    )
+    _add_common(plotjuggler)
+    plotjuggler.add_argument(
+        "--to",
+        default=TO_PLOTJUGGLER,
+        metavar="HOST:PORT",
+        help=f"of PlotJuggler's UDP server (default: {TO_PLOTJUGGLER})",
+    )
+
+    ros2 = add_command(
+        kinds,
+        "ros2",
+        "Publish the topics to ROS 2, with no ROS installed, and let it fly where that is allowed.",
+        "workbench gateway ros2 127.0.0.1:7733 --allow-commands",
+        _run_ros2,
+    )
+    add_link_options(ros2)
+    _add_rate(ros2)
+    add_ros2_options(ros2)
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    add_link_options(parser)
+    parser.add_argument(
+        "--topics",
+        default="*",
+        metavar="NAME[,NAME]",
+        help="topics to pass on (default: all)",
+    )
+    _add_rate(parser)
+
+
+def _add_rate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rate",
+        type=parse_rate,
+        metavar="N",
+        help="at most so many samples a second of each topic (default: all there are)",
+    )
+
+
+def _run_none(args: argparse.Namespace) -> int:
+    raise WorkbenchError(
+        "no kind of gateway is named: write foxglove, plotjuggler or ros2, as in "
+        "`workbench gateway foxglove`"
+    )
+
+
+def _run_foxglove(args: argparse.Namespace) -> int:
+    """Serve Foxglove until Ctrl-C."""
+    from workbench.gateways.foxglove import PORT, Foxglove, check_reach
+    from workbench.gateways.outlet import pass_on
+    from workbench.link.address import parse_address
+
+    listen = parse_address(args.listen, port=PORT)
+    check_reach(listen, args.anybody)  # before anything is waited for
+    with _client(args, "foxglove") as client:
+        outlet = Foxglove(client.hello.vehicle, listen, args.anybody)
+        say(
+            f"{client.hello.vehicle}: open ws://{outlet.address} in Foxglove, as a Foxglove "
+            "WebSocket; Ctrl-C ends it"
+        )
+        pass_on(client, outlet)
+    return ExitCode.DONE
+
+
+def _run_plotjuggler(args: argparse.Namespace) -> int:
+    """Send datagrams until Ctrl-C."""
+    from workbench.gateways.outlet import pass_on
+    from workbench.gateways.plotjuggler import PORT, PlotJuggler
+    from workbench.link.address import parse_address
+
+    to = parse_address(args.to, port=PORT)
+    with _client(args, "plotjuggler") as client:
+        outlet = PlotJuggler(to, say)
+        say(
+            f"{client.hello.vehicle}: sending to {to}; in PlotJuggler start the UDP server there, "
+            "protocol JSON, with its timestamp field; Ctrl-C ends it"
+        )
+        pass_on(client, outlet)
+    return ExitCode.DONE
+
+
+def _run_ros2(args: argparse.Namespace) -> int:
+    """Publish to ROS 2 until Ctrl-C, or write the package of messages."""
+    if args.write_messages is not None:
+        from workbench.gateways.ros2_package import write_package
+
+        say_written(write_package(Path(args.write_messages)))
+        return ExitCode.DONE
+    from workbench.gateways.ros2 import run_ros2
+    from workbench.gateways.ros2_options import ros2_options
+
+    link = link_options(args, flies=args.allow_commands)
+    run_ros2(link.address, ros2_options(args, link.token, link.tls), say)
+    return ExitCode.DONE
+
+
+def _client(args: argparse.Namespace, name: str) -> "Client":
+    """Return a client that watches."""
+    from workbench.link import Client
+    from workbench.link.backplane import Role
+
+    link = link_options(args, flies=False)
+    topics = [topic.strip() for topic in args.topics.split(",") if topic.strip()]
+    return Client(
+        link.address,
+        name=name,
+        token=link.token,
+        role=Role.VIEW,
+        tls=link.tls,
+        topics=topics,
+        rate=args.rate,
+    )

@@ -1,0 +1,157 @@
+"""Foxglove: a live WebSocket server of its own kind, which only shows.
+
+It checks neither Origin nor Host and knows no login, so whoever reaches it sees the flight.
+"""
+
+import importlib
+import ipaddress
+from collections.abc import Sequence
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
+
+from workbench.errors import WorkbenchError
+from workbench.link.address import Address
+from workbench.link.drone_topics import TIME
+from workbench.link.sample import Sample
+from workbench.link.topics import Topic
+from workbench.ros_messages.cdr import encode
+from workbench.ros_messages.conversion import Channel, Conversion, conversion
+from workbench.ros_messages.library import schema_text
+
+if TYPE_CHECKING:
+    import foxglove
+
+PORT = 8765
+"""Where Foxglove looks for a server, if it is not told otherwise."""
+
+
+class Foxglove:
+    """An outlet that offers topics as messages of ROS 2 to the Foxglove app.
+
+    Args:
+        name: of the vehicle.
+        address: where it listens; port 0 for one that is free.
+        anybody: whether it may listen where others than this computer's users come.
+
+    Attributes:
+        address: where it listens.
+
+    Raises:
+        WorkbenchError: if the extra is not installed, the address is not this computer's own, or
+            it is in use.
+    """
+
+    def __init__(self, name: str, address: Address, anybody: bool) -> None:
+        check_reach(address, anybody)
+        self._foxglove = load_foxglove()
+        self._context = self._foxglove.Context()
+        try:
+            self._server = self._foxglove.start_server(
+                name=f"{name}, watch only",
+                host=address.host,
+                port=address.port,
+                capabilities=[self._foxglove.websocket.Capability.Time],
+                context=self._context,
+            )
+        except (OSError, RuntimeError) as error:
+            raise WorkbenchError(
+                f"nothing can listen at {address}: {error}; name another address with --listen"
+            ) from None
+        self.address = Address(address.host, self._server.port)
+        self._ways: dict[int, _Way] = {}
+
+    def announce(self, topics: Sequence[Topic]) -> None:
+        """Offer topics before their first message is there."""
+        for topic in topics:
+            self._way(topic)
+
+    def deliver(self, sample: Sample) -> None:
+        """Show a sample to whoever looks at it."""
+        if sample.definition.id == TIME:
+            self._server.broadcast_time(sample.t_ns)
+        way = self._way(sample.definition)
+        if not any(channel.base.has_sinks() for channel in way.channels):
+            return
+        made = way.conversion.messages(sample.t_ns, sample.payload)
+        for channel, message in zip(way.channels, made, strict=True):
+            channel.log(encode(message.type, message.values), log_time=sample.t_ns)
+
+    def close(self) -> None:
+        """End the server."""
+        for way in self._ways.values():
+            way.close()
+        self._server.stop()
+
+    def _way(self, topic: Topic) -> "_Way":
+        """Return what becomes of a topic; a server that came back may have others."""
+        way = self._ways.get(topic.id)
+        if way is not None and way.conversion.topic is topic:
+            return way
+        if way is not None:
+            way.close()
+        made = conversion(topic)
+        channels = tuple(self._channel(topic, each) for each in made.channels)
+        self._ways[topic.id] = _Way(made, channels)
+        return self._ways[topic.id]
+
+    def _channel(self, topic: Topic, channel: Channel) -> "foxglove.Channel":
+        schema = self._foxglove.Schema(
+            name=channel.type, encoding="ros2msg", data=schema_text(channel.type).encode()
+        )
+        return self._foxglove.Channel(
+            channel.topic,
+            schema=schema,
+            message_encoding="cdr",
+            context=self._context,
+            metadata={"link_topic": topic.name},
+        )
+
+
+class _Way(NamedTuple):
+    """What a topic becomes, and the channels on which that is shown."""
+
+    conversion: Conversion
+    channels: tuple["foxglove.Channel", ...]
+
+    def close(self) -> None:
+        """Offer it no longer."""
+        for channel in self.channels:
+            channel.close()
+
+
+def check_reach(address: Address, anybody: bool) -> None:
+    """See that only whoever may watch can.
+
+    Raises:
+        WorkbenchError: if others than this computer's users may come, and nobody said they may.
+    """
+    if not (anybody or is_loopback(address.host)):
+        raise WorkbenchError(
+            f"Foxglove's server knows no login, and {address.host} may be reached by others: "
+            "listen on 127.0.0.1, or add --anybody if all of them may watch"
+        )
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only programs of this computer can reach a host."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def load_foxglove() -> ModuleType:
+    """Return the package.
+
+    Raises:
+        WorkbenchError: if it is not installed.
+    """
+    try:
+        return importlib.import_module("foxglove")
+    except ImportError:
+        raise WorkbenchError(
+            "the live view in Foxglove needs the package foxglove-sdk: `pip install "
+            "drake-drone-workbench[foxglove]`, or `pip install foxglove-sdk`"
+        ) from None

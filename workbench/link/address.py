@@ -1,0 +1,51 @@
+"""Addresses of servers as people write them: HOST:PORT."""
+
+from typing import NamedTuple
+
+from workbench.errors import WorkbenchError
+
+DEFAULT_PORT = 7733
+LOOPBACK = "127.0.0.1"
+
+
+class Address(NamedTuple):
+    """Where something listens.
+
+    Attributes:
+        host: a name or an address; IPv6 without brackets.
+        port: 1 to 65535.
+    """
+
+    host: str
+    port: int
+
+    def __str__(self) -> str:
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+def parse_address(text: str, port: int = DEFAULT_PORT, host: str = LOOPBACK) -> Address:
+    """Return the address that `HOST:PORT`, `HOST`, `:PORT` or `[IPv6]:PORT` names.
+
+    Args:
+        text: what was written.
+        port: where none is written.
+        host: where none is written.
+
+    Raises:
+        WorkbenchError: if it is none.
+    """
+    written = text.strip()
+    if written.startswith("["):
+        named, bracket, rest = written[1:].partition("]")
+        digits = rest[1:]
+        understood = bool(bracket) and (not rest or rest.startswith(":"))
+    elif written.count(":") > 1:  # IPv6 without brackets has no place for a port
+        named, digits, understood = written, "", True
+    else:
+        named, colon, digits = written.partition(":")
+        understood = not colon or bool(digits)
+    if not understood or any(sign.isspace() or sign == "/" for sign in named):
+        raise WorkbenchError(f"'{text}' is no address: write HOST:PORT, as {LOOPBACK}:{port}")
+    if digits and not (digits.isascii() and digits.isdigit() and 0 < int(digits[:6]) < 65536):
+        raise WorkbenchError(f"'{text}': the port '{digits}' is no number from 1 to 65535")
+    return Address(named or host, int(digits) if digits else port)

@@ -1,0 +1,121 @@
+"""A pilot at a keyboard: takes control, flies by keys, and gives it back."""
+
+import contextlib
+import time
+from collections.abc import Callable
+
+from workbench.errors import WorkbenchError
+from workbench.link import Client
+from workbench.link.client_control import Control
+from workbench.monitor.picture import number
+from workbench.monitor.sticks import Asked, Sticks
+
+REST: Asked = (0.0, 0.0, 0.0, 0.0)
+
+
+class Pilot:
+    """Does what keys say; what is refused becomes a sentence.
+
+    Args:
+        client: of the flight's server, open.
+        clock: time now [s].
+
+    Attributes:
+        said: what there is to tell, "" for nothing.
+    """
+
+    def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
+        limits = client.hello.limits
+        self.said = ""
+        self._client = client
+        self._clock = clock
+        self._sticks = Sticks(limits.level_speed, limits.climb_rate, limits.yaw_rate)
+        self._control: Control | None = None
+        self._asked = REST
+
+    @property
+    def flying(self) -> bool:
+        """Whether control is ours."""
+        return self._control is not None
+
+    @property
+    def speed(self) -> float:
+        """Speed at which keys fly [m/s]."""
+        return self._sticks.speed
+
+    def key(self, key: str) -> bool:
+        """Act on a key; return whether it means something."""
+        if key == "c":
+            self._try(self.release if self._control else self.take)
+        elif key == "+":
+            self._sticks.faster()
+        elif key == "-":
+            self._sticks.slower()
+        elif key in OPERATIONS:
+            self._sticks.let_go()
+            self._try(lambda: self._operate(key))
+        elif key == "space":
+            self._sticks.let_go()
+        elif not self._sticks.press(key, self._clock()):
+            return False
+        elif self._control is None:
+            self.said = "press C to take control first"
+        self.tick()
+        return True
+
+    def take(self) -> None:
+        """Ask for control.
+
+        Raises:
+            WorkbenchError: if it is refused.
+        """
+        self._sticks.let_go()
+        self._asked = REST
+        self._control = self._client.control().__enter__()
+        self.said = "you fly"
+
+    def release(self) -> None:
+        """Give control back, if it is ours."""
+        control, self._control = self._control, None
+        if control is not None:
+            control.__exit__()
+            self.said = "control was released: the drone holds its place"
+
+    def tick(self) -> None:
+        """Fly as the sticks stand now."""
+        if self._control is not None:
+            self._try(self._steer)
+
+    def _steer(self) -> None:
+        assert self._control is not None
+        newest = self._client.latest("position_data")
+        yaw = number(newest, "yaw") if newest else 0.0
+        asked = self._sticks.asked(self._clock(), yaw)
+        if self._control.lost or asked != self._asked:
+            self._asked = asked
+            self._control.velocity(*asked)
+
+    def _operate(self, key: str) -> None:
+        if self._control is None:
+            raise WorkbenchError("press C to take control first")
+        OPERATIONS[key](self._control)
+        self.said = SAID[key]
+
+    def _try(self, act: Callable[[], None]) -> None:
+        try:
+            act()
+        except WorkbenchError as error:
+            self.said = str(error)
+        if self._control is not None and self._control.lost:
+            self.said = f"control was lost: {self._control.lost}; press C to ask again"
+            with contextlib.suppress(WorkbenchError):  # the connection may be gone too
+                self._control.__exit__()
+            self._control = None
+
+
+OPERATIONS: dict[str, Callable[[Control], float]] = {
+    "t": Control.take_off,
+    "l": Control.land,
+    "x": Control.stop,
+}
+SAID = {"t": "taking off", "l": "landing", "x": "the rotors were stopped"}
