@@ -44,6 +44,7 @@ class Outfit:
         scan: directions of these rays and the sensor's place, for `Topic.about`.
         frames: parent and child of each frame.
         limits: largest level speed, climb rate [m/s] and yaw rate [rad/s] that may be asked for.
+        mounts: names of the frames of imu, gps and lidar, by these words.
     """
 
     rotors: int
@@ -56,6 +57,7 @@ class Outfit:
     scan: Mapping[str, object] = field(default_factory=dict)
     frames: Sequence[tuple[str, str]] = ()
     limits: tuple[float, float, float] = (8.0, 8.0, 0.4)
+    mounts: Mapping[str, str] = field(default_factory=dict)
 
 
 def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
@@ -192,6 +194,7 @@ def _sensors(outfit: Outfit) -> list[Topic]:
                 _numbers("specific_force", "m/s^2", "S", 3),
                 _numbers("angular_velocity", "rad/s", "S", 3),
                 _numbers("q_WS", "1", "", 4),
+                about=_mount(outfit, "imu"),
             )
         )
     if outfit.gps:
@@ -205,6 +208,7 @@ def _sensors(outfit: Outfit) -> list[Topic]:
                 Field("longitude", "float64", "rad", low=-3.1415926535897931, high=3.1415926536),
                 Field("altitude", "float64", "m"),
                 _numbers("velocity", "m/s", "east, north, up", 3),
+                about=_mount(outfit, "gps"),
             )
         )
     if outfit.lidar:
@@ -218,6 +222,7 @@ def _sensors(outfit: Outfit) -> list[Topic]:
                 Field("rays", "uint32", "1"),
                 Field("nearest", "float32", "m", "S", low=0.0),
                 _numbers("direction", "1", "S", 3),
+                about=_mount(outfit, "lidar"),
             ),
             _out(
                 LIDAR_CLOUD,
@@ -229,6 +234,11 @@ def _sensors(outfit: Outfit) -> list[Topic]:
             ),
         ]
     return topics
+
+
+def _mount(outfit: Outfit, sensor: str) -> Mapping[str, object]:
+    """Return what says in which frame S of the tree a sensor's data are, where that is known."""
+    return {"frame": outfit.mounts[sensor]} if sensor in outfit.mounts else {}
 
 
 def _out(

@@ -7,10 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from typing import Any
+
+from workbench.link.wire import LARGEST
 
 PREFIX = "/dh_drone/"
 CODES = {"float32": "f", "float64": "d", "int32": "i", "uint32": "I", "int64": "q"}
 """Types of numbers, and what `struct` calls them; `char` is text in UTF-8, filled with zeros."""
+
+LARGEST_NUMBER = 2**16 - 1
+"""Of a topic, in the header."""
 
 Value = float | int | str | tuple[float, ...]
 
@@ -63,6 +69,11 @@ class Field:
             return f"{self.count}s"
         return CODES[self.type] if self.count == 1 else f"{self.count}{CODES[self.type]}"
 
+    @property
+    def size(self) -> int:
+        """Its bytes."""
+        return struct.calcsize("<" + self.code)
+
 
 @dataclass(frozen=True)
 class Topic:
@@ -85,6 +96,10 @@ class Topic:
     fields: tuple[Field, ...]
     delivery: Delivery = Delivery.STATE
     about: Mapping[str, object] = field(default_factory=dict)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Leave out what cannot be sent to another process and is made again there."""
+        return {key: value for key, value in self.__dict__.items() if key != "packer"}
 
     @cached_property
     def packer(self) -> struct.Struct:
@@ -153,29 +168,54 @@ def topic_from(definition: Mapping[str, object]) -> Topic:
     """Return the topic that a definition, as HELLO has it, describes.
 
     Raises:
-        KeyError, TypeError, ValueError: if it is no definition.
+        ValueError: if it is no definition, or one that this version cannot unpack.
     """
-    fields = tuple(
-        Field(
-            name=str(each["name"]),
-            type=str(each["type"]),
-            unit=str(each["unit"]),
-            frame=str(each["frame"]),
-            count=int(each["count"]),
-            low=each["range"][0],
-            high=each["range"][1],
+    found: Mapping[str, Any] = definition
+    try:
+        topic = Topic(
+            id=found["id"],
+            name=str(found["name"]),
+            direction=Direction(found["direction"]),
+            rate=float(found["rate"]),
+            fields=tuple(_field(each) for each in found["fields"]),
+            delivery=Delivery(found["delivery"]),
+            about=dict(found["about"]),
         )
-        for each in definition["fields"]  # type: ignore[attr-defined]
+    except (AttributeError, KeyError, TypeError, OverflowError, IndexError) as error:
+        raise ValueError(f"this is no topic's definition: {error!r}") from error
+    if type(topic.id) is not int or not 1 <= topic.id <= LARGEST_NUMBER:
+        raise ValueError(f"{topic.name[:60]}: its number must be within 1 .. {LARGEST_NUMBER}")
+    if sum(each.size for each in topic.fields) > LARGEST:
+        raise ValueError(f"{topic.name[:60]}: its fields are longer than a frame may be")
+    names = [topic.name, *(each.name for each in topic.fields)]
+    if len(set(names)) < len(names) or not all(name.isprintable() for name in names):
+        raise ValueError(f"{topic.name[:60]!a}: a name comes twice, or cannot be printed")
+    if topic.packer.format != found.get("struct"):
+        raise ValueError(f"{topic.name[:60]}: its fields are not those of its struct string")
+    return topic
+
+
+def _field(said: Mapping[str, Any]) -> Field:
+    made = Field(
+        name=str(said["name"]),
+        type=str(said["type"]),
+        unit=str(said["unit"]),
+        frame=str(said["frame"]),
+        count=said["count"],
+        low=said["range"][0],
+        high=said["range"][1],
     )
-    return Topic(
-        id=int(definition["id"]),  # type: ignore[call-overload]
-        name=str(definition["name"]),
-        direction=Direction(definition["direction"]),
-        rate=float(definition["rate"]),  # type: ignore[arg-type]
-        fields=fields,
-        delivery=Delivery(definition["delivery"]),
-        about=dict(definition["about"]),  # type: ignore[call-overload]
-    )
+    if type(made.count) is not int or not 1 <= made.count <= LARGEST:
+        raise ValueError(f"{made.name[:60]}: its count must be within 1 .. {LARGEST}")
+    if not all(_is_bound(each) for each in (made.low, made.high)):
+        raise ValueError(f"{made.name[:60]}: its range must be two numbers or null")
+    if made.type != "char" and made.type not in CODES:
+        raise ValueError(f"{made.name[:60]}: its type {made.type[:60]!r} is unknown")
+    return made
+
+
+def _is_bound(value: object) -> bool:
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
 def definition_hash(definition: Mapping[str, object]) -> str:

@@ -1,7 +1,7 @@
 """Frames as bytes: a header of 24 bytes and a payload, see docs/protocol.md."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
@@ -28,6 +28,9 @@ class Kind(IntEnum):
     """Nothing: `seq` is that of the last frame that was processed."""
 
 
+KINDS = frozenset(int(each) for each in Kind)
+
+
 class Flag(IntFlag):
     """Bits of a header's flags."""
 
@@ -35,6 +38,10 @@ class Flag(IntFlag):
     """16 bytes that prove the sender follow the payload, and count in the length."""
     ACKNOWLEDGE = 2
     """The last frame of a batch: the receiver is to acknowledge it."""
+
+
+_HMAC = int(Flag.HMAC)
+"""As a number: an `IntFlag` takes longer than all else of a frame."""
 
 
 class WireError(Exception):
@@ -76,8 +83,14 @@ class Frame:
         return self.signed_part() + self.proof
 
     def signed_part(self) -> bytes:
-        """Return header and payload: what the proof is taken of."""
-        length = len(self.payload) + (HMAC_SIZE if self.flags & Flag.HMAC else 0)
+        """Return header and payload: what the proof is taken of.
+
+        Raises:
+            WireError: if no receiver would take so long a frame.
+        """
+        length = len(self.payload) + (HMAC_SIZE if self.flags & _HMAC else 0)
+        if length > LARGEST:
+            raise _too_long(length, LARGEST)
         head = HEADER.pack(
             MAGIC, VERSION, self.kind, self.topic, self.flags, self.seq, length, self.t_ns
         )
@@ -87,6 +100,9 @@ class Frame:
 class Decoder:
     """Takes bytes as they come, in any pieces, and returns whole frames.
 
+    Each byte is looked at a bounded number of times, however they are cut. What is kept is never
+    more than one header, `largest` bytes and the last piece.
+
     Attributes:
         largest: bytes that may follow a header; more ends the connection before they are read.
     """
@@ -94,50 +110,71 @@ class Decoder:
     def __init__(self, largest: int = LARGEST) -> None:
         self.largest = largest
         self._kept = bytearray()
+        self._begin = 0
+        self._needed = 1
 
     @property
     def waiting(self) -> int:
         """Bytes of a frame that is not whole yet."""
         return len(self._kept)
 
-    def feed(self, data: bytes) -> Iterator[Frame]:
-        """Yield the frames that are whole now.
+    def feed(self, data: bytes) -> Generator[Frame]:
+        """Take bytes, and return a generator of the frames that are whole now.
+
+        Frames before a broken one are yielded before it raises, and it raises again when more is
+        fed: nothing after it can be understood. Frames that were not fetched come with the next
+        call, be it of no bytes.
 
         Raises:
-            WireError: if what came is no frame; nothing after it can be understood.
+            WireError: by the generator, if what came is no frame.
         """
         self._kept += data
-        begin = 0
-        try:
-            while len(self._kept) - begin >= HEADER.size:
-                magic, version, kind, topic, flags, seq, length, t_ns = HEADER.unpack_from(
-                    self._kept, begin
-                )
-                self._check(magic, version, kind, flags, length)
-                end = begin + HEADER.size + length
-                if len(self._kept) < end:
-                    return
-                split = end - (HMAC_SIZE if flags & Flag.HMAC else 0)
-                payload = bytes(self._kept[begin + HEADER.size : split])
-                proof = bytes(self._kept[split:end])
-                begin = end
-                yield Frame(kind, topic, flags, seq, t_ns, payload, proof)
-        finally:
-            del self._kept[:begin]
+        return self._frames()
 
-    def _check(self, magic: bytes, version: int, kind: int, flags: int, length: int) -> None:
-        if magic != MAGIC:
-            raise WireError("magic", f"a frame begins with {magic!r}: it must begin with {MAGIC!r}")
+    def _frames(self) -> Generator[Frame]:
+        if len(self._kept) < self._needed:
+            return
+        self._needed = 1
+        try:
+            while (end := self._next_end()) <= len(self._kept):
+                begin, self._begin = self._begin, end
+                _, _, kind, topic, flags, seq, _, t_ns = HEADER.unpack_from(self._kept, begin)
+                split = end - (HMAC_SIZE if flags & _HMAC else 0)
+                payload = bytes(self._kept[begin + HEADER.size : split])
+                yield Frame(
+                    kind, topic, flags, seq, t_ns, payload, proof=bytes(self._kept[split:end])
+                )
+            if len(self._kept) - self._begin >= HEADER.size:
+                self._needed = end - self._begin  # no look at what is not whole at each piece
+        finally:
+            del self._kept[: self._begin]
+            self._begin = 0
+
+    def _next_end(self) -> int:
+        """Return where the next frame ends, as far as its header is there."""
+        begin = self._begin
+        found = bytes(self._kept[begin : begin + len(MAGIC)])
+        if not MAGIC.startswith(found):  # said at once: a stranger may send no more than this
+            raise WireError("magic", f"a frame begins with {found!r}: it must begin with {MAGIC!r}")
+        if len(self._kept) - begin < HEADER.size:
+            return begin + HEADER.size
+        _, version, kind, _, flags, _, length, _ = HEADER.unpack_from(self._kept, begin)
+        self._check(version, kind, flags, length)
+        return begin + HEADER.size + length
+
+    def _check(self, version: int, kind: int, flags: int, length: int) -> None:
         if version != VERSION:
             raise WireError(
                 "version",
                 f"the frame has version {version}: versions {VERSION} to {VERSION} are understood",
             )
-        if kind not in tuple(Kind) and not kind & SKIPPABLE:
+        if kind not in KINDS and not kind & SKIPPABLE:
             raise WireError("kind", f"frames of kind {kind} are unknown and may not be skipped")
         if length > self.largest:
-            raise WireError(
-                "length", f"a frame of {length} bytes is too long: at most {self.largest} follow"
-            )
-        if flags & Flag.HMAC and length < HMAC_SIZE:
+            raise _too_long(length, self.largest)
+        if flags & _HMAC and length < HMAC_SIZE:
             raise WireError("length", f"a proof has {HMAC_SIZE} bytes: the frame has {length}")
+
+
+def _too_long(length: int, largest: int) -> WireError:
+    return WireError("length", f"{length} bytes after a header are too many: {largest} is the most")

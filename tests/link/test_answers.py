@@ -1,0 +1,158 @@
+"""What the server says is read as records, and what it may say later is no failure."""
+
+import dataclasses
+import json
+import math
+import struct
+
+import pytest
+
+from workbench.link.answers import (
+    ByeSaid,
+    Error,
+    Flown,
+    Granted,
+    LoggedIn,
+    Nack,
+    ParametersSaid,
+    Pong,
+    Released,
+    Subscribed,
+    Unknown,
+    control_state_said,
+    read_said,
+    write_said,
+)
+from workbench.link.backplane import ControlState, Hand, Role, Stage
+from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.hello import Hello, Limits, parameter_rows
+from workbench.link.json_fields import BadOperation
+from workbench.link.strict_json import read_json
+from workbench.link.wire import WireError
+
+HELLO = Hello(
+    server="drake-drone-workbench 1.0",
+    session="0123456789abcdef",
+    peer=3,
+    vehicle="x500",
+    nonce="0f" * 16,
+    login=True,
+    limits=Limits(8.0, 3.0, 0.4),
+    topics=drone_topics(Outfit(4, 200, 8, 200, 5, 10, 8, {"a": [[1.5, 2]]}, [("W", "B")])),
+    parameters=parameter_rows([("kp_velocity_x", "1/s", 0.0, 50.0, 6.0, "gain")]),
+)
+STATE = ControlState(Hand.CLIENT, 3, "joystick", Stage.HOLD, 0.7, "silent for 0.5 s")
+SAID = [
+    HELLO,
+    LoggedIn(1, Role.COMMAND),
+    Subscribed(2, ("/dh_drone/imu",)),
+    Granted(3, 2**32 - 1, 0.5),
+    Released(4),
+    ParametersSaid(5, {"kp_velocity_x": 6.0}),
+    ParametersSaid(5, {}),
+    Flown(6, "land", 2**62),
+    control_state_said(STATE),
+    Pong(7, 123),
+    Nack("held", "another flies", id=8),
+    Nack("scaled", "too fast", seq=0),
+    Nack("bad_value", "no", id=0),
+    Error("slow", "nothing was acknowledged for 5 s"),
+    ByeSaid("the server stops"),
+]
+
+
+@pytest.mark.parametrize("said", SAID, ids=lambda each: each.op)
+def test_what_is_written_is_read(said):
+    assert read_said(write_said(said)) == said
+
+
+@pytest.mark.parametrize("said", SAID, ids=lambda each: each.op)
+def test_each_says_its_operation(said):
+    assert read_json(write_said(said))["op"] == said.op
+
+
+def test_all_of_the_state_of_control_is_told():
+    said = control_state_said(STATE)
+    for each in dataclasses.fields(STATE):
+        assert getattr(said, each.name) == getattr(STATE, each.name)
+    assert read_json(write_said(said)) == {
+        "op": "control_state",
+        "hand": "client",
+        "peer": 3,
+        "name": "joystick",
+        "stage": "hold",
+        "age": 0.7,
+        "reason": "silent for 0.5 s",
+    }
+
+
+def test_an_age_without_end_is_null():
+    never = dataclasses.replace(control_state_said(STATE), age=math.inf)
+    assert read_json(write_said(never))["age"] is None
+    assert read_said(write_said(never)).age == math.inf
+
+
+def test_what_a_later_server_says_is_passed_over():
+    assert read_said(b'{"op":"weather","rain":true}') == Unknown("weather")
+    assert read_said(b'{"op":"pong","id":1,"t_ns":2,"load":0.5}') == Pong(1, 2)
+    assert read_said(b'{"op":"nack","code":"moody","said":"no","id":1}').code == "moody"
+
+
+def test_what_a_terminal_might_obey_is_not_passed_on():
+    said = read_said(b'{"op":"error","code":"x","said":"a\\u001b[2Jb\\n"}')
+    assert said.said == "a?[2Jb?"
+
+
+def test_a_sentence_without_end_is_cut():
+    assert read_said(write_said(Error("x", "a" * 60_000))).said == "a" * 1024
+
+
+@pytest.mark.parametrize("said", SAID, ids=lambda each: each.op)
+def test_each_field_is_asked_for_with_its_type(said):
+    plain = read_json(write_said(said))
+    for key in set(plain) - {"op"}:
+        for wrong in ([[]], {"x": []}, True if key != "login" else 1):
+            broken = json.dumps(plain | {key: wrong}).encode()
+            with pytest.raises(BadOperation):
+                read_said(broken)
+
+
+@pytest.mark.parametrize("key", sorted(HELLO.values()))
+def test_hello_must_be_complete(key):
+    values = {"op": "hello"} | HELLO.values()
+    del values[key]
+    with pytest.raises(BadOperation, match=f'hello: "{key}"'):
+        read_said(json.dumps(values).encode())
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"protocol": [2, 3]}, "the server speaks versions 2 to 3, this client 1"),
+        ({"protocol": [1]}, '"protocol" must be 2 integers'),
+        ({"protocol": [True, True]}, '"protocol" must be 2 integers'),
+        ({"nonce": "00"}, "32 hexadecimal digits"),
+        ({"topics": [{"id": 1}]}, "no topic's definition"),
+        ({"topics": [HELLO.topics[0].definition()] * 2}, "two have the same number"),
+        ({"limits": {}}, '"level_speed" must be a number'),
+        ({"parameters": [{"name": "a"}]}, '"unit" must be'),
+    ],
+)
+def test_a_false_hello_is_refused_with_its_reason(change, said):
+    with pytest.raises(BadOperation) as error:
+        read_said(json.dumps({"op": "hello"} | HELLO.values() | change).encode())
+    assert said in error.value.said
+
+
+def test_a_client_needs_nothing_but_hello_to_decode():
+    """As a stranger would: `struct` and the definition's own words."""
+    said = json.loads(write_said(HELLO))
+    for topic, definition in zip(HELLO.topics, said["topics"], strict=True):
+        assert struct.calcsize(definition["struct"]) == topic.packer.size
+        count = sum(1 if f["type"] == "char" else f["count"] for f in definition["fields"])
+        assert len(struct.unpack(definition["struct"], bytes(topic.packer.size))) == count
+
+
+def test_what_is_no_json_is_no_answer():
+    with pytest.raises(WireError):
+        read_said(b"hello")

@@ -1,0 +1,115 @@
+"""The small clients fly the real drone over the real server."""
+
+import contextlib
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from workbench.link.answers import read_said
+from workbench.link.drone_topics import COMMAND, VELOCITY
+from workbench.link.hello import Hello
+from workbench.link.operations import Subscribe, write_operation
+from workbench.link.wire import Decoder, Flag, Frame, Kind
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "link"
+LIMIT = 120.0
+"""For anything to happen [s]."""
+ATTEMPTS = 5
+"""A machine that stands still for half a second loses control, as it should."""
+
+
+@pytest.fixture(scope="module")
+def address():
+    words = [sys.executable, "-m", "workbench", "serve", "--scenario", "hover", "--port", "0"]
+    with subprocess.Popen(
+        [*words, "--duration", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            line = process.stdout.readline()
+            assert line, process.stderr.read()
+            yield line.split()[-1]
+        finally:
+            process.terminate()
+            try:
+                process.communicate(timeout=LIMIT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+class Watcher:
+    """Sees what is flown, and how fast the drone is."""
+
+    def __init__(self, address):
+        host, _, port = address.rpartition(":")
+        self.stream = socket.create_connection((host, int(port)), timeout=LIMIT)
+        self.commands, self.fastest = set(), 0.0
+        self.thread = threading.Thread(target=self.read)
+        self.thread.start()
+
+    def read(self):
+        decoder, topics = Decoder(), {}
+        while data := self.stream.recv(65536):
+            for frame in decoder.feed(data):
+                if frame.kind == Kind.DATA:
+                    values = topics[frame.topic].unpack(frame.payload)
+                    if frame.topic == VELOCITY:
+                        self.fastest = max(self.fastest, values["v_x"])
+                    else:
+                        self.commands.add((round(values["v_x"], 4), round(values["v_z"], 4)))
+                elif isinstance(said := read_said(frame.payload), Hello):
+                    topics = {topic.id: topic for topic in said.topics}
+                    names = tuple(topics[number].name for number in (VELOCITY, COMMAND))
+                    self.send(Frame(Kind.CONTROL, 0, 0, 1, 0, write_operation(Subscribe(1, names))))
+                if frame.flags & Flag.ACKNOWLEDGE:
+                    self.send(Frame(Kind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b""))
+
+    def send(self, frame):
+        with contextlib.suppress(OSError):  # once we have said that we go
+            self.stream.sendall(frame.to_bytes())
+
+    def close(self):
+        self.stream.shutdown(socket.SHUT_WR)
+        self.thread.join(LIMIT)
+        self.stream.close()
+
+
+@pytest.fixture(params=["c", "js", "python"])
+def words(request, address, tmp_path):
+    if request.param == "python":
+        return [sys.executable, "-I", str(EXAMPLES / "client.py"), address]
+    if request.param == "js":
+        if shutil.which("node") is None:
+            pytest.skip("there is no Node: run `sudo apt-get install nodejs`")
+        return ["node", str(EXAMPLES / "client.mjs"), address]
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no C compiler: run `sudo apt-get install gcc`")
+    command = ["gcc", "-std=c99", "-o", tmp_path / "client", EXAMPLES / "client.c"]
+    subprocess.run(command, check=True, timeout=LIMIT)
+    return [str(tmp_path / "client"), *address.rsplit(":", 1)]
+
+
+def test_it_flies(words, address):
+    watcher = Watcher(address)
+    try:
+        for _ in range(ATTEMPTS):
+            flown = subprocess.run(
+                [*words, "fly", "0.75", "0", "0.125", "0", "0.5"],
+                capture_output=True,
+                text=True,
+                timeout=LIMIT,
+            )
+            if flown.returncode == 0:
+                break
+            assert "not_holder" in flown.stdout or "held" in flown.stdout
+    finally:
+        watcher.close()
+    assert flown.returncode == 0, flown.stdout + flown.stderr
+    assert "nack" not in flown.stdout
+    assert "take_off" not in flown.stdout
+    assert (0.75, 0.125) in watcher.commands
+    assert watcher.fastest > 0.3

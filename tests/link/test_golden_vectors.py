@@ -1,0 +1,143 @@
+"""The data files in vectors/, which nothing of ours wrote, mean to us what they say."""
+
+import dataclasses
+import importlib.util
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from workbench.link.authentication import frame_proof, is_proven, login_proof, session_key
+from workbench.link.backplane import Role
+from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.operations import BadOperation, read_operation, write_operation
+from workbench.link.wire import LARGEST, Decoder, Frame, WireError
+
+VECTORS = Path(__file__).parent / "vectors"
+OUTFIT = Outfit(rotors=4, fast=200, slow=8, imu=200, gps=5, lidar=10, rays=4, frames=[("W", "B")])
+TOPICS = {topic.id: topic for topic in drone_topics(OUTFIT)}
+
+
+def read(name):
+    return json.loads((VECTORS / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def data(text):
+    found = b""
+    for word in text.split():
+        digits, _, count = word.partition("*")
+        found += bytes.fromhex(digits) * int(count or 1)
+    return found
+
+
+def number(value):
+    return float(value) if isinstance(value, str) and value.lstrip("-") in ("nan", "inf") else value
+
+
+def same(found, expected):
+    if isinstance(found, tuple):
+        return len(found) == len(expected) and all(map(same, found, expected))
+    if isinstance(found, float) and math.isnan(found):
+        return math.isnan(number(expected))
+    return found == number(expected)
+
+
+def test_there_are_more_than_fifty():
+    counts = {name: len(read(name)) for name in ("frames", "topics", "operations")}
+    assert sum(counts.values()) > 50
+    assert {vector["id"] for vector in read("topics")} == set(TOPICS)
+
+
+def test_the_files_are_what_the_script_writes():
+    spec = importlib.util.spec_from_file_location("make_vectors", VECTORS / "make_vectors.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    for name, text in script.vectors().items():
+        assert (VECTORS / name).read_text(encoding="utf-8") == text, name
+
+
+@pytest.mark.parametrize("step", [1, 7, LARGEST * 2])
+@pytest.mark.parametrize("vector", read("frames"), ids=lambda each: each["name"])
+def test_a_stream(vector, step):
+    stream = data(vector["hex"])
+    decoder = Decoder(vector.get("largest", LARGEST))
+    found, error = [], None
+    try:
+        for begin in range(0, len(stream), step):
+            found += decoder.feed(stream[begin : begin + step])
+    except WireError as refused:
+        error = refused.code
+        with pytest.raises(WireError):
+            list(decoder.feed(stream))
+    expected = [
+        Frame(**each | {"payload": data(each["payload"]), "proof": data(each["proof"])})
+        for each in vector["frames"]
+    ]
+    assert found[: len(expected)] == expected
+    assert (len(found), error) == (len(expected), vector["error"])
+    if error is None:
+        size = sum(24 + len(each.payload) + len(each.proof) for each in expected)
+        assert decoder.waiting == len(stream) - size
+
+
+@pytest.mark.parametrize(
+    "vector",
+    [each for each in read("frames") if len(each["frames"]) == 1 and not each["error"]],
+    ids=lambda each: each["name"],
+)
+def test_a_frame_is_written_as_it_was_read(vector):
+    stream = data(vector["hex"])
+    [frame] = Decoder().feed(stream)
+    assert stream.startswith(frame.to_bytes())
+
+
+@pytest.mark.parametrize("vector", read("topics"), ids=lambda each: each["name"])
+def test_a_topic(vector):
+    topic, payload = TOPICS[vector["id"]], data(vector["hex"])
+    values = topic.unpack(payload)
+    assert topic.name == f"/dh_drone/{vector['name']}"
+    assert topic.packer.format == vector["struct"]
+    assert list(values) == list(vector["values"])
+    for name, value in values.items():
+        assert same(value, vector["values"][name]), name
+    if "\ufffd" not in str(values):
+        assert topic.pack(list(values.values())) == payload
+
+
+@pytest.mark.parametrize("vector", read("operations"), ids=lambda each: each["text"][:60])
+def test_an_operation(vector):
+    payload = data(vector["hex"])
+    if vector["error"]:
+        with pytest.raises((WireError, BadOperation)) as refused:
+            read_operation(payload)
+        assert refused.value.code == vector["error"]
+        assert isinstance(refused.value, WireError) == (vector["error"] == "json")
+        return
+    record, values = vector["operation"]
+    found = read_operation(payload)
+    assert type(found).__name__ == record
+    shown = {name: list(v) if isinstance(v, tuple) else v for name, v in as_json(found).items()}
+    assert shown == values
+    assert read_operation(write_operation(found)) == found
+
+
+def as_json(record):
+    found = {each.name: getattr(record, each.name) for each in dataclasses.fields(record)}
+    return {n: v.value if isinstance(v, Role) else v for n, v in found.items()}
+
+
+def test_the_proofs_of_a_login():
+    vector = read("proofs")
+    nonces = vector["server_nonce"], vector["client_nonce"]
+    for role in Role:
+        assert login_proof(vector["token"], role, *nonces) == vector["login_proof"][role.value]
+    assert session_key(vector["token"], *nonces).hex() == vector["session_key"]
+
+
+@pytest.mark.parametrize("vector", read("proofs")["frames"], ids=lambda each: each["name"])
+def test_the_proof_of_a_frame(vector):
+    key = bytes.fromhex(read("proofs")["session_key"])
+    [frame] = Decoder().feed(data(vector["hex"]))
+    assert frame.proof.hex() == vector["proof"] == frame_proof(key, frame.signed_part()).hex()
+    assert is_proven(frame, key)

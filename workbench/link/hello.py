@@ -1,0 +1,172 @@
+"""The server's first words: all that a client must know to read the rest."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import ClassVar
+
+from workbench.link.drone_topics import LONGEST_NAME
+from workbench.link.json_fields import LARGEST_ID, JsonFields
+from workbench.link.topics import Topic, topic_from
+from workbench.link.wire import LARGEST, LARGEST_BEFORE_LOGIN, VERSION
+
+LARGEST_PEER = 2**63 - 1
+MOST_CLIENTS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the server allows.
+
+    Attributes:
+        level_speed: largest level speed that may be asked for [m/s].
+        climb_rate: up or down [m/s].
+        yaw_rate: either way [rad/s].
+        largest: bytes that may follow a header.
+        largest_before_login: the same, before login.
+        clients: at once.
+        clients_an_address: at once from one address.
+        hold_after: silence after which a holder's drone holds, simulated [s].
+        lost_after: silence after which anybody may ask for control [s].
+        land_after: silence after which the drone lands [s].
+        oldest_state: age of the state that a command may act on [s].
+    """
+
+    level_speed: float
+    climb_rate: float
+    yaw_rate: float
+    largest: int = LARGEST
+    largest_before_login: int = LARGEST_BEFORE_LOGIN
+    clients: int = 16
+    clients_an_address: int = 4
+    hold_after: float = 0.5
+    lost_after: float = 2.0
+    land_after: float = 5.0
+    oldest_state: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRow:
+    """A live parameter: its bounds and its default are in its unit."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    default: float
+    help: str
+
+
+@dataclass(frozen=True, slots=True)
+class Hello:
+    """The first frame.
+
+    Attributes:
+        server: its name and version.
+        session: differs from start to start of a flight's server, hexadecimal.
+        peer: number of this connection, as control_state names it.
+        vehicle: what is flown.
+        nonce: for login, 32 hexadecimal digits.
+        login: whether login is needed.
+        limits: what is allowed.
+        topics: what may be subscribed to, or sent.
+        parameters: what may be got and set.
+        protocol: lowest and highest version that the server speaks.
+    """
+
+    op: ClassVar[str] = "hello"
+    server: str
+    session: str
+    peer: int
+    vehicle: str
+    nonce: str
+    login: bool
+    limits: Limits
+    topics: tuple[Topic, ...]
+    parameters: tuple[ParameterRow, ...]
+    protocol: tuple[int, int] = (VERSION, VERSION)
+
+    def values(self) -> dict[str, object]:
+        """Return it as it stands in JSON."""
+        return {
+            "protocol": list(self.protocol),
+            "server": self.server,
+            "session": self.session,
+            "peer": self.peer,
+            "vehicle": self.vehicle,
+            "nonce": self.nonce,
+            "login": self.login,
+            "limits": asdict(self.limits),
+            "topics": [topic.definition() for topic in self.topics],
+            "parameters": [asdict(row) for row in self.parameters],
+        }
+
+
+def parameter_rows(
+    rows: Sequence[tuple[str, str, float, float, float, str]],
+) -> tuple[ParameterRow, ...]:
+    """Return the rows of a `backplane.Flight`."""
+    return tuple(ParameterRow(*row) for row in rows)
+
+
+def read_hello(found: JsonFields) -> Hello:
+    """Return the first frame's content.
+
+    Raises:
+        BadOperation: if something in it is missing or wrong.
+    """
+    return Hello(
+        protocol=_range(found),
+        server=found.sentence("server"),
+        session=found.text("session", LONGEST_NAME),
+        peer=found.integer("peer", 0, LARGEST_PEER),
+        vehicle=found.sentence("vehicle"),
+        nonce=found.digits("nonce", 32),
+        login=found.truth("login"),
+        limits=_limits(found.within("limits")),
+        topics=_topics(found),
+        parameters=tuple(_parameter(found.part(each)) for each in found.objects("parameters")),
+    )
+
+
+def _range(found: JsonFields) -> tuple[int, int]:
+    low, high = found.integers("protocol", 2)
+    if not low <= VERSION <= high:
+        raise found.bad(f"the server speaks versions {low} to {high}, this client {VERSION}")
+    return low, high
+
+
+def _limits(found: JsonFields) -> Limits:
+    return Limits(
+        level_speed=found.number("level_speed", 0.0),
+        climb_rate=found.number("climb_rate", 0.0),
+        yaw_rate=found.number("yaw_rate", 0.0),
+        largest=found.integer("largest", 1, LARGEST_ID),
+        largest_before_login=found.integer("largest_before_login", 1, LARGEST_ID),
+        clients=found.integer("clients", 1, MOST_CLIENTS),
+        clients_an_address=found.integer("clients_an_address", 1, MOST_CLIENTS),
+        hold_after=found.number("hold_after", 0.0),
+        lost_after=found.number("lost_after", 0.0),
+        land_after=found.number("land_after", 0.0),
+        oldest_state=found.number("oldest_state", 0.0),
+    )
+
+
+def _topics(found: JsonFields) -> tuple[Topic, ...]:
+    try:
+        topics = tuple(topic_from(each) for each in found.objects("topics"))
+    except ValueError as error:
+        raise found.bad(f'"topics": {error}') from error
+    if len({topic.id for topic in topics}) < len(topics):
+        raise found.bad('"topics": two have the same number')
+    return topics
+
+
+def _parameter(found: JsonFields) -> ParameterRow:
+    return ParameterRow(
+        name=found.text("name", LONGEST_NAME),
+        unit=found.text("unit", LONGEST_NAME),
+        low=found.number("low"),
+        high=found.number("high"),
+        default=found.number("default"),
+        help=found.sentence("help"),
+    )

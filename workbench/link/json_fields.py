@@ -1,0 +1,172 @@
+"""Values of a JSON object, each with its type and its bounds."""
+
+import math
+from collections.abc import Mapping
+
+from workbench.link.codes import NackCode
+from workbench.link.drone_topics import LONGEST_NAME
+
+LARGEST_ID = 2**32 - 1
+MOST_NAMES = 256
+LONGEST_TOPIC = 64
+LONGEST_SENTENCE = 1024
+
+
+class BadOperation(Exception):  # noqa: N818 - it is the other side's mistake, said to it
+    """An operation that was read and cannot be done; the connection goes on.
+
+    Attributes:
+        code: a word for programs, see `NackCode`.
+        said: a sentence.
+        id: of the operation, 0 without one.
+    """
+
+    def __init__(self, code: str, said: str, id: int = 0) -> None:
+        super().__init__(said)
+        self.code = code
+        self.said = said
+        self.id = id
+
+
+class JsonFields:
+    """The fields of one operation; keys that nobody asks for are ignored.
+
+    Attributes:
+        id: of the operation, 0 without one.
+        op: its name.
+    """
+
+    def __init__(self, values: Mapping[str, object]) -> None:
+        self._values = values
+        self.id = 0
+        self.op = ""
+        self.id = self.integer("id", 0, LARGEST_ID) if "id" in self else 0
+        self.op = self.text("op", LONGEST_NAME)
+
+    def __contains__(self, name: str) -> bool:
+        return self._values.get(name) is not None
+
+    def bad(self, said: str) -> BadOperation:
+        """Return the refusal of a value."""
+        return BadOperation(NackCode.BAD_VALUE, f"{self.op}: {said}".lstrip(": "), self.id)
+
+    def integer(self, name: str, low: int, high: int) -> int:
+        """Return an integer within bounds."""
+        value = self._values.get(name)
+        # In JSON as JavaScript writes it, 3.0 and 3 are one number, and true is none.
+        if isinstance(value, float) and value.is_integer():
+            value = int(value)
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise self.bad(f'"{name}" must be an integer within {low} .. {high}')
+        return value
+
+    def number(self, name: str, low: float = -math.inf, high: float = math.inf) -> float:
+        """Return a finite number within bounds."""
+        value = _number(self._values.get(name))
+        if value is None or not low <= value <= high:
+            span = "" if low == -math.inf and high == math.inf else f" within {low:g} .. {high:g}"
+            raise self.bad(f'"{name}" must be a number{span}')
+        return value
+
+    def truth(self, name: str) -> bool:
+        """Return a truth value."""
+        value = self._values.get(name)
+        if not isinstance(value, bool):
+            raise self.bad(f'"{name}" must be true or false')
+        return value
+
+    def text(self, name: str, longest: int) -> str:
+        """Return a text that can be printed, of at most so many bytes in UTF-8."""
+        value = self._values.get(name)
+        if not _is_text(value, longest):
+            raise self.bad(f'"{name}" must be a printable text of at most {longest} bytes')
+        return str(value)
+
+    def sentence(self, name: str) -> str:
+        """Return a text for people, cut, and without what a terminal might obey."""
+        value = self._values.get(name)
+        if not isinstance(value, str):
+            raise self.bad(f'"{name}" must be a text')
+        shown = value[:LONGEST_SENTENCE]
+        return "".join(each if each.isprintable() else "?" for each in shown)
+
+    def digits(self, name: str, count: int) -> str:
+        """Return hexadecimal digits, in small letters."""
+        value = self._values.get(name)
+        allowed = set("0123456789abcdefABCDEF")
+        if not isinstance(value, str) or len(value) != count or not set(value) <= allowed:
+            raise self.bad(f'"{name}" must be {count} hexadecimal digits')
+        return value.lower()
+
+    def choice(self, name: str, choices: tuple[str, ...]) -> str:
+        """Return one of several words."""
+        value = self._values.get(name)
+        if not isinstance(value, str) or value not in choices:
+            raise self.bad(f'"{name}" must be one of {", ".join(choices)}')
+        return value
+
+    def names(self, name: str, longest: int) -> tuple[str, ...]:
+        """Return several names."""
+        value = self._values.get(name)
+        if (
+            not isinstance(value, list)
+            or len(value) > MOST_NAMES
+            or not all(_is_text(each, longest) for each in value)
+        ):
+            raise self.bad(f'"{name}" must be a list of at most {MOST_NAMES} names')
+        return tuple(value)
+
+    def numbers(self, name: str) -> dict[str, float]:
+        """Return finite numbers by their names."""
+        value = self._values.get(name)
+        found: dict[str, float] = {}
+        if not isinstance(value, dict) or len(value) > MOST_NAMES:
+            raise self.bad(f'"{name}" must be an object of at most {MOST_NAMES} numbers')
+        for key, each in value.items():
+            number = _number(each)
+            if number is None or not _is_text(key, LONGEST_NAME):
+                raise self.bad(f'"{name}" must give a number for each name')
+            found[key] = number
+        return found
+
+    def integers(self, name: str, count: int) -> tuple[int, ...]:
+        """Return so many integers."""
+        value = self._values.get(name)
+        if (
+            not isinstance(value, list)
+            or len(value) != count
+            or not all(type(each) is int for each in value)  # true is an int to isinstance
+        ):
+            raise self.bad(f'"{name}" must be {count} integers')
+        return tuple(value)
+
+    def objects(self, name: str) -> list[dict[str, object]]:
+        """Return several objects."""
+        value = self._values.get(name)
+        if not isinstance(value, list) or not all(isinstance(each, dict) for each in value):
+            raise self.bad(f'"{name}" must be a list of objects')
+        return value
+
+    def within(self, name: str) -> "JsonFields":
+        """Return the fields of an object within this one."""
+        value = self._values.get(name)
+        if not isinstance(value, dict):
+            raise self.bad(f'"{name}" must be an object')
+        return self.part(value)
+
+    def part(self, values: Mapping[str, object]) -> "JsonFields":
+        """Return the fields of a part of this operation; its refusals name the operation."""
+        return JsonFields({**values, "op": self.op, "id": self.id})
+
+
+def _number(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return float(value) if math.isfinite(value) else None
+
+
+def _is_text(value: object, longest: int) -> bool:
+    if not isinstance(value, str) or len(value) > longest:
+        return False
+    # What can be printed has no half of a surrogate pair either, so it can be encoded.
+    return value.isprintable() and len(value.encode()) <= longest
