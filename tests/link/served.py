@@ -1,0 +1,253 @@
+"""A flight with its server in one process, both with clocks that are made up: no sockets, no waits.
+
+Clients send real frames into the real hub; the hub's records reach the real flight, whose answers
+come back as frames.
+"""
+
+import importlib.util
+import json
+import struct
+import sys
+from collections import deque
+from multiprocessing import Pipe
+from pathlib import Path
+from typing import NamedTuple
+
+from workbench.link.backplane import Flight, Hand, ServerStatus, Stage
+from workbench.link.drone_topics import COMMAND
+from workbench.link.server.admission import Admission
+from workbench.link.server.config import ServerConfig
+from workbench.link.server.hub import Hub
+from workbench.link.server.terms import Terms
+from workbench.link.wire import Decoder, Flag, Frame, Kind
+from workbench.live.clock import SLICE
+from workbench.live.flying import Flying
+from workbench.live.messages import Answer, Flown, GetFlown, Order, Report
+from workbench.live.network_orders import NetworkView, Serve
+from workbench.scenario import Action, Scenario
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+
+COMMAND_FIELDS = struct.Struct("<IIffff")
+
+
+def load():
+    """Return this module, which stands beside the tests and is no test."""
+    name = "served_flight"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, Path(__file__))
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+class Built(NamedTuple):
+    """What takes a second to build, and may be flown again and again."""
+
+    session: Session
+    bridge: Bridge
+
+
+def build(scenario: Scenario | None = None) -> Built:
+    """Build a session with a bridge."""
+    bridge = Bridge()
+    return Built(Session(scenario, bridge=bridge), bridge)
+
+
+class Served:
+    """A live flight whose server is here.
+
+    Args:
+        monkeypatch: of pytest.
+        built: what is flown, from its start.
+    """
+
+    def __init__(self, monkeypatch, built: Built) -> None:
+        monkeypatch.setattr("workbench.live.server_keeper.Serving", self._make)
+        self.wall = self.waited = 0.0
+        self.sent: list[object] = []
+        self.lost = False
+        self.connection, self._far = Pipe()
+        self._records: deque[object] = deque()
+        self.session, self.bridge = built
+        self.session.reset()
+        self.flying = Flying(self.session, self.bridge, {}, self, lambda: self.wall)
+        self.order(Serve(ServerConfig(port=0)))
+
+    def _make(self, config: ServerConfig, flight: Flight) -> "Served":
+        """Stand for the server's process."""
+        self.hub = Hub(
+            Terms(flight),
+            Admission(64, 64),
+            self._records.append,
+            lambda: self.wall + self.waited,
+        )
+        self._records.append(ServerStatus("here:1", "", (), {}, ()))
+        return self
+
+    # What the flight has of its server.
+
+    def offer(self, record: object) -> None:
+        if not self.lost:
+            self.hub.hear([record])
+
+    def heard(self):
+        if self.lost:
+            raise EOFError
+        while self._records:
+            yield self._records.popleft()
+
+    def cause(self) -> str:
+        return "the server was killed"
+
+    def close(self) -> None:
+        self.connection.close()
+        self._far.close()
+
+    # What the flight has of its caller.
+
+    def post(self, message: object) -> None:
+        self.sent.append(message)
+
+    show = post
+
+    # What a test does.
+
+    def order(self, wanted) -> object:
+        """Do what the operator wants, and return the last thing that was said then."""
+        self.flying.obey([Order(1, wanted)])
+        self.hear()
+        return self.sent[-1]
+
+    def hear(self) -> None:
+        """Let the flight hear what clients have sent."""
+        self.flying._network.hear()
+
+    def fly(self, seconds: float) -> None:
+        """Fly on, by a wall clock at speed 1."""
+        end = self.wall + seconds
+        while self.wall < end:
+            self.hear()
+            self.wall += min(SLICE, end - self.wall)
+            self.flying.fly()
+
+    def age(self) -> float:
+        """Return how long the holder has been silent [s]."""
+        return self.bridge.authority.state(self.time).age
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.session.time
+
+    @property
+    def view(self) -> NetworkView:
+        """How the network does."""
+        return self.flying._network.view
+
+    @property
+    def stage(self) -> tuple[Hand, Stage]:
+        """Who flies, and how far the ladder has gone."""
+        return self.view.control.hand, self.view.control.stage
+
+    def flown(self) -> Flown:
+        """Return all that was flown."""
+        self.flying.obey([Order(2, GetFlown())])
+        (*_, answer) = [each for each in self.sent if isinstance(each, Answer)]
+        return answer.value
+
+    @property
+    def script(self) -> list[Action]:
+        """Return all that came into force."""
+        return self.flying._network.done
+
+    @property
+    def velocities(self) -> list[tuple[float, list[float]]]:
+        """Return times and velocities that came into force; HOLD is three zeros."""
+        return [(each.at, each.velocity) for each in self.script if each.velocity is not None]
+
+    @property
+    def reports(self) -> list[Report]:
+        """Return what was shown."""
+        return [each for each in self.sent if isinstance(each, Report)]
+
+
+class Client:
+    """A client, byte by byte.
+
+    Args:
+        served: the flight that it connects to.
+        name: what it calls itself.
+    """
+
+    def __init__(self, served: Served, name: str = "") -> None:
+        self._served = served
+        self._decoder = Decoder()
+        self._seq = 0
+        self.name = name
+        self.unsent = 0
+        self.lease = 0
+        self.said: list[dict] = []
+        self.seat = served.hub.open(self, f"127.0.0.1:{id(self) % 65536}", "tcp")
+        self.peer = self.said[0]["peer"]
+
+    # What the hub has of its connection.
+
+    def write(self, data: bytes) -> None:
+        for frame in self._decoder.feed(data):
+            if frame.kind == Kind.CONTROL:
+                self.said.append(json.loads(frame.payload))
+            if frame.flags & Flag.ACKNOWLEDGE:
+                self.said.append({"op": "batch", "seq": frame.seq})
+
+    def close(self) -> None:
+        """Be told that the connection ends."""
+
+    abort = close
+
+    # What a client does.
+
+    def say(self, **operation) -> None:
+        """Send an operation."""
+        self._send(Kind.CONTROL, 0, json.dumps(operation).encode(), 0)
+
+    def ask(self, id: int = 7, **operation) -> dict:
+        """Send an operation and return its answer."""
+        self.say(id=id, **operation)
+        self._served.hear()
+        return [each for each in self.said if each.get("id") == id][-1]
+
+    def request(self) -> int:
+        """Ask for control, and return the lease; 0 if it was refused."""
+        answer = self.ask(op="request_control", name=self.name)
+        self.lease = answer.get("lease", 0)
+        return self.lease
+
+    def command(self, *velocity, yaw_rate=0.0, lease=None, axes=15, t_ns=None) -> int:
+        """Send a command, and return its number."""
+        lease = self.lease if lease is None else lease
+        t_ns = round(self._served.time * 1e9) if t_ns is None else t_ns
+        payload = COMMAND_FIELDS.pack(lease, axes, *velocity, yaw_rate)
+        self._send(Kind.DATA, COMMAND, payload, t_ns)
+        return self._seq
+
+    def begin(self) -> None:
+        """Take control, and begin from neutral."""
+        assert self.request(), self.said[-1]
+        self.command(0.0, 0.0, 0.0)
+
+    def nacks(self, seq: int | None = None) -> list[str]:
+        """Return the codes of refusals of commands; of one, if its number is given."""
+        found = [each for each in self.said if each["op"] == "nack" and each.get("seq")]
+        return [each["code"] for each in found if seq in (None, each["seq"])]
+
+    def go(self) -> None:
+        """Let the connection end."""
+        self._served.hub.lost(self.seat)
+
+    def _send(self, kind: Kind, topic: int, payload: bytes, t_ns: int) -> None:
+        self._seq += 1
+        data = Frame(kind, topic, 0, self._seq, t_ns, payload).to_bytes()
+        while pause := self._served.hub.receive(self.seat, data):  # a flood is read later
+            self._served.waited += pause
+            data = b""

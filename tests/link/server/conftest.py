@@ -1,0 +1,300 @@
+"""A hub with connections that are made up, and a server's process with a flight that is."""
+
+import functools
+import hashlib
+import hmac
+import json
+import os
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from multiprocessing import Pipe
+from pathlib import Path
+
+import pytest
+
+from workbench.link.backplane import Flight, Published, ServerStatus, Stop
+from workbench.link.drone_topics import COMMAND, EVENTS, Outfit, drone_topics
+from workbench.link.server.admission import Admission
+from workbench.link.server.hub import Hub
+from workbench.link.server.terms import Terms
+from workbench.link.wire import Decoder, Flag, Frame, Kind
+
+OUTFIT = Outfit(rotors=4, fast=204.8, slow=10.24)
+ROOT = Path(__file__).resolve().parents[3]
+LIMIT = 20.0
+"""Generous: nothing here is a matter of time [s]."""
+
+
+@functools.cache
+def make_flight():
+    rows = (("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
+    return Flight("x500", drone_topics(OUTFIT), rows, (8.0, 8.0, 0.4))
+
+
+SIZES = {topic.id: topic.packer.size for topic in drone_topics(OUTFIT)}
+STATES = tuple(number for number in SIZES if number not in (16, EVENTS))
+
+
+def published(step, topics=STATES, wall_ns=None):
+    """Return a sample of a step of 1/204.8 s."""
+    wall_ns = time.time_ns() if wall_ns is None else wall_ns
+    t_ns = round(step * 1e9 / 204.8)
+    return Published(
+        t_ns, wall_ns, tuple((number, bytes(SIZES.get(number, 8))) for number in topics)
+    )
+
+
+def operation(op, seq=1, **values):
+    return saying({"op": op, **values}, seq)
+
+
+def saying(values, seq):
+    payload = json.dumps(values).encode()
+    return Frame(Kind.CONTROL, 0, 0, seq, 0, payload)
+
+
+def command(seq=1, lease=7, velocity=(0.0, 0.0, 0.0), yaw_rate=0.0, axes=15, t_ns=0):
+    payload = struct.pack("<II4f", lease, axes, *velocity, yaw_rate)
+    return Frame(Kind.DATA, COMMAND, 0, seq, t_ns, payload)
+
+
+def acknowledgement(seq):
+    return Frame(Kind.ACKNOWLEDGEMENT, 0, 0, seq, 0, b"")
+
+
+def proven(frame, key):
+    """Return the bytes of a frame with its proof, made by the words of the protocol alone."""
+    head = bytearray(frame.to_bytes()[:24])
+    head[6:8] = (frame.flags | 1).to_bytes(2, "little")
+    head[12:16] = (len(frame.payload) + 16).to_bytes(4, "little")
+    signed = bytes(head) + frame.payload
+    return signed + hmac.new(key, signed, hashlib.sha256).digest()[:16]
+
+
+def login_of(token, role, server_nonce, client_nonce="ab" * 16):
+    """Return login's fields and the key of the session, by the words of the protocol alone."""
+    nonces = bytes.fromhex(server_nonce + client_nonce)
+    secret = token.encode()
+    proof = hmac.new(secret, b"DH1 login" + role.encode() + nonces, hashlib.sha256).hexdigest()
+    key = hmac.new(secret, b"DH1 session" + nonces, hashlib.sha256).digest()
+    return {"role": role, "nonce": client_nonce, "proof": proof}, key
+
+
+class FakeTransport:
+    """Keeps what is written; `stuck` plays a connection whose other side reads nothing."""
+
+    def __init__(self):
+        self.data = bytearray()
+        self.stuck = False
+        self.closed = False
+
+    @property
+    def unsent(self):
+        return len(self.data) if self.stuck else 0
+
+    def write(self, data):
+        assert not self.closed
+        self.data += data
+
+    def close(self):
+        self.closed = True
+
+    abort = close
+
+
+class FakeClient:
+    """The other side of a made-up connection."""
+
+    def __init__(self, room, address):
+        self.room = room
+        self.transport = FakeTransport()
+        self.seat = room.hub.open(self.transport, address, "tcp")
+        self._decoder = Decoder()
+
+    def send(self, *frames):
+        data = b"".join(f if isinstance(f, bytes) else f.to_bytes() for f in frames)
+        return self.room.hub.receive(self.seat, data)
+
+    def frames(self):
+        """Return the frames that have come since the last call."""
+        data = bytes(self.transport.data)
+        self.transport.data.clear()
+        frames = list(self._decoder.feed(data))
+        assert self._decoder.waiting == 0, "a frame that was begun is not finished"
+        return frames
+
+    def said(self):
+        """Return the operations that have come."""
+        return [json.loads(f.payload) for f in self.frames() if f.kind == Kind.CONTROL]
+
+    def answer(self, op):
+        """Return the last operation of a name that has come."""
+        return [each for each in self.said() if each["op"] == op][-1]
+
+    def acknowledge(self):
+        """Read all there is and acknowledge as a good client does; return the frames."""
+        frames = self.frames()
+        for frame in frames:
+            if frame.flags & Flag.ACKNOWLEDGE:
+                self.send(acknowledgement(frame.seq))
+        return frames
+
+    @property
+    def is_in(self):
+        return not self.seat.gone
+
+
+class Room:
+    """A hub whose clock is told, and what it has told the flight."""
+
+    def __init__(self, clients=16, an_address=4, **terms):
+        self.now = 100.0
+        self.told = []
+        self.terms = Terms(make_flight(), clients=clients, **terms)
+        admission = Admission(clients, an_address)
+        self.hub = Hub(self.terms, admission, self.told.append, lambda: self.now)
+
+    def connect(self, address="10.0.0.1:5000"):
+        return FakeClient(self, address)
+
+    def wait(self, seconds):
+        """Let time pass, with the hub looking ten times a second."""
+        for _ in range(round(10 * seconds)):
+            self.now += 0.1
+            self.hub.tick()
+
+    def asked(self, kind):
+        return [each for each in self.told if isinstance(each, kind)]
+
+
+class Raw:
+    """A client of sockets alone."""
+
+    def __init__(self, port, host="127.0.0.1", context=None, source=None):
+        self.socket = socket.create_connection(
+            (host, port), LIMIT, source_address=(source, 0) if source else None
+        )
+        if context is not None:
+            self.socket = context.wrap_socket(self.socket)
+        self._decoder = Decoder()
+        self._frames = []
+
+    __enter__ = lambda self: self  # noqa: E731
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def send(self, *frames):
+        data = b"".join(f if isinstance(f, bytes) else f.to_bytes() for f in frames)
+        self.socket.sendall(data)
+
+    def frame(self):
+        """Wait for a frame; None at the end of the connection."""
+        while not self._frames:
+            data = self.socket.recv(65536)
+            if not data:
+                return None
+            self._frames += self._decoder.feed(data)
+        return self._frames.pop(0)
+
+    def answer(self, op):
+        """Wait for an operation, and let others pass."""
+        while (frame := self.frame()) is not None:
+            if frame.kind == Kind.CONTROL:
+                said = json.loads(frame.payload)
+                if said["op"] == op:
+                    return said
+        raise AssertionError(f"the connection ended without {op}")
+
+    def rest(self):
+        """Wait for the end; return the operations until then."""
+        frames = list(iter(self.frame, None))
+        return [json.loads(frame.payload) for frame in frames if frame.kind == Kind.CONTROL]
+
+
+class Process:
+    """A server's process, and the flight's end of its connection."""
+
+    def __init__(self, config):
+        self.flight, other = Pipe()
+        fd = other.fileno()
+        self._noise = tempfile.TemporaryFile()  # noqa: SIM115
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "workbench.link.server.process", str(fd)],
+            pass_fds=[fd],
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            stderr=self._noise,
+        )
+        other.close()
+        self.flight.send(config)
+        self.flight.send(make_flight.__wrapped__())  # a packer that was used is no record
+        self.begun = self.hear()
+        if isinstance(self.begun, ServerStatus):
+            self.port = int(self.begun.address.rpartition(":")[2])
+
+    def hear(self):
+        """Wait for a record."""
+        assert self.flight.poll(LIMIT), "the server says nothing"
+        return self.flight.recv()
+
+    def hear_of(self, kind, fits=lambda record: True):
+        """Wait for a record of a kind."""
+        end = time.monotonic() + LIMIT
+        while not isinstance(record := self.hear(), kind) or not fits(record):
+            assert time.monotonic() < end, f"no {kind.__name__}"
+        return record
+
+    def client(self, **how):
+        return Raw(self.port, **how)
+
+    def stop(self):
+        """Stop it; return what it has printed."""
+        try:
+            self.flight.send(Stop.STOP)
+            while self.flight.poll(LIMIT):
+                self.flight.recv()
+        except (OSError, EOFError):  # it has ended
+            self.flight.close()
+        try:
+            self.process.wait(LIMIT)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise
+        finally:
+            self.flight.close()
+        if not self._noise.closed:
+            self._noise.seek(0)
+            self.printed = self._noise.read().decode()
+            self._noise.close()
+        return self.printed
+
+
+@pytest.fixture
+def parts():
+    """Return what these tests are made of."""
+    return sys.modules[__name__]
+
+
+@pytest.fixture
+def room():
+    """Return a hub without tokens."""
+    return Room()
+
+
+@pytest.fixture
+def serve():
+    """Return a function that starts a server; all end with the test, and have nothing to tell."""
+    servers = []
+
+    def start(config):
+        servers.append(Process(config))
+        return servers[-1]
+
+    yield start
+    for each in servers:
+        assert each.stop() == ""

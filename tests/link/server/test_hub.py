@@ -1,0 +1,373 @@
+"""What becomes of a client, by what it does and does not; time is told."""
+
+import asyncio
+import json
+
+import pytest
+
+from workbench.link.backplane import (
+    Command,
+    ControlState,
+    Disconnect,
+    FlightOperation,
+    GetParameters,
+    Gone,
+    Hand,
+    Refused,
+    ReleaseControl,
+    Reply,
+    RequestControl,
+    Role,
+    ServerStatus,
+    SetParameters,
+    Stage,
+    Stop,
+)
+from workbench.link.drone_topics import EVENTS
+from workbench.link.server.hub import Hub
+from workbench.link.wire import Flag, Kind
+
+HELD = ControlState(Hand.CLIENT, 3, "phone", Stage.LIVE, 0.1, "it asked")
+
+
+def test_hello_comes_first_and_says_all_that_is_needed(room, parts):
+    client = room.connect()
+    (frame,) = client.frames()
+    said = json.loads(frame.payload)
+    assert (frame.kind, frame.topic, frame.seq) == (0, 0, 1)
+    assert said["op"] == "hello"
+    assert said["protocol"] == [1, 1]
+    assert said["vehicle"] == "x500"
+    assert said["login"] is False
+    assert said["peer"] == 1
+    assert bytes.fromhex(said["nonce"]) and len(said["nonce"]) == 32
+    assert said["limits"]["clients"] == 16
+    assert said["limits"]["clients_an_address"] == 4
+    assert [each["name"] for each in said["topics"]][0] == "/dh_drone/time_data"
+    assert said["parameters"][0]["name"] == "kp_x"
+
+
+def test_no_two_clients_have_the_same_nonce_or_number(room):
+    hellos = [room.connect(f"10.0.0.{n}:1").answer("hello") for n in range(1, 9)]
+    assert len({hello["nonce"] for hello in hellos}) == 8
+    assert [hello["peer"] for hello in hellos] == list(range(1, 9))
+
+
+def test_nothing_comes_before_it_is_subscribed_to(room, parts):
+    client = room.connect()
+    client.frames()
+    room.hub.hear([parts.published(1)])
+    assert client.frames() == []
+    client.send(parts.operation("subscribe", topics=["/dh_drone/velocity_data"], id=5))
+    said = client.answer("subscribe")
+    assert (said["id"], said["topics"]) == (5, ["/dh_drone/velocity_data"])
+    room.hub.hear([parts.published(2)])
+    (frame,) = client.frames()
+    assert (frame.kind, frame.topic, frame.t_ns) == (Kind.DATA, 3, 9765625)
+    assert frame.flags == Flag.ACKNOWLEDGE
+
+
+def test_all_topics_come_with_a_star(room, parts):
+    client = room.connect()
+    client.send(parts.operation("subscribe", topics=["*"]))
+    client.frames()
+    got = set()
+    for step in range(1, 9):
+        room.hub.hear([parts.published(step, (*parts.STATES, EVENTS))])
+        got |= {frame.topic for frame in client.acknowledge()}
+    assert got == {*parts.STATES, EVENTS}
+
+
+def test_an_unknown_topic_changes_nothing(room, parts):
+    client = room.connect()
+    client.send(parts.operation("subscribe", topics=["/dh_drone/imu_data"], id=3))
+    said = client.answer("nack")
+    assert (said["id"], said["code"]) == (3, "unknown_topic")
+    room.hub.hear([parts.published(1)])
+    assert client.frames() == []
+
+
+def test_who_commands_is_told_to_all_and_to_whoever_comes(room):
+    first = room.connect()
+    first.frames()
+    room.hub.hear([HELD])
+    said = first.answer("control_state")
+    assert (said["hand"], said["peer"], said["name"]) == ("client", 3, "phone")
+    assert (said["stage"], said["age"], said["reason"]) == ("live", 0.1, "it asked")
+    assert [each["op"] for each in room.connect("b:1").said()] == ["hello", "control_state"]
+
+
+def test_a_command_reaches_the_flight_as_it_stood_in_its_frame(room, parts):
+    client = room.connect()
+    client.send(parts.command(9, 77, (1.0, -2.0, 0.5), 0.25, axes=7, t_ns=123))
+    assert room.told == [Command(1, 9, 123, 77, 7, (1.0, -2.0, 0.5), 0.25)]
+
+
+@pytest.mark.parametrize(
+    ("said", "asked"),
+    [
+        ({"op": "request_control", "name": "me"}, RequestControl(1, 4, "me")),
+        ({"op": "request_control"}, RequestControl(1, 4, "client 1")),
+        ({"op": "release_control", "lease": 8}, ReleaseControl(1, 4, 8)),
+        (
+            {"op": "flight", "what": "take_off", "height": 2.5, "lease": 8},
+            FlightOperation(1, 4, 8, "take_off", 2.5),
+        ),
+        ({"op": "parameters", "get": ["kp_x"]}, GetParameters(1, 4, ("kp_x",))),
+        (
+            {"op": "parameters", "set": {"kp_x": 3}, "lease": 8},
+            SetParameters(1, 4, 8, {"kp_x": 3.0}),
+        ),
+    ],
+)
+def test_requests_reach_the_flight_and_its_reply_the_client(room, parts, said, asked):
+    client, other = room.connect(), room.connect()
+    client.frames(), other.frames()
+    client.send(parts.operation(**said, id=4))
+    assert room.told == [asked]
+    room.hub.hear([Reply(1, 4, {"op": said["op"], "fine": True})])
+    assert client.said() == [{"op": said["op"], "fine": True, "id": 4}]
+    assert other.said() == []
+
+
+def test_a_refusal_of_the_flight_is_a_nack_of_the_frame(room, parts):
+    client = room.connect()
+    room.hub.hear([Refused(1, 9, "too_fast", "over twice the limit")])
+    said = client.answer("nack")
+    assert (said["seq"], said["code"], said["said"]) == (9, "too_fast", "over twice the limit")
+    assert room.hub.refusals.counts == {"too_fast": 1}
+
+
+def test_a_reply_that_json_has_no_numbers_for_is_a_nack(room, parts):
+    client = room.connect()
+    room.hub.hear([Reply(1, 4, {"op": "parameters", "values": {"a": float("nan")}})])
+    assert client.answer("nack")["id"] == 4
+
+
+def test_what_is_for_a_client_that_has_gone_is_nothing(room, parts):
+    room.hub.hear([Reply(9, 1, {}), Refused(9, 1, "held", ""), Disconnect(9, "")])
+
+
+def test_more_requests_than_16_wait_for_the_flight_in_vain(room, parts):
+    client = room.connect()
+    for id in range(1, 18):
+        client.send(parts.operation("parameters", get=[], id=id))
+    assert len(room.told) == 16
+    assert client.answer("nack")["id"] == 17
+    room.hub.hear([Reply(1, 1, {"op": "parameters", "values": {}})])
+    client.send(parts.operation("parameters", get=[], id=18))
+    assert len(room.told) == 17
+
+
+def test_a_ping_is_answered_with_the_flights_time(room, parts):
+    client = room.connect()
+    room.hub.hear([parts.published(2)])
+    client.send(parts.operation("ping", id=2))
+    assert client.answer("pong") == {"op": "pong", "id": 2, "t_ns": 9765625}
+
+
+def test_where_commands_are_not_allowed_all_only_watch(parts):
+    room = parts.Room(allow_commands=False)
+    client = room.connect()
+    client.send(parts.operation("login", name="me", role="command"))
+    assert client.answer("login")["role"] == "view"
+    client.send(parts.command(9), parts.operation("request_control", id=3))
+    codes = [(each["code"], each.get("id"), each.get("seq")) for each in client.said()]
+    assert codes == [("not_allowed", None, 9), ("not_allowed", 3, None)]
+    assert room.told == []
+
+
+def test_the_flight_learns_at_once_that_a_client_has_gone(room):
+    client = room.connect()
+    room.hub.lost(client.seat)
+    room.hub.lost(client.seat)
+    assert room.told == [Gone(1)]
+
+
+def test_goodbye_ends_the_connection(room, parts):
+    client = room.connect()
+    client.send(parts.operation("bye"))
+    assert client.answer("bye")
+    assert client.transport.closed
+    assert room.told == [Gone(1)]
+
+
+def test_the_operator_disconnects_a_client_with_a_reason(room):
+    client, other = room.connect(), room.connect()
+    room.hub.hear([Disconnect(1, "you are too loud")])
+    said = client.answer("error")
+    assert (said["code"], said["said"]) == ("disconnected", "you are too loud")
+    assert client.transport.closed
+    assert other.is_in
+
+
+def test_when_the_server_stops_all_are_told(room):
+    clients = [room.connect(), room.connect()]
+    room.hub.hear([Stop.STOP])
+    assert room.hub.stopped.is_set()
+    room.hub.stop("the server stops")
+    assert [each.answer("bye")["said"] for each in clients] == ["the server stops"] * 2
+    assert all(each.transport.closed for each in clients)
+
+
+def test_a_client_that_acknowledges_nothing_is_out_in_five_seconds(room, parts):
+    client, other = room.connect(), room.connect()
+    for each in (client, other):
+        each.send(parts.operation("subscribe", topics=["*"]))
+    for step in range(1, 49):
+        room.hub.hear([parts.published(step)])
+        other.acknowledge()
+        room.wait(0.1)
+    assert client.is_in
+    room.hub.hear([parts.published(50)])
+    other.acknowledge()
+    room.wait(0.4)
+    said = client.answer("error")
+    assert said["code"] == "slow"
+    assert client.transport.closed
+    assert other.is_in
+
+
+def test_a_write_that_is_blocked_for_two_seconds_ends_the_connection(room, parts):
+    client, other = room.connect(), room.connect()
+    client.transport.stuck = True
+    client.send(parts.operation("ping"))
+    room.wait(1.9)
+    assert client.is_in
+    room.wait(0.3)
+    assert client.transport.closed
+    assert other.is_in
+    assert room.hub.refusals.counts == {"slow": 1}
+
+
+def test_answers_that_nobody_reads_are_64_at_most(room, parts):
+    client = room.connect()
+    client.transport.stuck = True
+    client.transport.data += bytes(40_000)
+    for id in range(64):
+        client.send(parts.operation("ping", id=id))
+    assert client.is_in
+    client.send(parts.operation("ping", id=65))
+    assert not client.is_in
+    assert room.hub.refusals.counts == {"overflow": 1}
+
+
+def test_the_clients_status_is_told_twice_a_second_and_on_change(room, parts):
+    client = room.connect("10.0.0.9:7")
+    client.send(parts.operation("login", name="phone", role="view"))
+    room.hub.tick()
+    (status,) = room.asked(ServerStatus)
+    (peer,) = status.peers
+    assert (peer.peer, peer.address, peer.name) == (1, "10.0.0.9:7", "phone")
+    assert (peer.transport, peer.role) == ("tcp", Role.VIEW)
+    assert (peer.rate, peer.age, peer.dropped, peer.refused) == (0.0, 0.0, 0, 0)
+    room.wait(2.0)
+    assert 4 <= len(room.asked(ServerStatus)) - 1 <= 5
+    room.hub.lost(client.seat)
+    room.hub.tick()
+    assert room.asked(ServerStatus)[-1].peers == ()
+
+
+def test_the_status_tells_rate_and_age_of_what_was_acknowledged(room, parts, monkeypatch):
+    monkeypatch.setattr("time.time_ns", lambda: 5_000_000_000)
+    client = room.connect()
+    client.send(parts.operation("subscribe", topics=["*"]))
+    client.frames()
+    for step in range(1, 11):
+        room.hub.hear([parts.published(step, range(1, 9), wall_ns=4_750_000_000)])
+        client.acknowledge()
+    (peer,) = room.hub.status().peers
+    assert (peer.rate, peer.age) == (82.0, 0.25), "hello and an answer were read too"
+
+
+def test_a_fault_of_the_servers_own_ends_one_connection_only(room, parts, monkeypatch, caplog):
+    client, other = room.connect(), room.connect()
+    monkeypatch.setattr(client.seat.peer, "_take", lambda frame, now: 1 / 0)
+    client.send(parts.operation("ping"))
+    assert client.answer("error")["code"] == "internal"
+    other.send(parts.operation("ping"))
+    assert other.answer("pong")
+    assert "ZeroDivisionError" in caplog.text
+
+
+def test_a_flood_is_read_at_a_thousand_frames_a_second(room, parts):
+    client = room.connect()
+    client.frames()
+    flood = b"".join(parts.operation("ping", seq).to_bytes() for seq in range(2000))
+    pause = client.send(flood)
+    answered = len(client.said())
+    assert pause > 0.0
+    assert answered <= 201
+    began = room.now
+    while pause > 0.0:
+        room.now += pause
+        pause = client.send(b"")
+        answered += len(client.said())
+    assert answered == 2000
+    assert 1.5 <= room.now - began <= 2.5
+
+
+def test_acknowledgements_are_no_flood(room, parts):
+    client = room.connect()
+    client.send(parts.operation("subscribe", topics=["*"]))
+    client.frames()
+    for step in range(1, 2000):
+        room.hub.hear([parts.published(step, range(1, 9))])
+        for frame in client.frames():
+            if frame.flags & Flag.ACKNOWLEDGE:
+                assert client.send(parts.acknowledgement(frame.seq)) == 0.0
+
+
+def test_eight_clients_get_eight_topics_without_a_gap(room, parts):
+    clients = [room.connect(f"10.0.0.{n}:1") for n in range(8)]
+    for client in clients:
+        client.send(parts.operation("subscribe", topics=["*"]))
+        client.frames()
+    got = [[] for _ in clients]
+    for step in range(1, 251):
+        room.hub.hear([parts.published(step, range(1, 9))])
+        for client, frames in zip(clients, got, strict=True):
+            frames += client.acknowledge()
+    for frames in got:
+        for topic in range(1, 9):
+            times = [frame.t_ns for frame in frames if frame.topic == topic]
+            assert times == [round(step * 1e9 / 204.8) for step in range(1, 251)]
+        assert [frame.seq for frame in frames] == list(range(3, 2003))
+
+
+def test_attend_runs_a_connection_from_hello_to_its_end(room, parts):
+    async def run():
+        transport = parts.FakeTransport()
+        data = parts.operation("ping", id=1).to_bytes()
+
+        async def incoming():
+            for byte in data:
+                yield bytes([byte])
+            raise ConnectionResetError
+
+        hub: Hub = room.hub
+        await hub.attend(incoming(), transport, "[::1]:80", "websocket")
+        return bytes(transport.data)
+
+    data = asyncio.run(run())
+    assert b'"op":"hello"' in data
+    assert b'"op":"pong"' in data
+    assert room.told == [Gone(1)]
+
+
+def test_attend_reads_nothing_from_who_is_refused(room, parts):
+    async def run():
+        room.hub._admission = type(room.hub._admission)(1, 1)
+        room.connect()
+
+        async def incoming():
+            raise AssertionError("read")
+            yield b""
+
+        transport = parts.FakeTransport()
+        await room.hub.attend(incoming(), transport, "10.0.0.1:80", "websocket")
+        return transport
+
+    transport = asyncio.run(run())
+    assert b'"too_many"' in transport.data
+    assert transport.closed

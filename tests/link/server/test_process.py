@@ -1,0 +1,292 @@
+"""The real process, over real sockets of this machine."""
+
+import os
+import signal
+import socket
+import ssl
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from workbench.link.backplane import (
+    Command,
+    ControlState,
+    Gone,
+    Hand,
+    Reply,
+    RequestControl,
+    ServerFailed,
+    ServerStatus,
+    Stage,
+)
+from workbench.link.server.config import ServerConfig
+
+ANY = ServerConfig(port=0)
+RESET = struct.pack("ii", 1, 0)
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory):
+    """Return the paths of a certificate for this machine and of its key."""
+    folder = tmp_path_factory.mktemp("certificate")
+    cert, key = folder / "cert.pem", folder / "key.pem"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
+        + ["-nodes", "-keyout", key, "-out", cert, "-days", "2", "-subj", "/CN=localhost"],
+        check=True,
+        capture_output=True,
+    )
+    return str(cert), str(key)
+
+
+def descriptors(server):
+    return len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))
+
+
+def wait_until(fits):
+    end = time.monotonic() + 20.0
+    while not fits():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_it_says_where_it_listens_and_serves(serve, parts):
+    server = serve(ANY)
+    assert isinstance(server.begun, ServerStatus)
+    assert server.begun.address == f"127.0.0.1:{server.port}"
+    with server.client() as client:
+        assert client.answer("hello")["vehicle"] == "x500"
+        client.send(parts.operation("subscribe", topics=["/dh_drone/time_data"]))
+        client.answer("subscribe")
+        server.flight.send(parts.published(3))
+        frame = client.frame()
+        assert (frame.topic, frame.flags, frame.t_ns) == (1, 2, 14648438)
+        client.send(parts.acknowledgement(frame.seq), parts.command(6))
+        assert server.hear_of(Command).seq == 6
+        client.send(parts.operation("request_control", 7, id=3, name="me"))
+        assert server.hear_of(RequestControl) == RequestControl(1, 3, "me")
+        server.flight.send(Reply(1, 3, {"op": "request_control", "lease": 5, "expires": 0.5}))
+        assert client.answer("request_control")["lease"] == 5
+        status = server.hear_of(ServerStatus, lambda record: record.peers)
+        assert status.peers[0].address.startswith("127.0.0.1:")
+    assert server.hear_of(Gone) == Gone(1)
+
+
+def test_it_loads_neither_drake_nor_numpy():
+    code = (
+        "import sys, workbench.link.server.process\n"
+        "print([n for n in ('pydrake', 'numpy', 'PyQt6', 'aiohttp') if n in sys.modules])"
+    )
+    root = Path(__file__).resolve().parents[3]
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, check=True)
+    assert done.stdout.strip() == b"[]"
+
+
+def test_a_port_in_use_is_said_in_a_sentence(serve):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        server = serve(ServerConfig(port=port))
+        assert isinstance(server.begun, ServerFailed)
+        assert server.begun.said.startswith(f"port {port} at 127.0.0.1 is in use")
+
+
+@pytest.mark.parametrize(
+    ("config", "said"),
+    [
+        (ServerConfig("0.0.0.0", port=0), "others can reach 0.0.0.0"),
+        (ServerConfig(port=0, token_file="/nowhere"), "/nowhere"),
+        (ServerConfig(port=0, tls_cert="/nowhere", tls_key="/nowhere"), "/nowhere"),
+    ],
+)
+def test_what_cannot_be_had_is_said_in_a_sentence(serve, config, said):
+    server = serve(config)
+    assert isinstance(server.begun, ServerFailed)
+    assert said in server.begun.said
+
+
+def test_an_address_of_another_machine_is_said_in_a_sentence(serve, tmp_path):
+    path = tmp_path / "tokens"
+    path.write_text("view: " + "v" * 20 + "\ncommand: " + "c" * 20 + "\n")
+    path.chmod(0o600)
+    server = serve(ServerConfig("192.0.2.1", port=0, token_file=str(path)))
+    assert "192.0.2.1 is no address of this machine" in server.begun.said
+
+
+def test_it_says_goodbye_when_it_is_stopped(serve):
+    server = serve(ANY)
+    with server.client() as client:
+        client.answer("hello")
+        assert server.stop() == ""
+        assert client.rest() == [{"op": "bye", "said": "the server stops"}]
+    assert server.process.returncode == 0
+
+
+def test_it_ends_with_its_flight(serve):
+    server = serve(ANY)
+    with server.client() as client:
+        client.answer("hello")
+        server.flight.close()
+        assert client.rest()[-1]["op"] == "bye"
+        assert server.process.wait(20.0) == 0
+
+
+def test_what_is_no_frame_is_told_so_before_the_end(serve):
+    server = serve(ANY)
+    with server.client() as client:
+        client.send(b"GET / HTTP/1.1\r\nHost: me\r\n\r\n" * 100)
+        assert [each.get("code") for each in client.rest()] == [None, "magic"]
+
+
+def test_a_reset_is_a_client_that_has_gone(serve, parts):
+    server = serve(ANY)
+    client = server.client()
+    client.send(parts.command())
+    server.hear_of(Command)
+    client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
+    client.socket.close()
+    assert server.hear_of(Gone) == Gone(1)
+
+
+def test_half_a_frame_and_then_nothing_is_a_client_that_has_gone(serve, parts):
+    server = serve(ANY)
+    with server.client() as client:
+        client.send(parts.command(), parts.command().to_bytes()[:30])
+        server.hear_of(Command)
+        client.socket.shutdown(socket.SHUT_WR)
+        assert server.hear_of(Gone) == Gone(1)
+
+
+def test_a_crowd_of_connections_leaves_nothing_behind(serve):
+    server = serve(ANY)
+    with server.client() as steady:
+        steady.answer("hello")
+        before = descriptors(server)
+        most = 0
+        for _ in range(6):
+            crowd = [server.client() for _ in range(50)]
+            most = max(most, descriptors(server))
+            for each in crowd:
+                each.socket.close()
+        assert most <= before + 16 + 32
+        wait_until(lambda: descriptors(server) == before)
+        server.hear_of(
+            ServerStatus,
+            lambda record: len(record.peers) == 1 and record.refusals.get("too_many", 0) > 100,
+        )
+
+
+def test_a_client_beyond_the_places_is_told_so(serve):
+    server = serve(ANY)
+    clients = [server.client() for _ in range(12)]
+    for each in clients:
+        each.answer("hello")
+    with server.client() as late:
+        assert [each["code"] for each in late.rest()] == ["too_many"]
+    with server.client(source="127.0.0.2") as other:
+        other.answer("hello")
+    for each in clients:
+        each.socket.close()
+
+
+def test_a_client_that_stops_reading_is_out_and_others_get_everything(serve, parts):
+    server = serve(ANY)
+    with server.client() as still, server.client() as good:
+        for client in (still, good):
+            client.send(parts.operation("subscribe", topics=["*"]))
+        good.answer("subscribe")
+        times = []
+        begun = time.monotonic()
+        step = 0
+        while time.monotonic() < begun + 20.0:
+            step += 1
+            server.flight.send(parts.published(step, (1, 2)))
+            for _ in range(2):
+                frame = good.frame()
+                if frame.flags & 2:
+                    good.send(parts.acknowledgement(frame.seq))
+                times.append(frame.t_ns)
+            if server.flight.poll():
+                record = server.flight.recv()
+                if isinstance(record, ServerStatus) and "slow" in record.refusals:
+                    break
+            time.sleep(0.01)
+        assert time.monotonic() - begun >= 4.5
+        assert times == [round(n * 1e9 / 204.8) for n in range(1, step + 1) for _ in "12"]
+        assert still.rest()[-1]["code"] == "slow"
+
+
+def test_a_flight_that_stands_still_harms_no_client(serve, parts):
+    server = serve(ANY)
+    with server.client() as client:
+        client.answer("hello")
+        for seq in range(1, 3000):  # nobody reads these at the flight's end
+            client.send(parts.command(seq))
+        client.send(parts.operation("ping", 3000))
+        assert client.answer("pong")
+        commands = []
+        while not commands or commands[-1].seq < 2999:
+            commands.append(server.hear_of(Command))
+        assert len(commands) < 500
+        assert [each.seq for each in commands] == sorted(each.seq for each in commands)
+
+
+def test_who_commands_is_told_to_who_comes_later(serve):
+    server = serve(ANY)
+    server.flight.send(ControlState(Hand.OPERATOR, 0, "operator", Stage.LIVE, 0.0, "it pleased"))
+    with server.client() as client:
+        assert client.answer("control_state")["hand"] == "operator"
+
+
+def test_tls_serves_as_tcp_does(serve, parts, certificate):
+    cert, key = certificate
+    server = serve(ServerConfig(port=0, tls_cert=cert, tls_key=key))
+    context = ssl.create_default_context(cafile=cert)
+    context.check_hostname = False
+    with server.client(context=context) as client:
+        client.answer("hello")
+        client.send(parts.operation("subscribe", topics=["*"]))
+        client.answer("subscribe")
+        server.flight.send(parts.published(1))
+        assert client.frame().topic == 1
+        status = server.hear_of(ServerStatus, lambda record: record.peers)
+        assert status.peers[0].transport == "tls"
+        client.send(b"nonsense")
+        assert client.rest()[-1]["code"] == "magic"
+
+
+def test_a_plain_client_at_a_tls_port_is_refused_and_counted(serve, parts, certificate):
+    cert, key = certificate
+    server = serve(ServerConfig(port=0, tls_cert=cert, tls_key=key))
+    with server.client() as client:
+        client.send(parts.operation("ping"))
+        try:
+            while client.socket.recv(1000):
+                pass
+        except ConnectionResetError:
+            pass
+    status = server.hear_of(ServerStatus, lambda record: record.refusals)
+    assert status.refusals == {"tls": 1}
+    assert "connect with TLS" in status.log[-1]
+
+
+def test_who_never_shakes_hands_takes_no_place(serve, certificate):
+    cert, key = certificate
+    server = serve(ServerConfig(port=0, tls_cert=cert, tls_key=key))
+    before = descriptors(server)
+    silent = [server.client() for _ in range(60)]
+    wait_until(lambda: descriptors(server) == before)
+    for each in silent:
+        each.socket.close()
+    server.hear_of(ServerStatus, lambda record: sum(record.refusals.values()) == 60)
+
+
+def test_a_server_that_was_killed_leaves_its_clients_with_an_end(serve):
+    server = serve(ANY)
+    with server.client() as client:
+        client.answer("hello")
+        os.kill(server.process.pid, signal.SIGKILL)
+        assert client.rest() == []

@@ -1,0 +1,117 @@
+"""What a server is to do: where it listens, whom it lets in, and what they may do."""
+
+import ipaddress
+import ssl
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.errors import WorkbenchError
+from workbench.link.address import DEFAULT_PORT, LOOPBACK
+from workbench.link.authentication import Tokens, read_tokens
+
+LARGEST_PORT = 65535
+
+
+@dataclass(frozen=True)
+class ServerConfig:
+    """What a server is to do.
+
+    Attributes:
+        host: name or address where it listens.
+        port: of TCP, 0 for one that is free.
+        token_file: two tokens, to view and to command; "" without login.
+        tls_cert: certificate chain (PEM), "" without TLS.
+        tls_key: its private key (PEM).
+        allow_commands: whether anybody may command; else all only watch.
+        web: whether a page for phones is served.
+        web_port: of the page, 0 for one that is free.
+        clients: at once, of any kind.
+        clients_an_address: at once from one address of another machine.
+    """
+
+    host: str = LOOPBACK
+    port: int = DEFAULT_PORT
+    token_file: str = ""
+    tls_cert: str = ""
+    tls_key: str = ""
+    allow_commands: bool = True
+    web: bool = False
+    web_port: int = 0
+    clients: int = 16
+    clients_an_address: int = 4
+
+    def check(self) -> None:
+        """Look whether all that is asked for can be had.
+
+        Raises:
+            WorkbenchError: if it cannot.
+        """
+        if not self.host or any(sign.isspace() or sign == "/" for sign in self.host):
+            raise WorkbenchError(f"'{self.host}' is no host: write {LOOPBACK}, or 0.0.0.0 for all")
+        for name, port in (("port", self.port), ("port of the page", self.web_port)):
+            if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port <= LARGEST_PORT:
+                raise WorkbenchError(f"the {name} {port} is no number from 0 to {LARGEST_PORT}")
+        if self.web and self.port == self.web_port != 0:
+            raise WorkbenchError(f"server and page cannot both have the port {self.port}")
+        for name in ("clients", "clients_an_address"):
+            if getattr(self, name) < 1:
+                raise WorkbenchError(f"{name} is {getattr(self, name)}: let in 1 at least")
+        if not self.is_local and not self.token_file:
+            raise WorkbenchError(
+                f"others can reach {self.host}, and without tokens anybody of them could fly: "
+                f"give a token file, or listen at {LOOPBACK}"
+            )
+        self.tokens()
+        self.tls()
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only programs of this machine reach it."""
+        return is_loopback(self.host)
+
+    def tokens(self) -> Tokens | None:
+        """Return the tokens, None if no login is asked for.
+
+        Raises:
+            WorkbenchError: if the token file cannot be used.
+        """
+        return read_tokens(Path(self.token_file)) if self.token_file else None
+
+    def tls(self) -> ssl.SSLContext | None:
+        """Return what speaks TLS, None without.
+
+        Raises:
+            WorkbenchError: if certificate and key cannot be used.
+        """
+        if not self.tls_cert and not self.tls_key:
+            return None
+        if not self.tls_cert or not self.tls_key:
+            missing = "tls_key" if self.tls_cert else "tls_cert"
+            raise WorkbenchError(f"TLS needs a certificate and its key: {missing} is missing")
+        for path in (self.tls_cert, self.tls_key):
+            try:
+                Path(path).open("rb").close()
+            except (OSError, ValueError) as error:
+                reason = getattr(error, "strerror", None) or error
+                raise WorkbenchError(f"{path}: cannot be read: {reason}") from error
+        context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+        try:
+            # A password is never asked for: nobody sits at the terminal of a server.
+            context.load_cert_chain(self.tls_cert, self.tls_key, password=lambda: "")
+        except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+            raise WorkbenchError(
+                f"{self.tls_cert} and {self.tls_key} are no certificate (PEM) and its key without "
+                f"a password: {getattr(error, 'reason', None) or error}"
+            ) from error
+        return context
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether an address, or the name localhost, is one of this machine only."""
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return host.lower() == "localhost"
+    if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped:
+        return address.ipv4_mapped.is_loopback
+    return address.is_loopback

@@ -1,0 +1,161 @@
+"""What goes to a client: answers, events and state, never more than it is able to read.
+
+Answers go at once. Events and state go in batches whose last frame asks for an acknowledgement, and
+no more than two batches are on their way: buffers on the way hold seconds of data, which would be
+old when they are read.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from workbench.link.backplane import Published
+from workbench.link.server.pace import Pace
+from workbench.link.server.rings import Rings, Sample
+from workbench.link.topics import Delivery, Topic
+from workbench.link.wire import HEADER, MAGIC, VERSION, Flag, Kind
+
+LONGEST_QUEUE = 64
+"""Answers, or events, that may wait."""
+BATCHES = 2
+"""On their way."""
+SMALLEST_BATCH = 8
+BATCH_TIME = 0.1
+"""A batch has no more frames than the client reads in this time [s]."""
+KEPT_TIME = 0.4
+"""What it does not read in this time is dropped for newer [s]."""
+ACKNOWLEDGED_EVERY = 32
+"""In a long batch every so many frames ask too, as it may be long for a client that got slow."""
+LAST_SEQ = 2**32 - 2**20
+"""A connection with so high a number is to be made anew: numbers only rise."""
+
+# Plain numbers: an enumeration's operations cost a microsecond, and there are many frames.
+_CONTROL = int(Kind.CONTROL)
+_DATA = int(Kind.DATA)
+_ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
+
+
+class _Batch(NamedTuple):
+    seq: int
+    frames: int
+    sent: float
+    wall_ns: int
+
+
+class Outgoing:
+    """What goes to one client; times are told [s].
+
+    Attributes:
+        seq: number of the last frame.
+        acknowledged_ns: when the newest sample was taken that it has acknowledged, 0 before.
+    """
+
+    def __init__(self) -> None:
+        self.seq = 0
+        self.acknowledged_ns = 0
+        self.t_ns = 0
+        self._answers: deque[bytes] = deque()
+        self._events: deque[Sample] = deque()
+        self._event_topics: frozenset[int] = frozenset()
+        self._rings = Rings((), None)
+        self._dropped_before = 0
+        self._batches: deque[_Batch] = deque()
+        self._acknowledged = 0
+        self._heard = 0.0
+        self._pace = Pace()
+
+    @property
+    def dropped(self) -> int:
+        """Samples that the client was too slow for."""
+        return self._dropped_before + self._rings.dropped
+
+    @property
+    def overflowed(self) -> bool:
+        """Whether more is left after a `take` than may wait, so that the connection must end."""
+        return max(len(self._answers), len(self._events)) > LONGEST_QUEUE
+
+    def subscribe(self, topics: Sequence[Topic], rate: float | None) -> None:
+        """Send these topics from now on, of state ones at most so many frames a second each."""
+        self._dropped_before += self._rings.dropped
+        self._rings = Rings((each for each in topics if each.delivery is Delivery.STATE), rate)
+        self._event_topics = frozenset(
+            each.id for each in topics if each.delivery is Delivery.EVENT
+        )
+
+    def answer(self, payload: bytes) -> None:
+        """Send an operation."""
+        self._answers.append(payload)
+
+    def publish(self, published: Published) -> None:
+        """Keep what the client wants of this."""
+        self.t_ns = t_ns = published.t_ns
+        wall_ns = published.wall_ns
+        add = self._rings.add
+        events = self._event_topics
+        for topic, payload in published.payloads:
+            if topic in events:
+                self._events.append(Sample(topic, t_ns, wall_ns, payload))
+            else:
+                add(topic, t_ns, wall_ns, payload)
+
+    def take(self, now: float) -> bytes:
+        """Return what may be written now: whole frames, perhaps none."""
+        parts: list[bytes] = []
+        while self._answers:
+            self._add_frame(parts, _CONTROL, 0, 0, self.t_ns, self._answers.popleft())
+        if len(self._batches) < BATCHES and (self._events or self._rings.waiting):
+            self._add_batch(parts, now)
+        return b"".join(parts)
+
+    def last(self, payload: bytes) -> bytes:
+        """Return the frame of an operation that is the last one."""
+        parts: list[bytes] = []
+        self._add_frame(parts, _CONTROL, 0, 0, self.t_ns, payload)
+        return b"".join(parts)
+
+    def acknowledge(self, seq: int, now: float) -> bool:
+        """Note the last frame that the client has processed; return whether that can be."""
+        if not self._acknowledged < seq <= self.seq or not self._batches:
+            return False
+        self._pace.acknowledged(seq - self._acknowledged, now)
+        self._acknowledged = seq
+        self._heard = now
+        while self._batches and self._batches[0].seq <= seq:
+            batch = self._batches.popleft()
+            self._pace.batch(batch.frames, now - batch.sent)
+            self.acknowledged_ns = max(self.acknowledged_ns, batch.wall_ns)
+        return True
+
+    def silence(self, now: float) -> float:
+        """Return for how long an acknowledgement is due [s]."""
+        if not self._batches:
+            return 0.0
+        return now - max(self._heard, self._batches[0].sent)
+
+    def rate(self, now: float) -> float:
+        """Return the frames that the client reads [1/s]."""
+        return self._pace.shown(now)
+
+    def _add_batch(self, parts: list[bytes], now: float) -> None:
+        shown = self._pace.shown(now)
+        most = max(SMALLEST_BATCH, int(BATCH_TIME * shown))
+        # A client that is fast may have been sent little yet, so its last batch counts too.
+        keep = max(SMALLEST_BATCH, int(KEPT_TIME * shown), int(BATCH_TIME * self._pace.of_batch))
+        self._rings.thin(keep)
+        samples = [*self._events, *self._rings.take(most)]
+        self._events.clear()
+        left = len(samples)
+        newest = 0
+        for topic, t_ns, wall_ns, payload in samples:
+            left -= 1
+            flags = 0 if left % ACKNOWLEDGED_EVERY else _ACKNOWLEDGE
+            self._add_frame(parts, _DATA, topic, flags, t_ns, payload)
+            newest = max(newest, wall_ns)
+        self._batches.append(_Batch(self.seq, len(samples), now, newest))
+
+    def _add_frame(
+        self, parts: list[bytes], kind: int, topic: int, flags: int, t_ns: int, payload: bytes
+    ) -> None:
+        self.seq += 1
+        parts.append(HEADER.pack(MAGIC, VERSION, kind, topic, flags, self.seq, len(payload), t_ns))
+        parts.append(payload)

@@ -1,0 +1,106 @@
+"""What is the same for all clients of a server."""
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+
+from workbench.errors import unknown_name
+from workbench.link.authentication import Tokens
+from workbench.link.backplane import Flight, Role
+from workbench.link.codes import NackCode
+from workbench.link.drone_topics import COMMAND
+from workbench.link.hello import Hello, Limits, parameter_rows
+from workbench.link.json_fields import BadOperation
+from workbench.link.strict_json import write_json
+from workbench.link.topics import Direction, Topic
+
+SESSION_BYTES = 8
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What is the same for all clients of a server.
+
+    Attributes:
+        flight: what is flown.
+        tokens: None where no login is needed.
+        allow_commands: whether anybody may command.
+        clients: at once.
+        server: name and version.
+        session: differs from start to start.
+    """
+
+    flight: Flight
+    tokens: Tokens | None = None
+    allow_commands: bool = True
+    clients: int = 16
+    server: str = "drake-drone-workbench"
+    session: str = field(default_factory=lambda: secrets.token_hex(SESSION_BYTES))
+
+    @property
+    def open_role(self) -> Role | None:
+        """What a client may do without login; None if it must log in."""
+        if self.tokens is not None:
+            return None
+        return self.best_role
+
+    @property
+    def best_role(self) -> Role:
+        """The most that anybody may do."""
+        return Role.COMMAND if self.allow_commands else Role.VIEW
+
+    @cached_property
+    def command(self) -> Topic | None:
+        """The topic of commands."""
+        found = [topic for topic in self.flight.topics if topic.id == COMMAND]
+        return found[0] if found else None
+
+    def topics(self, names: Sequence[str], id: int) -> tuple[Topic, ...]:
+        """Return topics by their names, "*" for all that the server sends.
+
+        Raises:
+            BadOperation: if there is no such topic.
+        """
+        sent = {
+            topic.name: topic for topic in self.flight.topics if topic.direction is not Direction.IN
+        }
+        if "*" in names:
+            return tuple(sent.values())
+        for name in names:
+            if name not in sent:
+                said = str(unknown_name("topic", name, sent))
+                raise BadOperation(NackCode.UNKNOWN_TOPIC, said, id)
+        return tuple(sent[name] for name in dict.fromkeys(names))
+
+    def hello(self, peer: int, nonce: str, an_address: int) -> bytes:
+        """Return the payload of the first frame.
+
+        Args:
+            peer: number of the client.
+            nonce: for its login.
+            an_address: how many clients may come from its address.
+        """
+        limits = {**asdict(self._limits), "clients_an_address": an_address}
+        return write_json(self._hello | {"peer": peer, "nonce": nonce, "limits": limits})
+
+    @cached_property
+    def _limits(self) -> Limits:
+        level, climb, turn = self.flight.limits
+        return Limits(level, climb, turn, clients=self.clients)
+
+    @cached_property
+    def _hello(self) -> dict[str, object]:
+        """What the first frame says to all; definitions take milliseconds to write."""
+        hello = Hello(
+            server=self.server,
+            session=self.session,
+            peer=0,
+            vehicle=self.flight.vehicle,
+            nonce="",
+            login=self.tokens is not None,
+            limits=self._limits,
+            topics=self.flight.topics,
+            parameters=parameter_rows(self.flight.parameters),
+        )
+        return {"op": hello.op} | hello.values()
