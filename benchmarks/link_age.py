@@ -17,15 +17,15 @@ from pathlib import Path
 
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Scenario, SensorsConfig
+from workbench.scenario import Rates, Scenario, SensorsConfig
 
 SECONDS = 60.0
 CLIENTS = 8
 WARM_UP = 2.0
 """Clients are started one after the other; what is read before that is not counted [s]."""
 SLOW = 20.0
-FLOWN = Scenario(sensors=SensorsConfig(use=["imu"]))
-"""With an IMU, as clients subscribe to it too."""
+FLOWN = Scenario(sensors=SensorsConfig(use=["imu"]), rates=Rates(record_period=10.0))
+"""With an IMU, as clients subscribe to it too; it keeps no arrays, as `workbench serve` does."""
 CLIENT = Path(__file__).with_name("link_client.py")
 
 

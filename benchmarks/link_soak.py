@@ -80,6 +80,7 @@ class LinkSoakFigures:
         refused: what the server refused.
         good_gaps: samples that the good client has missed.
         good_ended: why its connection ended, "" if it did not.
+        last_refusals: of the server, in words.
     """
 
     rows: list[LinkSoakRow]
@@ -88,6 +89,7 @@ class LinkSoakFigures:
     refused: int
     good_gaps: int
     good_ended: str
+    last_refusals: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -215,6 +217,7 @@ def measure(minutes: float = MINUTES) -> LinkSoakFigures:
         refused=sum(status.refusals.values()) if status else 0,
         good_gaps=seen["gaps"],
         good_ended=seen["ended"],
+        last_refusals=status.log if status else (),
     )
 
 

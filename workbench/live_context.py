@@ -1,10 +1,11 @@
 """The Context of a flying workbench: the only file that writes to it, between steps."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import BasicVector, Context, System
+from pydrake.systems.framework import Context, System
 
 from workbench.diagram.core import STATE_DELAY
 from workbench.diagram.workbench import Workbench
@@ -19,6 +20,8 @@ from workbench.systems.flight_mode import FlightMode, initial_state
 from workbench.systems.pilot import Wish
 from workbench.vehicle_parameters import check_parameters
 
+Place = tuple[System, int, int]
+"""A system, the number of its numeric parameter, and an index in that."""
 START_HEIGHT = 1.5
 """Where a flight begins that starts hovering and says no place [m]."""
 
@@ -40,6 +43,8 @@ class LiveContext:
             WorkbenchError: if Drake cannot begin, or a fault is ordered of what is not there.
         """
         self._bench = bench
+        self._period = scenario.rates.control_period
+        self._places: dict[str, list[Place]] = {}
         self.simulator = Simulator(bench.diagram)
         self._start(scenario.start)
         root = self.simulator.get_mutable_context()
@@ -58,6 +63,11 @@ class LiveContext:
         return self.simulator.get_context()
 
     @property
+    def next_update(self) -> float:
+        """Time of the first control update that is still to come [s]."""
+        return math.ceil(self.root.get_time() / self._period - 1e-6) * self._period
+
+    @property
     def wish(self) -> Wish:
         """What the pilot asks for."""
         pilot = self._bench.pilot
@@ -74,26 +84,36 @@ class LiveContext:
         Raises:
             WorkbenchError: if nothing in this flight has it.
         """
-        for vector, index in self._places(row):
-            vector.SetAtIndex(index, value)
+        for system, number, index in self._find(row):
+            self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
         """Return a live parameter's value; exceptions as for `set`."""
-        vector, index = self._places(row)[0]
-        return float(vector.GetAtIndex(index))
+        system, number, index = self._find(row)[0]
+        return float(system.GetMyContextFromRoot(self.root).get_numeric_parameter(number)[index])
 
-    def _places(self, row: Parameter) -> list[tuple[BasicVector, int]]:
-        """Return the vectors in the Context that have a parameter, and its place there."""
+    def _find(self, row: Parameter) -> list[Place]:
+        """Return where in the Context a parameter is; looked up once, as that takes long."""
+        if row.name not in self._places:
+            self._places[row.name] = self._looked_up(row)
+        return self._places[row.name]
+
+    def _looked_up(self, row: Parameter) -> list[Place]:
+        """Return where in the Context a parameter is.
+
+        Raises:
+            WorkbenchError: if nothing in this flight has it.
+        """
         check_parameters(self._bench.vehicle, [row.name])
         index = parameters_of(row.system).index(row)
         if row.system == "rotors":
-            return [(self._of(self._bench.computer).get_mutable_numeric_parameter(SHARES), index)]
+            return [(self._bench.computer, SHARES, index)]
         systems = self._systems(row.system)
         if not systems:
             raise WorkbenchError(
                 f"{row.name} cannot be set: nothing in this flight has it: {_remedy(row.system)}"
             )
-        return [(self._of(each).get_mutable_numeric_parameter(0), index) for each in systems]
+        return [(each, 0, index) for each in systems]
 
     def _systems(self, name: str) -> list[System]:
         """Return the systems that rows of a name belong to."""

@@ -13,7 +13,7 @@ from workbench.resources import find_file, find_model, find_world
 from workbench.sensors_config import SensorsConfig, check_sensors
 from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 
-REQUESTS = ("arm", "take_off", "land", "stop")
+REQUESTS = ("arm", "take_off", "hold", "land", "stop")
 START_MODES = ("off", "hovering")
 FINEST_STEP = 1e-5
 SLOWEST = {

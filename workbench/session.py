@@ -24,7 +24,7 @@ from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
 from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
 from workbench.gains import flight_gains, remark_on_owner
-from workbench.link.authority import Limits
+from workbench.link.authority import SCRIPT_FLIES, Limits
 from workbench.link.backplane import Sampled
 from workbench.link.topics import Topic
 from workbench.live_context import START_HEIGHT, LiveContext, start_position
@@ -150,7 +150,7 @@ class Session:
         self._live.wish = gone_to(self._live.wish, place)
 
     def request(self, what: str, height: float = START_HEIGHT) -> None:
-        """Ask the flight mode to arm, take_off (to a height [m]), land, or stop at once.
+        """Ask the flight mode to arm, take_off (to a height [m]), hold, land, or stop at once.
 
         Raises:
             WorkbenchError: if it is none of these.
@@ -171,7 +171,7 @@ class Session:
             WorkbenchError: if a number is out of the range of its parameter.
         """
         velocity = finite("gust", velocity, 3)
-        self._set_all(gust_settings(velocity, self._next_update(), duration))
+        self._set_all(gust_settings(velocity, self._live.next_update, duration))
 
     def push(
         self,
@@ -187,7 +187,7 @@ class Session:
             WorkbenchError: if a number is out of the range of its parameter.
         """
         force, point = finite("push", force, 3), finite("point of the push", point, 3)
-        self._set_all(push_settings(force, point, self._next_update(), duration))
+        self._set_all(push_settings(force, point, self._live.next_update, duration))
 
     def set(self, name: str, value: float) -> None:
         """Give a live parameter a value; it takes effect at the next control update.
@@ -216,6 +216,8 @@ class Session:
         target = math.floor(self._due / step + 1e-6)
         while self._steps < target:
             for action in self._script.due(self._steps):
+                if self._bridge and action.flies:  # it comes before clients, as an operator does
+                    self._bridge.authority.begin(self.time, SCRIPT_FLIES)
                 self.act(action)
             self._advance(min(target, self._script.next_step))
 
@@ -234,7 +236,7 @@ class Session:
         return self._bench.topics
 
     def drain(self) -> list[Sampled]:
-        """Return what was published since the last call."""
+        """Return what was published since the last call, of the last 20 s at most."""
         return self._bridge.drain() if self._bridge else []
 
     def recording(self) -> Recording:
@@ -294,13 +296,9 @@ class Session:
     def _tell_limits(self) -> None:
         """Let commands from the network be held to the present limits."""
         if self._bridge:
+            self._bridge.settings += 1
             names = ("max_speed", "max_climb_rate", "max_yaw_rate")
             self._bridge.authority.limits = Limits(*map(self.get, names))
-
-    def _next_update(self) -> float:
-        """Return the time of the first control update that is still to come [s]."""
-        period = self.scenario.rates.control_period
-        return math.ceil(self.time / period - 1e-6) * period
 
     def _set_all(self, values: Mapping[str, float]) -> None:
         """Set live parameters, or none if one is out of range."""

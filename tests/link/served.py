@@ -6,6 +6,7 @@ come back as frames.
 
 import importlib.util
 import json
+import math
 import struct
 import sys
 from collections import deque
@@ -87,9 +88,13 @@ class Served:
 
     # What the flight has of its server.
 
-    def offer(self, record: object) -> None:
+    patience = math.inf
+
+    def tell(self, record: object) -> None:
         if not self.lost:
             self.hub.hear([record])
+
+    publish = tell
 
     def heard(self):
         if self.lost:
@@ -122,6 +127,8 @@ class Served:
     def hear(self) -> None:
         """Let the flight hear what clients have sent."""
         self.flying._network.hear()
+        while self._records and not self.lost and self.flying._network.connections:
+            self.flying._network.hear()  # the flight hears for a few milliseconds at a time
 
     def fly(self, seconds: float) -> None:
         """Fly on, by a wall clock at speed 1."""

@@ -36,7 +36,10 @@ class Office:
         return dict(reply.operation)
 
     def lease(self, peer: int = 1) -> int:
-        return self.asks(RequestControl(peer, 5, f"client {peer}"))["lease"]
+        lease = self.asks(RequestControl(peer, 5, f"client {peer}"))["lease"]
+        assert [(action.request, by) for action, by in self.did] == [("hold", "link")]
+        self.did.clear()
+        return lease
 
 
 @pytest.fixture

@@ -65,14 +65,18 @@ def test_a_flight_that_begins_anew_has_the_next_file(flight, tmp_path):
     flight.keeper.stop()
     assert len(read_log(tmp_path / "flight.mcap").done) == 1
     assert read_log(tmp_path / "flight-3.mcap").done == ()
-    assert flight.keeper.done == []
+    flight.keeper.start(str(tmp_path / "flight.mcap"))
+    flight.session.reset()
+    flight.keeper.begin_anew()
+    assert flight.keeper.stop() == str(tmp_path / "flight-4.mcap")  # 2 and 3 stay
+    assert len(flight.keeper.done) == 0
 
 
 def test_a_log_that_cannot_go_on_says_so_and_the_flight_does(flight, tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
     flight.keeper.start(str(folder / "flight.mcap"))
-    (folder / "flight-2.mcap").mkdir()
+    folder.rename(tmp_path / "gone")
     flight.session.reset()
     flight.keeper.begin_anew()
     assert "flight-2.mcap" in flight.keeper.said

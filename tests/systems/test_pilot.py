@@ -41,6 +41,15 @@ def test_of_two_requests_between_updates_the_more_urgent_one_stays():
     assert requested(stop, Request.ARM, 0.0, FlightMode.HOVERING, 5.0).request == Request.ARM
 
 
+def test_a_hold_outranks_the_take_off_before_it_and_not_the_one_after():
+    """A new holder's first take-off comes right after the hold of the change of hands."""
+    rising = requested(Wish(), Request.TAKE_OFF, 2.0, FlightMode.OFF, 0.0)
+    held = requested(rising, Request.HOLD, 0.0, FlightMode.OFF, 0.0)
+    assert held.request == Request.HOLD
+    assert requested(held, Request.TAKE_OFF, 2.0, FlightMode.OFF, 0.0).request == Request.TAKE_OFF
+    assert requested(held, Request.LAND, 0.0, FlightMode.OFF, 0.0).request == Request.LAND
+
+
 def test_the_system_shows_and_keeps_the_wish():
     pilot = Pilot()
     context = pilot.CreateDefaultContext()

@@ -1,6 +1,7 @@
 """`workbench serve`: a flight in real time that others watch and fly over the network."""
 
 import argparse
+import math
 import signal
 import sys
 import threading
@@ -25,6 +26,8 @@ from workbench.link.address import DEFAULT_PORT, LOOPBACK
 from workbench.link.authority import NOBODY_YET
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from workbench.link.server.config import ServerConfig
     from workbench.live.flight import LiveFlight
     from workbench.live.view import LiveView
@@ -103,16 +106,19 @@ def run(args: argparse.Namespace) -> int:
         view = flight.wait()
         for remark in view.remarks:
             say(remark)
+        address = _known(flight.serve(config), "the server listens")
         if args.log:
-            say(f"logging to {flight.keep_log(args.log).result(STARTING)}")
-        address = flight.serve(config).result(STARTING)
+            say(f"logging to {_known(flight.keep_log(args.log), 'the log is begun')}")
         assert view.vehicle
         print(f"serving {view.vehicle.name} at {address}", flush=True)
         if view.url:
             say(f"drawn at {view.url}")
         if config.web:
             _say_page(flight)
-        return _watch(flight, args.duration, stopped)
+        code = _watch(flight, args.duration, stopped)
+        if args.log:
+            flight.stop_log().result()  # a long log takes its time, and is not to be cut short
+        return code
 
 
 def _config(args: argparse.Namespace) -> "ServerConfig":
@@ -141,8 +147,22 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
         say("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")
     scenario = with_sensors(with_vehicle(scenario, args), args)
     # Nobody asks for the arrays: without this they would fill the memory in a flight of days.
-    scenario.rates.record_period = SLOWEST["record_period"]
+    step = scenario.rates.physics_step
+    scenario.rates.record_period = step * math.floor(SLOWEST["record_period"] / step)
+    scenario.sensors.keep = False
     return scenario
+
+
+def _known(answer: "Future[str]", what: str) -> str:
+    """Return an answer of the flight.
+
+    Raises:
+        WorkbenchError: if it is a refusal, or does not come.
+    """
+    try:
+        return answer.result(STARTING)
+    except TimeoutError as error:
+        raise WorkbenchError(f"it took more than {STARTING:g} s until {what}: try again") from error
 
 
 def _say_page(flight: "LiveFlight") -> None:
@@ -170,8 +190,8 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
         view = flight.latest()
         if view.phase is Phase.ENDED:
             raise WorkbenchError(view.said)
-        if view.network.server is None:
-            raise WorkbenchError(view.network.said or "the server has ended")
+        if view.network.server is None and view.network.said:
+            raise WorkbenchError(view.network.said)
         if view.phase is Phase.BROKEN:
             say(f"{view.said}; the server stops")
             return ExitCode.NOT_AS_DEMANDED
@@ -184,8 +204,7 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
 
 def _say_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:
     """Say what was refused since the last time."""
-    assert view.network.server
-    log = view.network.server.log
+    log = view.network.server.log if view.network.server else told
     for sentence in log:
         if sentence not in told:
             say(f"refused: {sentence}")

@@ -48,6 +48,7 @@ def add_telemetry(
     recorder: Recorder,
     frames: FramePoses,
     sensing: Sensing,
+    limits: tuple[float, float, float],
     physics_step: float,
 ) -> tuple[Telemetry, tuple[Topic, ...]]:
     """Add the system that publishes, and return it with its topics.
@@ -59,6 +60,7 @@ def add_telemetry(
         recorder: whose stacked signals are published.
         frames: the tree of frames.
         sensing: the sensors that measure.
+        limits: largest level speed, climb rate [m/s] and yaw rate [rad/s] at the start.
         physics_step: of the plant [s].
     """
     period = physics_step * max(1, round(1.0 / (RATE * physics_step)))
@@ -72,6 +74,7 @@ def add_telemetry(
         lidar=_rate(sensors.get("lidar"), period),
         mounts={kind: mounted.choice.sensor.frame for kind, mounted in sensors.items()},
         frames=frames.pairs,
+        limits=limits,
     )
     pattern, sent = None, None
     if "lidar" in sensors:

@@ -159,8 +159,9 @@ def make_workbench(
     topics: tuple[Topic, ...] = ()
     if bridge:
         builder.Connect(modes.GetOutputPort("mode"), pilot.GetInputPort("mode"))
+        limits = (gains["max_speed"], gains["max_climb_rate"], gains["max_yaw_rate"])
         telemetry, topics = add_telemetry(
-            builder, bridge, vehicle, recorder, frames, sensing, rates.physics_step
+            builder, bridge, vehicle, recorder, frames, sensing, limits, rates.physics_step
         )
     diagram = builder.Build()
     diagram.set_name("workbench")

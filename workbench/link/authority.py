@@ -22,6 +22,10 @@ LAND_AFTER = 5.0
 """Silence after which the drone lands, unless somebody else flies it by then [s]."""
 OLDEST_STATE = 1.0
 """A command that acts on an older state is dropped [s]."""
+NOBODY_YET = "nobody has asked for control yet"
+"""Why nobody flies at first."""
+SCRIPT_FLIES = "the scenario's script flies"
+"""Why a client that flew does so no longer: what a scenario says comes before clients."""
 TOO_FAST = 2.0
 """A command beyond a limit by this factor is refused; up to it, it is scaled."""
 
@@ -83,7 +87,7 @@ class Authority:
     def __init__(self, limits: Limits, lease: Callable[[], int] = new_lease) -> None:
         self.limits = limits
         self._new_lease = lease
-        self.begin(0.0, "nobody has asked for control")
+        self.begin(0.0, NOBODY_YET)
 
     def begin(self, now: float, reason: str) -> None:
         """Let nobody fly from now on [s]."""
@@ -106,7 +110,7 @@ class Authority:
         if self._hand is Hand.CLIENT and (self._peer != peer or self._stage is Stage.LIVE):
             who = "you fly already" if self._peer == peer else f"{self._who()} flies"
             raise DeniedError("held", f"{who}: ask again when control is released or lost")
-        self.begin(now, "control was granted")
+        self.begin(now, f"{name or f'client {peer}'} took control")
         self._hand, self._peer, self._name = Hand.CLIENT, peer, name
         self._lease = self._new_lease()
         self._hold_due = self._neutral_due = True
@@ -173,11 +177,18 @@ class Authority:
         self.renew(now)
         return flown
 
-    def take_over(self, now: float, reason: str = "the operator took over") -> None:
-        """Let the operator at the screen fly: always granted."""
-        if self._hand is not Hand.OPERATOR:
-            self.begin(now, reason)
-            self._hand = Hand.OPERATOR
+    def take_over(self, now: float, reason: str = "the operator took over") -> bool:
+        """Let the operator at the screen fly: always granted.
+
+        Returns:
+            whether the drone is to hold now, before anything else.
+        """
+        if self._hand is Hand.OPERATOR:
+            return False
+        holds = self._hand is Hand.CLIENT or self._hold_due
+        self.begin(now, reason)
+        self._hand = Hand.OPERATOR
+        return holds
 
     def effect_due(self, now: float) -> Effect | None:
         """Return what the flight has to do now [s], if anything; each is told once."""
@@ -192,12 +203,13 @@ class Authority:
 
     def state(self, now: float) -> ControlState:
         """Return who flies, for all to know."""
+        nobody = self._hand is Hand.NOBODY and self._stage is Stage.LIVE
         return ControlState(
             hand=self._hand,
             peer=self._peer,
             name=self._name,
             stage=self._stage,
-            age=now - self._since,
+            age=math.inf if nobody else now - self._since,
             reason=self._reason,
         )
 

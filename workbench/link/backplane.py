@@ -245,7 +245,7 @@ class ControlState:
         peer: the holder's connection, 0 if it is no client.
         name: what the holder calls itself.
         stage: how far its silence has led.
-        age: of the last command that was applied [s].
+        age: of the last command that was applied [s], infinite where nobody flies.
         reason: why it came to this, in words.
     """
 

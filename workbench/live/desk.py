@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from workbench.errors import WorkbenchError, sentences
-from workbench.link.authority import HOLD_AFTER, DeniedError
+from workbench.link.authority import HOLD_AFTER, DeniedError, Effect
 from workbench.link.backplane import (
     Asked,
     Command,
@@ -17,9 +17,10 @@ from workbench.link.backplane import (
 )
 from workbench.live.values import parameter_values
 from workbench.parameters import checked
-from workbench.scenario import Action
+from workbench.scenario import REQUESTS, Action
 from workbench.session import Session
 from workbench.systems.bridge import Bridge
+from workbench.systems.flight_mode import Request, hears
 
 Operation = dict[str, object]
 Did = Callable[[Action, str], None]
@@ -32,22 +33,37 @@ class Desk:
         session: that is flown.
         bridge: of the session.
         did: told of every action that came into force, and by whom.
+
+    Attributes:
+        broken: why the flight cannot go on, "" while it can.
     """
 
     def __init__(self, session: Session, bridge: Bridge, did: Did) -> None:
         self._session, self._bridge, self._did = session, bridge, did
+        self.broken = ""
+        self._values: dict[str, float] = {}  # to look all of them up takes milliseconds
+        self._seen = -1
+
+    def settle(self) -> None:
+        """Do what a change of hands asks for before anything else is done: hold."""
+        while effect := self._bridge.authority.effect_due(self._session.time):
+            action = effect_action(effect)
+            self._session.act(action)
+            self._did(action, "link")
 
     def answer(self, asked: Asked) -> Reply | None:
         """Do what is asked for, and return what to say; None where nothing is to be said now."""
         if isinstance(asked, Command):
-            self._bridge.command(asked)  # what is wrong with it, its update finds
+            self._put(asked)
             return None
         if isinstance(asked, Gone):
             self._bridge.authority.gone(asked.peer)
+            self.settle()
             return None
         try:
             with sentences("the flight cannot do that"):
                 operation = self._operation(asked)
+                self.settle()
         except DeniedError as error:
             operation = {"op": "nack", "code": error.code, "said": str(error)}
         except WorkbenchError as error:
@@ -60,8 +76,11 @@ class Desk:
         asked: RequestControl | ReleaseControl | FlightOperation | SetParameters | GetParameters,
     ) -> Operation:
         authority, now = self._bridge.authority, self._session.time
+        if self.broken and not isinstance(asked, GetParameters | ReleaseControl):
+            raise DeniedError("not_now", f"{self.broken}: the operator is to reset the flight")
         match asked:
             case RequestControl():
+                self._is_free()
                 lease = authority.request(asked.peer, asked.name, now)
                 return {"op": "request_control", "lease": lease, "expires": HOLD_AFTER}
             case ReleaseControl():
@@ -71,6 +90,7 @@ class Desk:
                 return {"op": "parameters", "values": self._get(asked.names)}
             case FlightOperation():
                 authority.check(asked.peer, asked.lease, now)
+                self._listens(asked.what)
                 self._act(Action(request=asked.what, height=asked.height), now)
                 return {"op": "flight", "what": asked.what, "applied_ns": round(now * 1e9)}
             case SetParameters():
@@ -78,6 +98,41 @@ class Desk:
                 self._get(tuple(asked.values))  # all are there, or none is set
                 self._act(Action(set=checked(asked.values)), now)
                 return {"op": "parameters", "values": self._get(tuple(asked.values))}
+
+    def _put(self, command: Command) -> None:
+        """Let a command wait for its update, where the rest of what may be wrong is found.
+
+        Nobody but the holder fills the mailbox, so a flood of others displaces nothing.
+        """
+        try:
+            self._bridge.authority.check(command.peer, command.lease, self._session.time)
+        except DeniedError as error:
+            self._bridge.refuse(command, error)
+        else:
+            self._bridge.command(command)
+
+    def _is_free(self) -> None:
+        """Refuse control where the drone would not do as it is told.
+
+        Raises:
+            DeniedError: if it flies a path of its own.
+        """
+        if self._session.scenario.figure_eight:
+            raise DeniedError(
+                "not_now", "the scenario flies its figure of eight, and nobody else can"
+            )
+
+    def _listens(self, what: str) -> None:
+        """Refuse what would be answered as done, and have no effect.
+
+        Raises:
+            DeniedError: if the flight mode does not hear a request now.
+        """
+        mode = self._session.snapshot().mode
+        if what in REQUESTS and not hears(mode, Request[what.upper()]):
+            raise DeniedError(
+                "not_now", f"the drone is {mode.label}: {what} has no effect until it is off"
+            )
 
     def _act(self, action: Action, now: float) -> None:
         self._session.act(action)
@@ -91,9 +146,18 @@ class Desk:
         Raises:
             DeniedError: if this flight has not one of them.
         """
+        if self._seen != self._bridge.settings:
+            self._values, self._seen = parameter_values(self._session), self._bridge.settings
         if not names:
-            return parameter_values(self._session)
-        try:
-            return {name: self._session.get(name) for name in names}
-        except WorkbenchError as error:
-            raise DeniedError("unknown_parameter", str(error)) from error
+            return self._values
+        for name in names:
+            if name not in self._values:
+                raise DeniedError(
+                    "unknown_parameter", f"the flight has no parameter {name:.60}: hello lists them"
+                )
+        return {name: self._values[name] for name in names}
+
+
+def effect_action(effect: Effect, at: float = 0.0) -> Action:
+    """Return what a script does to fly what the ladder, or a change of hands, does."""
+    return Action(at, velocity=[0.0, 0.0, 0.0], yaw_rate=0.0, request=effect.value)

@@ -114,7 +114,7 @@ class LiveFlight:
         return self._make(lambda: Action(go_to=_triple("position", p_WB)))
 
     def request(self, what: str, height: float = Action.height) -> Future[float]:
-        """Ask the flight mode to arm, take_off (to a height [m]), land, or stop at once."""
+        """Ask the flight mode to arm, take_off (to a height [m]), hold, land, or stop."""
         return self._make(lambda: Action(request=_text("request", what), height=_height(height)))
 
     def gust(self, velocity: Sequence[float], duration: float = 1.0) -> Future[float]:

@@ -99,7 +99,8 @@ class Flying:
 
     def wait(self) -> float:
         """Return how long nothing is due [s]."""
-        return LONGEST_WAIT if self._broken else min(self._clock.wait(self._now()), LONGEST_WAIT)
+        due = LONGEST_WAIT if self._broken else self._clock.wait(self._now())
+        return min(due, LONGEST_WAIT, self._network.patience)
 
     def fly(self) -> None:
         """Fly the steps that are due, if any, and report if a report is due."""
@@ -161,9 +162,9 @@ class Flying:
             case FlyOn(duration):
                 self._fly_on(duration)
             case Action() as action:
-                if action.flies:
-                    self._network.operate()
-                self._session.act(action)
+                self._session.act(action)  # what is refused takes nothing from anybody
+                if action.flies and self._network.operate():
+                    self._session.act(action)  # again, after the hold
                 self._network.did(action)
         return self._session.time
 

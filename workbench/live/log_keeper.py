@@ -6,6 +6,7 @@ from pathlib import Path
 from workbench.errors import WorkbenchError
 from workbench.flight_log.flight_log import FlightLog
 from workbench.link.backplane import Published, Sampled
+from workbench.live.history import History
 from workbench.scenario import Action
 from workbench.session import Session
 
@@ -19,7 +20,7 @@ class LogKeeper:
         values: all live parameters at the start.
 
     Attributes:
-        done: actions with the time of their step, and who wanted them.
+        done: actions since the start, and who wanted them.
         said: why a log ended by itself, "" else.
     """
 
@@ -30,7 +31,7 @@ class LogKeeper:
         self._log: FlightLog | None = None
         self._flights = 1
         self._first: Path | None = None
-        self.done: list[tuple[Action, str]] = []
+        self.done = History()
         self.said = ""
 
     @property
@@ -60,7 +61,7 @@ class LogKeeper:
 
     def act(self, action: Action, by: str) -> None:
         """Keep what came into force."""
-        self.done.append((action, by))
+        self.done.append(action, by)
         if self._log:
             self._log.act(action.at, action, by)
 
@@ -81,12 +82,18 @@ class LogKeeper:
         self.done.clear()
         if self._log and self._first:
             self.stop()
-            self._flights += 1
-            stem, suffix = self._first.stem, self._first.suffix
             try:
-                self._open(self._first.with_name(f"{stem}-{self._flights}{suffix}"))
+                self._open(self._next_path(self._first))
             except WorkbenchError as error:
                 self.said = str(error)
+
+    def _next_path(self, first: Path) -> Path:
+        """Return the next name that no file has: what was logged yesterday stays."""
+        while True:
+            self._flights += 1
+            path = first.with_name(f"{first.stem}-{self._flights}{first.suffix}")
+            if not path.exists():
+                return path
 
     def _open(self, path: Path) -> None:
         session = self._session

@@ -1,10 +1,11 @@
 """A flight's network: its server, who commands, and its log, served between slices."""
 
 import dataclasses
+import math
+import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from workbench.errors import WorkbenchError
 from workbench.link.authority import Effect
 from workbench.link.backplane import (
     ControlState,
@@ -12,27 +13,25 @@ from workbench.link.backplane import (
     Flight,
     Hand,
     Published,
-    ServerFailed,
-    ServerStatus,
     Stage,
 )
-from workbench.link.server.config import ServerConfig
 from workbench.live.announcer import FAILURE, INFORMATION, WARNING, Announcer
-from workbench.live.desk import Desk
+from workbench.live.desk import Desk, effect_action
 from workbench.live.log_keeper import LogKeeper
-from workbench.live.messages import Answer, Refusal
 from workbench.live.network_orders import KeepLog, Network, NetworkOrder, NetworkView, Serve
-from workbench.live.serving import Serving
+from workbench.live.server_keeper import ServerKeeper
+from workbench.live.values import parameter_values
+from workbench.parameters import find_parameter
 from workbench.scenario import Action
 from workbench.session import Session
 from workbench.systems.bridge import Applied, Bridge
-from workbench.vehicle_parameters import vehicle_parameters
 
 BROADCAST_PERIOD = 1.0
 """Between two broadcasts of who flies [s]."""
+LONGEST_HEARING = 0.002
+"""Of clients between two slices of 1/128 s [s of wall]."""
 OPERATOR = "operator"
 """Who acts at the screen, in the log."""
-STANDSTILL = [0.0, 0.0, 0.0]
 
 
 class Later:
@@ -40,7 +39,7 @@ class Later:
 
 
 class NetworkStage:
-    """What a flight does for its network between two slices; it never waits for anybody.
+    """What a flight does for its network between two slices; it waits for nobody but the disk.
 
     Args:
         session: that is flown.
@@ -61,18 +60,23 @@ class NetworkStage:
     ) -> None:
         self._session, self._bridge, self._log, self._answer = session, bridge, log, answer
         self._desk = Desk(session, bridge, self.did)
-        self._serving: Serving | None = None
-        self._starting: int | None = None
+        step = session.scenario.rates.physics_step
+        bridge.scripted = frozenset(
+            math.ceil(action.at / step - 1e-6) for action in session.scenario.script
+        )
+        self._server = ServerKeeper(self._flight, lambda: session.time)
+        bridge.at_once = self._server.publish
         self._announcer = Announcer(session.topics)
         self.view = NetworkView()
         self._control: ControlState | None = None
         self._broadcast_due = 0.0
-        self._listen()
+        self._serves, self._said, self._log_said = False, "", ""
+        self._watch_server()
 
     @property
     def connections(self) -> list[Connection]:
         """What to wait on besides the caller."""
-        return [self._serving.connection] if self._serving else []
+        return self._server.connections
 
     def order(self, number: int, wanted: NetworkOrder) -> object:
         """Do what the operator wants, and return the answer, or a `Later`.
@@ -82,31 +86,34 @@ class NetworkStage:
         """
         match wanted:
             case Serve(config):
-                return self._serve(number, config)
+                self._server.serve(number, config)
+                answer: object = Later()
             case KeepLog(path):
-                answer: object = self._log.start(path)
+                answer = self._log.start(path)
             case Network.STOP_LOG:
                 answer = self._log.stop()
             case Network.STOP_SERVING:
-                answer = self._stop_serving("")
+                self._server.stop(number)
+                answer = Later()
             case Network.TAKE_OVER:
-                answer = self.operate()
+                self.operate()
+                answer = self._session.time
             case Network.GIVE_BACK:
                 answer = self._give_back()
             case Disconnect():
-                answer = self._offer(wanted)
-        self._listen()
+                self._server.tell(wanted)
+                answer = self._session.time
         self._show(log=self._log.path)
+        self._watch_server()
         return answer
 
-    def operate(self) -> float:
-        """Let the operator fly: a client that does loses control, and the drone holds first."""
-        hand = self._bridge.authority.state(self._session.time).hand
-        self._bridge.authority.take_over(self._session.time)
-        if hand is Hand.CLIENT:
+    def operate(self) -> bool:
+        """Let the operator fly; return whether a client did, so that the drone holds first."""
+        holds = self._bridge.authority.take_over(self._session.time)
+        if holds:
             self._hold()
         self._watch_control()
-        return self._session.time
+        return holds
 
     def did(self, action: Action, by: str = OPERATOR) -> None:
         """Take note of an action that came into force now."""
@@ -115,18 +122,24 @@ class NetworkStage:
     @property
     def done(self) -> list[Action]:
         """What was done since the start, at times of whole steps."""
-        return [action for action, _ in self._log.done]
+        return self._log.done.actions
+
+    @property
+    def patience(self) -> float:
+        """How long nothing is to be done here, whatever comes [s]."""
+        return self._server.patience
 
     def hear(self) -> None:
-        """Do what clients ask for."""
-        if not self._serving:
-            return
-        try:
-            for record in self._serving.heard():
-                self._hear(record)
-        except EOFError:
-            self._stop_serving(self._serving.cause())
-        self._watch_control()
+        """Do what clients ask for, for so long that the flight is not kept; the rest waits."""
+        end = time.perf_counter() + LONGEST_HEARING
+        for asked in self._server.heard():
+            reply = self._desk.answer(asked)  # type: ignore[arg-type]
+            self._tell_refused()
+            if reply:
+                self._server.tell(reply)
+            if time.perf_counter() >= end:
+                break
+        self._watch_server()
 
     def flown(self) -> None:
         """Pass on what came of the steps that were flown."""
@@ -134,14 +147,13 @@ class NetworkStage:
             self._note(_action(applied), applied.by)
         for sampled in self._session.drain():
             self._log.write(sampled)
-            self._offer(sampled.published)
             if (said := self._announcer.mode_said(sampled.published)) is not None:
                 self.event(said)
-        for refused in self._bridge.refused():
-            self._offer(refused)
+        self._tell_refused()
         self._watch_control()
-        if self._log.said:
-            self._show(said=self._log.said, log="")
+        if self._log.said != self._log_said:
+            self._log_said = self._log.said
+            self._show(said=self._log.said, log=self._log.path)
 
     def event(self, said: str, severity: int = INFORMATION) -> None:
         """Let everybody know what happened."""
@@ -150,71 +162,35 @@ class NetworkStage:
     def begin(self) -> None:
         """Begin with a new flight: it has a log of its own, if any."""
         self._log.begin_anew()
+        self._show(log=self._log.path)
         self._broadcast_due = 0.0
+        self._desk.broken = ""
         self.event("the flight began anew")
         self._watch_control()
 
     def broke(self, said: str) -> None:
         """Let everybody know that the flight cannot go on."""
         self.flown()
+        self._desk.broken = said
         self.event(said, FAILURE)
 
     def close(self) -> None:
         """End the server and the log."""
         self._log.stop()
-        if self._serving:
-            self._serving.close()
-            self._serving = None
+        self._server.close()
 
-    def _serve(self, number: int, config: ServerConfig) -> Later:
-        if self._serving:
-            raise WorkbenchError("the flight is served already: stop its server first")
-        config.check()
+    def _flight(self) -> Flight:
         rows = tuple(
             (row.name, row.unit, row.minimum, row.maximum, row.default, row.help)
-            for row in vehicle_parameters(self._session.vehicle)
+            for row in map(find_parameter, parameter_values(self._session))
         )
         limits = self._bridge.authority.limits
-        flight = Flight(
+        return Flight(
             vehicle=self._session.vehicle.name,
             topics=self._session.topics,
             parameters=rows,
             limits=(limits.level, limits.climb, limits.turn),
         )
-        self._serving, self._starting = Serving(config, flight), number
-        self._control = None
-        self._listen()
-        self._watch_control()
-        return Later()
-
-    def _hear(self, record: object) -> None:
-        """Do one thing that the server says or asks."""
-        match record:
-            case ServerStatus():
-                if self._starting is not None:
-                    self._answer(Answer(self._starting, record.address))
-                    self._starting = None
-                self._show(server=record, said="")
-            case ServerFailed(said):
-                self._stop_serving(said)
-            case _:
-                reply = self._desk.answer(record)  # type: ignore[arg-type]
-                if reply:
-                    self._offer(reply)
-
-    def _stop_serving(self, said: str) -> float:
-        """End the server; who commanded through it has lost its connection."""
-        if self._serving:
-            serving, self._serving = self._serving, None
-            serving.close()
-            self._bridge.authority.gone(self._bridge.authority.state(0.0).peer)
-        if self._starting is not None:
-            self._answer(Refusal(self._starting, said or "the server was stopped"))
-            self._starting = None
-        self._listen()
-        self._show(server=None, said=said)
-        self._watch_control()
-        return self._session.time
 
     def _give_back(self) -> float:
         if self._bridge.authority.state(0.0).hand is Hand.OPERATOR:
@@ -224,7 +200,7 @@ class NetworkStage:
         return self._session.time
 
     def _hold(self) -> None:
-        hold = Action(velocity=STANDSTILL, yaw_rate=0.0)
+        hold = effect_action(Effect.HOLD)
         self._session.act(hold)
         self.did(hold)
 
@@ -243,24 +219,39 @@ class NetworkStage:
         if not changed and now < self._broadcast_due:
             return
         self._control, self._broadcast_due = state, now + BROADCAST_PERIOD
-        self._offer(state)
+        self._server.tell(state)
         self._show(control=state)
         if changed and last is not None:
             quiet = state.stage is Stage.LIVE
             self.event(state.reason, INFORMATION if quiet else WARNING)
 
+    def _tell_refused(self) -> None:
+        for refused in self._bridge.refused():
+            self._server.tell(refused)
+
+    def _watch_server(self) -> None:
+        """Notice that a server is there or gone: who commanded through it has lost control."""
+        serves = self._server.serves
+        self._bridge.wanted = serves or bool(self._log.path)
+        if serves and not self._serves:
+            self._control = None  # a server is told who flies, and what time it is
+            now = round(self._session.time * 1e9)
+            self._server.publish(Published(now, time.time_ns(), ()))
+        elif self._serves and not serves:
+            authority = self._bridge.authority
+            authority.gone(authority.state(self._session.time).peer)
+        self._serves = serves
+        self._watch_control()
+        if (self.view.server, self._said) != (self._server.status, self._server.said):
+            self._said = self._server.said
+            self._show(server=self._server.status, said=self._said)
+        for answer in self._server.answers:
+            self._answer(answer)
+        self._server.answers.clear()
+
     def _publish(self, published: Published) -> None:
-        self._offer(published)
+        self._server.publish(published)
         self._log.publish(published)
-
-    def _offer(self, record: object) -> float:
-        if self._serving:
-            self._serving.offer(record)
-        return self._session.time
-
-    def _listen(self) -> None:
-        """Let topics be made only where somebody wants them."""
-        self._bridge.wanted = self._serving is not None or bool(self._log.path)
 
     def _show(self, **changes: object) -> None:
         """Let the view show how it goes."""
@@ -269,8 +260,6 @@ class NetworkStage:
 
 def _action(applied: Applied) -> Action:
     """Return what a script does to fly the same."""
-    if applied.what is Effect.HOLD:
-        return Action(applied.at, velocity=STANDSTILL, yaw_rate=0.0)
-    if applied.what is Effect.LAND:
-        return Action(applied.at, velocity=STANDSTILL, yaw_rate=0.0, request="land")
+    if isinstance(applied.what, Effect):
+        return effect_action(applied.what, applied.at)
     return Action(applied.at, velocity=list(applied.what.velocity), yaw_rate=applied.what.yaw_rate)

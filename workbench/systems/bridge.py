@@ -10,13 +10,24 @@ from dataclasses import dataclass
 
 from pydrake.systems.framework import Context, DiscreteValues
 
-from workbench.link.authority import Authority, DeniedError, Effect, Flown, Limits
-from workbench.link.backplane import Command, Refused, Sampled
+from workbench.link.authority import (
+    NOBODY_YET,
+    Authority,
+    DeniedError,
+    Effect,
+    Flown,
+    Limits,
+)
+from workbench.link.backplane import Command, Published, Refused, Sampled
 from workbench.systems.flight_mode import FlightMode, ModeState, Request
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, requested
 
-MOST_COMMANDS = 256
-"""Waiting for one update; older ones give way."""
+MOST_COMMANDS = 32
+"""Waiting for one update; the newest takes the place of the one before it.
+
+The first one stays, as it may be the neutral one that a new holder begins with. All may be
+refused at once, so they are fewer than the answers that wait for a client (64) at most.
+"""
 MOST_SAMPLES = 4096
 """Waiting to be drained; older ones give way."""
 
@@ -42,28 +53,41 @@ class Bridge:
     Attributes:
         authority: grants control.
         wanted: whether anybody wants samples; without, none are made.
+        settings: rises whenever a live parameter is set.
+        at_once: takes what is published within the publish event, and must never wait.
+        scripted: physics steps at which a script acts.
     """
 
     def __init__(self) -> None:
         self.wanted = True
+        self.settings = 0
+        self.at_once: Callable[[Published], None] = lambda published: None
+        self.scripted: frozenset[int] = frozenset()
         self.authority = Authority(Limits(0.0, 0.0, 0.0))
-        self._commands: deque[Command] = deque(maxlen=MOST_COMMANDS)
+        self._commands: deque[Command] = deque()
         self._samples: deque[Sampled] = deque(maxlen=MOST_SAMPLES)
         self._applied: list[Applied] = []
         self._refused: list[Refused] = []
 
     def reset(self) -> None:
         """Begin with a new flight: nobody flies, nothing waits."""
-        self.authority.begin(0.0, "the flight began anew")
+        self.authority.begin(0.0, NOBODY_YET)
         for waiting in (self._commands, self._samples, self._applied, self._refused):
             waiting.clear()
 
     def command(self, command: Command) -> None:
         """Put a command into the mailbox; it is judged at the next update."""
+        if len(self._commands) == MOST_COMMANDS:
+            self._commands.pop()
         self._commands.append(command)
 
+    def refuse(self, command: Command, error: DeniedError) -> None:
+        """Let the client know that a command is not carried out."""
+        self._refused.append(Refused(command.peer, command.seq, error.code, str(error)))
+
     def publish(self, sampled: Sampled) -> None:
-        """Keep a sample until it is drained."""
+        """Pass a sample on at once to who waits for it, and keep it until it is drained."""
+        self.at_once(sampled.published)
         self._samples.append(sampled)
 
     def drain(self) -> list[Sampled]:
@@ -90,27 +114,30 @@ class Bridge:
             mode: tells the flight mode's state.
         """
         while effect := self.authority.effect_due(now):
+            state = mode()
+            flying = FlightMode(int(state.mode))
             wish = commanded(wish, AT_REST[:3], 0.0)
-            if effect is Effect.LAND:
-                state = mode()
-                flying = FlightMode(int(state.mode))
-                wish = requested(wish, Request.LAND, 0.0, flying, state.serial)
+            wish = requested(wish, Request[effect.name], 0.0, flying, state.serial)
             self._applied.append(Applied(at, "link", effect))
+        last: Flown | None = None
         while self._commands:
             command = self._commands.popleft()
             try:
                 flown = self.authority.command(command, now)
             except DeniedError as error:
-                refusal = Refused(command.peer, command.seq, error.code, str(error))
-                self._refused.append(refusal)
+                self.refuse(command, error)
                 continue
             if flown.scaled:
                 refusal = Refused(command.peer, command.seq, "scaled", flown.scaled)
                 self._refused.append(refusal)
-            before, wish = wish, commanded(wish, flown.velocity, flown.yaw_rate)
-            if wish != before:  # a command that is only repeated renews the lease, no more
-                self._applied.append(Applied(at, self.authority.state(now).name, flown))
-        return wish
+            last = flown
+        if last is None:
+            return wish
+        asked = commanded(wish, last.velocity, last.yaw_rate)
+        if asked == wish:  # one that is only repeated, or is -0.0 for 0.0, renews, no more
+            return wish
+        self._applied.append(Applied(at, self.authority.state(now).name, last))
+        return asked
 
 
 class CommandBridge(Pilot):
@@ -147,10 +174,13 @@ class CommandBridge(Pilot):
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         before = self.wish(context)
-        now = self._step * round(context.get_time() / self._step)
+        step = round(context.get_time() / self._step)
+        now = self._step * step
+        # At a step of its own script, what comes from here would be repeated before it.
+        lead = self._step if step in self._bridge.scripted else self._lead
         wish = self._bridge.decide(
             now,
-            now + self._lead,
+            now + lead,
             before,
             lambda: ModeState(*self._mode.Eval(context).tolist()),
         )

@@ -55,8 +55,10 @@ class Request(IntEnum):
     NONE = 0
     ARM = 1
     TAKE_OFF = 2
-    LAND = 3
-    STOP = 4
+    HOLD = 3
+    """End a take-off where it is; the other modes hold by themselves while nothing is asked."""
+    LAND = 4
+    STOP = 5
 
 
 class Settings(NamedTuple):
@@ -200,6 +202,8 @@ def _on_the_ground(
         return _enter(FlightMode.ARMED, state, now)
     if request is Request.LAND:
         return _enter(FlightMode.OFF, state, now)
+    if request is Request.HOLD:
+        return state._replace(target=0.0)
     if state.target > 0.0 and now.time - state.since >= SPOOL_UP_TIME:
         return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=state.target)
     return state
@@ -212,6 +216,8 @@ def _taking_off(
         return _enter(FlightMode.LANDING, state, now)
     if request is Request.TAKE_OFF:
         return state._replace(target=now.height)
+    if request is Request.HOLD:
+        return _enter(FlightMode.HOVERING, state, now)
     z = now.p_WB[2]
     arrived = abs(z - state.target) < 0.05 and abs(now.v_WB[2]) < SLOW
     if abs(now.v_WB[2]) > TOUCH_DOWN_SPEED:

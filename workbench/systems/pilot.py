@@ -59,8 +59,8 @@ def requested(wish: Wish, what: Request, height: float, mode: FlightMode, seen: 
     if what in (Request.LAND, Request.STOP) or mode in (FlightMode.OFF, FlightMode.ARMED):
         reference = AT_REST  # an old command must not come into force later
     code = float(what)
-    if seen < wish.serial:  # the last one is still to be seen: the more urgent one stays
-        code = max(code, wish.request)
+    if seen < wish.serial and wish.request != Request.HOLD:
+        code = max(code, wish.request)  # the last one is still to be seen: the more urgent stays
     return Wish(reference, code, wish.serial + 1.0, height)
 
 
