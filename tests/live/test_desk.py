@@ -13,7 +13,7 @@ from workbench.link.backplane import (
     SetParameters,
 )
 from workbench.live.desk import Desk
-from workbench.scenario import Scenario, Start
+from workbench.scenario import Action, FigureEight, Scenario, Start
 from workbench.session import Session
 from workbench.systems.bridge import Bridge
 from workbench.systems.flight_mode import FlightMode
@@ -22,9 +22,10 @@ from workbench.systems.flight_mode import FlightMode
 class Office:
     """A desk, its session, and what it took note of."""
 
-    def __init__(self) -> None:
+    def __init__(self, scenario: Scenario | None = None) -> None:
         self.bridge = Bridge()
-        self.session = Session(Scenario(start=Start(mode="off")), bridge=self.bridge)
+        scenario = scenario or Scenario(start=Start(mode="off"))
+        self.session = Session(scenario, bridge=self.bridge)
         self.did = []
         self.desk = Desk(
             self.session, self.bridge, lambda action, by: self.did.append((action, by))
@@ -135,6 +136,69 @@ def test_an_operation_renews_the_lease(office):
         office.session.tick(0.25)
         assert office.asks(SetParameters(1, 6, lease, {"kp_roll": 90.0}))["op"] == "parameters"
     assert office.bridge.authority.state(office.session.time).hand is Hand.CLIENT
+
+
+def test_nobody_flies_beside_a_path_of_the_scenario():
+    office = Office(Scenario(figure_eight=FigureEight()))
+    refused = office.asks(RequestControl(1, 5, "one"))
+    assert (refused["code"], "figure of eight" in refused["said"]) == ("not_now", True)
+
+
+def test_a_script_that_flies_comes_before_clients():
+    """It takes the lease at its step, and the ladder does not land what it flies."""
+    office = Office(Scenario(script=[Action(at=0.25, velocity=[0.5, 0.0, 0.0])]))
+    lease = office.lease()
+    office.session.tick(0.2)
+    assert office.asks(SetParameters(1, 6, lease, {"kp_roll": 90.0}))["op"] == "parameters"
+    office.session.tick(0.1)
+    refused = office.asks(SetParameters(1, 7, lease, {"kp_roll": 80.0}))
+    assert (refused["code"], "script" in refused["said"]) == ("not_holder", True)
+    office.session.tick(6.0)
+    assert office.session.snapshot().v_WB[0] == pytest.approx(0.5, abs=0.05)
+    assert office.asks(RequestControl(2, 8, "two"))["op"] == "request_control"
+
+
+def test_a_flight_that_broke_answers_nothing_as_done(office):
+    lease = office.lease()
+    office.desk.broken = "the flight broke off after 0.1 s"
+    for record in (
+        RequestControl(2, 6, "two"),
+        FlightOperation(1, 7, lease, "take_off", 1.0),
+        SetParameters(1, 8, lease, {"kp_roll": 90.0}),
+    ):
+        refused = office.asks(record)
+        assert (refused["code"], "broke off" in refused["said"]) == ("not_now", True)
+    assert office.asks(GetParameters(1, 9, ("kp_roll",)))["op"] == "parameters"
+    assert office.did == []
+
+
+def test_a_holder_that_goes_leaves_the_drone_where_its_take_off_was(office):
+    """HOLD is no word alone: the height is kept, and after 5 s the drone lands."""
+    lease = office.lease()
+    office.asks(FlightOperation(1, 6, lease, "take_off", 30.0))
+    for _ in range(12):
+        office.session.tick(0.25)
+        office.asks(SetParameters(1, 7, lease, {"kp_roll": 90.0}))
+    office.desk.answer(Gone(1))
+    office.session.tick(1.5)
+    height = office.session.snapshot().p_WB[2]
+    assert 1.0 < height < 4.0
+    office.session.tick(3.0)
+    assert office.session.snapshot().p_WB[2] == pytest.approx(height, abs=0.1)
+    assert office.session.snapshot().mode is FlightMode.HOVERING
+    office.session.tick(1.0)
+    assert office.session.snapshot().mode is FlightMode.LANDING
+
+
+def test_many_questions_cost_little(office):
+    """All parameters are looked up once, however often anybody asks."""
+    looked_up = []
+    get = office.session.get
+    office.session.get = lambda name: looked_up.append(name) or get(name)
+    for number in range(100):
+        office.asks(GetParameters(1, number, ("kp_roll",) * 256))
+        office.asks(GetParameters(1, number, ()))
+    assert len(looked_up) == len(set(looked_up))
 
 
 def test_commands_and_partings_are_not_answered(office):

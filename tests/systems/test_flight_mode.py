@@ -99,6 +99,21 @@ def test_land(mode, expected):
     assert mode_after(in_mode(mode), asked(Request.LAND)) is expected
 
 
+@pytest.mark.parametrize(
+    ("mode", "expected"),
+    [(OFF, OFF), (ARMED, ARMED), (TAKING_OFF, HOVERING), (HOVERING, HOVERING), (LANDING, LANDING)],
+)
+def test_hold(mode, expected):
+    assert mode_after(in_mode(mode), asked(Request.HOLD)) is expected
+
+
+def test_a_hold_ends_a_take_off_before_it_leaves_the_ground():
+    spooling = in_mode(ARMED, target=2.0)
+    held = after(spooling, asked(Request.HOLD))
+    assert (FlightMode(int(held.mode)), held.target) == (ARMED, 0.0)
+    assert mode_after(held, seen(time=100.0, serial=2.0)) is ARMED
+
+
 @pytest.mark.parametrize("mode", [TAKING_OFF, *FLYING])
 def test_a_battery_at_its_reserve_lands(mode):
     assert mode_after(in_mode(mode), seen(charge=0.21)) is not LANDING
