@@ -16,7 +16,9 @@ STAMP = struct.Struct("<iIq")
 CONTROL, DATA, ACKNOWLEDGEMENT = 0, 1, 2
 ACKNOWLEDGE = 2
 TIME = 1
-LONGEST_WAIT = 2.0
+LONGEST_WAIT = 30.0
+WARM_UP = 2.0
+"""Gaps count from then on: until then other clients are started beside [s]."""
 TOPICS = (
     "time_data",
     "position_data",
@@ -37,6 +39,7 @@ class Watcher:
         self._socket.settimeout(LONGEST_WAIT)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._buffer = b""
+        self._begun = time.monotonic()
         self._seq = 0
         self.ages: list[float] = []
         self.times: dict[int, list[int]] = {}
@@ -89,7 +92,8 @@ class Watcher:
     def _take(self, kind: int, topic: int, t_ns: int, payload: bytes) -> None:
         if kind == DATA:
             self.frames += 1
-            self.times.setdefault(topic, []).append(t_ns)
+            if time.monotonic() - self._begun > WARM_UP:
+                self.times.setdefault(topic, []).append(t_ns)
             if topic == TIME:
                 self.ages.append(1e-9 * (time.time_ns() - STAMP.unpack(payload)[2]))
         elif kind == CONTROL:
