@@ -9,7 +9,7 @@ import struct
 import pytest
 
 from workbench.errors import WorkbenchError
-from workbench.gateways.foxglove import Foxglove, is_loopback
+from workbench.gateways.foxglove import Foxglove, check_reach
 from workbench.link.address import Address
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.sample import Sample
@@ -141,9 +141,11 @@ def test_whoever_says_so_may_let_others_watch():
     outlet.close()
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "127.1.2.3", "::1", "localhost"])
-def test_loopback_is_known(host):
-    assert is_loopback(host)
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1", "127.1.2.3", "::1", "localhost", "LocalHost", "::ffff:127.0.0.1"]
+)
+def test_this_computers_own_programs_may_watch(host):
+    check_reach(Address(host, 0), anybody=False)
 
 
 def test_a_missing_package_is_a_sentence(monkeypatch):

@@ -3,13 +3,14 @@
 import asyncio
 import importlib.util
 import math
+import time
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
-from workbench.gateways import ros2_commanding
+from workbench.gateways import ros2, ros2_commanding, ros2_orders
 from workbench.gateways.ros2_commanding import Commanding
 from workbench.gateways.ros2_orders import Operation, Unclear, Velocity
 from workbench.link import AsyncClient
@@ -55,9 +56,10 @@ class Flying:
         self.said = []
         self.commanding = Commanding(client, self.said.append)
 
-    async def obey(self, *orders):
+    async def obey(self, *orders, waited=0.0):
+        since = asyncio.get_running_loop().time() - waited
         for order in orders:
-            await self.commanding.obey(order)
+            await self.commanding.obey(order, since)
 
     async def commands(self, count):
         """Return the velocities that arrived, as soon as there are so many."""
@@ -96,21 +98,35 @@ def run(server, test):
     asyncio.run(inner())
 
 
-def test_the_first_order_asks_for_control_and_begins_from_neutral(server):
+def test_a_velocity_of_zero_asks_for_control(server):
     async def test(flying):
         assert not flying.asked(RequestControlOp)
-        await flying.obey(forward(1.5))
-        neutral, flown = await flying.commands(2)
-        assert neutral == (0.0, 0.0, 0.0, 0.0)
+        await flying.obey(rest(), forward(1.5))
+        *neutral, flown = await flying.commands(3)
+        assert set(neutral) == {(0.0, 0.0, 0.0, 0.0)}
         assert flown == pytest.approx((0.0, 1.5, 0.0, 0.0), abs=1e-6)
         assert flying.said == ["control was granted: a program of ROS 2 flies"]
 
     run(server, test)
 
 
+def test_nobody_takes_over_with_a_stick_pushed(server):
+    async def test(flying):
+        await flying.obey(forward(1.0), forward(1.0), Velocity(ONE, (0.0, 0.0, 0.0), 0.1, False))
+        assert not flying.asked(RequestControlOp)
+        assert set(flying.said) == {
+            "nobody takes over in full flight: begin with a velocity of zero"
+        }
+        await flying.obey(Operation(OTHER, "take_off", None), forward(1.0))  # another has control
+        await flying.obey(rest(), forward(2.0))
+        assert [each[1] for each in await flying.commands(3)] == pytest.approx([0.0, 0.0, 2.0])
+
+    run(server, test)
+
+
 def test_nothing_is_repeated_so_that_silence_reaches_the_drone(server):
     async def test(flying):
-        await flying.obey(forward(1.0), forward(2.0))
+        await flying.obey(rest(), forward(2.0))
         await flying.commands(3)
         for step in range(1, 11):  # time goes on, states and answers come
             server.publish(6_000_000_000 + step * 200_000_000, position_data=NORTH)
@@ -133,17 +149,16 @@ def test_the_end_gives_control_back(server):
 
 def test_who_lost_control_begins_with_zero(server):
     async def test(flying):
-        await flying.obey(forward(1.0))
-        await flying.commands(2)
+        await flying.obey(rest(), forward(1.0))
+        await flying.commands(3)
         await flying.lose()
         assert flying.said[-1] == "control was lost: ros2 was silent; to go on, begin with zero"
         await flying.obey(forward(1.0), forward(1.0))
         assert len(flying.asked(RequestControlOp)) == 1
         assert flying.said[-1].endswith("begin with a velocity of zero")
-        await asyncio.sleep(1.0)  # control is not asked for more often
         await flying.obey(rest(), forward(1.0))
         assert len(flying.asked(RequestControlOp)) == 2
-        assert (await flying.commands(5))[-1][1] == pytest.approx(1.0)
+        assert (await flying.commands(6))[-1][1] == pytest.approx(1.0)
         assert not flying.asked(ReleaseControlOp)  # the ladder was not stopped
 
     run(server, test)
@@ -151,9 +166,9 @@ def test_who_lost_control_begins_with_zero(server):
 
 def test_another_program_does_not_fly_between(server):
     async def test(flying):
-        await flying.obey(forward(1.0), forward(2.0, OTHER), rest(OTHER), forward(3.0))
-        speeds = [command[1] for command in await flying.commands(3)]
-        assert speeds == pytest.approx([0.0, 1.0, 3.0], abs=1e-6)
+        await flying.obey(rest(), forward(1.0), forward(2.0, OTHER), rest(OTHER), forward(3.0))
+        speeds = [command[1] for command in await flying.commands(4)]
+        assert speeds == pytest.approx([0.0, 0.0, 1.0, 3.0], abs=1e-6)
         assert "another program of ROS 2 flies already: one at a time" in flying.said
         await flying.lose()
         await flying.obey(forward(2.0, OTHER))  # it was refused: it may not just go on
@@ -162,13 +177,14 @@ def test_another_program_does_not_fly_between(server):
     run(server, test)
 
 
-def test_a_refusal_is_said_and_control_is_not_asked_for_by_who_goes_on(server):
+def test_a_refusal_is_said_and_control_is_not_asked_for_by_who_goes_on(server, monkeypatch):
+    monkeypatch.setattr(ros2_commanding, "ASK_AGAIN", 0.0)
+
     async def test(flying):
         server.refuse(RequestControlOp, "held", "the operator at the screen flies")
-        await flying.obey(forward(1.0))
+        await flying.obey(rest())
         assert flying.said == ["refused: the operator at the screen flies"]
         server.answer = lambda peer, operation: None
-        await asyncio.sleep(1.0)
         await flying.obey(forward(1.0), forward(1.0))
         assert len(flying.asked(RequestControlOp)) == 1
         await flying.obey(rest())
@@ -182,6 +198,8 @@ def test_control_is_not_asked_for_with_every_message(server):
         server.refuse(RequestControlOp, "held", "the operator at the screen flies")
         await flying.obey(*[rest()] * 20)
         assert len(flying.asked(RequestControlOp)) == 1
+        await flying.obey(Operation(ONE, "land", None))  # which is no stream
+        assert len(flying.asked(RequestControlOp)) == 2
 
     run(server, test)
 
@@ -229,7 +247,7 @@ def test_flight_operations_are_carried_out(server):
 
 def test_one_program_may_land_what_another_flies(server):
     async def test(flying):
-        await flying.obey(forward(1.0), Operation(OTHER, "land", None), forward(2.0))
+        await flying.obey(rest(), Operation(OTHER, "land", None), forward(2.0))
         assert [each.what for each in flying.asked(FlightOp)] == ["land"]
         assert len(flying.asked(RequestControlOp)) == 1
         assert (await flying.commands(3))[-1][1] == pytest.approx(2.0)
@@ -239,8 +257,8 @@ def test_one_program_may_land_what_another_flies(server):
 
 def test_one_program_may_fly_on_when_another_has_taken_off(server):
     async def test(flying):
-        await flying.obey(Operation(ONE, "take_off", None), forward(1.0, OTHER))
-        assert (await flying.commands(2))[-1][1] == pytest.approx(1.0)
+        await flying.obey(Operation(ONE, "take_off", None), rest(OTHER), forward(1.0, OTHER))
+        assert (await flying.commands(3))[-1][1] == pytest.approx(1.0)
         await flying.obey(forward(2.0, ONE))
         assert flying.said[-1].startswith("another program of ROS 2 flies already")
         assert len(flying.asked(RequestControlOp)) == 1
@@ -248,13 +266,70 @@ def test_one_program_may_fly_on_when_another_has_taken_off(server):
     run(server, test)
 
 
-def test_an_order_that_had_to_wait_is_not_carried_out(server, monkeypatch):
-    monkeypatch.setattr(ros2_commanding, "OLDEST", -1.0)
+@pytest.mark.parametrize("order", [forward(1.0), rest(), Operation(ONE, "take_off", None)])
+def test_an_order_that_waited_behind_others_is_not_carried_out(server, order):
+    async def test(flying):
+        await flying.obey(rest())
+        await flying.commands(2)
+        await flying.obey(order, waited=4000.0)
+        assert flying.said[-1].startswith("an order was not carried out: it waited up to 4000")
+        await flying.client.ping()
+        assert len(server.commands) == 2
+        assert not flying.asked(FlightOp)
+
+    run(server, test)
+
+
+def test_an_old_order_does_not_ask_for_control(server):
+    async def test(flying):
+        await flying.obey(rest(), Operation(ONE, "take_off", None), waited=4000.0)
+        assert not flying.asked(RequestControlOp)
+
+    run(server, test)
+
+
+def test_an_order_that_waited_for_control_is_not_carried_out(server):
+    async def test(flying):
+        ask = flying.commanding._ask
+
+        async def ask_long():
+            control = await ask()
+            ros2_commanding.OLDEST = -1.0  # it took too long; `patience` puts it right again
+            return control
+
+        flying.commanding._ask = ask_long
+        await flying.obey(Operation(ONE, "take_off", None))
+        assert flying.said[-1].startswith("an order was not carried out")
+        assert len(flying.asked(RequestControlOp)) == 1
+        assert not flying.asked(FlightOp)
+
+    run(server, test)
+
+
+def test_what_came_while_an_operation_was_answered_is_old(server, monkeypatch):
+    """The age counts from the last look at what has come, not from when its turn is."""
+    monkeypatch.setattr(ros2_commanding, "OLDEST", 0.2)
+    looks = iter([[Operation(ONE, "land", None)], [rest()]])
+    monkeypatch.setattr(ros2_orders.Orders, "__init__", lambda *_: None)
+    monkeypatch.setattr(ros2_orders.Orders, "take", lambda *_: next(looks, []))
+    server.answer = lambda peer, sent: time.sleep(0.5) if isinstance(sent, FlightOp) else None
 
     async def test(flying):
-        await flying.obey(forward(1.0))
-        assert flying.said[-1] == "control was granted too late for the order that asked for it"
-        assert await flying.commands(1) == [(0.0, 0.0, 0.0, 0.0)]
+        taking = asyncio.create_task(ros2._take_orders(flying.client, None, flying.said.append))
+        await until(lambda: len(flying.said) == 3)
+        taking.cancel()
+        assert flying.said[1] == "land was begun"
+        assert flying.said[2].startswith("an order was not carried out: it waited up to")
+        await asyncio.gather(taking, return_exceptions=True)
+
+    run(server, test)
+
+
+@pytest.mark.parametrize("what", ["land", "stop"])
+def test_what_ends_a_flight_is_never_too_late(server, what):
+    async def test(flying):
+        await flying.obey(Operation(ONE, what, None), waited=4000.0)
+        assert [each.what for each in flying.asked(FlightOp)] == [what]
 
     run(server, test)
 
@@ -272,7 +347,7 @@ def test_without_a_heading_nothing_is_flown(server):
     async def test():
         async with AsyncClient(server.address) as client:
             flying = Flying(server, client)
-            await flying.obey(forward(1.0))
+            await flying.obey(rest())
             assert "heading is not known yet" in flying.said[-1]
             assert await flying.commands(1) == [(0.0, 0.0, 0.0, 0.0)]
             await flying.commanding.release()

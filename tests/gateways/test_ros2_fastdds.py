@@ -197,8 +197,10 @@ def test_a_stranger_hears_where_the_drone_is(server, gateway, peer):
 
 def test_a_stranger_flies_and_falls_silent(server, gateway, peer):
     until(lambda: peer.last("/dh_drone/odometry"), server)
+    peer.write("fly 0 0 0 0")
+    until(lambda: server.commands, server)
     peer.write("fly 1.5 0.5 -0.25 0.125")
-    until(lambda: len(server.commands) > 5, server)
+    until(lambda: any(server.commands[-1][1][2:]), server)
     lease, axes, *first = server.commands[0][1]
     assert (lease, axes, first) == (4711, 15, [0.0, 0.0, 0.0, 0.0])
     # The drone faces north, so forward is y and left is -x.

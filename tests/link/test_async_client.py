@@ -7,6 +7,7 @@ import pytest
 from workbench.errors import WorkbenchError
 from workbench.link import AsyncClient
 from workbench.link.answers import ByeSaid
+from workbench.link.control import AsyncControl
 from workbench.link.operations import ReleaseControlOp, RequestControlOp
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
@@ -75,3 +76,58 @@ def test_a_cancelled_block_gives_control_back(server, fakes):
 
     asyncio.run(cancel_it())
     fakes.wait_until(lambda: any(isinstance(each, ReleaseControlOp) for each in server.operations))
+
+
+@pytest.mark.parametrize("make", [AsyncClient.control, AsyncClient.direct_control])
+def test_a_cancellation_at_the_end_of_a_block_is_not_swallowed(server, fakes, make):
+    usual = server.usual
+    server.usual = lambda peer, operation: (
+        None if isinstance(operation, ReleaseControlOp) else usual(peer, operation)
+    )
+    left = []
+
+    async def fly():
+        async with AsyncClient(server.address) as client:
+            async with make(client):
+                asyncio.current_task().cancel()  # it arrives where the block ends
+            left.append("the block was left as if nothing were")
+
+    async def see():
+        with pytest.raises(asyncio.CancelledError):
+            await asyncio.create_task(fly())
+
+    asyncio.run(see())
+    assert left == []
+    fakes.wait_until(lambda: any(isinstance(each, ReleaseControlOp) for each in server.operations))
+
+
+def test_a_cancellation_while_the_client_closes_is_not_swallowed(server):
+    left = []
+
+    async def watch():
+        async with AsyncClient(server.address):
+            asyncio.current_task().cancel()
+        left.append("the block was left as if nothing were")
+
+    async def see():
+        with pytest.raises(asyncio.CancelledError):
+            await asyncio.create_task(watch())
+
+    asyncio.run(see())
+    assert left == []
+
+
+def test_a_fault_of_the_repetition_is_lost_control(server, monkeypatch):
+    async def fail(self):
+        raise ZeroDivisionError("a fault")
+
+    monkeypatch.setattr(AsyncControl, "_repeat", fail)
+
+    async def fly():
+        async with AsyncClient(server.address) as client, client.control() as c:
+            while not c.lost:
+                await asyncio.sleep(0)
+            with pytest.raises(WorkbenchError, match="the client failed: ZeroDivisionError"):
+                c.velocity(1.0, 0.0, 0.0)
+
+    asyncio.run(fly())

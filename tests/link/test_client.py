@@ -1,6 +1,9 @@
 """The blocking client against a scripted server."""
 
+import asyncio
 import dataclasses
+import inspect
+import math
 import socket
 import subprocess
 import sys
@@ -14,6 +17,8 @@ from workbench.link import Client, client
 from workbench.link.answers import ByeSaid, Error, Nack, ParametersSaid, Released
 from workbench.link.authentication import Tokens
 from workbench.link.backplane import Hand, Stage
+from workbench.link.client_control import Control
+from workbench.link.control import AsyncControl
 from workbench.link.operations import (
     FlightOp,
     GetParametersOp,
@@ -28,6 +33,7 @@ from workbench.link.wire import Frame
 
 TOKENS = Tokens("v" * 16, "c" * 16)
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+REST = (0.0, 0.0, 0.0, 0.0)
 
 
 def said_of(kind, server):
@@ -113,6 +119,73 @@ def test_a_flight_faster_than_the_clock_gets_more_commands(server, fakes, monkey
             fakes.wait_until(lambda t_ns=t_ns: server.commands[-1][0] == t_ns)
 
 
+def test_a_velocity_lapses_where_the_program_says_nothing_more(server, fakes):
+    with Client(server.address) as client, client.control() as c:
+        c.velocity(1.0, 0.0, 0.0, hold=0.2)
+        fakes.wait_until(lambda: any(values[2] for _, values in server.commands))
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 0.0)
+        count = len(server.commands)
+        fakes.wait_until(lambda: len(server.commands) > count)  # it still has the drone
+        assert c.lost == ""
+        c.velocity(1.0, 0.0, 0.0, hold=math.inf)
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 1.0)
+
+
+def test_a_velocity_lapses_in_a_flight_faster_than_the_clock(server, fakes, monkeypatch):
+    monkeypatch.setattr("workbench.link.control.PERIOD", 3600.0)
+    with Client(server.address) as client, client.control() as c:
+        c.velocity(1.0, 0.0, 0.0, hold=1e-9)
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 1.0)
+        server.publish(9_000_000_000, velocity_data=VELOCITY)
+        fakes.wait_until(lambda: server.commands[-1] == (9_000_000_000, (fakes.LEASE, 15) + REST))
+
+
+def test_a_velocity_that_counts_for_two_seconds_is_the_rule():
+    for kind in (Control, AsyncControl):
+        assert inspect.signature(kind.velocity).parameters["hold"].default == 2.0
+
+
+@pytest.mark.parametrize("hold", [0.0, -1.0, math.nan])
+def test_a_velocity_for_no_time_is_refused(server, hold):
+    with (
+        Client(server.address) as client,
+        client.control() as c,
+        pytest.raises(WorkbenchError, match="cannot be held for"),
+    ):
+        c.velocity(1.0, 0.0, 0.0, hold=hold)
+    assert all(not any(values[2:]) for _, values in server.commands)
+
+
+def test_direct_control_repeats_nothing(server, fakes):
+    with Client(server.address) as client:
+        with client.direct_control() as c:
+            c.velocity(1.0, 0.0, 0.0)
+            fakes.wait_until(lambda: len(server.commands) == 2)
+            server.publish(9_000_000_000, velocity_data=VELOCITY)
+            assert next(client).t_ns == 9_000_000_000
+            time.sleep(0.2)  # four repetitions, were there any
+            assert len(server.commands) == 2
+            c.velocity(2.0, 0.0, 0.0)
+            fakes.wait_until(lambda: len(server.commands) == 3)
+            assert c.land() == 9.0
+        assert len(said_of(ReleaseControlOp, server)) == 1
+    assert [values[2] for _, values in server.commands] == [0.0, 1.0, 2.0]
+
+
+def test_a_refusal_of_an_older_lease_says_nothing_of_this_one(server, fakes):
+    with Client(server.address) as client:
+        with client.control() as c:
+            c.velocity(1.0, 0.0, 0.0)
+            fakes.wait_until(lambda: len(server.commands) > 4)
+        with client.control() as c:
+            # The older lease had at least four frames: subscription, ping, request, command.
+            for code in ("not_holder", "too_fast", "scaled", "neutral_first"):
+                server.say(Nack(code, "late", seq=5))
+            client.ping()  # they have been heard
+            assert (c.lost, c.scaled) == ("", "")
+            c.velocity(1.0, 0.0, 0.0)
+
+
 def test_control_is_released_after_an_exception(server):
     with Client(server.address) as client:
         with pytest.raises(ZeroDivisionError), client.control():
@@ -141,7 +214,7 @@ def test_control_that_another_holds_is_refused(server):
         lambda s, f: s.say(s.nobody("the operator took over")),
         lambda s, f: s.say(f.ControlStateSaid(Hand.CLIENT, 99, "", Stage.LIVE, 0.0, "another")),
         lambda s, f: s.say(f.ControlStateSaid(Hand.CLIENT, 1, "", Stage.HOLD, 0.5, "silent")),
-        lambda s, f: s.say(Nack("not_holder", "the lease is another's", seq=3)),
+        lambda s, f: s.say(Nack("not_holder", "the lease is another's", seq=99)),
     ],
 )
 def test_lost_control_raises_at_the_next_call_and_is_not_taken_again(server, fakes, lose):
@@ -434,6 +507,46 @@ def test_a_reader_who_waits_is_let_go_when_the_client_closes(server):
         reader.start()
     reader.join(20.0)
     assert done == [[]]
+
+
+def test_a_client_that_cannot_begin_is_a_sentence(monkeypatch):
+    def fail():
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(asyncio.events, "new_event_loop", fail)
+    client = Client("127.0.0.1:1")
+    with pytest.raises(WorkbenchError, match="the client cannot begin: .*Too many open files"):
+        client.__enter__()
+    assert list(client) == []
+
+
+def break_loop():
+    raise SystemExit
+
+
+def test_nobody_waits_for_a_thread_that_has_ended(server):
+    client = Client(server.address)
+    with pytest.raises(WorkbenchError, match="thread has ended"), client, client.control() as c:
+        client.post(break_loop)
+        assert list(client) == []
+        for use in (client.ping, lambda: c.velocity(0.0, 0.0, 0.0), client.parameters):
+            with pytest.raises(WorkbenchError, match="thread has ended"):
+                use()
+
+
+def test_who_waits_for_an_answer_hears_that_the_thread_has_ended(server):
+    usual = server.usual
+    client = Client(server.address)
+
+    def never(peer, operation):
+        if not isinstance(operation, GetParametersOp):
+            return usual(peer, operation)
+        client.post(break_loop)
+        return None
+
+    server.usual = never
+    with pytest.raises(WorkbenchError, match="thread has ended"), client:
+        client.parameters()
 
 
 def test_the_room_is_cheap_to_import():

@@ -1,3 +1,7 @@
+import time
+
+import pytest
+
 from workbench.link import Client
 from workbench.link.operations import FlightOp, ReleaseControlOp, RequestControlOp
 from workbench.monitor.pilot import Pilot
@@ -39,14 +43,38 @@ def test_keys_take_control_fly_and_give_it_back(server, fakes):
     assert len(said_of(ReleaseControlOp, server)) == 1
 
 
-def test_an_operation_lets_go_of_the_sticks(server, fakes):
+@pytest.mark.parametrize("key", ["t", "l", "x"])
+def test_an_operation_lets_go_of_the_sticks_before_it_waits(server, fakes, key):
+    flown = []
+    server.answer = lambda peer, operation: (
+        flown.append(server.commands[-1][1][2]) if isinstance(operation, FlightOp) else None
+    )
     with Client(server.address) as client:
         pilot = Pilot(client, Clock())
         pilot.key("c")
         pilot.key("w")
         fakes.wait_until(lambda: server.commands[-1][1][2] == 1.0)
-        pilot.key("l")
-        fakes.wait_until(lambda: server.commands[-1][1][2] == 0.0)
+        pilot.key(key)
+        pilot.release()
+    assert flown == [0.0]
+
+
+def test_a_pilot_who_hangs_is_silent(server, fakes):
+    with Client(server.address) as client:
+        pilot = Pilot(client, Clock())
+        pilot.key("c")
+        pilot.key("w")
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 1.0)
+        count = len(server.commands)
+        for step in range(1, 4):  # nobody calls tick; the flight goes on
+            server.publish(9_000_000_000 + step * 200_000_000, position_data=POSITION)
+        fakes.wait_until(lambda: client.received == 3)
+        time.sleep(0.2)  # four repetitions, were there any
+        assert len(server.commands) == count
+        pilot.tick()
+        fakes.wait_until(lambda: len(server.commands) == count + 1)
+        pilot.tick()  # the same again: a pilot who is there is heard
+        fakes.wait_until(lambda: len(server.commands) == count + 2)
         pilot.release()
 
 

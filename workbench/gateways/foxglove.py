@@ -4,7 +4,6 @@ It checks neither Origin nor Host and knows no login, so whoever reaches it sees
 """
 
 import importlib
-import ipaddress
 from collections.abc import Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,6 +12,7 @@ from workbench.errors import WorkbenchError
 from workbench.link.address import Address
 from workbench.link.drone_topics import TIME
 from workbench.link.sample import Sample
+from workbench.link.server.config import is_loopback
 from workbench.link.topics import Topic
 from workbench.ros_messages.cdr import encode
 from workbench.ros_messages.conversion import Channel, Conversion, conversion
@@ -130,16 +130,6 @@ def check_reach(address: Address, anybody: bool) -> None:
             f"Foxglove's server knows no login, and {address.host} may be reached by others: "
             "listen on 127.0.0.1, or add --anybody if all of them may watch"
         )
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether only programs of this computer can reach a host."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def load_foxglove() -> ModuleType:

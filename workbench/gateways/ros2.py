@@ -134,10 +134,13 @@ async def _take_orders(
     from workbench.gateways.ros2_orders import Orders
 
     orders, commanding = Orders(participant), Commanding(client, say)
+    now = asyncio.get_running_loop().time
+    looked = now()
     try:
         while True:
-            for order in orders.take():
-                await commanding.obey(order)
+            since, looked = looked, now()
+            for order in list(orders.take()):  # all that came since the last look
+                await commanding.obey(order, since)
             await commanding.look()
             await asyncio.sleep(POLL)
     finally:

@@ -2,38 +2,28 @@
 
 import asyncio
 import math
-from collections import deque
 from collections.abc import Callable
 
 from workbench.errors import WorkbenchError
 from workbench.gateways.ros2_orders import Operation, Order, Unclear, Velocity
 from workbench.link import AsyncClient
-from workbench.link.control import AsyncControl
+from workbench.link.direct_control import AsyncDirectControl
 from workbench.link.operations import TAKE_OFF_HEIGHT
 
 ASK_AGAIN = 1.0
-"""After a refusal, control is not asked for sooner [s]."""
+"""After a refusal, a velocity does not ask for control sooner [s]."""
 OLDEST = 0.5
-"""An order that had to wait longer, while control was asked for, is not carried out [s]."""
-MOST_REMEMBERED = 256
-
-
-class PassedOn(AsyncControl):
-    """Controls that pass on what comes and repeat nothing: silence is to reach the drone."""
-
-    def keep_up(self) -> None:
-        """Repeat nothing where simulated time runs faster than the clock."""
-
-    async def _repeat(self) -> None:
-        """Repeat nothing."""
+"""What may have waited longer is not begun any more [s]."""
+ENDING = ("land", "stop")
+"""Operations that end a flight: late is better than never."""
 
 
 class Commanding:
-    """Asks for control when the first order comes, passes orders on, and says what is refused.
+    """Asks for control when an order comes, passes orders on, and says what is refused.
 
-    The first program that sends a velocity has the drone until it is silent and control is lost
-    with that; flight operations are taken from any, so that one may land what another flies.
-    Nothing resumes by itself: whoever lost control or was refused begins with a velocity of zero.
+    The first program that sends a velocity of zero has the drone until it is silent and control
+    is lost with that: nobody takes over with a stick pushed, and nothing resumes by itself.
+    Flight operations are taken from any, so that one may land what another flies.
 
     Args:
         client: of the link, open.
@@ -43,25 +33,29 @@ class Commanding:
     def __init__(self, client: AsyncClient, say: Callable[[str], None]) -> None:
         self._client = client
         self._say = say
-        self._control: PassedOn | None = None
-        self._holder = 0
-        self._to_rest: deque[int] = deque(maxlen=MOST_REMEMBERED)
-        self._asked = -math.inf
+        self._control: AsyncDirectControl | None = None
+        self._holder: int | None = None
+        self._refused = -math.inf
 
-    async def obey(self, order: Order) -> None:
-        """Carry an order out, or say why not."""
+    async def obey(self, order: Order, since: float) -> None:
+        """Carry an order out, or say why not.
+
+        Args:
+            order: what is to be done.
+            since: it has come after this time of the loop's clock [s].
+        """
         if isinstance(order, Unclear):
             self._say(order.said)
             return
-        begin = asyncio.get_running_loop().time()
         try:
             await self.look()
-            control = await self._control_for(order)
-            if control is None:
+            if self._is_late(order, since) or not self._may(order):
                 return
-            if asyncio.get_running_loop().time() - begin > OLDEST:
-                self._say("control was granted too late for the order that asked for it")
+            control = self._control or await self._ask()
+            if self._is_late(order, since):  # asking took its time
                 return
+            if isinstance(order, Velocity):
+                self._holder = order.publisher
             await self._carry_out(order, control)
         except WorkbenchError as error:
             self._say(str(error))
@@ -70,56 +64,54 @@ class Commanding:
         """Notice that control was lost."""
         if self._control is not None and self._control.lost:
             self._say(f"control was lost: {self._control.lost}; to go on, begin with zero")
-            if self._holder:
-                self._remember(self._holder)
             await self.release()
 
     async def release(self) -> None:
         """Give control back, if the drone is still ours."""
-        control, self._control, self._holder = self._control, None, 0
+        control, self._control, self._holder = self._control, None, None
         if control is not None:
             await control.__aexit__(None, None, None)
 
-    async def _control_for(self, order: Velocity | Operation) -> PassedOn | None:
-        """Return the controls for an order; None where it gets nothing."""
-        if isinstance(order, Operation):
-            return self._control or await self._ask(order.publisher)
-        if self._holder and order.publisher != self._holder:
-            self._remember(order.publisher)
-            self._say("another program of ROS 2 flies already: one at a time")
-            return None
-        if order.publisher in self._to_rest and not order.neutral:
-            self._say("control was lost or refused before: begin with a velocity of zero")
-            return None
-        self._control = self._control or await self._ask(order.publisher)
-        if self._control is not None:
-            self._forget(order.publisher)
-            self._holder = order.publisher
-        return self._control
+    def _is_late(self, order: Velocity | Operation, since: float) -> bool:
+        """Return whether an order waited behind others until it was an old one."""
+        if isinstance(order, Operation) and order.what in ENDING:
+            return False
+        waited = asyncio.get_running_loop().time() - since
+        if waited > OLDEST:
+            self._say(f"an order was not carried out: it waited up to {waited:.1f} s for others")
+        return waited > OLDEST
 
-    async def _ask(self, publisher: int) -> PassedOn | None:
-        """Ask for control; return None if this was refused a moment ago."""
-        now = asyncio.get_running_loop().time()
-        if now - self._asked < ASK_AGAIN and publisher in self._to_rest:
-            return None
-        self._asked = now
-        self._remember(publisher)  # until it is granted
-        control = PassedOn(self._client)
-        await control.__aenter__()
-        self._forget(publisher)
+    def _may(self, order: Velocity | Operation) -> bool:
+        """Return whether an order's program may give it."""
+        if isinstance(order, Operation) or order.publisher == self._holder:
+            return True
+        if self._holder is not None:
+            self._say("another program of ROS 2 flies already: one at a time")
+        elif not order.neutral:
+            self._say("nobody takes over in full flight: begin with a velocity of zero")
+        else:
+            # Velocities come many times a second.
+            now = asyncio.get_running_loop().time()
+            return self._control is not None or now - self._refused >= ASK_AGAIN
+        return False
+
+    async def _ask(self) -> AsyncDirectControl:
+        """Ask for control.
+
+        Raises:
+            WorkbenchError: if it is refused.
+        """
+        control = self._client.direct_control()
+        try:
+            await control.__aenter__()
+        except WorkbenchError:
+            self._refused = asyncio.get_running_loop().time()
+            raise
         self._control = control
         self._say("control was granted: a program of ROS 2 flies")
         return control
 
-    def _forget(self, publisher: int) -> None:
-        if publisher in self._to_rest:
-            self._to_rest.remove(publisher)
-
-    def _remember(self, publisher: int) -> None:
-        if publisher not in self._to_rest:
-            self._to_rest.append(publisher)
-
-    async def _carry_out(self, order: Velocity | Operation, control: PassedOn) -> None:
+    async def _carry_out(self, order: Velocity | Operation, control: AsyncDirectControl) -> None:
         if isinstance(order, Velocity):
             if control.scaled:  # of the order before: a refusal takes its time
                 self._say(f"flown slower than asked: {control.scaled}")

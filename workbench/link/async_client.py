@@ -1,7 +1,6 @@
 """Watch and fly a drone over the link, with asyncio; `Client` is the same for plain programs."""
 
 import asyncio
-import contextlib
 import random
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -12,6 +11,7 @@ from workbench.link.answers import ControlStateSaid, ParametersSaid, Pong
 from workbench.link.backplane import Role
 from workbench.link.client_tls import make_trust
 from workbench.link.control import AsyncControl
+from workbench.link.direct_control import AsyncDirectControl
 from workbench.link.hello import Hello
 from workbench.link.inbox import Inbox
 from workbench.link.line import Line, RefusedError, open_line
@@ -76,7 +76,7 @@ class AsyncClient:
         self.inbox = Inbox()
         self._failure: WorkbenchError | None = None
         self._line: Line | None = None
-        self._control: AsyncControl | None = None
+        self._control: AsyncDirectControl | None = None
         self._pending = Pending(str(self._address))
         self._arrived = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -88,11 +88,14 @@ class AsyncClient:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        if self._task is not None:
-            self._task.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._task
-        self._finish(None)
+        try:
+            if self._task is not None:
+                self._task.cancel()
+                await asyncio.wait([self._task])  # which lets a cancellation of ours through
+                if not self._task.cancelled():
+                    self._task.result()
+        finally:
+            self._finish(None)
 
     def __aiter__(self) -> "AsyncClient":
         return self
@@ -145,6 +148,14 @@ class AsyncClient:
         """
         return AsyncControl(self)
 
+    def direct_control(self) -> AsyncDirectControl:
+        """Return controls that repeat nothing, for who passes on what a person's hand does.
+
+        Raises:
+            WorkbenchError: on entering, if somebody else flies or the server takes no commands.
+        """
+        return AsyncDirectControl(self)
+
     async def parameters(self, *names: str) -> dict[str, float]:
         """Return live parameters by name; all if none is named.
 
@@ -186,7 +197,7 @@ class AsyncClient:
         """
         return await self._pending.ask(self.line, make, wanted, limit)
 
-    def attach(self, control: AsyncControl | None) -> None:
+    def attach(self, control: AsyncDirectControl | None) -> None:
         """Tell a holder what the server says of control, from now on."""
         self._control = control
 
@@ -273,3 +284,5 @@ class AsyncClient:
         self.trouble = str(failure) if failure else "the client was closed"
         self.inbox.close()
         self._arrived.set()
+        if self._line is not None:  # left open where the client was closed before it ran
+            self._line.abort()

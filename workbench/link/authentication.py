@@ -96,7 +96,7 @@ def read_tokens(path: Path | str) -> Tokens:
             different tokens of `SHORTEST_TOKEN` characters or more.
     """
     found: dict[str, str] = {}
-    for number, line in enumerate(_private_text(Path(path)).splitlines(), start=1):
+    for number, line in enumerate(private_text(Path(path)).splitlines(), start=1):
         text = line.strip()
         if not text or text.startswith("#"):
             continue
@@ -138,8 +138,12 @@ def write_tokens(path: Path | str) -> Tokens:
     return tokens
 
 
-def _private_text(path: Path) -> str:
-    """Return the text of a file that only its owner may read."""
+def private_text(path: Path) -> str:
+    """Return the text of a file that only its owner may read.
+
+    Raises:
+        WorkbenchError: if it cannot be read, is open to others, or is too large.
+    """
     try:
         # Looked at when open: a name can come to mean another file. A pipe must not make us wait.
         number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)

@@ -32,6 +32,10 @@ class Channel:
         self._unsent = bytearray()
         self._unread = bytearray()
 
+    def fileno(self) -> int:
+        """Return its number, to be watched."""
+        return self._socket.fileno()
+
     @property
     def unsent(self) -> int:
         """Bytes that wait to be sent."""

@@ -1,18 +1,22 @@
 """Watch and fly a drone over the link, from a plain program."""
 
 import asyncio
+import contextlib
 import threading
-from collections.abc import Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Any, TypeVar
 
 from workbench.errors import WorkbenchError
 from workbench.link.answers import ControlStateSaid
 from workbench.link.async_client import AsyncClient
 from workbench.link.backplane import Role
-from workbench.link.client_control import Control
-from workbench.link.control import AsyncControl
+from workbench.link.client_control import Control, DirectControl
 from workbench.link.hello import Hello
 from workbench.link.sample import Sample
+
+NOT_OPEN = "the client is not open: write `with Client(...) as client:`"
+ENDED = "the client's thread has ended: open a new client"
 
 T = TypeVar("T")
 
@@ -46,20 +50,20 @@ class Client:
             rate=rate,
             reconnect=reconnect,
         )
-        self._loop: asyncio.AbstractEventLoop | None = None
         self._leave = asyncio.Event()
         self._thread: threading.Thread | None = None
+        self._loop: Future[asyncio.AbstractEventLoop] = Future()
+        self._ended: Future[None] = Future()
 
     def __enter__(self) -> "Client":
         if self._thread is not None:
             raise WorkbenchError("a client is opened once: make a new one")
-        started = threading.Event()
-        self._thread = threading.Thread(
-            target=lambda: asyncio.run(self._live(started)), name="link client", daemon=True
-        )
+        self._thread = threading.Thread(target=self._attend, name="link client", daemon=True)
         self._thread.start()
-        started.wait()
+        self._await(self._loop)
         try:
+            if not self._loop.done():
+                raise WorkbenchError(f"the client cannot begin: {self._ended.exception()}")
             self.call(self._client.__aenter__())
         except BaseException:
             self._end_thread()
@@ -124,6 +128,14 @@ class Client:
         """
         return Control(self, self._client.control())
 
+    def direct_control(self) -> DirectControl:
+        """Return controls that repeat nothing, for who passes on what a person's hand does.
+
+        Raises:
+            WorkbenchError: on entering, if somebody else flies or the server takes no commands.
+        """
+        return DirectControl(self, self._client.direct_control())
+
     def parameters(self, *names: str) -> dict[str, float]:
         """Return live parameters by name; all if none is named.
 
@@ -142,30 +154,62 @@ class Client:
 
     def call(self, work: Coroutine[Any, Any, T]) -> T:
         """Do something in the client's thread, and return what comes of it."""
-        loop = self._loop
-        if loop is None or self._leave.is_set():
-            work.close()
-            raise WorkbenchError("the client is not open: write `with Client(...) as client:`")
-        future = asyncio.run_coroutine_threadsafe(work, loop)
         try:
-            return future.result()
+            future = asyncio.run_coroutine_threadsafe(work, self._open_loop())
+        except BaseException:
+            work.close()
+            raise
+        try:
+            self._await(future)
         except BaseException:  # Ctrl-C, which ends the waiting, ends the work too
             future.cancel()
             raise
+        if future.cancelled() or not future.done():
+            work.close()  # it may not have begun
+            raise WorkbenchError(ENDED)
+        return future.result()
 
-    def post(self, control: AsyncControl, asked: tuple[float, float, float, float]) -> None:
-        """Send a velocity, without waiting."""
-        if self._loop is not None:
-            self._loop.call_soon_threadsafe(control.steer, asked)
+    def post(self, act: Callable[[], None]) -> None:
+        """Do something in the client's thread, without waiting."""
+        self._open_loop().call_soon_threadsafe(act)
 
-    async def _live(self, started: threading.Event) -> None:
-        """Let the loop run until the client is left."""
-        self._loop = asyncio.get_running_loop()
-        started.set()
+    def _open_loop(self) -> asyncio.AbstractEventLoop:
+        """Return the loop of the client's thread.
+
+        Raises:
+            WorkbenchError: if there is none.
+        """
+        if not self._loop.done() or self._leave.is_set():
+            raise WorkbenchError(NOT_OPEN)
+        if self._ended.done():
+            raise WorkbenchError(ENDED)
+        return self._loop.result()
+
+    def _await(self, future: Future[Any]) -> None:
+        """Wait for something that comes of the client's thread, as long as there is one."""
+        wait((future, self._ended), return_when=FIRST_COMPLETED)
+
+    def _attend(self) -> None:
+        """Let the loop run; whatever ends it, nobody waits for it any longer."""
+        life = self._live()
+        try:
+            asyncio.run(life)
+        except BaseException as error:
+            self._ended.set_exception(error)
+        else:
+            self._ended.set_result(None)
+        finally:
+            life.close()  # where there is no loop it has not begun
+            self._client.inbox.close()
+
+    async def _live(self) -> None:
+        self._loop.set_result(asyncio.get_running_loop())
         await self._leave.wait()
 
     def _end_thread(self) -> None:
-        if self._loop is not None and self._thread is not None:
-            self._loop.call_soon_threadsafe(self._leave.set)
-            self._thread.join()
-            self._loop = None
+        if self._thread is None:
+            return
+        if self._loop.done():
+            with contextlib.suppress(RuntimeError):  # closed, if the thread has ended by itself
+                self._loop.result().call_soon_threadsafe(self._leave.set)
+        self._thread.join()

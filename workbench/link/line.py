@@ -90,11 +90,15 @@ class Line:
             self._end = End("closed", "the client was closed")
             self._writer.close()
         else:
-            self._writer.transport.abort()
+            self.abort()
         # Whether the other side took leave properly does not matter any more.
         with contextlib.suppress(OSError, TimeoutError):
             async with asyncio.timeout(1.0):
                 await self._writer.wait_closed()
+        self.abort()
+
+    def abort(self) -> None:
+        """End at once, without a word."""
         self._writer.transport.abort()
 
     def _wonder(self) -> None:

@@ -160,12 +160,16 @@ class NetworkStage:
         self._publish(self._announcer.event(self._session.time, said, severity))
 
     def begin(self) -> None:
-        """Begin with a new flight: it has a log of its own, if any."""
+        """Begin with a new flight: it has a log of its own, if any, and its values of the start."""
+        changed = {name for action in self.done for name in action.set}
         self._log.begin_anew()
         self._show(log=self._log.path)
         self._broadcast_due = 0.0
         self._desk.broken = ""
         self.event("the flight began anew")
+        for name in sorted(changed):
+            value = self._session.get(name)
+            self._publish(self._announcer.parameter(self._session.time, name, value))
         self._watch_control()
 
     def broke(self, said: str) -> None:

@@ -6,15 +6,16 @@ from collections.abc import Callable
 
 from workbench.errors import WorkbenchError
 from workbench.link import Client
-from workbench.link.client_control import Control
+from workbench.link.client_control import DirectControl
 from workbench.monitor.picture import number
-from workbench.monitor.sticks import Asked, Sticks
-
-REST: Asked = (0.0, 0.0, 0.0, 0.0)
+from workbench.monitor.sticks import Sticks
 
 
 class Pilot:
     """Does what keys say; what is refused becomes a sentence.
+
+    It flies as long as `tick` is called: where the terminal takes no more output, or the program
+    stands still, the drone hears nothing, and holds its place after 0.5 s.
 
     Args:
         client: of the flight's server, open.
@@ -30,8 +31,7 @@ class Pilot:
         self._client = client
         self._clock = clock
         self._sticks = Sticks(limits.level_speed, limits.climb_rate, limits.yaw_rate)
-        self._control: Control | None = None
-        self._asked = REST
+        self._control: DirectControl | None = None
 
     @property
     def flying(self) -> bool:
@@ -53,6 +53,7 @@ class Pilot:
             self._sticks.slower()
         elif key in OPERATIONS:
             self._sticks.let_go()
+            self.tick()  # an answer may take its time: what was flown must not go on until then
             self._try(lambda: self._operate(key))
         elif key == "space":
             self._sticks.let_go()
@@ -70,8 +71,7 @@ class Pilot:
             WorkbenchError: if it is refused.
         """
         self._sticks.let_go()
-        self._asked = REST
-        self._control = self._client.control().__enter__()
+        self._control = self._client.direct_control().__enter__()
         self.said = "you fly"
 
     def release(self) -> None:
@@ -82,7 +82,7 @@ class Pilot:
             self.said = "control was released: the drone holds its place"
 
     def tick(self) -> None:
-        """Fly as the sticks stand now."""
+        """Fly as the sticks stand now; it is to be called 20 times a second."""
         if self._control is not None:
             self._try(self._steer)
 
@@ -90,10 +90,7 @@ class Pilot:
         assert self._control is not None
         newest = self._client.latest("position_data")
         yaw = number(newest, "yaw") if newest else 0.0
-        asked = self._sticks.asked(self._clock(), yaw)
-        if self._control.lost or asked != self._asked:
-            self._asked = asked
-            self._control.velocity(*asked)
+        self._control.velocity(*self._sticks.asked(self._clock(), yaw))
 
     def _operate(self, key: str) -> None:
         if self._control is None:
@@ -113,9 +110,9 @@ class Pilot:
             self._control = None
 
 
-OPERATIONS: dict[str, Callable[[Control], float]] = {
-    "t": Control.take_off,
-    "l": Control.land,
-    "x": Control.stop,
+OPERATIONS: dict[str, Callable[[DirectControl], float]] = {
+    "t": DirectControl.take_off,
+    "l": DirectControl.land,
+    "x": DirectControl.stop,
 }
 SAID = {"t": "taking off", "l": "landing", "x": "the rotors were stopped"}

@@ -57,6 +57,7 @@ class PlayedFlight:
         authority: who flies.
         now: simulated time [s].
         pace: how fast it goes.
+        tells_mode: whether it publishes its mode.
     """
 
     def __init__(self, config=None, *, lidar=True):
@@ -70,6 +71,7 @@ class PlayedFlight:
         self.place = [0.0, 0.0, 0.1]
         self.yaw, self.velocity, self.yaw_rate = 0.6, (0.0, 0.0, 0.0), 0.0
         self.mode, self.charge = 0, 0.87
+        self.tells_mode = True
         self.url, self.hub = "", None
         self._asked, self._said, self._control = [], [], None
         self._ready, self._stop = threading.Event(), threading.Event()
@@ -188,7 +190,7 @@ class PlayedFlight:
             topic.POSITION: (*self.place, *angles, *self.place),
             topic.VELOCITY: (*moving, 0.0, 0.0, self.yaw_rate),
         }
-        if count % 6 == 0:
+        if count % 6 == 0 and self.tells_mode:
             values[topic.DRONE_STATE] = (self.mode, MODES[self.mode], self.charge, math.inf)
         if count % 5 == 0 and topic.LIDAR_CLOUD in self.topics:
             values[topic.LIDAR_CLOUD] = (round(self.now * 1e9), self._ranges(*angles))

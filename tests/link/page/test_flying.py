@@ -124,5 +124,33 @@ def test_stop_in_the_air_asks_once_more(flight, open_page, touch):
     page.tap("#stop")
     expect(page.locator("#stop")).to_have_text("Sure?")
     assert flight.done == []
+    page.wait_for_timeout(400)  # a press within 0.3 s counts as the same
+    page.tap("#stop")
+    touch.wait(lambda: flight.done == ["stop"], "stopped")
+
+
+def test_a_finger_that_trembles_does_not_answer_for_the_pilot(flight, open_page, touch):
+    touch.in_the_air(flight)
+    page = open_page(flight.url)
+    expect(page.locator("#condition")).to_have_text("hovering", timeout=LONG)
+    touch.take_control(page)
+    page.evaluate("for (let press = 0; press < 3; press++) document.getElementById('stop').click()")
+    expect(page.locator("#stop")).to_have_text("Sure?")
+    assert flight.done == []
+
+
+def test_stop_asks_where_it_is_not_known_whether_the_drone_flies(flight, open_page, touch):
+    flight.tells_mode = False
+    page = open_page(flight.url)
+    touch.take_control(page)
+    page.tap("#stop")
+    expect(page.locator("#stop")).to_have_text("Sure?")
+    assert flight.done == []
+
+
+def test_stop_on_the_ground_stops_at_once(flight, open_page, touch):
+    page = open_page(flight.url)
+    expect(page.locator("#condition")).to_have_text("off", timeout=LONG)
+    touch.take_control(page)
     page.tap("#stop")
     touch.wait(lambda: flight.done == ["stop"], "stopped")

@@ -7,6 +7,7 @@ const PACES = [0.5, 1, 2, 4]; // speeds to choose from, besides the limit [m/s]
 const USUAL = 1;
 const SHOWN = 7000; // how long words stay [ms]
 const CONFIRM = 4000; // how long Stop waits for the second press [ms]
+const TWICE = 300; // a press so soon after the first is the same one [ms]
 const LATE = 1000; // of data that no pilot should trust [ms]
 const LOW = 0.2; // of the battery
 const FLYING = 2; // the first flight mode in the air
@@ -14,7 +15,7 @@ const find = (id) => document.getElementById(id);
 
 export class Screen {
   constructor() {
-    this.mode = 0;
+    this.mode = null; // not known
     this.limit = 0;
     this.shown = "";
     find("said").querySelector("button").onclick = () => this.hush();
@@ -101,7 +102,7 @@ export class Screen {
     write("height", place ? place.z.toFixed(1) : "–");
     write("battery", state ? (100 * state.charge).toFixed(0) : "–");
     warn("battery", state !== undefined && state.charge < LOW);
-    this.mode = state?.mode ?? 0;
+    this.mode = state?.mode ?? null;
     write("condition", state?.condition ?? "");
   }
 
@@ -113,12 +114,18 @@ export class Screen {
     write("nearest", words);
   }
 
-  /** Return whether Stop may act: in the air the drone falls, so only a second press does it. */
+  /**
+   * Return whether Stop may act: in the air the drone falls, so only a second press does it.
+   * A drone of which nothing is known may be in the air.
+   */
   stopConfirmed() {
-    if (this.mode < FLYING || this.forgetting) {
+    const aground = this.mode !== null && this.mode < FLYING;
+    if (!aground && this.forgetting && performance.now() - this.askedAt < TWICE) return false;
+    if (aground || this.forgetting) {
       this.forgetStop();
       return true;
     }
+    this.askedAt = performance.now();
     write("stop", "Sure?");
     find("stop").classList.add("asking");
     this.say("Stop turns the rotors off, and the drone falls: press again to do it");

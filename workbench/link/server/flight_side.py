@@ -1,27 +1,29 @@
 """The server's end of the connection to its flight, which may stand still without harm to anybody.
 
-A thread reads and another one writes: the loop never waits for the flight. What a flight that
-stands still is not told yet is little: of each client its newest command and its few requests, and
-the newest status.
+All is done in the server's loop: a thread would have to wait for its turn with each record, and
+these are to be passed on within a millisecond.
 """
 
 import asyncio
 import contextlib
 import os
 import socket
-import threading
-from collections import deque
+import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from workbench.link.backplane import Asked, Command, Gone, ServerFailed, ServerStatus
+from workbench.link.channel import Channel
+from workbench.link.server.waiting import Told, Waiting
 
-MOST_UNREAD = 4096
-"""Records of the flight that wait for the loop; more wait in the connection."""
+MOST_HEARD = 256
+"""Records of the flight that are passed on at once."""
 BUFFER = 16 * 1024
 """Bytes on their way to the flight: a command that waits there for long is of no use."""
+LARGEST = 1_000_000
+"""No record has more bytes."""
 ENDING = 2.0
-"""Time for the threads to end [s]."""
+"""Time to send what waits at the end [s]."""
+RETRY = 0.01
 
 
 class FlightSide:
@@ -32,126 +34,72 @@ class FlightSide:
     """
 
     def __init__(self, connection: Connection) -> None:
+        with contextlib.suppress(OSError), _socket_of(connection) as end:
+            end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER)
         self._connection = connection
-        self._unread: deque[object] = deque()
-        self._called = False
-        self._waiting: deque[Asked | ServerStatus | ServerFailed] = deque()
-        self._known: set[int] = set()
-        self._closing = False
-        self._change = threading.Condition()
-        self._room = threading.Event()
-        self._threads = [
-            threading.Thread(target=self._read, name="from the flight", daemon=True),
-            threading.Thread(target=self._write, name="to the flight", daemon=True),
-        ]
+        self._channel = Channel(connection)
+        self._waiting = Waiting()
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self, hear: Callable[[list[object]], None], ended: Callable[[], None]) -> None:
-        """Begin to send and to hear.
+        """Begin to send and to hear, in the running loop.
 
         Args:
-            hear: is called in the running loop with the records that have come.
-            ended: is called there when the flight's end is closed.
+            hear: is called with the records that have come.
+            ended: is called when the flight's end is closed.
         """
-        self._hear = hear
-        self._ended = ended
+        self._hear, self._ended = hear, ended
         self._loop = asyncio.get_running_loop()
-        _keep_short(self._connection)
-        for thread in self._threads:
-            thread.start()
+        self._loop.add_reader(self._channel.fileno(), self._read)
+        self._write()
 
-    def tell(self, record: Asked | ServerStatus | ServerFailed) -> None:
+    def tell(self, record: Told) -> None:
         """Send a record, some time; a newer one may take its place before that."""
-        with self._change:
-            match record:
-                case Gone(peer):
-                    self._forget(peer)
-                    if peer not in self._known:
-                        return  # the flight has never heard of it
-                    self._known.discard(peer)
-                    self._waiting.append(record)
-                case Command(peer):
-                    self._replace(record, lambda each: getattr(each, "peer", 0) == peer)
-                case ServerStatus():
-                    self._replace(record, lambda each: isinstance(each, ServerStatus))
-                case _:
-                    self._waiting.append(record)
-            self._change.notify()
+        self._waiting.add(record)
+        self._write()
 
-    def close(self) -> None:
+    async def close(self) -> None:
         """Send what waits, and let go of the connection."""
-        with self._change:
-            self._closing = True
-            self._change.notify()
-        self._threads[1].join(ENDING)
-        with contextlib.suppress(OSError), _socket_of(self._connection) as end:
-            end.shutdown(socket.SHUT_RDWR)  # wakes up who reads
-        self._room.set()
-        for thread in self._threads:
-            thread.join(ENDING)
+        end = time.monotonic() + ENDING
+        while self._write() and time.monotonic() < end:
+            await asyncio.sleep(RETRY)
+        if self._loop:
+            self._loop.remove_reader(self._channel.fileno())
+            self._loop.remove_writer(self._channel.fileno())
+            self._loop = None
+        self._channel.close()
         self._connection.close()
 
-    def _replace(self, record: Command | ServerStatus, fits: Callable[[object], bool]) -> None:
-        """Put a record in the place of an older one that waits, but never before another request.
-
-        A command that was asked for after a request must not come before it.
-        """
-        for at in range(len(self._waiting) - 1, -1, -1):
-            if fits(self._waiting[at]):
-                if type(self._waiting[at]) is type(record):
-                    self._waiting[at] = record
-                    return
-                break
-        self._waiting.append(record)
-
-    def _forget(self, peer: int) -> None:
-        kept = [each for each in self._waiting if getattr(each, "peer", 0) != peer]
-        self._waiting = deque(kept)
-
-    def _write(self) -> None:
-        while (record := self._next()) is not None:
-            try:
-                self._connection.send(record)
-            except (OSError, ValueError):
-                return  # the flight is gone, as the other thread finds out
-
-    def _next(self) -> Asked | ServerStatus | ServerFailed | None:
-        """Wait for something to send; None at the end."""
-        with self._change:
-            while not self._waiting:
-                if self._closing:
-                    return None
-                self._change.wait()
-            record = self._waiting.popleft()
-            if not isinstance(record, Gone | ServerStatus | ServerFailed):
-                self._known.add(record.peer)
-            return record
+    def _write(self) -> bool:
+        """Send what goes without waiting; return whether anything is left."""
+        if self._loop is None:
+            return False
+        self._channel.flush()
+        while not self._channel.unsent:
+            record = self._waiting.next()
+            if record is None:
+                self._loop.remove_writer(self._channel.fileno())
+                return False
+            self._channel.offer(record, LARGEST)
+        self._loop.add_writer(self._channel.fileno(), self._write)
+        return True
 
     def _read(self) -> None:
-        with contextlib.suppress(EOFError, OSError):
-            while not self._closing:
-                self._unread.append(self._connection.recv())
-                if not self._called:
-                    self._called = True
-                    self._call(self._deliver)
-                while len(self._unread) > MOST_UNREAD and not self._closing:
-                    self._room.clear()
-                    self._room.wait()
-        self._call(self._ended)
-
-    def _deliver(self) -> None:
-        self._called = False
-        records = [self._unread.popleft() for _ in range(len(self._unread))]
-        self._room.set()
-        self._hear(records)
-
-    def _call(self, what: Callable[[], None]) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended
-            self._loop.call_soon_threadsafe(what)
-
-
-def _keep_short(connection: Connection) -> None:
-    with contextlib.suppress(OSError), _socket_of(connection) as end:
-        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER)
+        if self._loop is None:
+            return
+        records: list[object] = []
+        gone = False
+        try:
+            records.extend(self._channel.received(MOST_HEARD))
+        except EOFError:
+            gone = True
+        if records:
+            self._hear(records)
+        if gone:
+            self._loop.remove_reader(self._channel.fileno())
+            self._ended()
+        elif self._channel.has_more:
+            self._loop.call_soon(self._read)
 
 
 def _socket_of(connection: Connection) -> socket.socket:

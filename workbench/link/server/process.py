@@ -16,7 +16,7 @@ from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.flight_side import FlightSide
 from workbench.link.server.hub import TICK_PERIOD, Hub
-from workbench.link.server.tcp import SPARE, TcpListener
+from workbench.link.server.tcp import TcpListener
 from workbench.link.server.terms import Terms
 
 NAME = "drake-drone-workbench"
@@ -69,7 +69,7 @@ async def serve(connection: Connection, config: ServerConfig, flight: Flight) ->
         side.tell(ServerFailed(f"the server failed: {type(error).__name__}: {error}"))
         raise
     finally:
-        await asyncio.get_running_loop().run_in_executor(None, side.close)
+        await side.close()
 
 
 async def _open(doors: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig) -> None:
@@ -78,8 +78,7 @@ async def _open(doors: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig
     Raises:
         WorkbenchError: if it is not possible to listen there.
     """
-    most = config.clients + SPARE
-    listener = TcpListener(config.host, config.port, hub, most, config.tls())
+    listener = TcpListener(config.host, config.port, hub, config.tls())
     doors.push_async_callback(listener.close)
     hub.address = listener.address
     if config.web:
