@@ -80,32 +80,42 @@ def test_the_address_is_where_the_page_listens(host, scheme, url, reachable):
     assert ("only this machine" in found.said) is not reachable
 
 
-@pytest.mark.parametrize("host", ["0.0.0.0", "::"])
-def test_listening_everywhere_is_told_by_the_address_in_the_network(host, monkeypatch):
-    monkeypatch.setattr(module, "lan_address", lambda: "192.168.1.7")
-    assert page_address(host, 80).url == "http://192.168.1.7:80/"
-    monkeypatch.setattr(module, "lan_address", lambda: None)
+@pytest.mark.parametrize(
+    ("host", "in_network", "alone"),
+    [
+        ("0.0.0.0", "http://192.168.1.7:80/", "http://127.0.0.1:80/"),
+        ("::", "http://[fd00::7]:80/", "http://[::1]:80/"),
+    ],
+)
+def test_listening_everywhere_is_told_by_the_address_in_the_network(
+    host, in_network, alone, monkeypatch
+):
+    addresses = {False: "192.168.1.7", True: "fd00::7"}
+    monkeypatch.setattr(module, "lan_address", addresses.get)
+    assert page_address(host, 80).url == in_network
+    monkeypatch.setattr(module, "lan_address", lambda by_ipv6: None)
     found = page_address(host, 80)
-    assert (found.url, found.is_reachable) == ("http://127.0.0.1:80/", False)
+    assert (found.url, found.is_reachable) == (alone, False)
 
 
-def test_the_address_in_the_network_is_one_of_this_machine():
-    found = lan_address()
+@pytest.mark.parametrize("by_ipv6", [False, True])
+def test_the_address_in_the_network_is_one_of_this_machine(by_ipv6):
+    found = lan_address(by_ipv6)
     if found is None:
-        pytest.skip("this machine is in no network")
-    with socket.create_server(
-        (found, 0), family=socket.AF_INET6 if ":" in found else socket.AF_INET
-    ):
+        pytest.skip("this machine is in no such network")
+    family = socket.AF_INET6 if by_ipv6 else socket.AF_INET
+    with socket.create_server((found, 0), family=family):
         pass
 
 
-def test_a_machine_without_network_has_no_such_address(monkeypatch):
+@pytest.mark.parametrize("by_ipv6", [False, True])
+def test_a_machine_without_network_has_no_such_address(by_ipv6, monkeypatch):
     class Unplugged(socket.socket):
         def connect(self, address):
             raise OSError("Network is unreachable")
 
     monkeypatch.setattr(module.socket, "socket", Unplugged)
-    assert lan_address() is None
+    assert lan_address(by_ipv6) is None
 
 
 def test_a_token_stands_behind_the_hash_only_where_it_is_asked_for():

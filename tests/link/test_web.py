@@ -3,14 +3,17 @@
 import asyncio
 import contextlib
 import importlib.util
+import shutil
 import socket
 from pathlib import Path
 
+import aiohttp
 import pytest
 
 from workbench.errors import WorkbenchError
-from workbench.link.server import web
+from workbench.link.server import door, web
 from workbench.link.server.config import ServerConfig
+from workbench.link.server.door import MOST_OF_A_NETWORK
 
 PAGE = {
     "index.html",
@@ -33,6 +36,14 @@ def load(name):
 
 
 served = load("web_client")
+
+
+@pytest.fixture
+def over_tls(tmp_path):
+    """Return what a page over TLS is to do."""
+    if not shutil.which("openssl"):
+        pytest.skip("needs openssl")
+    return served.over_tls(tmp_path)
 
 
 def test_the_page_is_whole():
@@ -106,24 +117,63 @@ def test_a_foreign_host_is_refused_and_counted(path):
     served.run(scenario)
 
 
-def test_connections_of_one_address_are_bounded():
+@pytest.mark.parametrize("tls", [False, True], ids=["http", "https"])
+def test_connections_of_one_address_are_bounded(tls, request):
+    config = request.getfixturevalue("over_tls") if tls else None
+
     async def scenario(hub, page, client):
-        idle = []
+        knocking = []
         try:
-            for _ in range(web.MOST_OF_AN_ADDRESS + 5):
-                reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
-                idle.append((reader, writer))
-            # Who comes too late is cut off; the others stay.
-            for reader, _ in idle[-5:]:
+            for _ in range(MOST_OF_A_NETWORK + 5):
+                knocking.append(await asyncio.open_connection("127.0.0.1", page.port))
+            # Who comes too late is cut off; the others stay, and keep no other address out.
+            for reader, _ in knocking[-5:]:
                 with contextlib.suppress(ConnectionResetError):
                     assert await reader.read() == b""
-            assert not idle[0][0].at_eof()
+            assert not knocking[0][0].at_eof()
             assert hub.refusals.counts == {"too_many": 5}
+            local = aiohttp.TCPConnector(local_addr=("127.0.0.2", 0), ssl=False)
+            async with (
+                aiohttp.ClientSession(connector=local) as other,
+                other.get(page.address) as answer,
+            ):
+                assert answer.status == 200
         finally:
-            for _, writer in idle:
+            for _, writer in knocking:
                 writer.transport.abort()
 
-    served.run(scenario)
+    served.run(scenario, config)
+
+
+def test_who_never_shakes_hands_is_cut_off(over_tls, monkeypatch):
+    monkeypatch.setattr(door, "HANDSHAKE_TIME", 0.2)
+
+    async def scenario(hub, page, client):
+        reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
+        with contextlib.suppress(ConnectionResetError):
+            assert await reader.read() == b""
+        await served.until(lambda: hub.refusals.counts == {"tls": 1})
+        writer.transport.abort()
+
+    served.run(scenario, over_tls)
+
+
+def test_a_name_with_two_addresses_has_one_port(monkeypatch):
+    found = [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (f"127.0.0.{n}", 0)) for n in (1, 2)]
+    listened = []
+    begin = socket.socket.listen
+
+    def note(self, *how):
+        begin(self, *how)
+        listened.append(self.getsockname())
+
+    async def scenario(hub, page, client):
+        assert listened == [("127.0.0.1", page.port)]
+        assert page.address == f"http://localhost:{page.port}/"
+
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: found)
+    monkeypatch.setattr(socket.socket, "listen", note)
+    served.run(scenario, ServerConfig("localhost", port=0, web=True))
 
 
 @pytest.mark.parametrize(

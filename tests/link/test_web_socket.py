@@ -5,14 +5,12 @@ import importlib.util
 import shutil
 import socket
 import ssl
-import subprocess
 from pathlib import Path
 
 import aiohttp
 import pytest
 
 from workbench.link.backplane import Published
-from workbench.link.server.config import ServerConfig
 from workbench.link.server.web_socket import LARGEST_MESSAGE
 from workbench.link.wire import Decoder, Frame
 
@@ -126,6 +124,41 @@ def test_bytes_that_are_no_frames_are_answered_with_an_error():
     served.run(scenario)
 
 
+def test_a_ping_of_the_browser_is_answered():
+    async def scenario(hub, page, client):
+        origin = {"Origin": page.address.rstrip("/")}
+        address = page.address + "ws"
+        async with client.ws_connect(address, headers=origin, autoping=False) as link:
+            await served.operations(link, Decoder(), 1)
+            await link.ping(b"are you there")
+            answer = await link.receive()
+            assert (answer.type, answer.data) == (aiohttp.WSMsgType.PONG, b"are you there")
+
+    served.run(scenario)
+
+
+@pytest.mark.parametrize("what", ["empty", "ping", "pong"])
+def test_what_carries_nothing_counts_as_well(what, monkeypatch):
+    """Whoever sends it without end must be read as slowly as who sends frames without end."""
+
+    async def scenario(hub, page, client):
+        paused = []
+        go_on = hub.go_on
+
+        def note(seat):
+            paused.append(seat)
+            return go_on(seat)
+
+        monkeypatch.setattr(hub, "go_on", note)
+        async with served.join(page, client) as link:
+            send = {"empty": link.send_bytes, "ping": link.ping, "pong": link.pong}[what]
+            for _ in range(300):
+                await send(b"")
+            await served.until(lambda: paused)
+
+    served.run(scenario)
+
+
 def test_places_are_those_of_all_clients():
     async def scenario(hub, page, client):
         async with contextlib.AsyncExitStack() as stack:
@@ -180,15 +213,8 @@ def test_data_goes_to_the_page_in_batches():
 
 @pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl")
 def test_with_a_certificate_all_goes_over_tls(tmp_path):
-    cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
-        + ["-nodes", "-days", "2", "-subj", "/CN=127.0.0.1", "-addext"]
-        + ["subjectAltName=IP:127.0.0.1", "-keyout", str(key), "-out", str(cert)],
-        check=True,
-        capture_output=True,
-    )
-    trusted = ssl.create_default_context(cafile=str(cert))
+    config = served.over_tls(tmp_path)
+    trusted = ssl.create_default_context(cafile=config.tls_cert)
 
     async def scenario(hub, page, client):
         assert page.address == f"https://127.0.0.1:{page.port}/"
@@ -200,4 +226,4 @@ def test_with_a_certificate_all_goes_over_tls(tmp_path):
         with pytest.raises(aiohttp.WSServerHandshakeError):
             await client.ws_connect(address, origin=origin.replace("https", "http"), ssl=trusted)
 
-    served.run(scenario, ServerConfig(port=0, web=True, tls_cert=str(cert), tls_key=str(key)))
+    served.run(scenario, config)

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import subprocess
 
 import aiohttp
 
@@ -33,6 +34,19 @@ def run(scenario, config=None, clients=16, an_address=4):
             await page.close()
 
     asyncio.run(served())
+
+
+def over_tls(folder):
+    """Return what a page over TLS is to do, with a certificate that is made in a folder."""
+    cert, key = folder / "cert.pem", folder / "key.pem"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
+        + ["-nodes", "-days", "2", "-subj", "/CN=127.0.0.1", "-addext"]
+        + ["subjectAltName=IP:127.0.0.1", "-keyout", str(key), "-out", str(cert)],
+        check=True,
+        capture_output=True,
+    )
+    return ServerConfig(port=0, web=True, tls_cert=str(cert), tls_key=str(key))
 
 
 def join(page, client, **headers):

@@ -9,7 +9,8 @@ from workbench.link.address import Address
 
 # A UDP socket that is connected to any far address knows which of ours leads there; nothing is
 # sent. These addresses are reserved for documentation.
-_FAR = ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1"))
+_FAR_4 = "192.0.2.1"
+_FAR_6 = "2001:db8::1"
 
 
 @dataclass(frozen=True)
@@ -50,11 +51,15 @@ def page_address(host: str, port: int, scheme: str = "http") -> PageAddress:
     """Return where a browser finds what listens at a host and port.
 
     Args:
-        host: name or address that the page listens at; 0.0.0.0 and :: are all of this machine.
+        host: name or address that the page listens at; 0.0.0.0 is all of this machine by IPv4, ::
+            all by IPv6, and neither is reached by the other's addresses.
         port: that it listens at.
         scheme: http or https.
     """
-    reached = lan_address() or "127.0.0.1" if is_wildcard(host) else host
+    reached = host
+    if is_wildcard(host):
+        by_ipv6 = ":" in host
+        reached = lan_address(by_ipv6) or ("::1" if by_ipv6 else "127.0.0.1")
     try:
         local = ipaddress.ip_address(reached).is_loopback
     except ValueError:
@@ -70,15 +75,17 @@ def is_wildcard(host: str) -> bool:
         return False
 
 
-def lan_address() -> str | None:
-    """Return this machine's address in its network, None without a network."""
-    for family, far in _FAR:
-        try:
-            with socket.socket(family, socket.SOCK_DGRAM) as asking:
-                asking.connect((far, 9))
-                found = str(asking.getsockname()[0])
-        except OSError:  # no way there
-            continue
-        if not ipaddress.ip_address(found).is_link_local:
-            return found
-    return None
+def lan_address(by_ipv6: bool = False) -> str | None:
+    """Return this machine's address in its network, None without a network.
+
+    Args:
+        by_ipv6: whether an IPv6 address is wanted, else one of IPv4.
+    """
+    family, far = (socket.AF_INET6, _FAR_6) if by_ipv6 else (socket.AF_INET, _FAR_4)
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as asking:
+            asking.connect((far, 9))
+            found = str(asking.getsockname()[0])
+    except OSError:  # no way there
+        return None
+    return None if ipaddress.ip_address(found).is_link_local else found

@@ -119,6 +119,9 @@ class FakeClient:
         data = b"".join(f if isinstance(f, bytes) else f.to_bytes() for f in frames)
         return self.room.hub.receive(self.seat, data)
 
+    def go_on(self):
+        return self.room.hub.go_on(self.seat)
+
     def frames(self):
         """Return the frames that have come since the last call."""
         data = bytes(self.transport.data)

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import struct
 
 import pytest
 
@@ -166,6 +167,14 @@ def test_a_ping_is_answered_with_the_flights_time(room, parts):
     assert client.answer("pong") == {"op": "pong", "id": 2, "t_ns": 9765625}
 
 
+@pytest.mark.parametrize("topics", [(), (1, 2)])
+def test_who_comes_during_a_pause_is_told_the_flights_time(room, parts, topics):
+    room.hub.hear([parts.published(2, topics)])
+    client = room.connect()
+    client.send(parts.operation("ping", id=2))
+    assert client.answer("pong") == {"op": "pong", "id": 2, "t_ns": 9765625}
+
+
 def test_where_commands_are_not_allowed_all_only_watch(parts):
     room = parts.Room(allow_commands=False)
     client = room.connect()
@@ -301,10 +310,35 @@ def test_a_flood_is_read_at_a_thousand_frames_a_second(room, parts):
     began = room.now
     while pause > 0.0:
         room.now += pause
-        pause = client.send(b"")
+        pause = client.go_on()
         answered += len(client.said())
     assert answered == 2000
     assert 1.5 <= room.now - began <= 2.5
+
+
+@pytest.mark.parametrize("piece", [b"", b"D"], ids=["nothing", "a byte of a frame"])
+def test_pieces_that_finish_no_frame_are_read_at_a_thousand_a_second(room, piece):
+    head = struct.pack("<2sBBHHIIq", b"DH", 1, 0, 0, 0, 1, 4000, 0)
+    client = room.connect()
+    client.send(head)
+    begun, pieces = room.now, 0
+    while room.now < begun + 2.0:
+        pause = client.send(piece)
+        pieces += 1
+        while pause > 0.0:
+            room.now += pause
+            pause = client.go_on()
+        assert pieces < 10_000, "nothing holds it up"
+    assert 1900 <= pieces <= 2300
+    assert client.is_in
+
+
+def test_a_client_that_has_its_last_words_coming_is_held_up_too(room, parts):
+    client = room.connect()
+    client.seat.peer.last_due = room.now + 1.0
+    client.seat.peer.bye("goodbye")
+    assert max(client.send(b"x") for _ in range(300)) > 0.0
+    assert client.is_in
 
 
 def test_acknowledgements_are_no_flood(room, parts):

@@ -284,6 +284,19 @@ def test_who_never_shakes_hands_takes_no_place(serve, certificate):
     server.hear_of(ServerStatus, lambda record: sum(record.refusals.values()) == 60)
 
 
+def test_an_address_full_of_who_never_shakes_hands_keeps_no_other_out(serve, certificate):
+    cert, key = certificate
+    server = serve(ServerConfig(port=0, tls_cert=cert, tls_key=key))
+    context = ssl.create_default_context(cafile=cert)
+    context.check_hostname = False
+    silent = [server.client(source="127.0.0.2") for _ in range(48)]
+    server.hear_of(ServerStatus, lambda record: record.refusals.get("too_many", 0) == 16)
+    with server.client(context=context) as client:
+        assert client.answer("hello")
+    for each in silent:
+        each.socket.close()
+
+
 def test_a_server_that_was_killed_leaves_its_clients_with_an_end(serve):
     server = serve(ANY)
     with server.client() as client:

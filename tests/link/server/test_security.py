@@ -220,6 +220,37 @@ def test_the_17th_client_is_refused_and_comes_in_when_another_goes(room):
     assert room.connect("10.0.99.1:5").seat
 
 
+def test_who_has_not_logged_in_takes_no_place(guarded, parts):
+    strangers = [guarded.connect(f"10.0.{n % 8}.1:{n}") for n in range(48)]
+    assert all(stranger.is_in for stranger in strangers)
+    inside = [enter(parts, guarded, address=f"10.0.{n}.1:9")[0] for n in range(16)]
+    assert all(client.is_in for client in inside)
+    for stranger in strangers:
+        guarded.hub.lost(stranger.seat)
+    assert guarded.hub._admission._inside.total() == 16
+
+
+@pytest.mark.parametrize(
+    ("address", "others"),
+    [("10.0.0.9:1", [f"10.0.{n}.1:5" for n in range(16)]), ("10.0.0.9:1", ["10.0.0.9:5"] * 4)],
+    ids=["all", "of an address"],
+)
+def test_a_login_without_a_place_left_is_refused(guarded, parts, address, others):
+    inside = [enter(parts, guarded, address=other)[0] for other in others]
+    late = guarded.connect(address)
+    fields, key = parts.login_of(COMMAND, "command", late.answer("hello")["nonce"])
+    late.send(
+        parts.operation("login", **fields),
+        parts.proven(parts.operation("request_control", 2), key),
+    )
+    (said,) = late.said()
+    assert (said["op"], said["code"]) == ("error", "too_many")
+    assert not late.is_in
+    assert not guarded.asked(RequestControl)
+    guarded.hub.lost(inside[0].seat)
+    assert enter(parts, guarded, address=address)[0].is_in
+
+
 def test_the_5th_client_from_an_address_is_refused(room):
     clients = [room.connect(f"10.0.0.1:{n}") for n in range(5)]
     assert clients[4].answer("error")["code"] == "too_many"
@@ -258,6 +289,49 @@ def test_who_guesses_tokens_waits_longer_and_longer(guarded, parts):
         assert guess(parts, guarded) == "bad_login"
         guarded.now += 60.1
     assert guarded.hub.refusals.counts["back_off"] == 2
+
+
+def test_who_guesses_on_many_connections_at_once_waits_too(guarded, parts):
+    clients = [guarded.connect("10.0.0.7:1") for _ in range(6)]
+    for client in clients:
+        client.send(parts.operation("login"))
+    codes = [client.answer("error")["code"] for client in clients]
+    assert codes == ["bad_login"] * 4 + ["back_off"] * 2
+
+
+def test_an_ipv6_network_guesses_as_one(guarded, parts):
+    for n in range(4):
+        assert guess(parts, guarded, f"[2001:db8::{n}]:1") == "bad_login"
+    assert guess(parts, guarded, "[2001:db8::99]:1") == "back_off"
+    assert guess(parts, guarded, "[2001:db8:0:1::1]:1") == "bad_login"
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "[::1]"])
+def test_bad_logins_of_this_machine_are_answered_late_and_lock_nobody_out(guarded, parts, host):
+    for n in range(8):
+        client = guarded.connect(f"{host}:{n}")
+        client.frames()
+        client.send(parts.operation("login"), parts.operation("ping", 2))
+        guarded.wait(0.9)
+        assert client.said() == []
+        guarded.wait(0.2)
+        assert [each["code"] for each in client.said()] == ["bad_login"]
+        assert client.transport.closed
+    assert enter(parts, guarded, address=f"{host}:99")[0].is_in
+
+
+@pytest.mark.parametrize("which", ["room", "guarded"])
+def test_logging_in_twice_is_no_guess(request, parts, which):
+    place = request.getfixturevalue(which)
+    for _ in range(8):
+        if which == "guarded":
+            client, _ = enter(parts, place)
+        else:
+            client = place.connect()
+            client.send(parts.operation("login", name="me"))
+        client.send(parts.operation("login", 3, name="me"))
+        assert client.answer("error")["code"] == "bad_login"
+    assert place.connect().seat
 
 
 def test_a_good_login_clears_the_bad_ones(guarded, parts):

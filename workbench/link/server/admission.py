@@ -1,10 +1,15 @@
-"""Who may come in: so many clients in all and from an address, and none that guesses tokens."""
+"""Who gets a place: so many clients in all and from an address, and none that guesses tokens.
+
+A client has its place from the moment when it may look at anything: from its login where one is
+needed, so that strangers take no places.
+"""
 
 from collections import Counter
 from typing import NamedTuple
 
 from workbench.link.codes import ErrorCode
 from workbench.link.server.config import is_loopback
+from workbench.link.server.networks import network_of
 
 FREE_GUESSES = 3
 """Bad logins in a row without a wait."""
@@ -12,7 +17,10 @@ FIRST_WAIT = 1.0
 """After the next bad login; doubled at each further one [s]."""
 LONGEST_WAIT = 60.0
 MOST_GUESSERS = 256
-"""Addresses whose bad logins are remembered; the oldest is forgotten."""
+"""Networks whose bad logins are remembered; the oldest is forgotten."""
+OWN_WAIT = 1.0
+"""Until a program of this machine hears that its login was bad. It is never told to wait before the
+next one: any program would lock out the gateways and the operator's monitor with that [s]."""
 OF_THIS_MACHINE = 0.75
 """Share of all seats that programs of this machine may have: gateways, monitors and the page."""
 
@@ -30,7 +38,7 @@ class _Guesses(NamedTuple):
 
 
 class Admission:
-    """Counts who is in; times are told [s].
+    """Counts who has a place; times are told [s].
 
     Args:
         clients: at once.
@@ -49,15 +57,19 @@ class Admission:
             return max(self._an_address, int(OF_THIS_MACHINE * self._clients))
         return self._an_address
 
-    def enter(self, host: str, now: float) -> Refused | None:
-        """Let a client in, unless it is refused."""
-        guesses = self._guesses.get(host)
+    def wait(self, host: str, now: float) -> Refused | None:
+        """Refuse who has guessed, for a while."""
+        guesses = self._guesses.get(network_of(host))
         if guesses and now < guesses.until:
             return Refused(
                 ErrorCode.BACK_OFF,
                 f"there were {guesses.bad} bad logins from {host}: wait "
                 f"{guesses.until - now:.0f} s more, and look at the token",
             )
+        return None
+
+    def enter(self, host: str) -> Refused | None:
+        """Give a client a place, unless there is none."""
         if self._inside.total() >= self._clients:
             return Refused(
                 ErrorCode.TOO_MANY,
@@ -73,21 +85,25 @@ class Admission:
         return None
 
     def leave(self, host: str) -> None:
-        """Note that a client has gone that was let in."""
+        """Note that a client has gone that had a place."""
         self._inside[host] -= 1
         if not self._inside[host]:
             del self._inside[host]
 
-    def bad_login(self, host: str, now: float) -> None:
-        """Note a bad login."""
-        count = self._guesses.pop(host, _Guesses(0, 0.0)).bad + 1
+    def bad_login(self, host: str, now: float) -> float:
+        """Note a bad login; return for how long not to answer it [s]."""
+        if is_loopback(host):
+            return OWN_WAIT
+        network = network_of(host)
+        count = self._guesses.pop(network, _Guesses(0, 0.0)).bad + 1
         wait = 0.0
         if count > FREE_GUESSES:
             wait = min(LONGEST_WAIT, FIRST_WAIT * 2.0 ** min(count - FREE_GUESSES - 1, 10))
-        self._guesses[host] = _Guesses(count, now + wait)
+        self._guesses[network] = _Guesses(count, now + wait)
         if len(self._guesses) > MOST_GUESSERS:
             del self._guesses[next(iter(self._guesses))]
+        return 0.0
 
     def good_login(self, host: str) -> None:
         """Forget the bad ones before."""
-        self._guesses.pop(host, None)
+        self._guesses.pop(network_of(host), None)

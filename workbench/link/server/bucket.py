@@ -36,6 +36,10 @@ class Bucket:
         self._frames -= 1.0
         return True
 
+    def take_piece(self) -> None:
+        """Take a frame, even if there is none in it, for what came and was none."""
+        self._frames -= 1.0
+
     def give_back(self) -> None:
         """Put a frame back, as we asked for it."""
         self._frames += 1.0

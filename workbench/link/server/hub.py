@@ -20,6 +20,7 @@ from workbench.link.backplane import (
 )
 from workbench.link.codes import ErrorCode
 from workbench.link.server.admission import Admission
+from workbench.link.server.networks import host_of
 from workbench.link.server.outgoing import Outgoing
 from workbench.link.server.peer import Peer
 from workbench.link.server.refusals import Refusals
@@ -69,6 +70,7 @@ class Hub:
         self._clock = clock
         self._seats: dict[int, Seat] = {}
         self._count = 0
+        self._t_ns = 0
         self._faults = 0
         self._control: bytes | None = None
         self._changed = True
@@ -94,7 +96,7 @@ class Hub:
                     pause = self.receive(seat, data)
                     while pause > 0.0:  # who sends too much is read later
                         await asyncio.sleep(pause)
-                        pause = self.receive(seat, b"")
+                        pause = self.go_on(seat)
                     if seat.gone:
                         break
         finally:
@@ -103,16 +105,20 @@ class Hub:
     def open(self, transport: Transport, address: str, kind: str) -> Seat | None:
         """Say hello to a client; None if it is refused, which it was told then."""
         now = self._clock()
-        host = address.rpartition(":")[0].strip("[]")
-        refused = self._admission.enter(host, now)
+        host = host_of(address)
+        refused = self._admission.wait(host, now)
+        if refused is None and self.terms.open_role is not None:
+            refused = self._admission.enter(host)
         if refused is not None:
             self.refusals.add(refused.code, f"{address}: {refused.said}")
             transport.write(Outgoing().last(write_said(Error(refused.code, refused.said))))
             transport.close()
             return None
         self._count += 1
-        peer = Peer(self._count, address, self.terms, self.refusals, now)
-        seat = Seat(peer, transport, host, kind, now, now)
+        peer = Peer(
+            self._count, address, self.terms, self._admission, self.refusals, self._t_ns, now
+        )
+        seat = Seat(peer, transport, kind, now, now)
         self._seats[peer.number] = seat
         most = self._admission.most_of(host)
         peer.out.answer(self.terms.hello(peer.number, peer.nonce, most))
@@ -123,12 +129,20 @@ class Hub:
 
     def receive(self, seat: Seat, data: bytes) -> float:
         """Take what a client has sent; return how long to read nothing more from it [s]."""
+        return self._serve(seat, lambda now: seat.peer.feed(data, now))
+
+    def go_on(self, seat: Seat) -> float:
+        """Take what a client has sent before, after a pause; return how long the next one is."""
+        return self._serve(seat, seat.peer.go_on)
+
+    def _serve(self, seat: Seat, work: Callable[[float], float]) -> float:
+        """Let a client be served, and do what comes of it."""
         if seat.gone:
             return 0.0
         now, peer = self._clock(), seat.peer
         role, name = peer.role, peer.name
         try:
-            pause = peer.feed(data, now)
+            pause = work(now)
         except Exception as error:  # a fault of ours must not reach the others
             self.failed(f"client {peer.number}", error)
             peer.asked.clear()
@@ -138,13 +152,9 @@ class Hub:
             self._tell(asked)
         peer.asked.clear()
         if peer.role is not role:
-            self._admission.good_login(seat.host)
             self._welcome(seat)
         if peer.role is not role or peer.name != name:
             self._changed = True
-        if peer.guessed:
-            peer.guessed = False
-            self._admission.bad_login(seat.host, now)
         self._settle(seat, now)
         return pause
 
@@ -154,7 +164,8 @@ class Hub:
             return
         seat.gone = True
         del self._seats[seat.peer.number]
-        self._admission.leave(seat.host)
+        if seat.peer.role is not None:
+            self._admission.leave(seat.peer.host)
         self._tell(Gone(seat.peer.number))
         self._changed = True
 
@@ -163,6 +174,7 @@ class Hub:
         for record in records:
             match record:
                 case Published():
+                    self._t_ns = record.t_ns
                     for seat in self._seats.values():
                         seat.peer.out.publish(record)
                 case Reply(number, id, operation) if number in self._seats:
@@ -228,7 +240,7 @@ class Hub:
         if seat.peer.last is None:
             seat.flush(now)
         last: Said | None = seat.peer.last
-        if last is not None:
+        if last is not None and now >= seat.peer.last_due:
             seat.transport.write(seat.peer.out.last(write_said(last)))
             seat.transport.close()
             self.lost(seat)

@@ -45,15 +45,19 @@ class _Batch(NamedTuple):
 class Outgoing:
     """What goes to one client; times are told [s].
 
+    Args:
+        t_ns: the flight's newest time [ns].
+
     Attributes:
+        t_ns: see above.
         seq: number of the last frame.
         acknowledged_ns: when the newest sample was taken that it has acknowledged, 0 before.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, t_ns: int = 0) -> None:
+        self.t_ns = t_ns
         self.seq = 0
         self.acknowledged_ns = 0
-        self.t_ns = 0
         self._answers: deque[bytes] = deque()
         self._events: deque[Sample] = deque()
         self._event_topics: frozenset[int] = frozenset()

@@ -14,7 +14,7 @@ from workbench.link.answers import (
     write_said,
 )
 from workbench.link.authentication import is_proven, new_nonce
-from workbench.link.backplane import Asked, Command, Role
+from workbench.link.backplane import Asked, Command
 from workbench.link.codes import ErrorCode, NackCode
 from workbench.link.json_fields import BadOperation
 from workbench.link.operations import (
@@ -27,8 +27,10 @@ from workbench.link.operations import (
     Subscribe,
     read_operation,
 )
+from workbench.link.server.admission import Admission
 from workbench.link.server.bucket import Bucket
 from workbench.link.server.login import BadLoginError, check_login
+from workbench.link.server.networks import host_of
 from workbench.link.server.outgoing import Outgoing
 from workbench.link.server.refusals import Refusals
 from workbench.link.server.requests import for_flight
@@ -55,36 +57,48 @@ class Peer:
         number: never used twice.
         address: host and port.
         terms: that hold for all.
+        admission: who gets a place; this one has one as soon as it has a role.
         refusals: where what is refused is counted.
+        t_ns: the flight's newest time [ns].
         now: by any clock that only rises [s]; so in the methods.
 
     Attributes:
         number: see above.
         address: see above.
+        host: of the address.
         name: what it calls itself.
         role: what it may do, None before login.
         nonce: for its login.
         out: what goes to it.
         asked: what goes to the flight; whoever sends it empties it.
         last: what it is told last; None while it stays.
+        last_due: when it is told so.
         refused: commands and operations that were refused.
-        guessed: whether its login was bad.
     """
 
     def __init__(
-        self, number: int, address: str, terms: Terms, refusals: Refusals, now: float
+        self,
+        number: int,
+        address: str,
+        terms: Terms,
+        admission: Admission,
+        refusals: Refusals,
+        t_ns: int,
+        now: float,
     ) -> None:
         self.number = number
         self.address = address
+        self.host = host_of(address)
         self.name = ""
         self.role = terms.open_role
         self.nonce = new_nonce()
-        self.out = Outgoing()
+        self.out = Outgoing(t_ns)
         self.asked: list[Asked] = []
         self.last: Said | None = None
+        self.last_due = now
         self.refused = 0
-        self.guessed = False
         self._terms = terms
+        self._admission = admission
         self._refusals = refusals
         self._bucket = Bucket(now)
         self._decoder = Decoder(LARGEST if self.role else LARGEST_BEFORE_LOGIN)
@@ -97,25 +111,40 @@ class Peer:
         """Take what it has sent.
 
         Args:
-            data: any piece of it; none, to go on after a pause.
+            data: any piece of it. One that finishes no frame counts as a frame, so pieces of a
+                byte, and messages of none, are not for free.
             now: see above.
 
         Returns:
             how long to read nothing from it, 0 for not at all [s].
         """
         self._bucket.take(len(data), now)
+        if not self._work(data, now):
+            self._bucket.take_piece()
+        return self._bucket.pause()
+
+    def go_on(self, now: float) -> float:
+        """Take what was left over, after a pause; return how long the next one is [s]."""
+        self._bucket.take(0, now)
+        self._work(b"", now)
+        return self._bucket.pause()
+
+    def _work(self, data: bytes, now: float) -> bool:
+        """Do what is asked, as much as may be; return whether there was a frame."""
+        worked = False
         if self.last is not None:
-            return 0.0
+            return worked
         try:
             # What is left over after a pause stays in the decoder.
             with closing(self._decoder.feed(data)) as frames:
                 for frame in frames:
+                    worked = True
                     self._take(frame, now)
                     if self.last is not None or not self._bucket.take_frame():
                         break
         except WireError as error:
             self.end(ErrorCode(error.code), str(error))
-        return self._bucket.pause() if self.last is None else 0.0
+        return worked
 
     def reply(self, id: int, operation: Mapping[str, object]) -> None:
         """Hand on what the flight says to a request."""
@@ -157,7 +186,7 @@ class Peer:
                 self._command(frame)
         elif frame.kind == Kind.CONTROL:
             try:
-                self._operate(read_operation(frame.payload), frame)
+                self._operate(read_operation(frame.payload), frame, now)
             except BadOperation as error:
                 if self._is_in():
                     self.refuse(error.code, error.said, error.id)
@@ -177,7 +206,7 @@ class Peer:
         elif len(frame.payload) != topic.packer.size:
             said = f"{topic.name} has {topic.packer.size} bytes, the frame has {len(frame.payload)}"
             self.refuse(NackCode.BAD_SIZE, said, seq=frame.seq)
-        elif (hindrance := self._hindrance()) is not None:
+        elif (hindrance := self._terms.hindrance(self.role)) is not None:
             self.refuse(NackCode.NOT_ALLOWED, hindrance, seq=frame.seq)
         elif self._proves(frame):
             lease, axes, v_x, v_y, v_z, yaw_rate = topic.packer.unpack(frame.payload)
@@ -185,14 +214,6 @@ class Peer:
             self.asked.append(
                 Command(self.number, frame.seq, frame.t_ns, lease, axes, velocity, yaw_rate)
             )
-
-    def _hindrance(self) -> str | None:
-        """Say why the client may not command, None if it may."""
-        if not self._terms.allow_commands:
-            return "this server takes no commands: start it with commands allowed"
-        if self.role is not Role.COMMAND:
-            return "this client only watches: log in with the role command"
-        return None
 
     def _proves(self, frame: Frame) -> bool:
         """Return whether a frame comes from who has logged in; else the connection ends."""
@@ -211,12 +232,12 @@ class Peer:
         self._proven = frame.seq
         return True
 
-    def _operate(self, operation: Operation, frame: Frame) -> None:
+    def _operate(self, operation: Operation, frame: Frame, now: float) -> None:
         match operation:
             case Bye():
                 return self.bye("goodbye")
             case Login():
-                return self._log_in(operation)
+                return self._log_in(operation, now)
         if not self._is_in():
             return None
         match operation:
@@ -231,17 +252,28 @@ class Peer:
                 self._request(operation, frame)
         return None
 
-    def _log_in(self, login: Login) -> None:
+    def _log_in(self, login: Login, now: float) -> None:
         if self._logged_in:
-            self.guessed = True
             self.end(ErrorCode.BAD_LOGIN, "this client has logged in already")
             return
+        # Others of its address may have guessed since it came.
+        refused = self._admission.wait(self.host, now)
+        if refused is not None:
+            self.end(*refused)
+            return
         try:
-            self.role, self._key = check_login(login, self._terms, self.nonce)
+            role, key = check_login(login, self._terms, self.nonce)
         except BadLoginError as error:
-            self.guessed = True
+            self.last_due = now + self._admission.bad_login(self.host, now)
             self.end(ErrorCode.BAD_LOGIN, str(error))
             return
+        if self.role is None:
+            self._admission.good_login(self.host)
+            refused = self._admission.enter(self.host)
+            if refused is not None:
+                self.end(*refused)
+                return
+        self.role, self._key = role, key
         self._logged_in = True
         self.name = login.name
         self._decoder.largest = LARGEST
@@ -250,7 +282,7 @@ class Peer:
     def _request(self, operation: Operation, frame: Frame) -> None:
         """Ask the flight."""
         if isinstance(operation, COMMANDING):
-            said = self._hindrance()
+            said = self._terms.hindrance(self.role)
             if said is not None:
                 self.refuse(NackCode.NOT_ALLOWED, said, operation.id)
                 return

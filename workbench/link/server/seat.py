@@ -26,7 +26,6 @@ class Seat:
     Attributes:
         peer: the client.
         transport: its connection.
-        host: its address without the port.
         kind: tcp, tls or websocket.
         since: when it came.
         moved: when bytes last went out, or none waited.
@@ -36,7 +35,6 @@ class Seat:
 
     peer: Peer
     transport: Transport
-    host: str
     kind: str
     since: float
     moved: float

@@ -88,7 +88,7 @@ class TcpConnection(asyncio.Protocol):
     def _go_on(self) -> None:
         if self._closing or self._seat is None:
             return
-        pause = self._hub.receive(self._seat, b"")
+        pause = self._hub.go_on(self._seat)
         if pause > 0.0:
             self._rest(pause)
         else:

@@ -50,6 +50,14 @@ class Terms:
         """The most that anybody may do."""
         return Role.COMMAND if self.allow_commands else Role.VIEW
 
+    def hindrance(self, role: Role | None) -> str | None:
+        """Say why a client of this role may not command, None if it may."""
+        if not self.allow_commands:
+            return "this server takes no commands: start it with commands allowed"
+        if role is not Role.COMMAND:
+            return "this client only watches: log in with the role command"
+        return None
+
     @cached_property
     def command(self) -> Topic | None:
         """The topic of commands."""
@@ -82,7 +90,8 @@ class Terms:
             an_address: how many clients may come from its address.
         """
         limits = {**asdict(self._limits), "clients_an_address": an_address}
-        return write_json(self._hello | {"peer": peer, "nonce": nonce, "limits": limits})
+        own = write_json({"op": Hello.op, "peer": peer, "nonce": nonce, "limits": limits})
+        return own[:-1] + b"," + self._hello[1:]
 
     @cached_property
     def _limits(self) -> Limits:
@@ -90,8 +99,8 @@ class Terms:
         return Limits(level, climb, turn, clients=self.clients)
 
     @cached_property
-    def _hello(self) -> dict[str, object]:
-        """What the first frame says to all; definitions take milliseconds to write."""
+    def _hello(self) -> bytes:
+        """What the first frame says to all, written once: whoever knocks can ask for one."""
         hello = Hello(
             server=self.server,
             session=self.session,
@@ -103,4 +112,5 @@ class Terms:
             topics=self.flight.topics,
             parameters=parameter_rows(self.flight.parameters),
         )
-        return {"op": hello.op} | hello.values()
+        own = ("peer", "nonce", "limits")
+        return write_json({name: each for name, each in hello.values().items() if name not in own})

@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Mapping
 from importlib import resources
 from typing import NamedTuple
 
@@ -10,10 +10,11 @@ from aiohttp import web
 
 from workbench.errors import WorkbenchError
 from workbench.link.address import Address
-from workbench.link.codes import ErrorCode
 from workbench.link.page_address import page_address
 from workbench.link.server.config import ServerConfig
+from workbench.link.server.door import Door
 from workbench.link.server.hub import Hub
+from workbench.link.server.listening import listen
 from workbench.link.server.origin import is_own_host, is_own_origin
 from workbench.link.server.web_socket import LARGEST_MESSAGE, WebSocketTransport, messages
 
@@ -23,9 +24,6 @@ TYPES = {
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
 }
-MOST_CONNECTIONS = 96
-"""At once, of HTTP and WebSocket together; a browser opens half a dozen for a page."""
-MOST_OF_AN_ADDRESS = 32
 IDLE_TIME = 10.0
 """Without a whole request, until a connection is closed [s]."""
 LONGEST_LINE = 2048
@@ -47,9 +45,6 @@ POLICY = (
     "default-src 'self'; connect-src 'self' {socket}; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'; object-src 'none'"
 )
-
-
-Answer = Callable[[web.BaseRequest], Awaitable[web.StreamResponse]]
 
 
 class File(NamedTuple):
@@ -95,8 +90,8 @@ class Page:
         self._tls = config.tls()
         self._scheme = "https" if self._tls else "http"
         self._files = page_files()
-        self._listener: asyncio.Server | None = None
-        self._server: Doorkeeper | None = None
+        self._door: Door | None = None
+        self._server: web.Server | None = None
 
     async def open(self) -> None:
         """Listen.
@@ -104,33 +99,31 @@ class Page:
         Raises:
             WorkbenchError: if it cannot listen there.
         """
-        server = Doorkeeper(self._answer, self._hub)
-        where = Address(self._host, self._port)
         try:
-            self._listener = await asyncio.get_running_loop().create_server(
-                server,
-                self._host,
-                self._port,
-                ssl=self._tls,
-                ssl_handshake_timeout=IDLE_TIME if self._tls else None,
-            )
-        except (OSError, UnicodeError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise WorkbenchError(
-                f"the page cannot listen at {where}: {reason}: choose another port or host"
-            ) from error
-        self._server = server
-        self.port = self._listener.sockets[0].getsockname()[1]
+            listener = listen(self._host, self._port)
+        except WorkbenchError as error:
+            where = Address(self._host, self._port)
+            raise WorkbenchError(f"the page cannot listen at {where}: {error}") from error
+        self._server = server = web.Server(
+            self._answer,
+            access_log=None,
+            keepalive_timeout=IDLE_TIME,
+            lingering_time=1.0,
+            max_line_size=LONGEST_LINE,
+            max_field_size=LONGEST_HEADER,
+            max_headers=MOST_HEADERS,
+        )
+        self._door = Door(listener, lambda _: server(), self._hub.refusals.add, self._tls)
+        self.port = self._door.address.port
         self.address = page_address(self._host, self.port, self._scheme).url
 
     async def close(self) -> None:
         """Listen no more, and end what is open."""
-        if self._listener is None or self._server is None:
+        if self._door is None or self._server is None:
             return
-        self._listener.close()
+        await self._door.close()
         self._server.pre_shutdown()
         await self._server.shutdown(timeout=2.0)
-        await self._listener.wait_closed()
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         """Answer any request."""
@@ -163,6 +156,7 @@ class Page:
             max_msg_size=LARGEST_MESSAGE + 1,  # aiohttp refuses a message of just this size
             compress=False,
             timeout=1.0,
+            autoping=False,  # they count as what else a client sends
         )
         if not socket.can_prepare(request):
             return plain(400, "A WebSocket is to be opened here.")
@@ -185,42 +179,6 @@ class Page:
     def _forbid(self, code: str, address: str, said: str) -> web.Response:
         self._hub.refusals.add(code, f"{address}: {code}: {said}")
         return plain(403, f"Refused: {said}.")
-
-
-class Doorkeeper(web.Server):
-    """Lets in so many connections, and closes those that ask for nothing.
-
-    Args:
-        answer: answers a request.
-        hub: counts who is not let in.
-    """
-
-    def __init__(self, answer: Answer, hub: Hub) -> None:
-        super().__init__(
-            answer,
-            access_log=None,
-            keepalive_timeout=IDLE_TIME,
-            lingering_time=1.0,
-            max_line_size=LONGEST_LINE,
-            max_field_size=LONGEST_HEADER,
-            max_headers=MOST_HEADERS,
-        )
-        self._hub = hub
-
-    def connection_made(self, handler: web.RequestHandler, transport: asyncio.Transport) -> None:
-        """Count a connection, and end it at once if there are too many."""
-        super().connection_made(handler, transport)
-        host = host_at(transport)
-        same = sum(host_at(each) == host for each in self._connections.values())
-        if len(self._connections) > MOST_CONNECTIONS or same > MOST_OF_AN_ADDRESS:
-            said = f"{host}: {same} connections to the page: close some"
-            self._hub.refusals.add(ErrorCode.TOO_MANY, said)
-            transport.abort()
-
-
-def host_at(transport: asyncio.BaseTransport) -> str:
-    """Return the address at the other end."""
-    return str((transport.get_extra_info("peername") or ("unknown",))[0])
 
 
 def page_files() -> Mapping[str, File]:

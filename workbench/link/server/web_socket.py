@@ -76,7 +76,7 @@ class WebSocketTransport:
 async def messages(
     socket: web.WebSocketResponse, address: str, refuse: Callable[[str, str], None]
 ) -> AsyncIterator[bytes]:
-    """Yield what a client sends, until the connection ends.
+    """Yield what a client sends, until the connection ends; nothing for a ping or a pong.
 
     Args:
         socket: that is open.
@@ -86,6 +86,11 @@ async def messages(
     async for message in socket:
         if message.type is WSMsgType.BINARY:
             yield message.data
+            continue
+        if message.type in (WSMsgType.PING, WSMsgType.PONG):
+            if message.type is WSMsgType.PING:
+                await socket.pong(message.data)
+            yield b""
             continue
         if message.type is WSMsgType.TEXT:
             refuse(ErrorCode.KIND, f"{address}: a text came, where frames go in binary messages")

@@ -1,0 +1,132 @@
+"""Who is let in at a port, before anything is said."""
+
+import asyncio
+import contextlib
+import socket
+import time
+
+import pytest
+
+from workbench.link.server import door
+from workbench.link.server.door import Door
+from workbench.link.server.listening import listen
+
+LIMIT = 20.0
+"""Generous: nothing here is a matter of time [s]."""
+
+
+class Guest(asyncio.Protocol):
+    """Keeps its connection open."""
+
+    def __init__(self, address, inside):
+        self.address = address
+        self.inside = inside
+
+    def connection_made(self, transport):
+        self.transport = transport
+        self.inside.append(self)
+
+
+class House:
+    """A door with who came in, and clients that knock."""
+
+    def __init__(self):
+        self.inside = []
+        self.refused = []
+        self.knocking = []
+        self.door = Door(
+            listen("127.0.0.1", 0),
+            lambda address: Guest(address, self.inside),
+            lambda code, said: self.refused.append((code, said)),
+            None,
+        )
+
+    def knock(self, source):
+        end = socket.create_connection(self.door.address, LIMIT, (source, 0))
+        self.knocking.append(end)
+        return end
+
+    async def until(self, condition):
+        end = time.monotonic() + LIMIT
+        while not condition():
+            assert time.monotonic() < end
+            await asyncio.sleep(0.01)
+
+    async def close(self):
+        await self.door.close()
+        for guest in self.inside:
+            guest.transport.abort()
+        for end in self.knocking:
+            end.close()
+        await asyncio.sleep(0)
+
+
+def run(scenario):
+    async def housed():
+        house = House()
+        try:
+            await scenario(house)
+        finally:
+            await house.close()
+
+    asyncio.run(housed())
+
+
+def test_an_address_has_so_many_and_gets_more_when_some_go(monkeypatch):
+    monkeypatch.setattr(door, "MOST_OF_A_NETWORK", 3)
+
+    async def scenario(house):
+        ends = [house.knock("127.0.0.2") for _ in range(5)]
+        await house.until(lambda: len(house.refused) == 2 and len(house.inside) == 3)
+        assert house.refused == [("too_many", "127.0.0.2: too many connections at once")] * 2
+        for end in ends[3:]:
+            with contextlib.suppress(ConnectionResetError):
+                assert end.recv(1) == b""
+        house.knock("127.0.0.3")
+        await house.until(lambda: len(house.inside) == 4)
+        house.inside[0].transport.abort()
+        await asyncio.sleep(0)
+        house.knock("127.0.0.2")
+        await house.until(lambda: len(house.inside) == 5)
+        assert len(house.refused) == 2
+
+    run(scenario)
+
+
+def test_there_are_so_many_in_all(monkeypatch):
+    monkeypatch.setattr(door, "MOST", 4)
+
+    async def scenario(house):
+        for n in range(6):
+            house.knock(f"127.0.0.{n + 2}")
+        await house.until(lambda: len(house.refused) == 2 and len(house.inside) == 4)
+
+    run(scenario)
+
+
+@pytest.mark.parametrize(
+    ("level", "option", "least", "most"),
+    [
+        (socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1, 1),
+        (socket.IPPROTO_TCP, socket.TCP_NODELAY, 1, 1),
+        (socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1, 10),
+        (socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, 1000, 10_000),
+    ],
+)
+def test_the_system_notices_when_the_other_side_is_no_more(level, option, least, most):
+    async def scenario(house):
+        house.knock("127.0.0.1")
+        await house.until(lambda: house.inside)
+        end = house.inside[0].transport.get_extra_info("socket")
+        assert least <= end.getsockopt(level, option) <= most
+
+    run(scenario)
+
+
+def test_who_comes_in_is_known_by_its_address():
+    async def scenario(house):
+        end = house.knock("127.0.0.5")
+        await house.until(lambda: house.inside)
+        assert house.inside[0].address == f"127.0.0.5:{end.getsockname()[1]}"
+
+    run(scenario)
