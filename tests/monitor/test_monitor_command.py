@@ -104,7 +104,7 @@ def said_of(kind, server):
 def test_the_screen_shows_the_flight_and_q_quits(flight, fakes, terminal):
     screen = terminal([flight.address])
     fakes.wait_until(lambda: "hovering" in screen.text and "1.25" in screen.text)
-    assert "? help" in screen.text
+    fakes.wait_until(lambda: "? help" in screen.text)  # it is drawn last
     screen.press("?")
     fakes.wait_until(lambda: "counts for 0.3 s" in screen.text)
     screen.press("q")

@@ -69,7 +69,7 @@ class Flying:
         self._step = session.scenario.rates.physics_step
         self._clock = FlightClock(self._step, now())
         log = LogKeeper(session, settings, parameter_values(session))
-        self._network = NetworkStage(session, bridge, log, outbox.post)
+        self._network = NetworkStage(session, bridge, log)
         self._shown = self._network.view
         self._broken = ""
         self._next_report = now()
@@ -96,6 +96,8 @@ class Flying:
                 self.fly()
                 if self._network.view is not self._shown:  # in a pause, too
                     self.report()
+                for answer in self._network.answers():
+                    self._outbox.post(answer)
 
     def wait(self) -> float:
         """Return how long nothing is due [s]."""

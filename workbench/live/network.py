@@ -3,7 +3,6 @@
 import dataclasses
 import math
 import time
-from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 from workbench.link.authority import Effect
@@ -18,6 +17,7 @@ from workbench.link.backplane import (
 from workbench.live.announcer import FAILURE, INFORMATION, WARNING, Announcer
 from workbench.live.desk import Desk, effect_action
 from workbench.live.log_keeper import LogKeeper
+from workbench.live.messages import Answer, Refusal
 from workbench.live.network_orders import KeepLog, Network, NetworkOrder, NetworkView, Serve
 from workbench.live.server_keeper import ServerKeeper
 from workbench.live.values import parameter_values
@@ -45,7 +45,6 @@ class NetworkStage:
         session: that is flown.
         bridge: of the session.
         log: keeps the flight's log, where one is wanted.
-        answer: sends an answer to the flight's caller.
 
     Attributes:
         view: of the network, to be shown.
@@ -56,9 +55,8 @@ class NetworkStage:
         session: Session,
         bridge: Bridge,
         log: LogKeeper,
-        answer: Callable[[object], None],
     ) -> None:
-        self._session, self._bridge, self._log, self._answer = session, bridge, log, answer
+        self._session, self._bridge, self._log = session, bridge, log
         self._desk = Desk(session, bridge, self.did)
         step = session.scenario.rates.physics_step
         bridge.scripted = frozenset(
@@ -140,6 +138,11 @@ class NetworkStage:
             if time.perf_counter() >= end:
                 break
         self._watch_server()
+
+    def answers(self) -> list[Answer | Refusal]:
+        """Return what is known by now of orders that had to wait, once the view shows it."""
+        answers, self._server.answers = self._server.answers, []
+        return answers
 
     def flown(self) -> None:
         """Pass on what came of the steps that were flown."""
@@ -249,9 +252,6 @@ class NetworkStage:
         if (self.view.server, self._said) != (self._server.status, self._server.said):
             self._said = self._server.said
             self._show(server=self._server.status, said=self._said)
-        for answer in self._server.answers:
-            self._answer(answer)
-        self._server.answers.clear()
 
     def _publish(self, published: Published) -> None:
         self._server.publish(published)
