@@ -33,7 +33,7 @@ format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: setup ## measure, beside other simulators, and write docs/performance.md; a quarter of an hour
+bench: setup ## measure, beside other simulators, and write docs/performance.md; half an hour
 	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[bench]"
 	$(BIN)/python benchmarks/run.py --write
 

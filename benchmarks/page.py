@@ -26,6 +26,8 @@ HEADINGS = {
     "lidar": "Lidar",
     "live_sensors": "Sensors",
     "live_flight": "Live flight beside a screen",
+    "link_age": "Watchers of a live flight",
+    "link_hold": "From the last command to the hold",
     "executor": "Flights on more machines",
     "start_up": "Start-up",
     "memory": "Memory",
@@ -39,8 +41,8 @@ With {versions}.
 
 Look at ratios: they are taken turn by turn within the run, where absolute figures are those of one
 machine on one day. A figure is a median with its quartiles, or with the least and the largest where
-there were less than four turns. The same figures are in `performance.json`. The link and the
-screens of the app are not there yet; theirs come with them.
+there were less than four turns. The same figures are in `performance.json`. The screens of the app
+are not there yet; theirs come with them.
 
 ![Flights a second](performance.png)
 """

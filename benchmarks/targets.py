@@ -77,6 +77,11 @@ def _largest(column: str) -> Callable[[Figures], Any]:
     return lambda figures: max(each[column] for each in figures["agreement"])
 
 
+def _watchers(figures: Figures, beside: str) -> Any:
+    ages = figures["link_age"]["ages"]
+    return next(each for each in ages if (each["clients"], each["beside"]) == ("eight", beside))
+
+
 TARGETS = (
     Target(
         "flight core over the floor with turning propellers, speed",
@@ -160,5 +165,47 @@ TARGETS = (
         1.0,
         False,
         lambda figures: row(figures, "design", name="model and margins")["ratio"],
+    ),
+    Target(
+        "age of what eight watchers of eight topics read, median, ms",
+        1.0,
+        False,
+        lambda figures: _watchers(figures, "nobody")["age_50"],
+    ),
+    Target(
+        "the same, 99th percentile, ms",
+        5.0,
+        False,
+        lambda figures: _watchers(figures, "nobody")["age_99"],
+    ),
+    Target(
+        "samples that a watcher who acknowledges has missed",
+        0,
+        False,
+        lambda figures: _watchers(figures, "nobody")["gaps"],
+    ),
+    Target(
+        "real-time factor of a flight beside eight watchers",
+        0.99,
+        True,
+        lambda figures: figures["link_age"]["loads"][0]["real_time_factor"],
+    ),
+    Target(
+        "age of what a watcher of 20 frames a second reads, worst, ms",
+        1000.0,
+        False,
+        lambda figures: figures["link_age"]["ages"][2]["age_worst"],
+    ),
+    Target(
+        "others' 99th percentile beside two slow watchers, over that without",
+        2.0,
+        False,
+        lambda figures: figures["link_age"]["others_99"],
+    ),
+    Target(
+        "flights in which the hold came too late, of all faults",
+        0,
+        False,
+        lambda figures: sum(each["late"] for each in figures["link_hold"]["rows"]),
     ),
 )
