@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import urlsplit
 
 from workbench.commands import ExitCode
 from workbench.commands.options import (
@@ -167,15 +166,12 @@ def _known(answer: "Future[str]", what: str) -> str:
 
 def _say_page(flight: "LiveFlight") -> None:
     """Say where the page is, with its address as a QR code where somebody looks."""
+    from workbench.link.page_address import PageAddress
     from workbench.link.qr import terminal_code
-    from workbench.link.server.config import is_loopback
 
     server = flight.latest().network.server
     assert server
-    said = f"page for phones and browsers: {server.page}"
-    if is_loopback(urlsplit(server.page).hostname or ""):
-        said += " (from this machine only; --host 0.0.0.0 --token-file FILE lets others in)"
-    say(said)
+    say(f"page for phones and browsers: {PageAddress(server.page).said}")
     if sys.stderr.isatty():
         print(terminal_code(server.page), file=sys.stderr)
 

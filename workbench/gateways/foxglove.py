@@ -9,10 +9,9 @@ from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 from workbench.errors import WorkbenchError
-from workbench.link.address import Address
+from workbench.link.address import Address, is_loopback
 from workbench.link.drone_topics import TIME
 from workbench.link.sample import Sample
-from workbench.link.server.config import is_loopback
 from workbench.link.topics import Topic
 from workbench.ros_messages.cdr import encode
 from workbench.ros_messages.conversion import Channel, Conversion, conversion

@@ -1,5 +1,6 @@
 """Addresses of servers as people write them: HOST:PORT."""
 
+import ipaddress
 from typing import NamedTuple
 
 from workbench.errors import WorkbenchError
@@ -49,3 +50,14 @@ def parse_address(text: str, port: int = DEFAULT_PORT, host: str = LOOPBACK) -> 
     if digits and not (digits.isascii() and digits.isdigit() and 0 < int(digits[:6]) < 65536):
         raise WorkbenchError(f"'{text}': the port '{digits}' is no number from 1 to 65535")
     return Address(named or host, int(digits) if digits else port)
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether an address, or the name localhost, is one of this machine only."""
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return host.lower() == "localhost"
+    if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped:
+        return address.ipv4_mapped.is_loopback
+    return address.is_loopback

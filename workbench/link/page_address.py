@@ -3,9 +3,9 @@
 import ipaddress
 import socket
 from dataclasses import dataclass
-from urllib.parse import urlencode
+from urllib.parse import urlencode, urlsplit
 
-from workbench.link.address import Address
+from workbench.link.address import Address, is_loopback
 
 # A UDP socket that is connected to any far address knows which of ours leads there; nothing is
 # sent. These addresses are reserved for documentation.
@@ -19,11 +19,14 @@ class PageAddress:
 
     Attributes:
         url: to type or to scan.
-        is_reachable: whether other machines, and phones, reach it.
     """
 
     url: str
-    is_reachable: bool
+
+    @property
+    def is_reachable(self) -> bool:
+        """Whether other machines, and phones, reach it."""
+        return not is_loopback(urlsplit(self.url).hostname or "")
 
     @property
     def said(self) -> str:
@@ -60,11 +63,7 @@ def page_address(host: str, port: int, scheme: str = "http") -> PageAddress:
     if is_wildcard(host):
         by_ipv6 = ":" in host
         reached = lan_address(by_ipv6) or ("::1" if by_ipv6 else "127.0.0.1")
-    try:
-        local = ipaddress.ip_address(reached).is_loopback
-    except ValueError:
-        local = reached.lower() == "localhost"
-    return PageAddress(f"{scheme}://{Address(reached, port)}/", not local)
+    return PageAddress(f"{scheme}://{Address(reached, port)}/")
 
 
 def is_wildcard(host: str) -> bool:

@@ -43,16 +43,6 @@ class Outbox:
             self._shown = data
             self._change.notify()
 
-    def offer(self, message: object, most: int) -> bool:
-        """Send a message, some time, unless so many wait already; return whether it will be."""
-        data = pickle.dumps(message)
-        with self._change:
-            if len(self._waiting) >= most:
-                return False
-            self._waiting.append(data)
-            self._change.notify()
-        return True
-
     def close(self, limit: float) -> None:
         """Send what waits, within a time [s], and no more."""
         with self._change:

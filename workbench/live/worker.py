@@ -9,14 +9,10 @@ import sys
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING
 
 from workbench.errors import WorkbenchError, sentences
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
 from workbench.live.outbox import Outbox
-
-if TYPE_CHECKING:
-    pass
 
 LAST_WORDS = 2.0
 """Time to send what is left to say [s]."""

@@ -7,8 +7,8 @@ needed, so that strangers take no places.
 from collections import Counter
 from typing import NamedTuple
 
+from workbench.link.address import is_loopback
 from workbench.link.codes import ErrorCode
-from workbench.link.server.config import is_loopback
 from workbench.link.server.networks import network_of
 
 FREE_GUESSES = 3

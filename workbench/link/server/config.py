@@ -1,12 +1,11 @@
 """What a server is to do: where it listens, whom it lets in, and what they may do."""
 
-import ipaddress
 import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
-from workbench.link.address import DEFAULT_PORT, LOOPBACK
+from workbench.link.address import DEFAULT_PORT, LOOPBACK, is_loopback
 from workbench.link.authentication import Tokens, read_tokens
 
 LARGEST_PORT = 65535
@@ -104,14 +103,3 @@ class ServerConfig:
                 f"a password: {getattr(error, 'reason', None) or error}"
             ) from error
         return context
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether an address, or the name localhost, is one of this machine only."""
-    try:
-        address = ipaddress.ip_address(host.partition("%")[0])
-    except ValueError:
-        return host.lower() == "localhost"
-    if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped:
-        return address.ipv4_mapped.is_loopback
-    return address.is_loopback

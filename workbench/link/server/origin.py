@@ -7,7 +7,7 @@ tells.
 
 import ipaddress
 
-from workbench.link.server.config import is_loopback
+from workbench.link.address import is_loopback
 
 
 def is_own_host(asked: str, local: str, named: str) -> bool:
