@@ -2,13 +2,16 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from workbench.errors import WorkbenchError
-from workbench.flight_log.flight_log import FlightLog
 from workbench.link.backplane import Published, Sampled
 from workbench.live.history import History
 from workbench.scenario import Action
 from workbench.session import Session
+
+if TYPE_CHECKING:
+    from workbench.flight_log.flight_log import FlightLog
 
 
 class LogKeeper:
@@ -96,6 +99,8 @@ class LogKeeper:
                 return path
 
     def _open(self, path: Path) -> None:
+        from workbench.flight_log.flight_log import FlightLog  # most flights have no log
+
         session = self._session
         self.said = ""
         self._log = FlightLog(
