@@ -34,7 +34,8 @@ from workbench.plant.vehicle import Vehicle
 from workbench.resources import find_model
 from workbench.scenario import Rates
 from workbench.systems.flight_computer import FlightComputer
-from workbench.systems.flight_mode import FlightMode, Settings, initial_state
+from workbench.systems.flight_mode import Settings, initial_state
+from workbench.systems.mode import FlightMode
 from workbench.systems.mode_manager import ModeManager
 
 HEIGHT = 50.0

@@ -21,7 +21,7 @@ from workbench.plant.thrust_frame import thrust_frame
 from workbench.scenario import Action, Scenario, Start, VehicleConfig
 from workbench.session import Session
 from workbench.systems.cascade import Guidance
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 HERE = Path(__file__).parent
 HEIGHT = 10.0

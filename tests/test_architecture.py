@@ -45,8 +45,8 @@ MAY_IMPORT = {
     "pilot_numbers": "errors",
     "session": "errors configured recording samples snapshot observation live_context script gains "
     "parameters pilot_numbers vehicle_parameters scenario plant systems diagram link",
-    "live": "errors pilot_numbers vehicle_parameters parameters scenario plant systems snapshot "
-    "recording samples session link flight_log",
+    "live": "errors resources pilot_numbers vehicle_parameters parameters scenario plant systems "
+    "snapshot recording samples session link flight_log instant excitation",
     "ros_messages": "errors link",
     "flight_log": "errors atomic_write scenario gains link live ros_messages recording session "
     "resources plant systems",
@@ -56,11 +56,16 @@ MAY_IMPORT = {
     "open_loop": "errors configured live_context recording scenario plant systems diagram",
     "design": "errors resources sensors_config yaml_files cache recording gains gain_rule "
     "parameters vehicle_parameters configured scenario plant systems diagram session",
-    "gui": "errors parameters scenario link session live design",
+    "excitation": "errors",
+    "instant": "",
+    "analyst": "errors configured scenario parameters gains live plant session instant excitation "
+    "design",
+    "gui": "errors resources atomic_write parameters sensors_config scenario gain_files gain_diff "
+    "gain_history plant systems snapshot link live instant excitation analyst flight_log",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
     "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
     "session open_loop design live link flight_log monitor gateways",
-    "commands/app": "gui",
+    "commands/gui": "gui live",
     "cli": "errors commands",
     "pytest_plugin": "errors atomic_write design",
     "__main__": "cli",
@@ -205,7 +210,7 @@ def test_a_broken_rule_is_named(tmp_path, file, source, said):
     [
         ("plant/a.py", "from workbench.errors import WorkbenchError"),
         ("plant/a.py", "from . import b\nfrom .b import C\nimport workbench.plant.b"),
-        ("commands/app.py", "def f():\n    from workbench.gui import b"),
+        ("commands/gui.py", "def f():\n    from workbench.gui import b"),
         ("cli.py", "def f():\n    from workbench.commands import b"),
         ("gui/a.py", "from PyQt6.QtCore import QObject"),
     ],

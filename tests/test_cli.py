@@ -21,7 +21,7 @@ COMMANDS = (
     "params",
     "gains",
     "graph",
-    "app",
+    "gui",
 )
 
 

@@ -10,7 +10,7 @@ from workbench.cli import main
 from workbench.gains import load_gains
 from workbench.scenario import Scenario, VehicleConfig, load_scenario
 from workbench.session import Session
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 DOCS = Path(__file__).parent.parent / "docs"
 FILES = DOCS / "files.md"

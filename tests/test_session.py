@@ -19,7 +19,7 @@ from workbench.scenario import (
     VehicleConfig,
 )
 from workbench.session import Session
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 STEP = Rates().physics_step
 ODD_RATES = Rates(physics_step=0.001, control_period=0.004, mode_period=0.02, record_period=0.01)

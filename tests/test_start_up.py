@@ -38,7 +38,7 @@ def loaded_by(folder, *command):
     [
         ["--help"],
         ["step", "--help"],
-        ["app"],
+        ["gui", "--help"],
     ],
     ids=" ".join,
 )

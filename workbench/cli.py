@@ -75,13 +75,13 @@ def _interrupted(error: BaseException) -> bool:
 
 def _parser() -> argparse.ArgumentParser:
     from workbench.commands import (
-        app,
         export,
         fly,
         frames,
         gains,
         gateway,
         graph,
+        gui,
         hover,
         inspect,
         judge,
@@ -132,7 +132,7 @@ def _parser() -> argparse.ArgumentParser:
         params,
         gains,
         graph,
-        app,
+        gui,
     )
     for command in listed:
         command.add_parser(commands)

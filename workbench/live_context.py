@@ -16,7 +16,8 @@ from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario, Start
 from workbench.systems.flight_computer import SHARES
-from workbench.systems.flight_mode import FlightMode, initial_state
+from workbench.systems.flight_mode import initial_state
+from workbench.systems.mode import FlightMode
 from workbench.systems.pilot import Wish
 from workbench.vehicle_parameters import check_parameters
 

@@ -13,7 +13,7 @@ from pydrake.systems.framework import Context
 from workbench.diagram.sensing import Mounted
 from workbench.diagram.workbench import Workbench
 from workbench.snapshot import Clearance, LidarSummary, SensorStatus, Snapshot, Triple
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 from workbench.systems.sensors.faults import Fault
 from workbench.systems.sensors.readings import (
     BarometerReading,

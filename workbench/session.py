@@ -42,8 +42,8 @@ from workbench.script import Script, scenario_path
 from workbench.snapshot import Snapshot
 from workbench.systems.air.settings import gust_settings, push_settings
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_mode import FlightMode, Request
 from workbench.systems.frame_poses import FrameTransforms
+from workbench.systems.mode import FlightMode, Request
 from workbench.systems.pilot import commanded, gone_to, requested
 from workbench.systems.sensors.readings import Reading
 from workbench.vehicle_parameters import check_settings

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 from workbench.systems.sensors.faults import Fault
 from workbench.systems.sensors.readings import BarometerReading, GpsReading, ImuReading
 

@@ -10,7 +10,7 @@ from workbench.design.flight_summary import summarise
 from workbench.plant.loading import load_vehicle
 from workbench.recording import Recording
 from workbench.resources import find_model
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from workbench.design.lost import find_loss
 from workbench.design.step_response import fly_step
 from workbench.scenario import Action, Scenario, Start
 from workbench.session import Session
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 OVER = [0.0, 1.0, 0.0, 0.0]
 AT = 100

@@ -13,7 +13,7 @@ from workbench.link.backplane import Hand, Stage
 from workbench.live.messages import Hold, Phase, SetSpeed
 from workbench.live.network_orders import Network
 from workbench.scenario import Action, Rates, Scenario, Start
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 CONTROL = Rates().control_period
 STILL = [0.0, 0.0, 0.0]

@@ -16,7 +16,7 @@ from workbench.live.desk import Desk
 from workbench.scenario import Action, FigureEight, Scenario, Start
 from workbench.session import Session
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 
 class Office:

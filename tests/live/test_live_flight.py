@@ -19,7 +19,7 @@ from workbench.live.messages import Phase
 from workbench.recording import Recording
 from workbench.scenario import Scenario, SensorsConfig, Start, VehicleConfig
 from workbench.session import Session
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 ROOT = Path(__file__).resolve().parents[2]
 ENOUGH = 120.0

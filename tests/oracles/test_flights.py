@@ -7,7 +7,7 @@ import pytest
 
 from workbench.scenario import Action, Scenario, Start
 from workbench.session import Session
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 HIGH = 10.0
 FULL_SPEED = 8.0

@@ -11,9 +11,7 @@ from workbench.systems.flight_mode import (
     STOPPING_TIME,
     TOUCH_DOWN_SPEED,
     TOUCH_DOWN_TIME,
-    FlightMode,
     ModeState,
-    Request,
     Settings,
     Situation,
     guidance,
@@ -21,6 +19,7 @@ from workbench.systems.flight_mode import (
     next_state,
     with_walls,
 )
+from workbench.systems.mode import FlightMode, Request
 
 OFF, ARMED, TAKING_OFF, HOVERING, ASCENDING, DESCENDING, CRUISING, LANDING = FlightMode
 FLYING = (HOVERING, ASCENDING, DESCENDING, CRUISING)

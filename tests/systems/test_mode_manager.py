@@ -7,9 +7,7 @@ from pydrake.systems.analysis import Simulator
 
 from workbench.systems.cascade import Guidance, Reference
 from workbench.systems.flight_mode import (
-    FlightMode,
     ModeState,
-    Request,
     Settings,
     Situation,
     guidance,
@@ -17,6 +15,7 @@ from workbench.systems.flight_mode import (
     next_state,
     with_walls,
 )
+from workbench.systems.mode import FlightMode, Request
 from workbench.systems.mode_manager import ModeManager
 
 PERIOD = 0.25

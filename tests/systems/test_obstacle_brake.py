@@ -14,7 +14,8 @@ from workbench.gains import vehicle_gains
 from workbench.plant.placing import place_vehicle
 from workbench.plant.reach import reach
 from workbench.scenario import Rates
-from workbench.systems.flight_mode import FlightMode, Settings, initial_state
+from workbench.systems.flight_mode import Settings, initial_state
+from workbench.systems.mode import FlightMode
 from workbench.systems.mode_manager import ModeManager
 from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
 from workbench.systems.obstacle_brake import braked

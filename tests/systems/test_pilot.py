@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.systems.cascade import Reference
-from workbench.systems.flight_mode import FlightMode, Request
+from workbench.systems.mode import FlightMode, Request
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, gone_to, requested
 
 MOVING = Wish(Reference(1.0, 2.0, 3.0, 0.1, 0.0, 0.0, 0.0, 0.0), 1.0, 4.0, 2.0)

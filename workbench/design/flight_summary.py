@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.recording import Recording
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 _CLOSE = 0.1
 """A touch-down is measured from this height above the ground on [m]."""

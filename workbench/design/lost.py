@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.recording import Recording
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 NEAR_GROUND = (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF, FlightMode.LANDING)
 """Modes in which a drone may stand on the ground, which gives a little."""

@@ -11,7 +11,7 @@ from workbench.design.plots_panels import draw_rotor_use
 from workbench.plant.worlds.world import EMPTY, GROUND, World
 from workbench.recording import Recording
 from workbench.systems.cascade import Reference
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 _FOLLOW = Reference._fields.index("follow")
 """Where a reference says whether it means its place, which stands in the three numbers before."""

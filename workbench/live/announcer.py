@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import DRONE_STATE, EVENTS, PARAMETERS
 from workbench.link.topics import Topic
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 INFORMATION, WARNING, FAILURE = 0, 1, 2
 """How severe an event is."""

@@ -20,7 +20,8 @@ from workbench.parameters import checked
 from workbench.scenario import REQUESTS, Action
 from workbench.session import Session
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_mode import Request, hears
+from workbench.systems.flight_mode import hears
+from workbench.systems.mode import Request
 
 Operation = dict[str, object]
 Did = Callable[[Action, str], None]

@@ -2,11 +2,13 @@
 
 import pickle
 import threading
+from collections import deque
 from concurrent.futures import Future
 from contextlib import suppress
 from typing import Any
 
 from workbench.errors import WorkbenchError
+from workbench.link.backplane import Published
 from workbench.live.messages import (
     Answer,
     Begin,
@@ -20,6 +22,7 @@ from workbench.live.messages import (
     Refusal,
     Report,
     SetSpeed,
+    Streamed,
 )
 from workbench.live.network_orders import NetworkOrder
 from workbench.live.outbox import Outbox
@@ -29,6 +32,9 @@ from workbench.scenario import Action
 
 MOST_WAITING = 1000
 """Orders without an answer; further ones are refused."""
+
+MOST_STREAMED = 4000
+"""Samples that are kept for who draws them, some 20 s; then the oldest go."""
 
 Wanted = Action | Hold | SetSpeed | FlyOn | Question | NetworkOrder
 
@@ -50,6 +56,7 @@ class Exchange:
             raise WorkbenchError(f"the scenario cannot be sent to a process: {error}") from error
         self.view = LiveView()
         self.begun = threading.Event()
+        self.streamed: deque[Published] = deque(maxlen=MOST_STREAMED)
         self._lock = threading.Lock()
         self._waiting: dict[int, Future[Any]] = {}
         self._orders = 0
@@ -115,6 +122,9 @@ class Exchange:
         return said
 
     def _hear(self, message: object) -> None:
+        if isinstance(message, Streamed):
+            self.streamed.extend(message.published)
+            return
         self.view = self.view.after(message)
         match message:
             case Report():

@@ -7,8 +7,9 @@ from types import TracebackType
 from typing import Any, Self
 
 from workbench.errors import WorkbenchError
-from workbench.link.backplane import Disconnect
+from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
+from workbench.live.choice import Choice
 from workbench.live.exchange import Exchange, Wanted, failed
 from workbench.live.messages import (
     Begin,
@@ -40,9 +41,11 @@ class LiveFlight:
     says why it was refused. When it is done, `latest` shows its effect.
 
     Args:
-        scenario: what to fly; the default one hovers.
+        scenario: what to fly, or its name and what differs from it, to be read in the process; the
+            default one hovers.
         settings: parameter values that override those of the scenario's gains.
         draw: whether the flight is drawn in Meshcat, at `latest().url`.
+        stream: whether `streamed` is wanted.
 
     Raises:
         WorkbenchError: if no process can be started. What is wrong with the scenario, `wait` says.
@@ -50,12 +53,14 @@ class LiveFlight:
 
     def __init__(
         self,
-        scenario: Scenario | None = None,
+        scenario: Scenario | Choice | None = None,
         settings: Mapping[str, float] | None = None,
         *,
         draw: bool = False,
+        stream: bool = False,
     ) -> None:
-        self._exchange = Exchange(Begin(scenario or Scenario(), dict(settings or {}), draw))
+        begin = Begin(scenario or Scenario(), dict(settings or {}), draw, stream)
+        self._exchange = Exchange(begin)
 
     def __enter__(self) -> Self:
         return self
@@ -76,6 +81,14 @@ class LiveFlight:
     def latest(self) -> LiveView:
         """Return the present, as far as it is known here."""
         return self._exchange.view
+
+    def streamed(self) -> list[Published]:
+        """Return what was published since the last call, of the last 20 s or so.
+
+        Each has the topics of one time; `latest().topics` unpack their payloads.
+        """
+        waiting = self._exchange.streamed
+        return [waiting.popleft() for _ in range(len(waiting))]
 
     def wait(self, limit: float = 120.0) -> LiveView:
         """Wait until the flight has begun, and return its first view.

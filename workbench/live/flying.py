@@ -28,6 +28,7 @@ from workbench.live.network import Later, NetworkStage
 from workbench.live.network_orders import KeepLog, Network, Serve
 from workbench.live.outbox import Outbox
 from workbench.live.repeat import repeated
+from workbench.live.stream import NoStream, Stream
 from workbench.live.values import parameter_values
 from workbench.scenario import Action
 from workbench.session import Session
@@ -52,6 +53,7 @@ class Flying:
         settings: values that it was built with, which no scenario has.
         outbox: where answers and reports go.
         now: tells the wall time [s].
+        stream: where everything that is published goes.
     """
 
     def __init__(
@@ -61,6 +63,7 @@ class Flying:
         settings: Mapping[str, float],
         outbox: Outbox,
         now: Callable[[], float],
+        stream: Stream | NoStream | None = None,
     ) -> None:
         self._session = session
         self._settings = settings
@@ -69,7 +72,8 @@ class Flying:
         self._step = session.scenario.rates.physics_step
         self._clock = FlightClock(self._step, now())
         log = LogKeeper(session, settings, parameter_values(session))
-        self._network = NetworkStage(session, bridge, log)
+        self._stream = stream or NoStream()
+        self._network = NetworkStage(session, bridge, log, self._stream)
         self._shown = self._network.view
         self._broken = ""
         self._next_report = now()
@@ -130,6 +134,7 @@ class Flying:
         paused = Phase.PAUSED if self._clock.paused else Phase.FLYING
         phase = Phase.BROKEN if self._broken else paused
         snapshot, pace = self._session.snapshot(), self._clock.pace(now)
+        self._stream.flush()
         self._outbox.show(Report(phase, self._broken, snapshot, pace, self._shown))
 
     def _obey(self, order: Order) -> Answer | Refusal | Later:

@@ -11,6 +11,9 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from workbench.link.backplane import Published
+    from workbench.link.topics import Topic
+    from workbench.live.choice import Choice
     from workbench.live.network_orders import NetworkOrder, NetworkView
     from workbench.plant.vehicle import Vehicle
     from workbench.recording import Recording
@@ -63,11 +66,19 @@ class Pace:
 
 @dataclass(frozen=True)
 class Begin:
-    """The first message: what to fly, see `Session`; and whether to draw it in Meshcat."""
+    """The first message.
 
-    scenario: Scenario
+    Attributes:
+        scenario: what to fly, see `Session`.
+        settings: values that override those of its gains.
+        draw: whether to draw it in Meshcat.
+        stream: whether to send everything that is published, sample by sample.
+    """
+
+    scenario: Scenario | Choice
     settings: Mapping[str, float]
     draw: bool
+    stream: bool
 
 
 class Hold(Enum):
@@ -153,11 +164,15 @@ class Started:
         vehicle: what flies.
         values: of the live parameters that this flight has, by name.
         url: of the page where Meshcat draws it, "" without.
+        scenario: what is flown.
+        topics: that it publishes.
     """
 
     vehicle: Vehicle
     values: Mapping[str, float]
     url: str
+    scenario: Scenario
+    topics: tuple[Topic, ...]
 
 
 @dataclass(frozen=True)
@@ -169,6 +184,19 @@ class Report:
     snapshot: Snapshot
     pace: Pace
     network: NetworkView
+
+
+@dataclass(frozen=True)
+class Streamed:
+    """What was published since the last of these.
+
+    Attributes:
+        published: in the order of time.
+        lost: how many before them were left out, as the reader was too slow.
+    """
+
+    published: tuple[Published, ...]
+    lost: int
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import Answer, Refusal
 from workbench.live.network_orders import KeepLog, Network, NetworkOrder, NetworkView, Serve
 from workbench.live.server_keeper import ServerKeeper
+from workbench.live.stream import NoStream, Stream
 from workbench.live.values import parameter_values
 from workbench.parameters import find_parameter
 from workbench.scenario import Action
@@ -45,6 +46,7 @@ class NetworkStage:
         session: that is flown.
         bridge: of the session.
         log: keeps the flight's log, where one is wanted.
+        stream: takes everything that is published, where it is wanted.
 
     Attributes:
         view: of the network, to be shown.
@@ -55,8 +57,10 @@ class NetworkStage:
         session: Session,
         bridge: Bridge,
         log: LogKeeper,
+        stream: Stream | NoStream,
     ) -> None:
         self._session, self._bridge, self._log = session, bridge, log
+        self._stream = stream
         self._desk = Desk(session, bridge, self.did)
         step = session.scenario.rates.physics_step
         bridge.scripted = frozenset(
@@ -150,6 +154,7 @@ class NetworkStage:
             self._note(_action(applied), applied.by)
         for sampled in self._session.drain():
             self._log.write(sampled)
+            self._stream.add(sampled.published)
             if (said := self._announcer.mode_said(sampled.published)) is not None:
                 self.event(said)
         self._tell_refused()
@@ -239,7 +244,7 @@ class NetworkStage:
     def _watch_server(self) -> None:
         """Notice that a server is there or gone: who commanded through it has lost control."""
         serves = self._server.serves
-        self._bridge.wanted = serves or bool(self._log.path)
+        self._bridge.wanted = serves or bool(self._log.path) or self._stream.wanted
         if serves and not self._serves:
             self._control = None  # a server is told who flies, and what time it is
             now = round(self._session.time * 1e9)
@@ -256,6 +261,7 @@ class NetworkStage:
     def _publish(self, published: Published) -> None:
         self._server.publish(published)
         self._log.publish(published)
+        self._stream.add(published)
 
     def _show(self, **changes: object) -> None:
         """Let the view show how it goes."""

@@ -5,6 +5,9 @@ import threading
 from collections import deque
 from multiprocessing.connection import Connection
 
+MOST_OFFERED = 100
+"""Messages that wait, beyond which no further one is taken that may be left out."""
+
 
 class Outbox:
     """A queue in front of a connection, emptied by a thread.
@@ -35,6 +38,20 @@ class Outbox:
                 self._shown = None
             self._waiting.append(data)
             self._change.notify()
+
+    def offer(self, message: object) -> bool:
+        """Send a message unless many wait; return whether it will be sent.
+
+        It does not hold what is shown to its place in the order.
+        """
+        with self._change:
+            if len(self._waiting) >= MOST_OFFERED:
+                return False
+        data = pickle.dumps(message)
+        with self._change:
+            self._waiting.append(data)
+            self._change.notify()
+        return True
 
     def show(self, message: object) -> None:
         """Send a message, unless a newer one is shown before that."""

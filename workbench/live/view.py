@@ -4,9 +4,11 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from workbench.link.topics import Topic
 from workbench.live.messages import Pace, Phase, Report, Started, Starting, Told
 from workbench.live.network_orders import NetworkView
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario
 from workbench.snapshot import Snapshot
 
 
@@ -22,6 +24,8 @@ class LiveView:
         vehicle: what flies, None until the flight has begun.
         values: of the live parameters at the start, by name.
         url: of Meshcat's page, "" without.
+        scenario: what is flown, None until the flight has begun.
+        topics: that it publishes.
         remarks: on what was read and built.
         network: who watches and who commands.
     """
@@ -33,6 +37,8 @@ class LiveView:
     vehicle: Vehicle | None = None
     values: Mapping[str, float] = dataclasses.field(default_factory=dict)
     url: str = ""
+    scenario: Scenario | None = None
+    topics: tuple[Topic, ...] = ()
     remarks: tuple[str, ...] = ()
     network: NetworkView = NetworkView()
 
@@ -43,8 +49,10 @@ class LiveView:
                 return dataclasses.replace(
                     self, phase=phase, said=said, snapshot=snapshot, pace=pace, network=network
                 )
-            case Started(vehicle, values, url):
-                return dataclasses.replace(self, vehicle=vehicle, values=values, url=url)
+            case Started(vehicle, values, url, scenario, topics):
+                return dataclasses.replace(
+                    self, vehicle=vehicle, values=values, url=url, scenario=scenario, topics=topics
+                )
             case Starting(said):
                 return dataclasses.replace(self, said=said)
             case Told(said):

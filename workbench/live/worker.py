@@ -65,7 +65,9 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     """
     from pydrake.geometry import Meshcat
 
+    from workbench.live.choice import Choice
     from workbench.live.flying import Flying
+    from workbench.live.stream import NoStream, Stream
     from workbench.live.values import parameter_values
     from workbench.session import Session
     from workbench.systems.bridge import Bridge
@@ -77,13 +79,18 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     with sentences("the flight could not be built"):
         meshcat = Meshcat() if begin.draw else None
         bridge = Bridge()
-        session = Session(begin.scenario, begin.settings, meshcat, bridge)
+        wanted_flight = begin.scenario
+        scenario = wanted_flight.load() if isinstance(wanted_flight, Choice) else wanted_flight
+        session = Session(scenario, begin.settings, meshcat, bridge)
         # The first step loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
     url = meshcat.web_url() if meshcat else ""
-    outbox.post(Started(session.vehicle, parameter_values(session), url))
-    Flying(session, bridge, begin.settings, outbox, time.perf_counter).run(connection, wanted)
+    values = parameter_values(session)
+    outbox.post(Started(session.vehicle, values, url, session.scenario, session.topics))
+    stream = Stream(outbox) if begin.stream else NoStream()
+    flying = Flying(session, bridge, begin.settings, outbox, time.perf_counter, stream)
+    flying.run(connection, wanted)
 
 
 if __name__ == "__main__":

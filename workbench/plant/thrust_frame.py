@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydrake.math import RollPitchYaw, RotationMatrix
 
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
@@ -50,6 +49,8 @@ class ThrustFrame:
     @property
     def q_BT(self) -> list[float]:
         """Orientation in the body as a unit quaternion w, x, y, z."""
+        from pydrake.math import RotationMatrix  # who reads a Vehicle need not load Drake
+
         return [float(q) for q in RotationMatrix(self.R_BT).ToQuaternion().wxyz()]
 
     @property
@@ -77,6 +78,8 @@ class ThrustFrame:
         """Return the body's roll, pitch, yaw that give T the wanted ones [rad]."""
         if np.array_equal(self.R_BT, np.eye(3)):
             return list(roll_pitch_yaw)
+        from pydrake.math import RollPitchYaw, RotationMatrix
+
         R_WT = RotationMatrix(RollPitchYaw(np.array(roll_pitch_yaw, dtype=float)))
         R_WB = R_WT @ RotationMatrix(self.R_BT).inverse()
         return [float(angle) for angle in RollPitchYaw(R_WB).vector()]

@@ -19,7 +19,8 @@ from workbench.link.authority import (
     Limits,
 )
 from workbench.link.backplane import Command, Published, Refused, Sampled
-from workbench.systems.flight_mode import FlightMode, ModeState, Request
+from workbench.systems.flight_mode import ModeState
+from workbench.systems.mode import FlightMode, Request
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, requested
 
 MOST_COMMANDS = 32

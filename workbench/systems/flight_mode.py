@@ -5,10 +5,10 @@ Pure functions of plain numbers; `mode_manager` runs them as a Drake system.
 
 import math
 from collections.abc import Sequence
-from enum import IntEnum
 from typing import NamedTuple
 
 from workbench.systems.cascade import BRAKE, Guidance, Reference
+from workbench.systems.mode import FlightMode, Request
 from workbench.systems.obstacle_brake import WALLS
 
 SPOOL_UP_TIME = 0.5
@@ -29,36 +29,6 @@ STEEP = 0.7
 """A wall whose direction points down by this much or more lies below the drone."""
 TAKE_OFF_PATIENCE = 3.0
 """A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
-
-
-class FlightMode(IntEnum):
-    """Modes in the order in which a flight passes them; the paper's conditions are among them."""
-
-    OFF = 0
-    ARMED = 1
-    TAKING_OFF = 2
-    HOVERING = 3
-    ASCENDING = 4
-    DESCENDING = 5
-    CRUISING = 6
-    LANDING = 7
-
-    @property
-    def label(self) -> str:
-        """The mode in words."""
-        return self.name.lower().replace("_", " ")
-
-
-class Request(IntEnum):
-    """What a pilot may ask of the flight mode."""
-
-    NONE = 0
-    ARM = 1
-    TAKE_OFF = 2
-    HOLD = 3
-    """End a take-off where it is; the other modes hold by themselves while nothing is asked."""
-    LAND = 4
-    STOP = 5
 
 
 class Settings(NamedTuple):

@@ -4,7 +4,6 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from workbench.systems.cascade import Guidance, Reference
 from workbench.systems.flight_mode import (
-    FlightMode,
     ModeState,
     Settings,
     Situation,
@@ -12,6 +11,7 @@ from workbench.systems.flight_mode import (
     next_state,
     with_walls,
 )
+from workbench.systems.mode import FlightMode
 from workbench.systems.obstacle_brake import WALLS
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from workbench.systems.cascade import Reference
-from workbench.systems.flight_mode import FlightMode, Request
+from workbench.systems.mode import FlightMode, Request
 
 AT_REST = Reference(*[0.0] * len(Reference._fields))
 """Asks for nothing, so that the flight mode holds the place."""

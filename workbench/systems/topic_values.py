@@ -11,7 +11,7 @@ from workbench.link import drone_topics as topic
 from workbench.link.topics import Topic
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.vehicle import Vehicle
-from workbench.systems.flight_mode import FlightMode
+from workbench.systems.mode import FlightMode
 
 Payload = tuple[int, bytes]
 Numbers = Sequence[float]

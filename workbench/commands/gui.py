@@ -1,4 +1,4 @@
-"""`workbench app`: the screens."""
+"""`workbench gui`: the app."""
 
 import argparse
 from typing import Any
@@ -12,9 +12,9 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     add_command(
         commands,
-        "app",
+        "gui",
         "Open the app: fly, watch and tune (comes with a later version).",
-        "workbench app",
+        "workbench gui",
         run,
     )
 

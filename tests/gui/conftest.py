@@ -1,0 +1,101 @@
+"""A workspace with nothing of the user's in it, and a flight in a can for it to show."""
+
+import threading
+from dataclasses import dataclass, replace
+
+import pytest
+from PyQt6.QtCore import QSettings
+
+from workbench.gui.analysis import Analysis
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.notices import Notices
+from workbench.gui.preferences import Preferences
+from workbench.gui.signals import Signals
+from workbench.gui.theme import Look
+from workbench.gui.workspace import Workspace
+from workbench.link.backplane import Published
+from workbench.live.messages import Pace, Phase
+from workbench.live.values import parameter_values
+from workbench.live.view import LiveView
+from workbench.scenario import Action, Scenario, SensorsConfig
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+
+
+@dataclass(frozen=True)
+class Canned:
+    """Some seconds of a flight with sensors.
+
+    Attributes:
+        views: one a sixtieth of a second.
+        published: what was sampled until each of them.
+    """
+
+    views: tuple[LiveView, ...]
+    published: tuple[tuple[Published, ...], ...]
+
+
+@pytest.fixture(scope="session")
+def canned() -> Canned:
+    """3 s: hover, then 2 m/s along x, in a room."""
+    scenario = Scenario(
+        world="room",
+        sensors=SensorsConfig(use=["imu", "gps", "lidar", "barometer", "range_finder"]),
+        script=[Action(at=1.0, velocity=[2.0, 0.0, 0.0])],
+    )
+    bridge = Bridge()
+    session = Session(scenario, bridge=bridge)
+    bridge.wanted = True
+    begun = LiveView(
+        phase=Phase.FLYING,
+        said="",
+        pace=Pace(1.0, 1.0, 0.0, 0.0, False),
+        vehicle=session.vehicle,
+        values=parameter_values(session),
+        scenario=scenario,
+        topics=session.topics,
+    )
+    views, published = [], []
+    for _ in range(180):
+        session.tick(1 / 60)
+        views.append(replace(begun, snapshot=session.snapshot()))
+        published.append(tuple(each.published for each in session.drain()))
+    return Canned(tuple(views), tuple(published))
+
+
+@pytest.fixture
+def workspace(qapp, tmp_path):
+    """A workspace without a flight; settings go to a folder of the test's own."""
+    store = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+    preferences = Preferences(store)
+    notices = Notices()
+    made = Workspace(
+        flight=FlightModel(notices),
+        signals=Signals(),
+        analysis=Analysis(notices),
+        preferences=preferences,
+        notices=notices,
+        look=Look(preferences),
+    )
+    made.flight.begun.connect(lambda view: made.signals.begin(view.topics))
+    made.flight.streamed.connect(made.signals.add)
+    yield made
+    made.flight.close()
+    made.analysis.close()
+
+
+@pytest.fixture
+def told(workspace):
+    """All that the workspace told its user."""
+    notices = []
+    workspace.notices.told.connect(notices.append)
+    return notices
+
+
+@pytest.fixture(autouse=True)
+def no_thread_is_left():
+    """Fail a test that leaves a thread alive."""
+    before = set(threading.enumerate())
+    yield
+    left = [each.name for each in set(threading.enumerate()) - before if each.is_alive()]
+    assert not left, f"threads left alive: {', '.join(left)}"

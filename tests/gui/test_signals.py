@@ -1,0 +1,57 @@
+"""Series of a flight against its snapshots, which come another way."""
+
+import numpy as np
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.gui.signals import Signals
+
+
+def filled(canned, seconds=180.0):
+    signals = Signals(seconds)
+    signals.begin(canned.views[0].topics)
+    for published in canned.published:
+        signals.add(published)
+    return signals
+
+
+def test_a_series_is_what_was_flown(canned):
+    signals = filled(canned)
+    for view in canned.views[30::40]:
+        time, v_x = signals.series("velocity_data.v_x")
+        flown = np.interp(view.snapshot.time, time, v_x)
+        assert flown == pytest.approx(view.snapshot.v_WB[0], abs=2e-3)
+
+
+def test_several_numbers_of_a_field_are_a_series_each(canned):
+    signals = filled(canned)
+    _, thrust = signals.series("rotors.thrust.3")
+    assert thrust[-1] == pytest.approx(canned.views[-1].snapshot.thrusts[3], rel=0.02)
+    assert signals.units["rotors.thrust.3"] == "N"
+
+
+def test_only_the_wanted_seconds_are_kept(canned):
+    signals = filled(canned, seconds=1.0)
+    time, _ = signals.series("velocity_data.v_x")
+    assert time[-1] == pytest.approx(3.0, abs=0.01)
+    assert 1.0 <= time[-1] - time[0] <= 2.0
+    since, _ = signals.series("velocity_data.v_x", since=2.5)
+    assert since[0] == pytest.approx(2.5, abs=0.01)
+
+
+def test_the_newest_of_a_topic_has_its_texts_too(canned):
+    signals = filled(canned)
+    assert signals.newest("drone_state")
+    assert signals.newest("nonsense") == {}
+
+
+def test_an_unknown_signal_is_named(canned):
+    with pytest.raises(WorkbenchError, match="velocity_data.v_q"):
+        filled(canned).series("velocity_data.v_q")
+
+
+def test_a_new_flight_begins_empty(canned):
+    signals = filled(canned)
+    signals.begin(canned.views[0].topics)
+    assert len(signals.series("velocity_data.v_x")[0]) == 0
+    assert signals.now == 0.0

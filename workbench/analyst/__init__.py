@@ -1,0 +1,1 @@
+"""A process that judges gains beside a flight: what a screen asks for, it computes."""

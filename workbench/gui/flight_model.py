@@ -1,0 +1,145 @@
+"""The flight that the app shows: begun, replaced and ended, looked at sixty times a second."""
+
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from typing import Any
+
+from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
+
+from workbench.errors import WorkbenchError
+from workbench.gui.answers import Answers, Done, Refused
+from workbench.gui.notices import Notices
+from workbench.live.choice import Choice
+from workbench.live.flight import LiveFlight
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+from workbench.scenario import Scenario
+
+PERIOD = 16
+"""Between two looks at the flight [ms]."""
+
+
+class FlightModel(QObject):
+    """One live flight at a time, for all screens; none of its methods waits.
+
+    Args:
+        notices: where refusals and ends are told.
+        parent: whose life it shares.
+    """
+
+    begun = pyqtSignal(object)
+    """A flight has begun, or begun anew after a reset: its first `LiveView`."""
+    viewed = pyqtSignal(object)
+    """The newest `LiveView`, when it has changed; at most sixty times a second."""
+    streamed = pyqtSignal(object)
+    """A list of `Published`: everything that was sampled since the last one."""
+    phase_changed = pyqtSignal(object)
+    """A `Phase`."""
+
+    def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._notices = notices
+        self._live: LiveFlight | None = None
+        self._view = LiveView()
+        self._answers = Answers(lambda said: notices.warn(said), self)
+        self._closing: list[threading.Thread] = []
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(PERIOD)
+        self._timer.timeout.connect(self._look)
+
+    @property
+    def view(self) -> LiveView:
+        """The newest view, of a flight that starts where there is none yet."""
+        return self._view
+
+    @property
+    def live(self) -> LiveFlight | None:
+        """The flight itself, None before the first and after the last."""
+        return self._live
+
+    @property
+    def is_flying(self) -> bool:
+        """Whether a flight has begun and its process lives."""
+        return self._live is not None and self._view.snapshot is not None and not self._is_over()
+
+    def fly(
+        self, choice: Choice | Scenario, settings: Mapping[str, float] | None = None, *, draw: bool
+    ) -> None:
+        """End the present flight and begin another."""
+        self.end()
+        try:
+            self._live = LiveFlight(choice, settings, draw=draw, stream=True)
+        except WorkbenchError as error:
+            self._notices.fail(str(error), "Close other programs, then open the scenario again.")
+            return
+        self._show(self._live.latest())
+        self._timer.start()
+
+    def end(self) -> None:
+        """End the flight, if there is one, in the background."""
+        live, self._live = self._live, None
+        self._timer.stop()
+        if live is None:
+            return
+        self._closing = [thread for thread in self._closing if thread.is_alive()]
+        closing = threading.Thread(target=live.close, name="closing a flight")
+        self._closing.append(closing)
+        closing.start()
+
+    def close(self) -> None:
+        """End the flight and wait until its process is gone; the last call."""
+        self.end()
+        self._answers.close()
+        for thread in self._closing:
+            thread.join()
+
+    def order(
+        self,
+        give: Callable[[LiveFlight], "Future[Any]"],
+        done: Done | None = None,
+        refused: Refused | None = None,
+    ) -> None:
+        """Give the flight an order, as `lambda live: live.request("land")`.
+
+        Args:
+            give: gives it.
+            done: hears the answer, in this thread, once `view` shows the effect.
+            refused: hears why it was refused; without it the banner tells.
+        """
+        if self._live is not None:
+            self._answers.expect(give(self._live), done, refused)
+        else:
+            (refused or self._notices.warn)("nothing flies: open a scenario first")
+
+    def _look(self) -> None:
+        """Show what is new."""
+        if self._live is None:
+            return
+        published = self._live.streamed()
+        view = self._live.latest()
+        if published:
+            self.streamed.emit(published)
+        if view is not self._view:
+            self._show(view)
+
+    def _show(self, view: LiveView) -> None:
+        before, self._view = self._view, view
+        began = view.snapshot is not None and (
+            before.snapshot is None
+            or before.vehicle is not view.vehicle
+            or view.snapshot.time < before.snapshot.time
+        )
+        if began:
+            self.begun.emit(view)
+        if view.phase is not before.phase:
+            self.phase_changed.emit(view.phase)
+            if view.phase is Phase.ENDED and self._live is not None:
+                self._notices.fail(view.said, "Open a scenario, or reset, to fly again.")
+            elif view.phase is Phase.BROKEN:
+                self._notices.fail(view.said, "Reset the flight (Ctrl+R) to fly again.")
+        self.viewed.emit(view)
+
+    def _is_over(self) -> bool:
+        return self._view.phase in (Phase.ENDED, Phase.BROKEN)

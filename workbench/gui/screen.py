@@ -1,0 +1,35 @@
+"""What every screen of the app is."""
+
+from PyQt6.QtWidgets import QWidget
+
+from workbench.gui.workspace import Workspace
+from workbench.live.view import LiveView
+
+
+class Screen(QWidget):
+    """A page of the app behind one button of the side bar.
+
+    Attributes:
+        title: in the side bar and as accessible name.
+        icon: name of its picture, see `icons`.
+    """
+
+    title = ""
+    icon = ""
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.workspace = workspace
+        self.setAccessibleName(f"{self.title} screen")
+
+    def begin(self, view: LiveView) -> None:
+        """Take note that a flight has begun: vehicle, topics and scenario are known."""
+
+    def show_view(self, view: LiveView) -> None:
+        """Show the present; called at most sixty times a second, and only while it is seen."""
+
+    def release(self) -> None:
+        """Let go of what is held: the screen is left, or the window has lost focus."""
+
+    def close_screen(self) -> None:
+        """End what the screen has started; the app closes."""

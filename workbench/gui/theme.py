@@ -1,0 +1,148 @@
+"""Colours of the app, light and dark; ink on any ground has a contrast of 4.5 or more."""
+
+from dataclasses import dataclass
+
+from PyQt6.QtCore import QObject, Qt, pyqtSignal
+from PyQt6.QtGui import QColor, QGuiApplication
+
+from workbench.gui.preferences import Preferences
+
+
+@dataclass(frozen=True)
+class Colours:
+    """Colours by what they are for, as #rrggbb.
+
+    Attributes:
+        ground: behind everything.
+        card: behind what belongs together.
+        field: behind what can be typed into, and of charts.
+        line: borders and grids.
+        ink: text.
+        muted: text of less weight: labels, units.
+        accent: what is chosen, and what is to be pressed.
+        on_accent: text on it.
+        good: all is well; always with a word or a shape besides.
+        warning: look here.
+        bad: broken, or beyond a limit.
+        command: what was asked for, in charts.
+        curves: of charts, in their order; to be told apart by the colour-blind too.
+        sky: upper half of the attitude indicator.
+        earth: its lower half.
+    """
+
+    ground: str
+    card: str
+    field: str
+    line: str
+    ink: str
+    muted: str
+    accent: str
+    on_accent: str
+    good: str
+    warning: str
+    bad: str
+    command: str
+    curves: tuple[str, ...]
+    sky: str
+    earth: str
+
+
+LIGHT = Colours(
+    ground="#eef1f5",
+    card="#ffffff",
+    field="#ffffff",
+    line="#d3d9e2",
+    ink="#1a2230",
+    muted="#566173",
+    accent="#1d63d1",
+    on_accent="#ffffff",
+    good="#1a7a3c",
+    warning="#8f5a00",
+    bad="#c22030",
+    command="#5b6472",
+    curves=(
+        "#0067a5",
+        "#c1440e",
+        "#00826a",
+        "#9c3f8e",
+        "#8a6d00",
+        "#3b3fb5",
+        "#a3274b",
+        "#4d6b0f",
+    ),
+    sky="#6aa6dd",
+    earth="#9a7350",
+)
+DARK = Colours(
+    ground="#12161d",
+    card="#1b212b",
+    field="#151a22",
+    line="#323b49",
+    ink="#e7ebf1",
+    muted="#9aa5b5",
+    accent="#5ea3ff",
+    on_accent="#0b1018",
+    good="#52c878",
+    warning="#e5b64a",
+    bad="#ff7c78",
+    command="#a3adbb",
+    curves=(
+        "#56b4f0",
+        "#f28c55",
+        "#3ecfae",
+        "#e08ad0",
+        "#e0c14b",
+        "#9ea2ff",
+        "#ff8fae",
+        "#a9cc5c",
+    ),
+    sky="#2f6ea8",
+    earth="#6d4f35",
+)
+
+
+class Look(QObject):
+    """The colours in use: as the desktop is, or as the user prefers.
+
+    Args:
+        preferences: where the theme is chosen.
+        parent: whose life it shares.
+    """
+
+    changed = pyqtSignal()
+    """Colours are others now: paint again."""
+
+    def __init__(self, preferences: Preferences, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._preferences = preferences
+        self.colours = self._wanted()
+        preferences.changed.connect(lambda name: self._update() if name == "theme" else None)
+        hints = QGuiApplication.styleHints()
+        if hints is not None:
+            hints.colorSchemeChanged.connect(self._update)
+
+    @property
+    def is_dark(self) -> bool:
+        """Whether ink is lighter than its ground."""
+        return self.colours is DARK
+
+    def colour(self, name: str) -> QColor:
+        """Return a colour by the name of its attribute, as "accent"."""
+        return QColor(getattr(self.colours, name))
+
+    def curve(self, index: int) -> QColor:
+        """Return the colour of a chart's curve."""
+        return QColor(self.colours.curves[index % len(self.colours.curves)])
+
+    def _update(self) -> None:
+        wanted = self._wanted()
+        if wanted is not self.colours:
+            self.colours = wanted
+            self.changed.emit()
+
+    def _wanted(self) -> Colours:
+        theme = self._preferences.text("theme")
+        hints = QGuiApplication.styleHints()
+        if theme == "system" and hints is not None:
+            return DARK if hints.colorScheme() == Qt.ColorScheme.Dark else LIGHT
+        return DARK if theme == "dark" else LIGHT

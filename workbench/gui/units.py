@@ -1,0 +1,55 @@
+"""How numbers are shown: degrees and kilometres an hour stand on screens alone."""
+
+import math
+from dataclasses import dataclass
+
+from workbench.gui.preferences import Preferences
+
+
+@dataclass(frozen=True)
+class Unit:
+    """How a quantity is shown.
+
+    Attributes:
+        symbol: behind the number, "" for none.
+        factor: from SI to what is shown.
+    """
+
+    symbol: str
+    factor: float = 1.0
+
+    def shown(self, value: float) -> float:
+        """Return a value in SI as it is shown."""
+        return value * self.factor
+
+    def read(self, shown: float) -> float:
+        """Return a value as it is shown in SI."""
+        return shown / self.factor
+
+    def text(self, value: float, decimals: int = 2) -> str:
+        """Return a value in SI with its unit, as 12.30 m/s; what is no number is a dash."""
+        if not math.isfinite(value):
+            return "–"
+        number = f"{self.shown(value):.{decimals}f}"
+        if float(number) == 0.0:
+            number = number.removeprefix("-")  # a negative zero flickers
+        glue = "" if self.symbol in ("", "°", "%") else "\N{NO-BREAK SPACE}"
+        return f"{number}{glue}{self.symbol}".replace("-", "\N{MINUS SIGN}", 1)
+
+
+_DEGREES = {
+    "rad": Unit("°", 180.0 / math.pi),
+    "rad/s": Unit("°/s", 180.0 / math.pi),
+    "rad/s^2": Unit("°/s²", 180.0 / math.pi),
+}
+
+
+def unit_for(si: str, preferences: Preferences) -> Unit:
+    """Return how a quantity of an SI unit, as parameters and topics have it, is shown."""
+    if si in _DEGREES and preferences.text("angle_unit") == "degree":
+        return _DEGREES[si]
+    if si == "m/s" and preferences.text("speed_unit") == "km/h":
+        return Unit("km/h", 3.6)
+    if si in ("1", ""):
+        return Unit("")
+    return Unit(si.replace("^2", "²").replace("^3", "³"))

@@ -1,0 +1,60 @@
+"""What to fly, by names, for whoever does not read scenarios: that loads parts of Drake."""
+
+import dataclasses
+from dataclasses import dataclass
+
+from workbench.resources import find_file, find_model, find_scenario, find_world
+from workbench.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What to fly; what is "" or None stays as the scenario has it.
+
+    Attributes:
+        scenario: a shipped one's name, or a file's path; "" for the default one, which hovers.
+        model: a shipped model's name, or a description's path; it comes without the scenario's
+            arguments and gains, which were for its own.
+        world: a shipped world's name, or a file's path.
+        gains: path of a gain file.
+        sensors: that measure, by name or kind; "all" for all.
+    """
+
+    scenario: str = ""
+    model: str = ""
+    world: str = ""
+    gains: str = ""
+    sensors: tuple[str, ...] | None = None
+
+    def check(self) -> None:
+        """Refuse what is not there, without a look inside.
+
+        Raises:
+            WorkbenchError: for the first that is missing.
+        """
+        for name, find in (
+            (self.scenario, find_scenario),
+            (self.model, find_model),
+            (self.world, find_world),
+            (self.gains, find_file),
+        ):
+            if name:
+                find(name)
+
+    def load(self) -> Scenario:
+        """Return the scenario.
+
+        Raises:
+            WorkbenchError: if a file is missing, or what it says is wrong.
+        """
+        self.check()
+        scenario = load_scenario(find_scenario(self.scenario)) if self.scenario else Scenario()
+        if self.model:
+            scenario.vehicle = VehicleConfig(model=self.model)
+        if self.gains:
+            scenario.vehicle.gains = self.gains
+        if self.sensors is not None:
+            scenario.sensors = dataclasses.replace(scenario.sensors, use=list(self.sensors))
+        scenario.world = self.world or scenario.world
+        check_scenario(scenario)
+        return scenario
