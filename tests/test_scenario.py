@@ -159,6 +159,13 @@ def test_only_what_differs_is_saved(tmp_path):
     assert set(path.read_text().splitlines()) == {"title: b", "duration: 3.0"}
 
 
+def test_every_number_is_saved_to_the_bit(tmp_path):
+    odd = Scenario(duration=1.0 / 3.0, rates=Rates(physics_step=2.0**-16))
+    odd.start.velocity = [1e-7, -1e5 / 3.0, 0.1 + 0.2]
+    save_scenario(odd, tmp_path / "odd.yaml")
+    assert load_scenario(tmp_path / "odd.yaml") == odd
+
+
 def test_saving_where_nothing_can_be_written_is_refused(tmp_path):
     with pytest.raises(WorkbenchError, match="gone"):
         save_scenario(Scenario(title="b"), tmp_path / "gone" / "a.yaml")

@@ -11,7 +11,7 @@ from workbench.parameters import checked
 from workbench.plant.variation import Variation
 from workbench.resources import find_file, find_model, find_world
 from workbench.sensors_config import SensorsConfig, check_sensors
-from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
+from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, dump_changes, read_yaml
 
 REQUESTS = ("arm", "take_off", "hold", "land", "stop")
 START_MODES = ("off", "hovering")
@@ -174,9 +174,7 @@ def save_scenario(scenario: Scenario, path: Path) -> None:
     Raises:
         WorkbenchError: if it cannot be written; a file that was there stays as it was.
     """
-    from pydrake.common.yaml import yaml_dump_typed
-
-    write_atomically(path, yaml_dump_typed(scenario, defaults=Scenario()))
+    write_atomically(path, dump_changes(scenario))
 
 
 def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:

@@ -194,3 +194,21 @@ def _collect_lines(path: Path, node: yaml.Node, keys: Keys, lines: dict[Keys, in
         for index, value in enumerate(node.value):
             lines[(*keys, index)] = value.start_mark.line + 1
             _collect_lines(path, value, (*keys, index), lines)
+
+
+def dump_changes(record: Any) -> str:
+    """Return the YAML of what differs from a dataclass's defaults."""
+    return yaml.safe_dump(_changes(record, type(record)()), sort_keys=False, allow_unicode=True)
+
+
+def _changes(value: Any, default: Any) -> Any:
+    """Return a value as YAML has it; of a dataclass what is not as in the default."""
+    if isinstance(value, list):
+        return [_changes(each, type(each)()) for each in value]
+    if not dataclasses.is_dataclass(value):
+        return value
+    if default is None:
+        default = type(value)()  # type: ignore[misc]
+    names = [each.name for each in dataclasses.fields(value)]
+    pairs = ((name, getattr(value, name), getattr(default, name)) for name in names)
+    return {name: _changes(new, old) for name, new, old in pairs if new != old}

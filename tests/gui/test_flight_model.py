@@ -1,0 +1,57 @@
+"""A real flight behind the model: begun, ordered, broken, replaced and ended."""
+
+import pytest
+
+from workbench.live.choice import Choice
+from workbench.live.messages import Phase
+from workbench.scenario import Scenario
+
+START = 60_000
+
+
+@pytest.fixture
+def heard(workspace):
+    begun, phases = [], []
+    workspace.flight.begun.connect(begun.append)
+    workspace.flight.phase_changed.connect(phases.append)
+    return begun, phases
+
+
+def test_a_flight_begins_obeys_and_begins_anew(workspace, heard, told, qtbot):
+    begun, phases = heard
+    flight = workspace.flight
+    flight.fly(Choice("hover"), draw=False)
+    assert not flight.is_flying
+    qtbot.waitUntil(lambda: bool(begun), timeout=START)
+    assert begun[0].scenario.title == "Hover for a minute"
+    assert flight.is_flying
+    qtbot.waitUntil(lambda: workspace.signals.now > 0.5, timeout=START)
+    time, v_z = workspace.signals.series("velocity_data.v_z")
+    assert len(time) > 50
+
+    answered, refused = [], []
+    flight.order(lambda live: live.set("max_tilt", 0.3), answered.append)
+    flight.order(lambda live: live.set("max_tilt", 99.0), None, refused.append)
+    flight.order(lambda live: live.set("max_tlt", 0.3))
+    qtbot.waitUntil(lambda: bool(answered and refused and told), timeout=START)
+    assert "within" in refused[0] and "max_tlt" in told[0].what
+
+    flight.order(lambda live: live.reset())
+    qtbot.waitUntil(lambda: len(begun) == 2, timeout=START)
+    assert begun[1].snapshot.time < 0.5
+
+
+def test_without_a_flight_an_order_is_a_sentence(workspace, told):
+    workspace.flight.order(lambda live: live.pause())
+    assert "nothing flies" in told[0].what
+
+
+def test_what_cannot_be_flown_is_told_and_the_next_flies(workspace, heard, told, qtbot):
+    begun, _ = heard
+    workspace.flight.fly(Scenario(world="nowhere"), draw=False)
+    qtbot.waitUntil(lambda: bool(told), timeout=START)
+    assert "nowhere" in told[0].what and told[0].remedy
+    assert workspace.flight.view.phase is Phase.ENDED
+    workspace.flight.fly(Scenario(), draw=False)
+    qtbot.waitUntil(lambda: bool(begun), timeout=START)
+    assert workspace.flight.is_flying

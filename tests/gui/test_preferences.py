@@ -1,0 +1,69 @@
+"""Preferences are kept, and what an editor made of the file does no harm."""
+
+import pytest
+from PyQt6.QtCore import QSettings
+
+from workbench.errors import WorkbenchError
+from workbench.gui.preference_table import PREFERENCES
+from workbench.gui.preferences import Preferences
+
+
+@pytest.fixture
+def path(tmp_path):
+    return str(tmp_path / "kept.ini")
+
+
+def opened(path):
+    return Preferences(QSettings(path, QSettings.Format.IniFormat))
+
+
+def test_a_value_is_there_in_the_next_program(path, qapp):
+    first = opened(path)
+    first.set("stick_expo", 0.55)
+    first.set("draw_3d", False)
+    first.set("theme", "dark")
+    first.store.sync()
+    again = opened(path)
+    assert again.number("stick_expo") == 0.55
+    assert again.switch("draw_3d") is False
+    assert again.text("theme") == "dark"
+
+
+def test_a_change_is_told_once(path, qtbot):
+    preferences = opened(path)
+    heard = []
+    preferences.changed.connect(heard.append)
+    preferences.set("stick_expo", 0.7)
+    preferences.set("stick_expo", 0.7)
+    preferences.reset("stick_expo")
+    assert heard == ["stick_expo", "stick_expo"]
+    assert preferences.number("stick_expo") == 0.3
+
+
+@pytest.mark.parametrize("value", [float("nan"), 1.5, -0.1])
+def test_a_number_out_of_its_range_is_refused(path, qapp, value):
+    with pytest.raises(WorkbenchError, match="0 .. 1"):
+        opened(path).set("stick_expo", value)
+
+
+def test_an_unknown_choice_is_refused(path, qapp):
+    with pytest.raises(WorkbenchError, match="drak"):
+        opened(path).set("theme", "drak")
+
+
+@pytest.mark.parametrize(
+    ("name", "kept"), [("stick_expo", "much"), ("stick_expo", "7"), ("theme", "pink")]
+)
+def test_nonsense_in_the_file_is_the_default(path, qapp, name, kept):
+    QSettings(path, QSettings.Format.IniFormat).setValue(f"preferences/{name}", kept)
+    preferences = opened(path)
+    row = next(row for row in PREFERENCES if row.name == name)
+    found = preferences.text(name) if isinstance(row.default, str) else preferences.number(name)
+    assert found == row.default
+
+
+def test_defaults_may_be_kept_and_names_are_unique():
+    assert len({row.name for row in PREFERENCES}) == len(PREFERENCES)
+    for row in PREFERENCES:
+        assert row.check(row.default) == row.default
+        assert row.help.endswith(".")

@@ -1,0 +1,185 @@
+"""Settings by keyboard and mouse; limits and set-ups reach the flight as orders."""
+
+from concurrent.futures import Future
+from dataclasses import replace
+
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
+
+from workbench.gui.preference_table import PREFERENCES
+from workbench.gui.settings.flight_setup import setup_of
+from workbench.gui.settings.limit_rows import LIMITS
+from workbench.gui.settings.preference_rows import PreferenceRow
+from workbench.gui.settings.settings_screen import SettingsScreen
+from workbench.parameters import find_parameter
+from workbench.scenario import Rates, Scenario, SensorsConfig
+
+
+class FakeLive:
+    """Keeps what is ordered."""
+
+    def __init__(self):
+        self.orders = []
+
+    def set(self, name, value):
+        self.orders.append((name, value))
+        answer = Future()
+        answer.set_result(0.0)
+        return answer
+
+    def close(self):
+        """End nothing."""
+
+
+@pytest.fixture
+def live(workspace):
+    workspace.flight._live = FakeLive()
+    return workspace.flight._live
+
+
+@pytest.fixture
+def screen(workspace, qtbot):
+    made = SettingsScreen(workspace)
+    qtbot.addWidget(made)
+    made.resize(760, 600)
+    made.show()
+    return made
+
+
+def row_of(screen, name):
+    return next(row for row in screen.findChildren(PreferenceRow) if row.preference.name == name)
+
+
+def test_every_preference_has_a_row_with_a_name_for_readers(screen):
+    assert len(screen.findChildren(PreferenceRow)) == len(PREFERENCES)
+    kinds = (QAbstractSpinBox, QComboBox, QLineEdit)
+    for kind in kinds:
+        for control in screen.findChildren(kind):
+            inner = isinstance(control.parent(), QAbstractSpinBox | QComboBox)
+            assert inner or control.accessibleName(), control
+
+
+def test_a_typed_number_is_kept_in_si(screen, workspace, qtbot):
+    box = row_of(screen, "stick_yaw_rate").findChild(QAbstractSpinBox)
+    box.selectAll()
+    qtbot.keyClicks(box, "90")
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+    assert workspace.preferences.number("stick_yaw_rate") == pytest.approx(1.5708, abs=1e-3)
+    assert row_of(screen, "stick_yaw_rate").reset.isEnabled()
+    qtbot.mouseClick(row_of(screen, "stick_yaw_rate").reset, Qt.MouseButton.LeftButton)
+    assert workspace.preferences.number("stick_yaw_rate") == 0.4
+
+
+def test_a_choice_takes_effect_at_once(screen, workspace, qtbot):
+    box = row_of(screen, "theme").findChild(QComboBox)
+    box.setFocus()
+    qtbot.keyClick(box, Qt.Key.Key_End)
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+    assert workspace.preferences.text("theme") == "dark"
+    assert workspace.look.is_dark
+
+
+def test_a_folder_that_is_not_there_is_refused_in_a_sentence(screen, workspace, told, qtbot):
+    line = row_of(screen, "log_folder").findChild(QLineEdit)
+    qtbot.keyClicks(line, "/no/such/folder")
+    qtbot.keyClick(line, Qt.Key.Key_Return)
+    assert "/no/such/folder" in told[0].what and told[0].remedy
+    assert workspace.preferences.text("log_folder") == ""
+
+
+def test_searching_shows_what_matches_alone(screen, qtbot):
+    field = screen.findChild(QLineEdit)
+    qtbot.keyClicks(field, "dead band")
+    seen = [row for row in screen.findChildren(PreferenceRow) if row.isVisible()]
+    assert [row.preference.name for row in seen] == ["stick_dead_band"]
+    field.setText("no such words")
+    assert not any(row.isVisible() for row in screen.findChildren(PreferenceRow))
+    field.clear()
+    assert all(row.isVisibleTo(screen) for row in screen.findChildren(PreferenceRow))
+
+
+def limit_of(screen, name):
+    return next(row for row in screen._limits if row.name == name)
+
+
+def test_a_limit_is_ordered_kept_and_ordered_again_for_the_same_vehicle(
+    screen, workspace, live, canned, told, qtbot
+):
+    screen.begin(canned.views[0])
+    box = limit_of(screen, "max_speed").findChild(QAbstractSpinBox)
+    box.selectAll()
+    qtbot.keyClicks(box, "3")
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+    assert live.orders == [("max_speed", 3.0)]
+    screen.begin(canned.views[0])
+    assert live.orders == [("max_speed", 3.0)] * 2
+    assert "max_speed" in told[-1].what
+    other = replace(canned.views[0], vehicle=replace(canned.views[0].vehicle, name="another"))
+    screen.begin(other)
+    assert len(live.orders) == 2
+
+
+def test_a_limit_that_a_flight_has_not_is_greyed(screen, live, canned):
+    values = {**canned.views[0].values}
+    del values["warning_distance"]
+    screen.begin(replace(canned.views[0], values=values))
+    assert not limit_of(screen, "warning_distance").isEnabled()
+    assert limit_of(screen, "max_speed").isEnabled()
+
+
+def test_nonsense_that_was_kept_is_not_flown(screen, workspace, live, canned):
+    vehicle = canned.views[0].vehicle.name
+    for kept in ("nan", "text", "1e9"):
+        workspace.preferences.store.setValue(f"limits/{vehicle}/max_speed", kept)
+        screen.begin(canned.views[0])
+    assert live.orders == []
+
+
+def test_limits_are_rows_of_the_parameter_table():
+    assert all(find_parameter(name) for name in LIMITS)
+
+
+def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qtbot, monkeypatch):
+    begun = []
+    monkeypatch.setattr(workspace.flight, "fly", lambda what, **options: begun.append(what))
+    assert not screen._fly.isEnabled()
+    screen.begin(canned.views[0])
+    assert not screen._fly.isEnabled()
+    screen._form._boxes["lidar"].click()
+    screen._form._noise.click()
+    assert screen._fly.isEnabled()
+    qtbot.mouseClick(screen._fly, Qt.MouseButton.LeftButton)
+    assert set(begun[0].sensors.use) == {"imu", "gps", "barometer", "range_finder"}
+    assert begun[0].sensors.noise is False
+    assert begun[0].world == "room"
+    assert begun[0].script == canned.views[0].scenario.script
+
+
+def test_a_period_stays_a_multiple_of_another_step(screen, canned):
+    screen.begin(canned.views[0])
+    step = screen._form._periods["physics_step"]
+    step.setCurrentIndex(step.findData(1 / 256))
+    screen._form._choose_period("")
+    for period in screen._form.setup.rates:
+        assert (period * 256).is_integer()
+
+
+def test_a_setup_is_that_of_its_scenario():
+    scenario = Scenario(
+        world="room", sensors=SensorsConfig(use=["all"], seed=3), rates=Rates(control_period=1 / 64)
+    )
+    setup = setup_of(scenario, ("imu", "gps"))
+    assert setup.sensors == ("imu", "gps")
+    made = setup.scenario(scenario)
+    assert made.sensors.use == ["imu", "gps"] and made.sensors.seed == 3
+    assert made.rates.control_period == 1 / 64
+    assert scenario.sensors.use == ["all"]
+
+
+def test_no_text_is_cut(screen):
+    for label in screen.findChildren(QWidget):
+        if label.isVisible() and hasattr(label, "text") and label.text() and label.width() > 0:
+            assert label.sizeHint().width() <= max(label.width(), label.minimumWidth()) or (
+                getattr(label, "wordWrap", lambda: False)()
+            ), label.text()

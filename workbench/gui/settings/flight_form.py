@@ -1,0 +1,159 @@
+"""What the next flight is built from: world, sensors, noise and rates."""
+
+from PyQt6.QtCore import pyqtSignal
+from PyQt6.QtWidgets import QCheckBox, QHBoxLayout, QSpinBox, QWidget
+
+from workbench.gui.settings.controls import Choices, Switch
+from workbench.gui.settings.flight_setup import (
+    FACTORS,
+    RATES,
+    STEPS,
+    FlightSetup,
+    period_text,
+    setup_of,
+)
+from workbench.gui.settings.row import Row
+from workbench.live.view import LiveView
+from workbench.resources import list_worlds
+from workbench.scenario import Scenario
+
+
+class FlightForm(QWidget):
+    """Rows that describe a flight; they change nothing until one is begun with them."""
+
+    edited = pyqtSignal()
+    """Something is not as it flies now, or is again."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._flown: FlightSetup | None = None
+        self._base: Scenario | None = None
+        self._world = Choices(list_worlds(), lambda _: self._show_changes())
+        self._sensors = QWidget()
+        self._sensors_layout = QHBoxLayout(self._sensors)
+        self._sensors_layout.setContentsMargins(0, 0, 0, 0)
+        self._boxes: dict[str, QCheckBox] = {}
+        self._noise = Switch(lambda _: self._show_changes())
+        self._seed = QSpinBox()
+        self._seed.setRange(0, 2**31 - 1)
+        self._seed.valueChanged.connect(self._show_changes)
+        self._periods = {name: Choices([], self._choose_period) for name in RATES}
+        self.rows = [
+            Row("World", "What is around the drone.", self._world),
+            Row("Sensors", "Those that measure; each costs time.", self._sensors),
+            Row("Noise", "Whether sensors are noisy, as the description says.", self._noise),
+            Row("Seed", "Of noise and turbulence; equal seeds give equal flights.", self._seed),
+            *(Row(*RATES[name], self._periods[name]) for name in RATES),
+        ]
+        for row in self.rows:
+            row.reset.setText("As flown")
+            row.reset.clicked.connect(self._back)
+        self.setEnabled(False)
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether it describes another flight than the present one."""
+        return self._flown is not None and self.setup != self._flown
+
+    @property
+    def setup(self) -> FlightSetup:
+        """What is described."""
+        return FlightSetup(
+            world=self._world.currentText(),
+            sensors=tuple(kind for kind, box in self._boxes.items() if box.isChecked()),
+            noise=self._noise.isChecked(),
+            seed=self._seed.value(),
+            rates=self._rates(),
+        )
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that is flown, with what is described in it."""
+        return self.setup.scenario(self._base or Scenario())
+
+    def begin(self, view: LiveView) -> None:
+        """Show what flies."""
+        if view.scenario is None or view.vehicle is None:
+            return
+        kinds = tuple(dict.fromkeys(sensor.kind for sensor in view.vehicle.sensors))
+        named = {sensor.name: sensor.kind for sensor in view.vehicle.sensors}
+        found = setup_of(view.scenario, kinds)
+        use = dict.fromkeys(named.get(name, name) for name in found.sensors)
+        self._base = view.scenario
+        self._show_kinds(kinds)
+        self._flown = FlightSetup(
+            found.world, tuple(kind for kind in kinds if kind in use), *_rest(found)
+        )
+        self.setEnabled(True)
+        self.show_setup(self._flown)
+
+    def show_setup(self, wanted: FlightSetup) -> None:
+        """Show a set-up."""
+        self._world.show_value(wanted.world)
+        for kind, box in self._boxes.items():
+            box.setChecked(kind in wanted.sensors)
+        self._noise.show_value(wanted.noise)
+        self._seed.setValue(wanted.seed)
+        self._show_rates(*wanted.rates)
+        self._show_changes()
+
+    def _back(self) -> None:
+        if self._flown is not None:
+            self.show_setup(self._flown)
+
+    def _show_kinds(self, kinds: tuple[str, ...]) -> None:
+        """Show a box for every kind of sensor that the vehicle has."""
+        if tuple(self._boxes) == kinds:
+            return
+        for box in self._boxes.values():
+            box.deleteLater()
+        self._boxes = {kind: QCheckBox(kind.replace("_", " ")) for kind in kinds}
+        for kind, box in self._boxes.items():
+            box.setAccessibleName(f"{kind.replace('_', ' ')} measures")
+            box.toggled.connect(self._show_changes)
+            self._sensors_layout.addWidget(box)
+
+    def _rates(self) -> tuple[float, float, float, float]:
+        step, *periods = (box.currentData() or 0.0 for box in self._periods.values())
+        control, mode, record = periods
+        return (step, control, mode, record)
+
+    def _show_rates(self, step: float, *periods: float) -> None:
+        """Offer steps, and periods that are whole numbers of them."""
+        boxes = list(self._periods.values())
+        _offer(boxes[0], sorted({*STEPS, step}), step)
+        limits = (0.05, 0.25, 0.25)
+        for box, period, most in zip(boxes[1:], periods, limits, strict=True):
+            offered = {step * factor for factor in FACTORS if step * factor <= most} | {period}
+            _offer(box, sorted(offered), period)
+
+    def _choose_period(self, _: str) -> None:
+        step, *periods = self._rates()
+        # a period that the new step does not divide becomes the nearest that it does
+        self._show_rates(step, *(max(1, round(period / step)) * step for period in periods))
+        self._show_changes()
+
+    def _show_changes(self) -> None:
+        if self._flown is None:
+            return
+        now, flown = self.setup, self._flown
+        same = [
+            now.world == flown.world,
+            now.sensors == flown.sensors,
+            now.noise == flown.noise,
+            now.seed == flown.seed,
+            *(a == b for a, b in zip(now.rates, flown.rates, strict=True)),
+        ]
+        for row, equal in zip(self.rows, same, strict=True):
+            row.mark(not equal)
+        self.edited.emit()
+
+
+def _rest(setup: FlightSetup) -> tuple[bool, int, tuple[float, float, float, float]]:
+    return setup.noise, setup.seed, setup.rates
+
+
+def _offer(box: Choices, periods: list[float], chosen: float) -> None:
+    box.clear()
+    for period in periods:
+        box.addItem(period_text(period), period)
+    box.setCurrentText(period_text(chosen))

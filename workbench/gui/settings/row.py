@@ -1,0 +1,57 @@
+"""A line of the Settings screen: a label, a control that it belongs to, and what it does."""
+
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
+
+
+class Row(QWidget):
+    """One setting.
+
+    Args:
+        label: in words; the control's accessible name, too.
+        help: what it does, a sentence.
+        control: with which it is set.
+        parent: whose life it shares.
+
+    Attributes:
+        reset: puts the default back.
+    """
+
+    def __init__(
+        self, label: str, help: str, control: QWidget, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._words = f"{label} {help}".lower()
+        self._label, self._help = QLabel(label, self), QLabel(help, self)
+        self._mark = QLabel("", self)
+        self.reset = QPushButton("Default", self)
+        self._label.setBuddy(control)
+        self._help.setWordWrap(True)
+        self._help.setProperty("class", "muted")
+        if not control.accessibleName():
+            control.setAccessibleName(label)
+        control.setAccessibleDescription(help)
+        control.setToolTip(help)
+        control.setMinimumWidth(190)
+        self.reset.setAccessibleName(f"{label}: put the default back")
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 4, 0, 4)
+        layout.setHorizontalSpacing(12)
+        layout.setVerticalSpacing(1)
+        layout.addWidget(self._label, 0, 0)
+        layout.addWidget(self._help, 1, 0)
+        layout.addWidget(self._mark, 0, 1, 2, 1, Qt.AlignmentFlag.AlignVCenter)
+        layout.addWidget(control, 0, 2, 2, 1, Qt.AlignmentFlag.AlignVCenter)
+        layout.addWidget(self.reset, 0, 3, 2, 1, Qt.AlignmentFlag.AlignVCenter)
+        layout.setColumnStretch(0, 1)
+        self._mark.setFixedWidth(self.fontMetrics().horizontalAdvance("changed  "))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def mark(self, changed: bool) -> None:
+        """Say whether it is not as by default."""
+        self._mark.setText("changed" if changed else "")
+        self.reset.setEnabled(changed)
+
+    def matches(self, wanted: str) -> bool:
+        """Return whether all words that are looked for stand in it."""
+        return all(word in self._words for word in wanted.lower().split())
