@@ -1,14 +1,45 @@
 """A flight at one time, all of it, so that another process can fly on from there."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+Groups = tuple[tuple[float, ...], ...]
+"""Vectors of numbers, one after the other."""
+
+
+@dataclass(frozen=True)
+class SystemState:
+    """What one system of the diagram remembers.
+
+    Attributes:
+        state: groups of its discrete state.
+        parameters: groups of its numeric parameters: gains, wind, faults.
+    """
+
+    state: Groups
+    parameters: Groups
 
 
 @dataclass(frozen=True)
 class Instant:
-    """Everything that decides how a flight goes on.
+    """Everything that decides how a flight goes on, as plain numbers.
+
+    What only looks at the flight, as sensors, the recorder and who publishes do, is no part of it.
 
     Attributes:
         time: simulated [s].
+        steps: of the physics that were flown.
+        due: time that was to be flown until now, whole steps or not [s].
+        acted: how many actions of the scenario's script were done.
+        velocity: that the pilot asks for, in W [m/s].
+        yaw_rate: that the pilot asks for [rad/s].
+        systems: what each system of the diagram remembers, by its path.
     """
 
     time: float
+    steps: int
+    due: float
+    acted: int
+    velocity: tuple[float, float, float]
+    yaw_rate: float
+    systems: Mapping[str, SystemState]

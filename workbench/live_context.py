@@ -4,12 +4,14 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, System
 
 from workbench.diagram.core import STATE_DELAY
+from workbench.diagram.system_states import read_states, write_states
 from workbench.diagram.workbench import Workbench
 from workbench.errors import WorkbenchError, sentences
+from workbench.instant import Instant, SystemState
 from workbench.parameters import SENSOR_KINDS, Parameter, find_parameter, parameters_of
 from workbench.plant.placing import place_vehicle
 from workbench.plant.thrust_frame import thrust_frame
@@ -31,7 +33,11 @@ class LiveContext:
     """A Simulator at a scenario's start, and what may be changed while it flies."""
 
     def __init__(
-        self, bench: Workbench, scenario: Scenario, values: Mapping[str, float] | None = None
+        self,
+        bench: Workbench,
+        scenario: Scenario,
+        values: Mapping[str, float] | None = None,
+        instant: Instant | None = None,
     ) -> None:
         """Begin a flight.
 
@@ -39,9 +45,11 @@ class LiveContext:
             bench: what flies.
             scenario: its start and seed are used.
             values: of parameters by name; those of faults are set, the others stay as built.
+            instant: from which the flight goes on, if it does not begin at the start.
 
         Raises:
-            WorkbenchError: if Drake cannot begin, or a fault is ordered of what is not there.
+            WorkbenchError: if Drake cannot begin, a fault is ordered of what is not there, or the
+                instant is one of another flight.
         """
         self._bench = bench
         self._period = scenario.rates.control_period
@@ -55,13 +63,23 @@ class LiveContext:
             row = find_parameter(name)
             if row.system in (*SENSOR_KINDS, "rotors") and value != row.default:
                 self.set(row, value)
+        begin = InitializeParams()
+        if instant:
+            write_states(bench, root, instant.systems)
+            root.SetTime(instant.time)
+            # what happens at the start did; what is due at the present time is still to come
+            begin.suppress_initialization_events = True
         with sentences("the flight could not begin"):
-            self.simulator.Initialize()
+            self.simulator.Initialize(begin)
 
     @property
     def root(self) -> Context:
         """The whole diagram's, to be read."""
         return self.simulator.get_context()
+
+    def states(self) -> dict[str, SystemState]:
+        """Return what the systems remember that decides how the flight goes on, by path."""
+        return read_states(self._bench, self.root)
 
     @property
     def next_update(self) -> float:

@@ -177,6 +177,17 @@ def save_scenario(scenario: Scenario, path: Path) -> None:
     write_atomically(path, dump_changes(scenario))
 
 
+def without_arrays(scenario: Scenario) -> Scenario:
+    """Return a scenario whose flight keeps next to nothing: days of it fit into memory."""
+    step = scenario.rates.physics_step
+    sparse = step * math.floor(SLOWEST["record_period"] / step)
+    return dataclasses.replace(
+        scenario,
+        rates=dataclasses.replace(scenario.rates, record_period=sparse),
+        sensors=dataclasses.replace(scenario.sensors, keep=False),
+    )
+
+
 def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
     """Refuse numbers that cannot be flown.
 

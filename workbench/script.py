@@ -30,9 +30,14 @@ class Script:
             self._done += 1
             yield self._actions[self._done - 1]
 
-    def rewind(self) -> None:
-        """Begin again."""
-        self._done = 0
+    @property
+    def done(self) -> int:
+        """How many actions were handed out."""
+        return self._done
+
+    def rewind(self, done: int = 0) -> None:
+        """Begin again, at the start or where so many actions were handed out."""
+        self._done = done
 
 
 def scenario_path(scenario: Scenario) -> PiecewisePolynomial | None:

@@ -12,18 +12,11 @@ from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
-from workbench.configured import (
-    read_configured,
-    read_configured_world,
-    tell_remarks,
-    tell_start,
-    tell_world,
-)
+from workbench.built_flight import build_flight
+from workbench.configured import tell_start
 from workbench.diagram.kept_samples import read_samples
-from workbench.diagram.sensor_choice import choose_sensors
-from workbench.diagram.workbench import Workbench, make_workbench
 from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
-from workbench.gains import flight_gains, remark_on_owner
+from workbench.instant import Instant
 from workbench.link.authority import SCRIPT_FLIES, Limits
 from workbench.link.backplane import Sampled
 from workbench.link.topics import Topic
@@ -31,14 +24,12 @@ from workbench.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.observation import observe
 from workbench.parameters import checked, find_parameter
 from workbench.pilot_numbers import check_height, finite, place_above
-from workbench.plant.loading import make_vehicle
-from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.recording import Recording
 from workbench.samples import Samples
-from workbench.scenario import REQUESTS, Action, Scenario, check_scenario
-from workbench.script import Script, scenario_path
+from workbench.scenario import REQUESTS, Action, Scenario
+from workbench.script import Script
 from workbench.snapshot import Snapshot
 from workbench.systems.air.settings import gust_settings, push_settings
 from workbench.systems.bridge import Bridge
@@ -46,7 +37,6 @@ from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.mode import FlightMode, Request
 from workbench.systems.pilot import commanded, gone_to, requested
 from workbench.systems.sensors.readings import Reading
-from workbench.vehicle_parameters import check_settings
 
 
 class Session:
@@ -70,31 +60,10 @@ class Session:
         bridge: Bridge | None = None,
     ) -> None:
         self.scenario = scenario or Scenario()
-        check_scenario(self.scenario)
-        description = read_configured(self.scenario.vehicle)
-        self.vehicle: Vehicle = make_vehicle(description)
-        variation = self.scenario.vehicle.variation
-        tell_remarks(description, self.vehicle)
-        values = flight_gains(self.vehicle, self.scenario.vehicle.gains, settings)
-        remark_on_owner(self.scenario.vehicle.gains, self.vehicle.name)
-        self.world: World = read_configured_world(self.scenario)
-        tell_world(self.world)
-        self._bench: Workbench = make_workbench(
-            varied(description, self.vehicle, variation),
-            self.vehicle,
-            values,
-            self.scenario.rates,
-            scenario_path(self.scenario),
-            meshcat,
-            self.world,
-            choose_sensors(self.vehicle, self.scenario),
-            self.scenario.sensors.seed,
-            variation.control_delay,
-            bridge,
-        )
-        self._values, self._bridge = values, bridge
-        for action in self.scenario.script:
-            check_settings(self.vehicle, action.set)
+        built = build_flight(self.scenario, settings, meshcat, bridge)
+        self.vehicle: Vehicle = built.vehicle
+        self.world: World = built.world
+        self._bench, self._values, self._bridge = built.bench, built.values, bridge
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
         self.reset()
         obstacles = self._bench.obstacles
@@ -103,14 +72,30 @@ class Session:
 
     def reset(self) -> None:
         """Begin again from the scenario's start, with the values it was built with."""
-        if self._bridge and self._bench.telemetry:
-            self._bridge.reset()
-            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
-        self._live = LiveContext(self._bench, self.scenario, self._values)
-        self._steps = 0
-        self._due = 0.0
-        self._script.rewind()
-        self._tell_limits()
+        self._begin(None)
+
+    def instant(self) -> Instant:
+        """Return the present as something to go on from, here or in another process."""
+        v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
+        return Instant(
+            time=self.time,
+            steps=self._steps,
+            due=self._due,
+            acted=self._script.done,
+            velocity=(v_x, v_y, v_z),
+            yaw_rate=yaw_rate,
+            systems=self._live.states(),
+        )
+
+    def begin_from(self, instant: Instant) -> None:
+        """Go on from an instant of a flight of the same scenario, to the bit as that does.
+
+        Nothing before it is recorded here. Sensors, which may be others, begin anew.
+
+        Raises:
+            WorkbenchError: if it is an instant of a flight of something else.
+        """
+        self._begin(instant)
 
     @property
     def diagram(self) -> Diagram:
@@ -292,6 +277,16 @@ class Session:
             self.gust(action.gust.velocity, action.gust.duration)
         if action.push is not None:
             self.push(action.push.force, action.push.point, action.push.duration)
+
+    def _begin(self, instant: Instant | None) -> None:
+        """Begin at an instant, at the start where there is none."""
+        if self._bridge and self._bench.telemetry:
+            self._bridge.reset()
+            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
+        self._live = LiveContext(self._bench, self.scenario, self._values, instant)
+        self._steps, self._due = (instant.steps, instant.due) if instant else (0, 0.0)
+        self._script.rewind(instant.acted if instant else 0)
+        self._tell_limits()
 
     def _tell_limits(self) -> None:
         """Let commands from the network be held to the present limits."""

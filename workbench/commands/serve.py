@@ -1,7 +1,6 @@
 """`workbench serve`: a flight in real time that others watch and fly over the network."""
 
 import argparse
-import math
 import signal
 import sys
 import threading
@@ -138,18 +137,13 @@ def _config(args: argparse.Namespace) -> "ServerConfig":
 def _scenario(args: argparse.Namespace) -> "Scenario":
     """Return what is flown."""
     from workbench.resources import find_scenario
-    from workbench.scenario import SLOWEST, load_scenario
+    from workbench.scenario import load_scenario, without_arrays
 
     scenario = load_scenario(find_scenario(args.scenario))
     if args.model and args.scenario == DEFAULT_SCENARIO and args.sensors is None:
         scenario.sensors.use = []  # those of another drone may have other names, or not be there
         say("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")
-    scenario = with_sensors(with_vehicle(scenario, args), args)
-    # Nobody asks for the arrays: without this they would fill the memory in a flight of days.
-    step = scenario.rates.physics_step
-    scenario.rates.record_period = step * math.floor(SLOWEST["record_period"] / step)
-    scenario.sensors.keep = False
-    return scenario
+    return without_arrays(with_sensors(with_vehicle(scenario, args), args))  # nobody asks for them
 
 
 def _known(answer: "Future[str]", what: str) -> str:

@@ -13,6 +13,7 @@ from workbench.live.messages import (
     Answer,
     Begin,
     Close,
+    Excite,
     Failed,
     FlyOn,
     Hold,
@@ -22,6 +23,7 @@ from workbench.live.messages import (
     Refusal,
     Report,
     SetSpeed,
+    StopExciting,
     Streamed,
 )
 from workbench.live.network_orders import NetworkOrder
@@ -36,7 +38,7 @@ MOST_WAITING = 1000
 MOST_STREAMED = 4000
 """Samples that are kept for who draws them, some 20 s; then the oldest go."""
 
-Wanted = Action | Hold | SetSpeed | FlyOn | Question | NetworkOrder
+Wanted = Action | Excite | StopExciting | Hold | SetSpeed | FlyOn | Question | NetworkOrder
 
 
 class Exchange:

@@ -7,20 +7,25 @@ from types import TracebackType
 from typing import Any, Self
 
 from workbench.errors import WorkbenchError
+from workbench.excitation import Excitation
+from workbench.instant import Instant
 from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
 from workbench.live.exchange import Exchange, Wanted, failed
 from workbench.live.messages import (
     Begin,
+    Excite,
     Flown,
     FlyOn,
     GetFlown,
+    GetInstant,
     GetParameter,
     GetReading,
     Hold,
     Phase,
     SetSpeed,
+    StopExciting,
 )
 from workbench.live.network_orders import KeepLog, Network, Serve
 from workbench.live.view import LiveView
@@ -45,7 +50,7 @@ class LiveFlight:
             default one hovers.
         settings: parameter values that override those of the scenario's gains.
         draw: whether the flight is drawn in Meshcat, at `latest().url`.
-        stream: whether `streamed` is wanted.
+        stream: whether `streamed` is wanted; `flown` has next to no recording then.
 
     Raises:
         WorkbenchError: if no process can be started. What is wrong with the scenario, `wait` says.
@@ -153,6 +158,18 @@ class LiveFlight:
             )
         )
 
+    def excite(self, excitation: Excitation) -> Future[float]:
+        """Fly an excitation; the answer is when it begins, with the next control update [s].
+
+        It ends with any other order that flies, as `command` or `request`, when somebody else
+        takes control, and when the drone flies no more; then the drone hovers where it is.
+        """
+        return self._make(lambda: Excite(_excitation(excitation)))
+
+    def stop_exciting(self) -> Future[float]:
+        """End an excitation, if one is flown, and hover where it is."""
+        return self._exchange.send(StopExciting())
+
     def reset(self) -> Future[float]:
         """Begin again from the scenario's start, with the values it was built with."""
         return self._exchange.send(Hold.RESET)
@@ -184,6 +201,10 @@ class LiveFlight:
     def flown(self) -> Future[Flown]:
         """Ask for all that was flown since the start, and the scenario that flies it again."""
         return self._exchange.send(GetFlown())
+
+    def instant(self) -> Future[Instant]:
+        """Ask for all that decides how the flight goes on, see `Session.begin_from`."""
+        return self._exchange.send(GetInstant())
 
     def serve(self, config: ServerConfig | None = None) -> Future[str]:
         """Let clients watch and fly; the answer is the address where it listens."""
@@ -228,6 +249,11 @@ class LiveFlight:
 def _checked(config: ServerConfig) -> ServerConfig:
     config.check()
     return config
+
+
+def _excitation(excitation: Excitation) -> Excitation:
+    excitation.check()
+    return excitation
 
 
 def _number(what: str, value: float) -> float:

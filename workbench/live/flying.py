@@ -6,15 +6,19 @@ from contextlib import closing
 from multiprocessing.connection import Connection, wait
 
 from workbench.errors import WorkbenchError, sentences
+from workbench.excitation import Excitation
 from workbench.link.backplane import Disconnect
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
+from workbench.live.exciter import Exciter
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
     Answer,
     Close,
+    Excite,
     Flown,
     FlyOn,
     GetFlown,
+    GetInstant,
     GetParameter,
     GetReading,
     Hold,
@@ -23,6 +27,7 @@ from workbench.live.messages import (
     Refusal,
     Report,
     SetSpeed,
+    StopExciting,
 )
 from workbench.live.network import Later, NetworkStage
 from workbench.live.network_orders import KeepLog, Network, Serve
@@ -74,6 +79,7 @@ class Flying:
         log = LogKeeper(session, settings, parameter_values(session))
         self._stream = stream or NoStream()
         self._network = NetworkStage(session, bridge, log, self._stream)
+        self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
         self._shown = self._network.view
         self._broken = ""
         self._next_report = now()
@@ -135,7 +141,8 @@ class Flying:
         phase = Phase.BROKEN if self._broken else paused
         snapshot, pace = self._session.snapshot(), self._clock.pace(now)
         self._stream.flush()
-        self._outbox.show(Report(phase, self._broken, snapshot, pace, self._shown))
+        exciting = self._exciter.exciting
+        self._outbox.show(Report(phase, self._broken, snapshot, pace, self._shown, exciting))
 
     def _obey(self, order: Order) -> Answer | Refusal | Later:
         try:
@@ -155,7 +162,9 @@ class Flying:
             case GetFlown():
                 return self._flown()
             case Serve() | KeepLog() | Network() | Disconnect() as wanted:
-                return self._network.order(order.number, wanted)
+                answer = self._network.order(order.number, wanted)
+                self._exciter.watch()
+                return answer
             case Hold.RESET:
                 self._reset()
             case Hold.PAUSE:
@@ -168,18 +177,30 @@ class Flying:
                 self._clock.resume(self._now())
             case FlyOn(duration):
                 self._fly_on(duration)
+            case GetInstant():
+                return self._session.instant()
+            case Excite(excitation):
+                return self._excite(excitation)
+            case StopExciting():
+                self._exciter.end()
             case Action() as action:
                 self._session.act(action)  # what is refused takes nothing from anybody
-                if action.flies and self._network.operate():
+                if action.flies and (self._network.operate() or self._exciter.end()):
                     self._session.act(action)  # again, after the hold
                 self._network.did(action)
         return self._session.time
 
     def _reset(self) -> None:
         self._session.reset()
+        self._exciter.drop()
         self._network.begin()
         self._broken = ""
         self._clock.restart(self._now())
+
+    def _excite(self, excitation: Excitation) -> float:
+        self._exciter.check(excitation)
+        self._network.operate()
+        return self._exciter.begin(excitation)
 
     def _set_speed(self, factor: float) -> None:
         if not SLOWEST <= factor <= FASTEST:
@@ -207,9 +228,11 @@ class Flying:
 
     def _fly(self, steps: int) -> None:
         try:
-            self._session.tick(steps * self._step)
+            for part in self._exciter.parts(steps):
+                self._session.tick(part * self._step)
         except WorkbenchError as error:  # what Drake refuses, or what the script asks for
             self._broken = str(error)
+            self._exciter.drop()
             self._network.broke(self._broken)
             self.report()
         self._network.flown()

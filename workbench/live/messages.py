@@ -11,6 +11,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from workbench.excitation import Excitation, Exciting
     from workbench.link.backplane import Published
     from workbench.link.topics import Topic
     from workbench.live.choice import Choice
@@ -72,7 +73,8 @@ class Begin:
         scenario: what to fly, see `Session`.
         settings: values that override those of its gains.
         draw: whether to draw it in Meshcat.
-        stream: whether to send everything that is published, sample by sample.
+        stream: whether to send everything that is published, sample by sample; the flight's own
+            recording is sparse then.
     """
 
     scenario: Scenario | Choice
@@ -122,7 +124,24 @@ class GetFlown:
     """Tell all that was flown."""
 
 
-Question = GetParameter | GetReading | GetFlown
+@dataclass(frozen=True)
+class GetInstant:
+    """Tell all that decides how the flight goes on."""
+
+
+Question = GetParameter | GetReading | GetFlown | GetInstant
+
+
+@dataclass(frozen=True)
+class Excite:
+    """Fly an excitation from the next control update on; the answer is its time."""
+
+    excitation: Excitation
+
+
+@dataclass(frozen=True)
+class StopExciting:
+    """Hover where it is, if an excitation is flown."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +149,7 @@ class Order:
     """Something wanted; the answer has the same number."""
 
     number: int
-    wanted: Action | Hold | SetSpeed | FlyOn | Question | NetworkOrder
+    wanted: Action | Excite | StopExciting | Hold | SetSpeed | FlyOn | Question | NetworkOrder
 
 
 class Close(Enum):
@@ -177,13 +196,17 @@ class Started:
 
 @dataclass(frozen=True)
 class Report:
-    """The present: where the flight is, a sentence where it is broken, and its network."""
+    """The present: where the flight is, a sentence where it is broken, its network, and more.
+
+    `exciting` is the excitation that is flown, None while none is.
+    """
 
     phase: Phase
     said: str
     snapshot: Snapshot
     pace: Pace
     network: NetworkView
+    exciting: Exciting | None
 
 
 @dataclass(frozen=True)

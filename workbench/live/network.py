@@ -117,6 +117,11 @@ class NetworkStage:
         self._watch_control()
         return holds
 
+    @property
+    def operates(self) -> bool:
+        """Whether the operator flies."""
+        return self._bridge.authority.state(self._session.time).hand is Hand.OPERATOR
+
     def did(self, action: Action, by: str = OPERATOR) -> None:
         """Take note of an action that came into force now."""
         self._note(dataclasses.replace(action, at=self._session.time), by)

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from workbench.excitation import Exciting
 from workbench.link.topics import Topic
 from workbench.live.messages import Pace, Phase, Report, Started, Starting, Told
 from workbench.live.network_orders import NetworkView
@@ -28,6 +29,7 @@ class LiveView:
         topics: that it publishes.
         remarks: on what was read and built.
         network: who watches and who commands.
+        exciting: the excitation that is flown, None while none is.
     """
 
     phase: Phase = Phase.STARTING
@@ -41,13 +43,20 @@ class LiveView:
     topics: tuple[Topic, ...] = ()
     remarks: tuple[str, ...] = ()
     network: NetworkView = NetworkView()
+    exciting: Exciting | None = None
 
     def after(self, message: object) -> "LiveView":
         """Return the view once a message was heard; itself where that changes nothing."""
         match message:
-            case Report(phase, said, snapshot, pace, network):
+            case Report(phase, said, snapshot, pace, network, exciting):
                 return dataclasses.replace(
-                    self, phase=phase, said=said, snapshot=snapshot, pace=pace, network=network
+                    self,
+                    phase=phase,
+                    said=said,
+                    snapshot=snapshot,
+                    pace=pace,
+                    network=network,
+                    exciting=exciting,
                 )
             case Started(vehicle, values, url, scenario, topics):
                 return dataclasses.replace(
@@ -61,4 +70,4 @@ class LiveView:
 
     def ended(self, said: str) -> "LiveView":
         """Return the view of the flight that has ended, and why."""
-        return dataclasses.replace(self, phase=Phase.ENDED, said=said)
+        return dataclasses.replace(self, phase=Phase.ENDED, said=said, exciting=None)

@@ -69,6 +69,7 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     from workbench.live.flying import Flying
     from workbench.live.stream import NoStream, Stream
     from workbench.live.values import parameter_values
+    from workbench.scenario import without_arrays
     from workbench.session import Session
     from workbench.systems.bridge import Bridge
 
@@ -81,13 +82,15 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
         bridge = Bridge()
         wanted_flight = begin.scenario
         scenario = wanted_flight.load() if isinstance(wanted_flight, Choice) else wanted_flight
-        session = Session(scenario, begin.settings, meshcat, bridge)
+        # who hears every sample needs no arrays, which would fill the memory in hours
+        flown = without_arrays(scenario) if begin.stream else scenario
+        session = Session(flown, begin.settings, meshcat, bridge)
         # The first step loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
     url = meshcat.web_url() if meshcat else ""
     values = parameter_values(session)
-    outbox.post(Started(session.vehicle, values, url, session.scenario, session.topics))
+    outbox.post(Started(session.vehicle, values, url, scenario, session.topics))
     stream = Stream(outbox) if begin.stream else NoStream()
     flying = Flying(session, bridge, begin.settings, outbox, time.perf_counter, stream)
     flying.run(connection, wanted)

@@ -1,0 +1,193 @@
+"""Forks of a flight against the flight itself, and against sessions flown by hand."""
+
+import dataclasses
+import math
+import pickle
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from workbench.design.fork import LONGEST, Forker, fly_fork
+from workbench.errors import WorkbenchError
+from workbench.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+
+SCENARIO = Scenario(
+    sensors=SensorsConfig(use=["imu"], seed=4),
+    script=[
+        Action(at=0.1, set={"turbulence": 3.0}),
+        Action(at=0.2, velocity=[0.8, 0.0, 0.0]),
+        Action(at=1.7, yaw_rate=0.2),
+    ],
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Branch:
+    name: str
+    gains: Mapping[str, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    axis: str
+    amplitude: float
+
+
+@pytest.fixture(scope="module")
+def forker():
+    return Forker(SCENARIO)
+
+
+@pytest.fixture
+def flight():
+    """At 1.2375 s, off the control grid, in turbulence, and with a gain that was changed."""
+    session = Session(SCENARIO, bridge=Bridge())
+    session.tick(0.9)
+    session.set("kp_roll", 60.0)
+    session.tick(0.3375)
+    return session
+
+
+def assert_is(flown, recording) -> None:
+    """The branch has the recording's numbers, to the bit."""
+    later = recording.between(flown.time[0], flown.time[-1])
+    w, x, y, z = later.q_WB.T
+    pairs = (
+        (flown.time, later.time),
+        (flown.velocity, later.v_WB),
+        (flown.yaw_rate, later.w_WB[:, 2]),
+        (flown.position, later.p_WB),
+        (flown.rotor_use, later.rotor_use),
+    )
+    for a, b in pairs:
+        assert a.tobytes() == b.tobytes()
+    assert flown.tilt == pytest.approx(np.arccos(np.minimum(1.0, 1.0 - 2.0 * (x * x + y * y))))
+
+
+def test_a_branch_with_the_flights_own_gains_is_what_the_flight_then_does(forker, flight):
+    instant = pickle.loads(pickle.dumps(flight.instant()))
+    own = {name: flight.get(name) for name in ("kp_roll", "kp_velocity_x", "max_tilt")}
+    none, same = forker.fly(instant, [Branch("flown", {}), Branch("same", own)], 2.0)
+    flight.tick(2.0)
+    for branch in (none, same):
+        assert len(branch.time) == 256
+        assert branch.lost == ""
+        assert_is(branch, flight.recording())
+    assert (none.name, same.name) == ("flown", "same")
+    assert np.ptp(none.yaw_rate) > 0.1  # of the script, at 1.7 s
+
+
+def test_a_branch_flies_with_its_gains_from_the_instant_on(forker, flight):
+    instant = flight.instant()
+    (branch,) = forker.fly(instant, [Branch("soft", {"kp_roll": 20.0, "kp_velocity_x": 1.0})], 1.0)
+    (other,) = forker.fly(instant, [Branch("as it is", {})], 1.0)
+    flight.set("kp_roll", 20.0)
+    flight.set("kp_velocity_x", 1.0)
+    flight.tick(1.0)
+    assert_is(branch, flight.recording())
+    assert abs(branch.velocity - other.velocity).max() > 0.01
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z", "yaw"])
+def test_a_step_goes_on_top_of_what_is_asked_for(forker, flight, axis):
+    (branch,) = forker.fly(flight.instant(), [Branch("", {})], 0.7, Step(axis, 0.25))
+    asked = {"x": 0.8, "y": 0.0, "z": 0.0, "yaw": 0.0}
+    asked[axis] += 0.25
+    flight.command([asked["x"], asked["y"], asked["z"]], asked["yaw"])
+    flight.tick(0.7)
+    assert_is(branch, flight.recording())
+
+
+def test_a_fork_leaves_nothing_behind_for_the_next_one(forker, flight):
+    instant = flight.instant()
+    first = forker.fly(instant, [Branch("a", {})], 0.5)
+    forker.fly(instant, [Branch("b", {"kp_roll": 1.0, "rotor_1": 0.6})], 2.0, Step("z", 3.0))
+    again = forker.fly(instant, [Branch("a", {})], 0.5)
+    for field in dataclasses.fields(first[0]):
+        one, other = getattr(first[0], field.name), getattr(again[0], field.name)
+        assert np.array_equal(one, other), field.name
+
+
+def test_what_diverges_is_lost_and_cut_there_and_the_others_fly_on(forker, flight):
+    """Without a rotor and without damping nothing stays upright for long."""
+    wild = {"kd_roll": 0.0, "kd_pitch": 0.0, "rotor_1": 0.0}
+    branches = [Branch("wild", wild), Branch("as it is", {})]
+    lost, flown = forker.fly(flight.instant(), branches, 3.0)
+    assert lost.lost.startswith("the flight is lost at t = ")
+    assert 0 < len(lost.time) < 384
+    assert np.isfinite(lost.velocity).all()
+    assert lost.time[-1] < float(lost.lost.split("t = ")[1].split(" s")[0]) + 1e-3
+    assert flown.lost == ""
+    assert len(flown.time) == 384
+
+
+def test_a_flight_that_breaks_off_says_so(forker, flight, monkeypatch):
+    from workbench.errors import FlightBrokenError
+
+    def tick(session: Session, duration: float) -> None:
+        whole(session, duration)
+        if session.time > 2.0:
+            raise FlightBrokenError("the flight broke off after 2 s: so it was told")
+
+    whole = Session.tick
+    monkeypatch.setattr(Session, "tick", tick)
+    broken, again = forker.fly(flight.instant(), [Branch("a", {}), Branch("b", {})], 3.0)
+    assert broken.lost == "the flight broke off after 2 s: so it was told"
+    assert again.lost == broken.lost
+    assert 2.0 < broken.time[-1] < 2.3
+
+
+@pytest.mark.parametrize(
+    "gains", [{"kp_roll": math.nan}, {"kp_roll": -1.0}, {"kp_rol": 1.0}, {"max_tilt": math.inf}]
+)
+def test_what_no_flight_may_have_is_refused_before_anything_is_flown(forker, flight, gains):
+    def flown() -> bool:
+        pytest.fail("the first branch is flown")
+
+    with pytest.raises(WorkbenchError, match="kp_rol|max_tilt"):
+        forker.fly(flight.instant(), [Branch("a", {}), Branch("b", gains)], 1.0, stop=flown)
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, math.nan, math.inf, LONGEST + 1.0])
+def test_a_time_that_cannot_be_flown_is_refused(forker, flight, duration):
+    with pytest.raises(WorkbenchError, match="cannot fork a flight for"):
+        forker.fly(flight.instant(), [Branch("a", {})], duration)
+
+
+def test_a_step_on_no_axis_or_of_no_size_is_refused(forker, flight):
+    with pytest.raises(WorkbenchError, match="unknown axis 'roll'"):
+        forker.fly(flight.instant(), [Branch("a", {})], 1.0, Step("roll", 1.0))
+    with pytest.raises(WorkbenchError, match="finite"):
+        forker.fly(flight.instant(), [Branch("a", {})], 1.0, Step("x", math.nan))
+
+
+def test_it_stops_when_told_and_returns_what_is_complete(forker, flight):
+    asked = []
+
+    def stop() -> bool:
+        asked.append(True)
+        return len(asked) > 6
+
+    branches = [Branch(name, {}) for name in "abc"]
+    flown = forker.fly(flight.instant(), branches, 1.0, stop=stop)
+    assert [each.name for each in flown] == ["a"]
+    assert len(asked) == 7
+
+
+def test_walls_are_there_in_a_fork_and_sensors_are_not():
+    scenario = dataclasses.replace(
+        SCENARIO,
+        world="room",
+        sensors=SensorsConfig(use=["lidar"]),
+        start=Start(position=[0.0, 0.0, 1.5]),
+        script=[Action(velocity=[3.0, 0.0, 0.0], set={"obstacle_brake": 1.0})],
+    )
+    flight = Session(scenario)
+    flight.tick(0.8)
+    (branch,) = fly_fork(scenario, flight.instant(), [Branch("as it is", {})], 2.5)
+    flight.tick(2.5)
+    assert_is(branch, flight.recording())
+    assert branch.velocity[-1, 0] < 1.0  # it brakes

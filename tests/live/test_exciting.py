@@ -1,0 +1,456 @@
+"""Excitations in a live flight: at exact steps, whatever the pace, and always ended by a hover."""
+
+import dataclasses
+import math
+
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.excitation import Excitation, Shape
+from workbench.flight_log.record import read_log
+from workbench.flight_log.replay import replay
+from workbench.instant import Instant
+from workbench.live.clock import SLICE
+from workbench.live.flight import LiveFlight
+from workbench.live.flying import Flying
+from workbench.live.messages import (
+    Answer,
+    Excite,
+    FlyOn,
+    GetFlown,
+    GetInstant,
+    Hold,
+    Order,
+    Phase,
+    Refusal,
+    Report,
+    SetSpeed,
+    StopExciting,
+)
+from workbench.live.network_orders import KeepLog, Network
+from workbench.recording import Recording
+from workbench.scenario import Action, FigureEight, Rates, Scenario, Start, load_scenario
+from workbench.session import Session
+from workbench.systems.bridge import Bridge
+from workbench.systems.mode import FlightMode
+
+STEP = Rates().physics_step
+CONTROL = Rates().control_period
+ONE_STEP = Excitation("x", Shape.STEP, 1.0, 0.5)
+SQUARE = Excitation("y", Shape.SQUARE, -0.6, 0.4, repeats=True)
+CHIRP = Excitation("z", Shape.CHIRP, 0.4, 1.5)
+TURN = Excitation("yaw", Shape.DOUBLET, 0.3, 0.5, repeats=True)
+AT_REST = Action(velocity=[0.0, 0.0, 0.0], yaw_rate=0.0)
+
+
+class Letters:
+    """An outbox that keeps all."""
+
+    def __init__(self) -> None:
+        self.sent: list[object] = []
+
+    def post(self, message: object) -> None:
+        self.sent.append(message)
+
+    show = post
+
+
+class Bench:
+    """A `Flying` and its wall clock."""
+
+    def __init__(self, scenario: Scenario | None = None) -> None:
+        self.wall = 0.0
+        self.letters = Letters()
+        self.bridge = Bridge()
+        self.session = Session(scenario, bridge=self.bridge)
+        self.flying = Flying(self.session, self.bridge, {}, self.letters, lambda: self.wall)
+        self.orders = 0
+
+    def fly(self, seconds: float) -> None:
+        end = self.wall + seconds
+        while self.wall < end:
+            self.wall += min(SLICE, end - self.wall)
+            self.flying.fly()
+
+    def fly_to(self, time: float) -> None:
+        """Fly at once to the last step until a simulated time [s]."""
+        self.obey(Hold.PAUSE)
+        self.obey(FlyOn(time - self.session.time))
+        self.obey(Hold.RESUME)
+        assert 0.0 <= time - self.session.time < STEP
+
+    def obey(self, wanted: object) -> Answer | Refusal:
+        self.orders += 1
+        self.flying.obey([Order(self.orders, wanted)])
+        answer = self.letters.sent[-1]
+        assert answer.number == self.orders
+        return answer
+
+    @property
+    def shown(self) -> Report:
+        return next(each for each in reversed(self.letters.sent) if isinstance(each, Report))
+
+    @property
+    def asked(self) -> tuple[float, ...]:
+        """Velocity and yaw rate that the pilot asks for now."""
+        return self.session.snapshot().reference[:4]
+
+    @property
+    def done(self) -> list[Action]:
+        return self.flying._network.done
+
+
+def assert_equal_to_the_bit(one: Recording, other: Recording) -> None:
+    for field in dataclasses.fields(Recording):
+        if field.name != "vehicle":
+            a, b = getattr(one, field.name), getattr(other, field.name)
+            assert a.tobytes() == b.tobytes(), field.name
+
+
+def test_a_step_begins_with_the_next_control_update_and_ends_at_exact_steps():
+    bench = Bench()
+    bench.fly_to(0.3)  # between two control updates, on no step
+    began = bench.obey(Excite(ONE_STEP)).value
+    assert began == 0.3046875  # 39 control periods
+    assert bench.done == []
+    bench.fly(2.0)
+    on = Action(began, velocity=[1.0, 0.0, 0.0], yaw_rate=0.0)
+    off = dataclasses.replace(AT_REST, at=began + 0.5)
+    end = dataclasses.replace(AT_REST, at=began + 1.0)
+    assert bench.done == [on, off, end]
+    assert bench.shown.exciting is None
+    assert bench.asked == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_law_flies_it_from_its_very_beginning():
+    """Until then it hovers, at rest; with the update at that time rotors begin to be asked."""
+    bench = Bench()
+    bench.fly_to(1.0 + STEP)
+    began = bench.obey(Excite(dataclasses.replace(ONE_STEP, amplitude=2.0))).value
+    assert began == 1.0 + CONTROL
+    bench.fly_to(1.5)
+    flown = bench.obey(GetFlown()).value.recording
+    spread = flown.commanded_speeds.max(axis=1) - flown.commanded_speeds.min(axis=1)
+    assert spread[flown.time <= began].max() < 1e-3
+    assert spread[flown.time == began + CONTROL] > 1.0
+
+
+def test_it_is_shown_before_the_order_is_answered():
+    bench = Bench()
+    bench.obey(Excite(SQUARE))
+    report, answer = bench.letters.sent[-2:]
+    assert isinstance(answer, Answer)
+    assert report.exciting.excitation == SQUARE
+    assert report.exciting.began == answer.value == 0.0
+    assert report.exciting.round == 1
+    assert report.snapshot.reference[:4] == (0.0, -0.6, 0.0, 0.0)
+
+
+def test_rounds_are_counted_and_begin_at_exact_times():
+    bench = Bench()
+    bench.fly_to(0.5)
+    bench.obey(Excite(SQUARE))  # 0.4 s are 51.2 control periods, 51 are flown
+    length = 51 * CONTROL
+    bench.fly_to(0.5 + 2 * length - STEP)
+    assert bench.shown.exciting.round == 2
+    assert bench.shown.exciting.began == 0.5 + length
+    bench.fly_to(0.5 + 2 * length + STEP)
+    bench.obey(SetSpeed(1.0))
+    assert bench.shown.exciting.round == 3
+    assert bench.shown.exciting.began == 0.5 + 2 * length
+    begins = [action.at for action in bench.done if action.velocity[1] < 0.0]
+    assert begins == [0.5, 0.5 + length, 0.5 + 2 * length]
+
+
+@pytest.mark.parametrize("excitation", [ONE_STEP, SQUARE, CHIRP, TURN], ids=lambda e: e.shape.name)
+def test_what_is_flown_depends_on_the_order_alone_not_on_the_pace(excitation):
+    flown = []
+    for speed in (0.5, 1.0, 4.0):
+        bench = Bench()
+        bench.obey(SetSpeed(speed))
+        bench.fly_to(0.3)
+        bench.obey(Excite(excitation))
+        bench.fly(1.6 / speed)
+        bench.fly_to(2.0)
+        flown.append(bench)
+    states = [bench.obey(GetInstant()).value for bench in flown]
+    for bench, state in zip(flown, states, strict=True):
+        # how the time was cut is no state of the flight
+        assert dataclasses.replace(state, due=2.0) == dataclasses.replace(states[0], due=2.0)
+        assert bench.done == flown[0].done
+        assert_equal_to_the_bit(bench.session.recording(), flown[0].session.recording())
+    assert len(flown[0].done) >= 3
+
+
+def test_a_chirp_changes_with_every_control_update():
+    bench = Bench()
+    bench.obey(Excite(CHIRP))
+    bench.fly_to(2.0)
+    *sine, end = bench.done
+    assert [action.at for action in sine] == [k * CONTROL for k in range(192)]
+    assert [action.velocity[2] for action in sine] == [CHIRP.command(action.at) for action in sine]
+    assert end == dataclasses.replace(AT_REST, at=1.5)
+    assert bench.flying._network._log.done._others == {}  # each is kept in a few numbers
+
+
+@pytest.mark.parametrize("excitation", [SQUARE, CHIRP], ids=lambda e: e.shape.name)
+def test_a_flight_with_it_is_the_same_again_as_a_scenario(excitation):
+    """Its script acts at a step of the excitation, and beside it."""
+    script = [
+        Action(at=0.5, set={"kp_velocity_y": 3.0}),
+        Action(at=0.7003, set={"wind_x": 2.0}),
+    ]
+    bench = Bench(Scenario(script=script))
+    bench.fly_to(0.5)
+    bench.obey(Excite(excitation))
+    bench.fly(0.4)
+    bench.obey(Action(set={"kp_roll": 60.0}))
+    bench.fly(0.6)
+    bench.obey(StopExciting())
+    bench.fly(0.5)
+    flown = bench.obey(GetFlown()).value
+    again = Session(flown.scenario)
+    again.run()
+    assert_equal_to_the_bit(flown.recording, again.recording())
+
+
+def test_a_flight_with_it_is_replayed_from_its_log(tmp_path):
+    bench = Bench()
+    path = tmp_path / "flight.mcap"
+    bench.obey(KeepLog(str(path)))
+    bench.obey(Excite(TURN))
+    bench.fly(1.3)
+    bench.obey(StopExciting())
+    bench.fly(0.3)
+    bench.flying._network.close()
+    record = read_log(path)
+    assert [done.by for done in record.done] == ["operator"] * len(bench.done)
+    assert len(bench.done) >= 5
+    assert replay(record).equal
+
+
+def test_stopping_lets_it_hover_where_it_is():
+    bench = Bench()
+    bench.obey(Excite(dataclasses.replace(ONE_STEP, period=5.0)))
+    bench.fly(1.0)
+    assert bench.asked == (1.0, 0.0, 0.0, 0.0)
+    assert bench.obey(StopExciting()).value == bench.session.time
+    assert bench.shown.exciting is None
+    assert bench.asked == (0.0, 0.0, 0.0, 0.0)
+    bench.fly(4.0)
+    assert abs(bench.session.snapshot().v_WB[0]) < 0.01
+    assert bench.session.snapshot().p_WB[0] > 0.5
+    assert isinstance(bench.obey(StopExciting()), Answer)  # twice is no fault
+    assert len(bench.done) == 2
+
+
+@pytest.mark.parametrize(
+    ("order", "asked"),
+    [
+        (Action(velocity=[0.0, 0.0, 0.2]), (0.0, 0.0, 0.2, 0.0)),
+        (Action(yaw_rate=0.1), (0.0, 0.0, 0.0, 0.1)),
+        (Action(go_to=[0.0, 1.0, 2.0]), (0.0, 0.0, 0.0, 0.0)),
+        (Action(request="hold"), (0.0, 0.0, 0.0, 0.0)),
+        (Action(request="land"), (0.0, 0.0, 0.0, 0.0)),
+        (Action(request="stop"), (0.0, 0.0, 0.0, 0.0)),
+        (Hold.RESET, (0.0, 0.0, 0.0, 0.0)),
+        (Network.GIVE_BACK, (0.0, 0.0, 0.0, 0.0)),
+    ],
+    ids=str,
+)
+def test_any_other_order_that_flies_ends_it(order, asked):
+    bench = Bench()
+    bench.obey(Excite(SQUARE))
+    bench.fly(0.1)
+    assert isinstance(bench.obey(order), Answer)
+    assert bench.shown.exciting is None
+    assert bench.asked == asked
+    before = list(bench.done)
+    bench.fly(0.6)
+    assert bench.done == before
+    assert bench.asked == asked
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        Action(set={"kp_roll": 60.0}),
+        Action(go_to=[0.0, 0.0, -5.0]),
+        Action(request="take_off", height=-1.0),
+        SetSpeed(2.0),
+        Network.TAKE_OVER,
+        Excite(dataclasses.replace(SQUARE, period=0.0)),
+    ],
+    ids=str,
+)
+def test_what_does_not_fly_or_is_refused_leaves_it_alone(order):
+    bench = Bench()
+    bench.obey(Excite(SQUARE))
+    bench.fly(0.1)
+    bench.obey(order)
+    assert bench.shown.exciting.excitation == SQUARE
+    assert bench.asked == (0.0, -0.6, 0.0, 0.0)
+
+
+def test_another_one_takes_its_place():
+    bench = Bench()
+    bench.obey(Excite(SQUARE))
+    bench.fly(0.1)
+    began = bench.obey(Excite(TURN)).value
+    assert bench.shown.exciting.excitation == TURN
+    assert bench.shown.exciting.began == began
+    bench.fly(0.05)
+    assert bench.asked == (0.0, 0.0, 0.0, 0.3)
+
+
+def test_what_the_script_flies_ends_it_at_an_exact_step():
+    script = [Action(at=0.4, yaw_rate=0.2)]
+    recordings = []
+    for speed in (0.5, 4.0):
+        bench = Bench(Scenario(script=script))
+        bench.obey(SetSpeed(speed))
+        bench.obey(Excite(SQUARE))
+        bench.fly(0.8 / speed)
+        assert bench.shown.exciting is None
+        assert bench.asked == (0.0, 0.0, 0.0, 0.0)  # who set it to 0 is the excitation's end
+        bench.fly_to(1.0)
+        assert [action.at for action in bench.done][-1] == 410 * STEP + STEP
+        recordings.append(bench.obey(GetFlown()).value)
+    assert_equal_to_the_bit(recordings[0].recording, recordings[1].recording)
+    again = Session(recordings[0].scenario)
+    again.run()
+    assert_equal_to_the_bit(recordings[0].recording, again.recording())
+
+
+def test_what_the_script_asks_for_stays():
+    bench = Bench(Scenario(script=[Action(at=0.4, velocity=[0.3, 0.2, 0.1])]))
+    bench.obey(Excite(SQUARE))
+    bench.fly(0.8)
+    assert bench.shown.exciting is None
+    assert bench.asked == (0.3, 0.2, 0.1, 0.0)
+
+
+def test_a_landing_that_the_battery_asks_for_ends_it():
+    bench = Bench()
+    bench.obey(Excite(TURN))
+    bench.fly(0.5)
+    bench.obey(Action(set={"battery_reserve": 0.9, "battery_duration": 1.0}))
+    bench.fly(0.5)
+    assert bench.session.snapshot().mode is FlightMode.LANDING
+    assert bench.shown.exciting is None
+    assert bench.asked == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_a_flight_that_breaks_ends_it(monkeypatch):
+    from workbench.errors import FlightBrokenError
+
+    def refuse(_duration: float) -> None:
+        raise FlightBrokenError("it broke")
+
+    bench = Bench()
+    bench.obey(Excite(SQUARE))
+    bench.fly(0.1)
+    monkeypatch.setattr(bench.session, "tick", refuse)
+    bench.fly(0.1)
+    assert bench.shown.phase is Phase.BROKEN
+    assert bench.shown.exciting is None
+    assert "reset it first" in bench.obey(Excite(SQUARE)).said
+    assert "reset it first" in bench.obey(GetInstant()).said
+
+
+@pytest.mark.parametrize("mode", ["off", "taking off", "landing"])
+def test_a_drone_that_does_not_fly_is_not_excited(mode):
+    orders = {
+        "off": None,
+        "taking off": Action(request="take_off", height=2.0),
+        "landing": Action(request="land"),
+    }
+    start = Start(mode="hovering" if mode == "landing" else "off")
+    bench = Bench(Scenario(start=start))
+    if orders[mode]:
+        bench.obey(orders[mode])
+    bench.fly(1.0)
+    said = bench.obey(Excite(ONE_STEP)).said
+    assert f"the drone is {mode}: it can be excited once it hovers" in said
+    assert bench.shown.exciting is None
+
+
+def test_what_is_out_of_the_limits_of_the_flight_is_refused():
+    bench = Bench()
+    limits = {"x": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate"}
+    for axis, name in limits.items():
+        limit = bench.session.get(name)
+        most = Excitation(axis, Shape.STEP, limit, 1.0)
+        assert isinstance(bench.obey(Excite(most)), Answer)
+        said = bench.obey(Excite(dataclasses.replace(most, amplitude=-1.01 * limit))).said
+        assert f"within ±{limit:g}" in said
+    said = bench.obey(Excite(dataclasses.replace(most, amplitude=math.nan))).said
+    assert "amplitude is nan" in said
+
+
+def test_a_figure_of_eight_is_not_excited():
+    bench = Bench(Scenario(figure_eight=FigureEight()))
+    assert "figure of eight" in bench.obey(Excite(ONE_STEP)).said
+
+
+def test_a_client_that_flies_loses_control_and_the_drone_holds_first():
+    bench = Bench()
+    bench.bridge.authority.request(7, "robot", bench.session.time)
+    bench.obey(Excite(ONE_STEP))
+    assert bench.flying._network.operates
+    assert bench.done[0].request == "hold"
+    assert bench.done[1].velocity == [1.0, 0.0, 0.0]
+
+
+def test_an_instant_in_the_middle_of_it_is_what_the_flight_is():
+    bench = Bench()
+    bench.obey(Excite(SQUARE))
+    bench.fly_to(0.35)
+    instant = bench.obey(GetInstant()).value
+    assert isinstance(instant, Instant)
+    assert instant.velocity == (0.0, 0.6, 0.0)
+    assert instant == bench.session.instant()
+
+
+def test_replays_are_saved_as_scenarios(tmp_path):
+    from workbench.scenario import save_scenario
+
+    bench = Bench()
+    bench.obey(Excite(CHIRP))
+    bench.fly_to(1.0)
+    flown = bench.obey(GetFlown()).value
+    save_scenario(flown.scenario, tmp_path / "again.yaml")
+    again = Session(load_scenario(tmp_path / "again.yaml"))
+    again.run()
+    assert_equal_to_the_bit(flown.recording, again.recording())
+
+
+ENOUGH = 120.0
+"""No test waits so long unless it fails [s]."""
+
+
+def test_a_live_flight_is_excited_shows_it_and_hands_out_instants():
+    with LiveFlight(Scenario()) as flight:
+        flight.wait(ENOUGH)
+        flight.pause().result(ENOUGH)
+        assert flight.latest().exciting is None
+        began = flight.excite(SQUARE).result(ENOUGH)
+        shown = flight.latest().exciting
+        assert (shown.excitation, shown.began, shown.round) == (SQUARE, began, 1)
+        flight.fly_on(1.0).result(ENOUGH)
+        assert flight.latest().exciting.round == 3
+        instant = flight.instant().result(ENOUGH)
+        flight.fly_on(0.5).result(ENOUGH)
+        flight.stop_exciting().result(ENOUGH)
+        assert flight.latest().exciting is None
+        assert flight.latest().snapshot.reference[:4] == (0.0, 0.0, 0.0, 0.0)
+        flown = flight.flown().result(ENOUGH).recording
+        wrong = flight.excite(dataclasses.replace(SQUARE, period=100.0))
+        with pytest.raises(WorkbenchError, match="period is 100 s"):
+            wrong.result(ENOUGH)
+    fork = Session()  # it knows nothing of the excitation: 0.1 s later comes the next edge
+    fork.begin_from(instant)
+    fork.tick(0.1)
+    same = flown.between(instant.time, fork.time)
+    assert len(same.time) > 10
+    assert fork.recording().p_WB.tobytes() == same.p_WB.tobytes()

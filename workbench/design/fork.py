@@ -1,0 +1,184 @@
+"""A forked flight: how it goes on from an instant, with each of several sets of gains."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from workbench.design.lost import find_loss
+from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
+from workbench.instant import Instant
+from workbench.parameters import checked
+from workbench.scenario import Scenario
+from workbench.sensors_config import SensorsConfig
+from workbench.session import Session
+
+AXES = ("x", "y", "z", "yaw")
+LONGEST = 120.0
+"""Flown of a branch [s]."""
+SLICE = 0.25
+"""After which it is asked whether to go on [s]."""
+
+
+class Branch(Protocol):
+    """One way in which a flight goes on."""
+
+    @property
+    def name(self) -> str:
+        """Of the branch."""
+
+    @property
+    def gains(self) -> Mapping[str, float]:
+        """Values of live parameters that are set at the instant, by name."""
+
+
+class Step(Protocol):
+    """A step on top of what is asked for."""
+
+    @property
+    def axis(self) -> str:
+        """One of x, y, z in W, or yaw."""
+
+    @property
+    def amplitude(self) -> float:
+        """In m/s or rad/s."""
+
+
+@dataclass(frozen=True)
+class Flown:
+    """One branch as it would be flown; it ends where the flight is lost.
+
+    Attributes:
+        name: of the branch.
+        time: simulated (N) [s]; the first is the instant's, or the next at which is recorded.
+        velocity: in W (N, 3) [m/s].
+        yaw_rate: (N) [rad/s].
+        position: in W (N, 3) [m].
+        tilt: (N) [rad].
+        rotor_use: largest share of any rotor's speed limit (N).
+        lost: why the flight was lost, "" if it was not.
+    """
+
+    name: str
+    time: np.ndarray
+    velocity: np.ndarray
+    yaw_rate: np.ndarray
+    position: np.ndarray
+    tilt: np.ndarray
+    rotor_use: np.ndarray
+    lost: str
+
+
+class Forker:
+    """Flies forks of one scenario's flights, and keeps what it has built for the next one.
+
+    A fork has the flight's vehicle, world, rates and script, and no sensors, which no law hears. A
+    branch without gains of its own is what the flight itself does, to the bit.
+
+    Args:
+        scenario: whose flights are forked.
+
+    Raises:
+        WorkbenchError: if it cannot be built.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        unseen = SensorsConfig(seed=scenario.sensors.seed)
+        self._session = Session(dataclasses.replace(scenario, sensors=unseen))
+
+    def fly(
+        self,
+        instant: Instant,
+        branches: Sequence[Branch],
+        duration: float,
+        step: Step | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> tuple[Flown, ...]:
+        """Fly every branch from an instant on.
+
+        Args:
+            instant: of a flight of the scenario.
+            branches: to be flown.
+            duration: of each [s].
+            step: commanded at once, on top of what is asked for; None lets it fly on.
+            stop: asked every quarter of a second flown; when it returns true, the branches that are
+                complete are returned.
+
+        Raises:
+            WorkbenchError: if a gain is unknown or out of range, before anything is flown, or if
+                the instant is of another flight.
+        """
+        if not 0.0 < duration <= LONGEST:
+            raise WorkbenchError(
+                f"cannot fork a flight for {duration:g} s: give it up to {LONGEST:g} s"
+            )
+        values = [checked(branch.gains) for branch in branches]
+        flown = []
+        for branch, gains in zip(branches, values, strict=True):
+            self._begin(instant, gains, step)
+            lost = self._fly_on(duration, stop or _never)
+            if lost is None:
+                break
+            flown.append(self._flown(branch.name, lost))
+        return tuple(flown)
+
+    def _begin(self, instant: Instant, gains: Mapping[str, float], step: Step | None) -> None:
+        """Be where the flight was, with a branch's gains."""
+        session = self._session
+        session.begin_from(instant)
+        for name, value in gains.items():
+            session.set(name, value)
+        if step is None:
+            return
+        if step.axis not in AXES:
+            raise unknown_name("axis", step.axis, AXES)
+        asked = [*instant.velocity, instant.yaw_rate]
+        asked[AXES.index(step.axis)] += step.amplitude
+        session.command(asked[:3], asked[3])
+
+    def _fly_on(self, duration: float, stop: Callable[[], bool]) -> str | None:
+        """Fly, and return why it broke off, "" if it did not; None where it was to stop."""
+        slices = math.ceil(duration / SLICE)
+        try:
+            for _ in range(slices):
+                if stop():
+                    return None
+                self._session.tick(duration / slices)
+        except FlightBrokenError as error:
+            return str(error)
+        return ""
+
+    def _flown(self, name: str, broken: str) -> Flown:
+        """Return what was flown until it was lost, if it was."""
+        recording = self._session.recording()
+        loss = find_loss(recording)
+        kept = recording.time < loss.time if loss else np.full(len(recording.time), True)
+        return Flown(
+            name=name,
+            time=recording.time[kept],
+            velocity=recording.v_WB[kept],
+            yaw_rate=recording.w_WB[kept, 2],
+            position=recording.p_WB[kept],
+            tilt=recording.tilt[kept],
+            rotor_use=recording.rotor_use[kept],
+            lost=loss.sentence if loss else broken,
+        )
+
+
+def fly_fork(
+    scenario: Scenario,
+    instant: Instant,
+    branches: Sequence[Branch],
+    duration: float,
+    step: Step | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> tuple[Flown, ...]:
+    """Fly every branch from an instant on, once; see `Forker`, which is quicker the second time."""
+    return Forker(scenario).fly(instant, branches, duration, step, stop)
+
+
+def _never() -> bool:
+    return False
