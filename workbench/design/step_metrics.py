@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from workbench.design.response_metrics import crossing_times, response_metrics
+from workbench.response_metrics import crossing_times, response_metrics
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ compiled_block = compile_cached(
 )
 compiled_measures = compile_cached(
     measure_steps,
-    ("../design/rollout/measuring.py", "../design/response_metrics.py"),
+    ("../design/rollout/measuring.py", "../response_metrics.py"),
     "the metrics of steps",
     nogil=True,
     error_model="numpy",

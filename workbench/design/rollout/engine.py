@@ -8,7 +8,6 @@ from dataclasses import astuple
 
 import numpy as np
 
-from workbench.design.response_metrics import ResponseMetrics
 from workbench.design.rollout.batch import Batch
 from workbench.design.rollout.candidates import make_candidates
 from workbench.design.rollout.compiled_block import compiled_measures
@@ -22,6 +21,7 @@ from workbench.errors import WorkbenchError
 from workbench.gains import flight_gains
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
+from workbench.response_metrics import ResponseMetrics
 from workbench.scenario import Rates, Scenario, Start, check_scenario
 
 VELOCITIES = (7, 8, 9, 10, 11, 12)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from workbench.design.response_metrics import LOWER, SETTLED, UPPER
+from workbench.response_metrics import LOWER, SETTLED, UPPER
 
 NUMBERS = 9
 """As many as `ResponseMetrics` has."""
