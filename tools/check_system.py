@@ -1,7 +1,8 @@
 """Check that the system libraries which PyQt6 and Drake link to are there; run by .venv's Python.
 
 What is checked is what the Qt platform in use needs: a machine without a screen is not asked for
-X11's libraries.
+X11's libraries. What the embedded 3-D view needs besides is wanted where there is a screen, and
+may be missing: the app then opens that view in the browser.
 """
 
 import importlib.util
@@ -51,10 +52,42 @@ PACKAGES = {
 }
 """The Debian package of each library. Newer releases that renamed one still know the old name."""
 
+WEB_ENGINE_PACKAGES = {
+    "libXcomposite.so.1": "libxcomposite1",
+    "libXdamage.so.1": "libxdamage1",
+    "libXext.so.6": "libxext6",
+    "libXfixes.so.3": "libxfixes3",
+    "libXrandr.so.2": "libxrandr2",
+    "libXrender.so.1": "libxrender1",
+    "libXtst.so.6": "libxtst6",
+    "libasound.so.2": "libasound2",
+    "libdrm.so.2": "libdrm2",
+    "libgbm.so.1": "libgbm1",
+    "libnspr4.so": "libnspr4",
+    "libnss3.so": "libnss3",
+    "libnssutil3.so": "libnss3",
+    "libplc4.so": "libnspr4",
+    "libplds4.so": "libnspr4",
+    "libsmime3.so": "libnss3",
+    "libudev.so.1": "libudev1",
+    "libxcb-dri3.so.0": "libxcb-dri3-0",
+    "libxkbfile.so.1": "libxkbfile1",
+}
+"""The same for Qt's web engine."""
+RENAMED = {"libasound2": "libasound2t64"}
+"""Packages whose old name newer releases know no longer."""
+WITHOUT = "The 3-D view opens in the browser until {} can be found; all else works."
+
 
 def main():
     """Install what is missing, or leave with a sentence."""
-    missing = _missing()
+    _require(_missing(_files()))
+    if "offscreen" not in _platforms():
+        _wish_for(_missing(_web_engine_files()))
+
+
+def _require(missing):
+    """Install what nothing runs without, or leave with a sentence."""
     if not missing:
         return
     unknown = sorted(missing - PACKAGES.keys())
@@ -65,16 +98,41 @@ def main():
         )
     names = ", ".join(sorted(missing))
     install({PACKAGES[name] for name in missing}, f"System libraries are missing ({names})")
-    still = sorted(_missing())
+    still = sorted(_missing(_files()))
     if still:
         leave(f"The system libraries {', '.join(still)} are still missing after the install.")
 
 
-def _missing():
+def _wish_for(missing):
+    """Install what the embedded 3-D view needs, or say that it is missing."""
+    if not missing:
+        return
+    names = ", ".join(sorted(missing))
+    known = {WEB_ENGINE_PACKAGES[name] for name in missing & WEB_ENGINE_PACKAGES.keys()}
+    try:
+        if known:
+            install({_present_name(package) for package in known}, f"The 3-D view lacks {names}")
+    except SystemExit:  # what to install has been said
+        pass
+    still = sorted(_missing(_web_engine_files()))
+    if still:
+        print(WITHOUT.format(", ".join(still)), flush=True)
+
+
+def _present_name(package):
+    """Return the name that this release has for a package."""
+    renamed = RENAMED.get(package)
+    if renamed is None or shutil.which("apt-cache") is None:
+        return package
+    known = subprocess.run(["apt-cache", "show", renamed], capture_output=True).returncode == 0
+    return renamed if known else package
+
+
+def _missing(files):
     """Return the names of the libraries that the dynamic linker does not find."""
-    if shutil.which("ldd") is None:  # not Linux as we know it: the import will tell
+    if not files or shutil.which("ldd") is None:  # not Linux as we know it: the import will tell
         return set()
-    said = subprocess.run(["ldd", *_files()], capture_output=True, text=True).stdout
+    said = subprocess.run(["ldd", *files], capture_output=True, text=True).stdout
     return set(re.findall(r"^\s*(\S+) => not found", said, re.MULTILINE))
 
 
@@ -86,6 +144,14 @@ def _files():
     chosen = [plugins / f"libq{platform}.so" for platform in _platforms()]
     drake = next((_folder("pydrake") / "lib").glob("libdrake.so*"))
     return [*modules, *(plugin for plugin in chosen if plugin.exists()), drake]
+
+
+def _web_engine_files():
+    """Return the compiled files of Qt's web engine, none where it is not installed."""
+    qt = _folder("PyQt6")
+    modules = list(qt.glob("QtWebEngineWidgets.*so"))
+    engine = list((qt / "Qt6" / "lib").glob("libQt6WebEngineCore.so.*"))
+    return [*modules, *engine] if modules and engine else []
 
 
 def _platforms():

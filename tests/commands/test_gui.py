@@ -1,8 +1,72 @@
-"""`workbench gui`, until there is one."""
+"""`workbench gui`: what it refuses, before Qt is loaded."""
+
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from workbench.commands.display import answers, check_display
+from workbench.errors import WorkbenchError
+
+REFUSED = [
+    (("--scenario", "hoover"), "did you mean 'hover'"),
+    (("--model", "dh_dron"), "did you mean 'dh_drone'"),
+    (("--world", "rom"), "did you mean 'room'"),
+    (("--gains", "nowhere.yaml"), "nowhere.yaml: no such file"),
+    (("--screen", "tunning"), "did you mean 'tuning'"),
+    (("--demo", "--scenario", "hover"), "give one of them"),
+]
 
 
-def test_it_says_what_to_run_meanwhile(run):
-    said = run("gui")
-    assert said.code == 0
-    assert said.out == ""
-    assert "workbench reproduce" in said.err
+@pytest.mark.parametrize(("options", "words"), REFUSED)
+def test_a_wrong_name_is_one_sentence(refused, options, words):
+    assert words in refused("gui", *options)
+
+
+def test_what_is_refused_loads_no_qt():
+    code = (
+        "import sys; from workbench.cli import main; "
+        "assert main(['gui', '--screen', 'nowhere']) == 2; "
+        "assert not [name for name in sys.modules if name.startswith(('PyQt6', 'pydrake'))]"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_without_a_display_it_says_what_to_set(refused, monkeypatch):
+    for name in ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    said = refused("gui")
+    assert "there is no display" in said
+    assert "QT_QPA_PLATFORM=offscreen" in said
+
+
+def test_a_display_that_does_not_answer_is_refused(tmp_path):
+    with pytest.raises(WorkbenchError, match="':417' does not answer"):
+        check_display({"DISPLAY": ":417"})
+    with pytest.raises(WorkbenchError, match="'wayland-9' does not answer"):
+        check_display({"WAYLAND_DISPLAY": "wayland-9", "XDG_RUNTIME_DIR": str(tmp_path)})
+
+
+def test_a_platform_of_the_user_s_is_trusted(tmp_path):
+    check_display({"QT_QPA_PLATFORM": "offscreen"})
+    (tmp_path / "wayland-0").touch()
+    check_display({"WAYLAND_DISPLAY": "wayland-0", "XDG_RUNTIME_DIR": str(tmp_path)})
+
+
+def test_an_x_server_on_the_network_is_reached():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        number = server.getsockname()[1] - 6000
+        assert answers(f"127.0.0.1:{number}.0") == (number >= 0)
+    assert not answers("nonsense")
+    assert not answers(":")
+
+
+def test_help_has_an_example(capsys):
+    from workbench.cli import main
+
+    with pytest.raises(SystemExit) as ended:
+        main(["gui", "--help"])
+    assert ended.value.code == 0
+    assert "workbench gui --scenario windy" in capsys.readouterr().out

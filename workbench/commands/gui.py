@@ -1,28 +1,93 @@
 """`workbench gui`: the app."""
 
 import argparse
-from typing import Any
+import os
+from typing import TYPE_CHECKING, Any
 
-from workbench.commands import ExitCode
-from workbench.commands.options import add_command
-from workbench.commands.printing import say
+from workbench.commands.display import check_display
+from workbench.commands.options import NO_SENSORS, add_command
+from workbench.errors import WorkbenchError
+from workbench.gui.first_flight import DEFAULT_SCENARIO
+
+if TYPE_CHECKING:
+    from workbench.live.choice import Choice
 
 
 def add_parser(commands: Any) -> None:
     """Add the command."""
-    add_command(
+    parser = add_command(
         commands,
         "gui",
-        "Open the app: fly, watch and tune (comes with a later version).",
-        "workbench gui",
+        "Open the app: fly, watch, and tune while it flies.",
+        "workbench gui --scenario windy --sensors imu,gps --screen tuning",
         run,
     )
+    parser.add_argument(
+        "--scenario",
+        metavar="NAME|PATH",
+        help="what is flown first (default: what Settings set up last, or "
+        f"{DEFAULT_SCENARIO}, a drone on the ground between obstacles with IMU, GPS and lidar)",
+    )
+    parser.add_argument(
+        "--model",
+        default="",
+        metavar="NAME|PATH",
+        help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder",
+    )
+    parser.add_argument(
+        "--world", default="", metavar="NAME|PATH", help="shipped world, or its file"
+    )
+    parser.add_argument(
+        "--sensors",
+        metavar="NAME[,NAME]",
+        help=f"sensors that measure, by name or kind, all, or {NO_SENSORS} (default: the "
+        "scenario's)",
+    )
+    parser.add_argument("--gains", default="", metavar="FILE", help="gain file (YAML)")
+    parser.add_argument(
+        "--demo",
+        action="store_true",
+        help="fly a round between obstacles with sensors on, again and again, until somebody else "
+        "flies",
+    )
+    parser.add_argument(
+        "--screen",
+        default="",
+        metavar="NAME",
+        help="first screen: home, server, joystick, visualization, tuning or settings (default: "
+        "the one seen last)",
+    )
+    parser.add_argument("--no-3d", action="store_true", help="do not draw flights in 3-D")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Say where the screens are."""
-    say(
-        "the app's screens come with a later version; meanwhile `workbench reproduce` flies the "
-        "published steps and plots them"
-    )
-    return ExitCode.DONE
+    """Refuse what is wrong, then open the window."""
+    from workbench.gui.screen_table import find_screen
+
+    named = (args.scenario, args.model, args.world, args.gains, args.sensors, args.demo or None)
+    choice = _choice(args) if any(each not in (None, "") for each in named) else None
+    if choice:
+        choice.check()
+    if args.screen:
+        find_screen(args.screen)
+    check_display(os.environ)
+
+    from workbench.gui.app import run as run_app
+
+    return run_app(choice, screen=args.screen, view3d=not args.no_3d, demo=args.demo)
+
+
+def _choice(args: argparse.Namespace) -> "Choice":
+    """Return what is flown first."""
+    from workbench.live.choice import Choice
+
+    if args.demo and args.scenario:
+        raise WorkbenchError("--demo and --scenario both say what to fly: give one of them")
+    scenario = args.scenario or DEFAULT_SCENARIO
+    sensors = None
+    if args.sensors is not None:
+        names = [name.strip() for name in args.sensors.split(",")]
+        sensors = tuple(name for name in names if name not in ("", NO_SENSORS))
+    elif args.model:
+        sensors = ("all",)  # those of another drone may have other names
+    return Choice(scenario, args.model, args.world, args.gains, sensors)

@@ -1,19 +1,40 @@
 """The analyst as screens see it: they ask, and hear by signals; nobody waits."""
 
+import threading
 from collections.abc import Mapping
+from concurrent.futures import Future
+from typing import Any
 
-from PyQt6.QtCore import QObject, pyqtSignal
+from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
-from workbench.analyst.questions import Question
+from workbench.analyst.analyst import Analyst
+from workbench.analyst.questions import (
+    DrawMap,
+    FindRanges,
+    Fork,
+    Judge,
+    Pin,
+    Predict,
+    Question,
+    Tune,
+    Weigh,
+)
+from workbench.analyst.replies import Reply, Searched
+from workbench.analyst.superseded import SupersededError
+from workbench.gui.answers import Answers
 from workbench.gui.notices import Notices
 from workbench.scenario import Scenario
+
+STREAMED = (Judge, Predict, DrawMap, FindRanges)
+"""Questions that a moving slider asks all the time: why one has no answer stands beside it."""
+NOBODY = "there is nothing to judge yet: open a scenario first"
 
 
 class Analysis(QObject):
     """Asks the analyst about gains of the vehicle that flies.
 
     Args:
-        notices: where refusals are told.
+        notices: where refusals are told, but for those of questions that come in streams.
         parent: whose life it shares.
     """
 
@@ -38,18 +59,114 @@ class Analysis(QObject):
     refused = pyqtSignal(object, str)
     """A question that could not be answered, and why."""
 
+    _progressed = pyqtSignal(object, object)
+
     def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._notices = notices
+        self._answers = Answers(notices.warn, self)
+        self._analyst: Analyst | None = None
+        self._token = object()
+        self._closing: list[threading.Thread] = []
+        self._tell = {
+            Judge: self.judged,
+            FindRanges: self.ranges_found,
+            Predict: self.predicted,
+            DrawMap: self.mapped,
+            Weigh: self.weighed,
+            Tune: self.tuned,
+            Fork: self.forked,
+            Pin: self.pinned,
+        }
+        queued = Qt.ConnectionType.QueuedConnection  # it comes from a thread of the analyst's
+        self._progressed.connect(self._show_progress, queued)  # type: ignore[call-arg]
+
+    @property
+    def pids(self) -> tuple[int | None, int | None]:
+        """Numbers of the quick and of the slow process, None where there is none yet."""
+        return self._analyst.pids if self._analyst is not None else (None, None)
 
     def begin(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
-        """Judge another vehicle from now on; what is asked before is forgotten."""
+        """Judge another vehicle from now on; what is asked before is forgotten.
+
+        Nothing is started before the first question, and nothing is forgotten where scenario and
+        settings are as they were.
+
+        Args:
+            scenario: that is flown.
+            settings: values of all its live parameters at the start.
+        """
+        present = self._analyst
+        if present is not None:
+            if (present.scenario, present.settings) == (scenario, dict(settings)):
+                return
+            self._end(present)
+        token = self._token = object()
+        self._analyst = Analyst(
+            scenario, settings, lambda searched: self._progressed.emit(token, searched)
+        )
+
+    def warm_up(self) -> None:
+        """Start the process that answers quick questions; as when a screen is shown that asks."""
+        if self._analyst is not None:
+            self._analyst.warm_up()
 
     def ask(self, question: Question) -> None:
-        """Ask; the answer comes by the signal of its kind, of the newest question alone."""
+        """Ask; the answer comes by the signal of its kind, or by `refused`.
+
+        Of each kind the newest question counts: an older one that still waits is dropped, without
+        a word. One that is being worked on is answered; a reply says what was asked.
+        """
+        analyst = self._analyst
+        if analyst is None:
+            self._refuse(question, NOBODY)
+            return
+        analyst.ask(question).add_done_callback(lambda done: self._hear(analyst, question, done))
 
     def stop(self) -> None:
         """End a search soon, and keep its best; end any other long work."""
+        if self._analyst is not None:
+            self._analyst.stop()
 
     def close(self) -> None:
-        """End the analyst's processes."""
+        """End the analyst's processes, and wait until they are gone; the last call."""
+        self._answers.close()
+        analyst, self._analyst = self._analyst, None
+        if analyst is not None:
+            analyst.close()
+        for thread in self._closing:
+            thread.join()
+
+    def _hear(self, analyst: Analyst, question: Question, done: "Future[Any]") -> None:
+        """Pass an answer on, in whatever thread it came; a dropped question has none."""
+        if not isinstance(done.exception(), SupersededError):
+            self._answers.expect(
+                done,
+                lambda reply: self._show(analyst, question, reply),
+                lambda said: self._show_refusal(analyst, question, said),
+            )
+
+    def _show(self, analyst: Analyst, question: Question, reply: Reply) -> None:
+        if analyst is self._analyst:
+            self._tell[type(question)].emit(reply)
+
+    def _show_refusal(self, analyst: Analyst, question: Question, said: str) -> None:
+        if analyst is self._analyst:
+            self._refuse(question, said)
+
+    def _show_progress(self, token: object, searched: Searched) -> None:
+        if token is self._token:
+            self.searched.emit(searched)
+
+    def _refuse(self, question: Question, said: str) -> None:
+        """Tell why there is no answer."""
+        self.refused.emit(question, said)
+        if not isinstance(question, STREAMED):
+            self._notices.warn(said)
+
+    def _end(self, analyst: Analyst) -> None:
+        """End an analyst's processes in the background."""
+        self._closing = [thread for thread in self._closing if thread.is_alive()]
+        closing = threading.Thread(target=analyst.close, name="closing an analyst")
+        self._closing.append(closing)
+        closing.start()

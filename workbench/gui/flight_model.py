@@ -3,6 +3,8 @@
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
@@ -10,6 +12,7 @@ from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 from workbench.errors import WorkbenchError
 from workbench.gui.answers import Answers, Done, Refused
 from workbench.gui.notices import Notices
+from workbench.link.backplane import Published
 from workbench.live.choice import Choice
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
@@ -18,6 +21,7 @@ from workbench.scenario import Scenario
 
 PERIOD = 16
 """Between two looks at the flight [ms]."""
+NOTHING = "nothing flies: open a scenario first"
 
 
 class FlightModel(QObject):
@@ -41,6 +45,7 @@ class FlightModel(QObject):
         super().__init__(parent)
         self._notices = notices
         self._live: LiveFlight | None = None
+        self._again: Callable[[], None] = self._say_nothing_flies
         self._view = LiveView()
         self._answers = Answers(lambda said: notices.warn(said), self)
         self._closing: list[threading.Thread] = []
@@ -69,6 +74,7 @@ class FlightModel(QObject):
     ) -> None:
         """End the present flight and begin another."""
         self.end()
+        self._again = partial(self.fly, choice, settings, draw=draw)
         try:
             self._live = LiveFlight(choice, settings, draw=draw, stream=True)
         except WorkbenchError as error:
@@ -76,6 +82,10 @@ class FlightModel(QObject):
             return
         self._show(self._live.latest())
         self._timer.start()
+
+    def again(self) -> None:
+        """Fly what was flown last, in a process of its own."""
+        self._again()
 
     def end(self) -> None:
         """End the flight, if there is one, in the background."""
@@ -111,7 +121,10 @@ class FlightModel(QObject):
         if self._live is not None:
             self._answers.expect(give(self._live), done, refused)
         else:
-            (refused or self._notices.warn)("nothing flies: open a scenario first")
+            (refused or self._notices.warn)(NOTHING)
+
+    def _say_nothing_flies(self) -> None:
+        self._notices.warn(NOTHING)
 
     def _look(self) -> None:
         """Show what is new."""
@@ -119,6 +132,10 @@ class FlightModel(QObject):
             return
         published = self._live.streamed()
         view = self._live.latest()
+        restarted = began_anew(self._view, view)
+        if restarted:  # what was sampled before belongs to the flight that is over
+            self._show(view)
+            published = of_last_flight(published, view)
         if published:
             self.streamed.emit(published)
         if view is not self._view:
@@ -126,12 +143,7 @@ class FlightModel(QObject):
 
     def _show(self, view: LiveView) -> None:
         before, self._view = self._view, view
-        began = view.snapshot is not None and (
-            before.snapshot is None
-            or before.vehicle is not view.vehicle
-            or view.snapshot.time < before.snapshot.time
-        )
-        if began:
+        if began_anew(before, view):
             self.begun.emit(view)
         if view.phase is not before.phase:
             self.phase_changed.emit(view.phase)
@@ -143,3 +155,26 @@ class FlightModel(QObject):
 
     def _is_over(self) -> bool:
         return self._view.phase in (Phase.ENDED, Phase.BROKEN)
+
+
+def began_anew(before: LiveView, view: LiveView) -> bool:
+    """Return whether a flight has begun, or begun again, between two views."""
+    if view.snapshot is None:
+        return False
+    if before.snapshot is None or before.vehicle is not view.vehicle:
+        return True
+    return view.snapshot.time < before.snapshot.time
+
+
+def of_last_flight(published: list[Published], view: LiveView) -> list[Published]:
+    """Return what was published since time began anew.
+
+    Args:
+        published: in the order in which it came, the end of one flight and the start of the next.
+        view: of the new one.
+    """
+    starts = [index for index, (a, b) in enumerate(pairwise(published), 1) if b.t_ns < a.t_ns]
+    latest = view.snapshot.time if view.snapshot else 0.0
+    return [
+        each for each in published[max(starts, default=0) :] if each.t_ns * 1e-9 <= latest + 1.0
+    ]

@@ -1,0 +1,153 @@
+"""The banner and the queue behind it."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QAction, QGuiApplication
+
+from workbench.gui import flight_model
+from workbench.gui.banner import REMEDIES, Banner
+from workbench.gui.banner_queue import MOST, STAYS, BannerQueue
+from workbench.gui.crash import CrashNotice
+from workbench.gui.notices import Notice, Severity
+from workbench.live.messages import Phase
+
+NOTE, WARNING, FAILURE = Severity.INFORMATION, Severity.WARNING, Severity.FAILURE
+
+
+def note(what, severity=NOTE):
+    return Notice(severity, what)
+
+
+def test_the_same_sentence_is_counted():
+    queue = BannerQueue()
+    for _ in range(500):
+        queue.add(note("the disk is full", FAILURE), 0.0)
+    assert len(queue) == 1
+    assert queue.first.times == 500
+
+
+def test_the_same_words_of_another_weight_are_another_notice():
+    queue = BannerQueue()
+    queue.add(note("slow"), 0.0)
+    queue.add(note("slow", WARNING), 0.0)
+    assert len(queue) == 2
+    assert queue.first.notice.severity is WARNING
+
+
+def test_failures_come_first_and_of_equals_the_newest():
+    queue = BannerQueue()
+    for what, severity in (("a", FAILURE), ("b", NOTE), ("c", WARNING), ("d", FAILURE)):
+        queue.add(note(what, severity), 0.0)
+    seen = []
+    while queue.first:
+        seen.append(queue.first.notice.what)
+        queue.dismiss()
+    assert seen == ["d", "a", "c", "b"]
+
+
+def test_notes_and_warnings_go_by_themselves_failures_do_not():
+    queue = BannerQueue()
+    for what, severity in (("a", NOTE), ("b", WARNING), ("c", FAILURE)):
+        queue.add(note(what, severity), 100.0)
+    queue.expire(100.0 + STAYS[NOTE] - 0.1)
+    assert len(queue) == 3
+    queue.expire(100.0 + STAYS[NOTE])
+    assert len(queue) == 2
+    queue.expire(1e9)
+    assert [queue.first.notice.what, len(queue), queue.first.until] == ["c", 1, math.inf]
+
+
+def test_a_flood_pushes_no_failure_out():
+    queue = BannerQueue()
+    queue.add(note("broken", FAILURE), 0.0)
+    for number in range(1000):
+        queue.add(note(f"note {number}"), 0.0)
+    assert len(queue) == MOST
+    assert queue.first.notice.what == "broken"
+
+
+@pytest.fixture
+def actions(qapp):
+    return {name: QAction(name) for _, name in REMEDIES}
+
+
+@pytest.fixture
+def banner(qtbot, workspace, actions):
+    made = Banner(workspace, actions)
+    qtbot.addWidget(made)
+    return made
+
+
+def test_a_notice_is_told_in_word_shape_and_sentence(banner, workspace):
+    assert not banner.isVisibleTo(None)
+    workspace.notices.warn("the port is in use", "Choose another.")
+    assert banner.isVisibleTo(None)
+    assert banner._word.text() == "Warning"
+    assert not banner._shape.pixmap().isNull()
+    assert banner._what.text() == "The port is in use"
+    assert banner._remedy.text() == "Choose another."
+    assert banner.accessibleName() == "warning: the port is in use Choose another."
+
+
+def test_dismissing_shows_the_next_and_then_nothing(banner, workspace, qtbot):
+    workspace.notices.inform("first")
+    workspace.notices.fail("second")
+    assert banner._more.text() == "1 more"
+    banner.show()
+    qtbot.mouseClick(banner._close, Qt.MouseButton.LeftButton)
+    assert banner.shown.what == "first"
+    qtbot.mouseClick(banner._close, Qt.MouseButton.LeftButton)
+    assert not banner.isVisible()
+
+
+def test_a_repeated_notice_counts_up(banner, workspace):
+    for _ in range(3):
+        workspace.notices.fail("the disk is full")
+    assert banner._what.text() == "The disk is full  (×3)"
+
+
+def test_a_remedy_is_a_button_that_does_it(banner, workspace, actions, qtbot):
+    pressed = []
+    actions["reset"].triggered.connect(lambda: pressed.append("reset"))
+    workspace.notices.fail("the flight broke off", "Reset the flight (Ctrl+R) to fly again.")
+    assert [button.objectName() for button in banner.offers] == ["reset"]
+    banner.show()
+    qtbot.mouseClick(banner.offers[0], Qt.MouseButton.LeftButton)
+    assert pressed == ["reset"]
+
+
+def test_the_flight_s_own_remedies_have_buttons():
+    source = Path(flight_model.__file__).read_text(encoding="utf-8")
+    remedies = re.findall(r'"((?:Open|Reset)[^"]*)"', source)
+    assert len(remedies) >= 2
+    for remedy in remedies:
+        assert any(words in remedy.lower() for words, _ in REMEDIES), remedy
+
+
+def test_failures_go_once_it_flies_again(banner, workspace):
+    workspace.notices.fail("the flight broke off")
+    workspace.notices.inform("a note")
+    workspace.flight.phase_changed.emit(Phase.FLYING)
+    assert banner.shown.what == "a note"
+    workspace.flight.phase_changed.emit(Phase.BROKEN)
+    assert banner.shown.what == "a note"
+
+
+def test_only_a_fault_of_ours_has_details_to_copy(banner, workspace, qtbot):
+    workspace.notices.fail("plain")
+    banner.show()
+    assert not banner._copy.isVisible()
+    banner.dismiss()
+    workspace.notices.told.emit(CrashNotice(FAILURE, "oh", "", "Traceback: line 7"))
+    qtbot.mouseClick(banner._copy, Qt.MouseButton.LeftButton)
+    assert QGuiApplication.clipboard().text() == "Traceback: line 7"
+
+
+def test_every_control_has_a_name(banner, workspace):
+    workspace.notices.fail("broken", "Reset it.")
+    assert "Ctrl+Shift+D" in banner._close.accessibleName()
+    assert banner.offers[0].text()

@@ -1,0 +1,73 @@
+"""What nobody caught is told, and the app goes on."""
+
+import sys
+import threading
+
+import pytest
+from PyQt6.QtCore import QTimer
+
+from workbench.gui.crash import LONGEST, CrashGuard, CrashNotice
+from workbench.gui.notices import Severity
+
+
+@pytest.fixture
+def guard(workspace, capsys):
+    made = CrashGuard(workspace.notices)
+    made.install()
+    yield made
+    made.uninstall()
+
+
+def fall(words="the map is upside down"):
+    raise ValueError(words)
+
+
+def test_an_exception_in_a_slot_becomes_a_notice(guard, told, qtbot, capsys):
+    QTimer.singleShot(0, fall)
+    qtbot.waitUntil(lambda: bool(told), timeout=5000)
+    (notice,) = told
+    assert isinstance(notice, CrashNotice)
+    assert notice.severity is Severity.FAILURE
+    assert "ValueError: the map is upside down (test_crash.py:" in notice.what
+    assert "Ctrl+R" in notice.remedy
+    assert "in fall" in notice.details
+    assert "in fall" in capsys.readouterr().err
+
+
+def test_an_exception_in_a_thread_is_told_in_the_window_s_thread(guard, told, qtbot, workspace):
+    where = []
+    workspace.notices.told.connect(lambda _: where.append(threading.current_thread()))
+    thread = threading.Thread(target=fall)
+    thread.start()
+    thread.join()
+    qtbot.waitUntil(lambda: bool(told), timeout=5000)
+    assert where == [threading.main_thread()]
+
+
+def test_the_next_slot_is_called_as_ever(guard, told, qtbot):
+    heard = []
+    QTimer.singleShot(0, fall)
+    QTimer.singleShot(1, lambda: heard.append("here"))
+    qtbot.waitUntil(lambda: heard == ["here"] and bool(told), timeout=5000)
+
+
+def test_long_words_are_cut_in_the_banner_and_whole_in_the_details(guard, told, qtbot):
+    QTimer.singleShot(0, lambda: fall("x" * 5000))
+    qtbot.waitUntil(lambda: bool(told), timeout=5000)
+    assert len(told[0].what) < LONGEST + 120
+    assert "x" * 5000 in told[0].details
+
+
+def test_ctrl_c_closes_and_tells_nothing(guard, told, qtbot):
+    with qtbot.waitSignal(guard.interrupted, timeout=5000):
+        guard.catch(KeyboardInterrupt, KeyboardInterrupt(), None)
+    assert told == []
+
+
+def test_afterwards_exceptions_go_where_they_went_before(workspace):
+    before = (sys.excepthook, threading.excepthook)
+    guard = CrashGuard(workspace.notices)
+    guard.install()
+    assert sys.excepthook == guard.catch
+    guard.uninstall()
+    assert (sys.excepthook, threading.excepthook) == before

@@ -1,0 +1,265 @@
+"""The top bar: what it says of a flight, and what its buttons order."""
+
+import dataclasses
+import math
+
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QMainWindow
+
+from workbench.gui.actions import ACTIONS, make_actions
+from workbench.gui.flight_desk import FlightDesk, possible
+from workbench.gui.icons import icon_names
+from workbench.gui.recorder import Recorder
+from workbench.gui.top_bar import wording
+from workbench.gui.top_bar.chip import Chip
+from workbench.gui.top_bar.speed_box import SpeedBox, next_speed
+from workbench.gui.top_bar.top_bar import TopBar
+from workbench.gui.top_bar.wording import Said
+from workbench.link.backplane import ControlState, Hand, PeerStatus, Role, ServerStatus, Stage
+from workbench.live.messages import Pace, Phase
+from workbench.live.network_orders import NetworkView
+from workbench.live.view import LiveView
+from workbench.snapshot import Clearance
+from workbench.systems.mode import FlightMode
+
+
+@pytest.fixture
+def view(canned):
+    return canned.views[90]
+
+
+def with_snapshot(view, **changes):
+    return dataclasses.replace(view, snapshot=dataclasses.replace(view.snapshot, **changes))
+
+
+def client(number):
+    return PeerStatus(number, "here:1", "Ada", "tcp", Role.COMMAND, 60.0, 0.0, 0, 0)
+
+
+def served(view, hand=Hand.NOBODY, stage=Stage.LIVE, clients=0):
+    server = ServerStatus("127.0.0.1:7", "", tuple(map(client, range(clients))), {}, ())
+    control = ControlState(hand, 1, "Ada", stage, 0.0, "it was asked for")
+    return dataclasses.replace(view, network=NetworkView(server, control))
+
+
+@pytest.mark.parametrize("mode", list(FlightMode))
+def test_every_mode_has_a_word_and_a_shape(view, mode):
+    said = wording.mode_said(with_snapshot(view, mode=mode))
+    assert said.text == mode.label
+    assert said.icon in icon_names()
+
+
+@pytest.mark.parametrize("phase", list(Phase))
+def test_every_phase_has_a_word_and_a_shape(view, phase):
+    said = wording.mode_said(dataclasses.replace(view, phase=phase))
+    assert said.icon in icon_names()
+    if phase is not Phase.FLYING:
+        assert phase.value in said.text
+
+
+def test_what_is_being_done_before_the_flight_is_said():
+    view = LiveView(said="loading Drake")
+    assert wording.mode_said(view).text == "starting"
+    assert wording.time_said(view).text == "loading Drake"
+    for said in (wording.battery_said(view), wording.reached_said(view)):
+        assert said.text == "–"
+    assert wording.warnings_said(view) == ()
+
+
+@pytest.mark.parametrize(
+    ("time", "text"), [(0.0, "0:00.0"), (59.99, "0:59.9"), (60.0, "1:00.0"), (3725.46, "62:05.4")]
+)
+def test_time_is_never_rounded_up(view, time, text):
+    assert wording.time_said(with_snapshot(view, time=time)).text == text
+
+
+@pytest.mark.parametrize(
+    ("charge", "text", "tone"),
+    [
+        (1.0, "100 %", wording.PLAIN),
+        (0.29, "29 % low", wording.WARNING),
+        (0.2, "20 % empty", wording.BAD),
+    ],
+)
+def test_the_battery_says_low_in_words(view, charge, text, tone):
+    view = dataclasses.replace(view, values={"battery_reserve": 0.2})
+    said = wording.battery_said(with_snapshot(view, charge=charge))
+    assert (said.text, said.tone) == (text, tone)
+
+
+def test_a_machine_that_is_too_slow_is_told_twice_in_words(view):
+    slow = dataclasses.replace(view, pace=Pace(1.0, 0.83, 0.1, 2.0, True))
+    assert wording.reached_said(slow).text == "reached 0.83\N{NO-BREAK SPACE}×"
+    assert [said.text for said in wording.warnings_said(slow)] == ["machine too slow"]
+    paused = dataclasses.replace(slow, phase=Phase.PAUSED)
+    assert wording.warnings_said(paused) == ()
+
+
+def test_the_obstacle_comes_before_slowness(view):
+    near = Clearance(0.44, (1.0, 0.0, 0.0), True)
+    view = with_snapshot(view, clearance=near)
+    view = dataclasses.replace(view, pace=Pace(1.0, 0.5, 0.1, 2.0, True))
+    said = wording.warnings_said(view)
+    assert [each.text for each in said] == ["obstacle 0.4 m", "machine too slow"]
+    far = dataclasses.replace(near, warning=False, distance=math.inf)
+    assert wording.warnings_said(with_snapshot(view, clearance=far))[0].text == "machine too slow"
+
+
+def test_the_link_says_who_watches_and_who_flies(view):
+    assert wording.link_said(view).text == "no server"
+    assert wording.link_said(served(view)).text == "0 clients, nobody flies"
+    assert wording.link_said(served(view, Hand.OPERATOR, clients=1)).text == "1 client, you fly"
+    assert wording.link_said(served(view, Hand.CLIENT, clients=2)).text == "2 clients, Ada flies"
+    silent = wording.link_said(served(view, Hand.CLIENT, Stage.LOST, 1))
+    assert (silent.text, silent.tone) == ("Ada silent: lost", wording.WARNING)
+
+
+@pytest.mark.parametrize(
+    ("phase", "mode", "able", "unable"),
+    [
+        (Phase.FLYING, FlightMode.OFF, {"arm", "take_off"}, {"land", "hold", "step"}),
+        (Phase.FLYING, FlightMode.ARMED, {"take_off"}, {"arm", "land", "step"}),
+        (Phase.FLYING, FlightMode.CRUISING, {"land", "hold", "pause"}, {"arm", "take_off"}),
+        (Phase.PAUSED, FlightMode.HOVERING, {"step", "pause", "reset"}, {"arm"}),
+        (Phase.BROKEN, FlightMode.HOVERING, {"reset"}, {"pause", "step", "land"}),
+        (Phase.ENDED, FlightMode.HOVERING, {"reset"}, {"pause", "record", "land"}),
+    ],
+)
+def test_only_what_has_an_effect_can_be_pressed(view, phase, mode, able, unable):
+    found = possible(dataclasses.replace(with_snapshot(view, mode=mode), phase=phase))
+    assert able <= found
+    assert not unable & found
+
+
+def test_nothing_but_stop_can_be_pressed_before_the_flight_begins():
+    assert possible(LiveView()) == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("factor", "up", "following"),
+    [
+        (1.0, True, 2.0),
+        (1.0, False, 0.5),
+        (1.3, True, 2.0),
+        (1.3, False, 1.0),
+        (10.0, True, 20.0),
+        (20.0, True, 20.0),
+        (0.1, False, 0.1),
+        (0.02, False, 0.02),
+    ],
+)
+def test_arrows_go_to_the_next_usual_speed(factor, up, following):
+    assert next_speed(factor, up=up) == following
+
+
+def test_a_speed_is_wanted_once_it_is_entered(qtbot):
+    box = SpeedBox()
+    qtbot.addWidget(box)
+    box.show()
+    wanted = []
+    box.wanted.connect(wanted.append)
+    box.selectAll()
+    qtbot.keyClicks(box, "0.25")
+    assert wanted == []
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+    assert wanted == [0.25]
+    qtbot.keyClick(box, Qt.Key.Key_Up)
+    assert wanted == [0.25, 0.5]
+
+
+def test_the_flight_s_speed_is_shown_without_an_echo(qtbot):
+    box = SpeedBox()
+    qtbot.addWidget(box)
+    wanted = []
+    box.wanted.connect(wanted.append)
+    box.show_factor(5.0)
+    assert (box.value(), wanted) == (5.0, [])
+
+
+def test_a_chip_changes_only_where_its_words_do(qtbot, workspace, monkeypatch):
+    chip = Chip("Battery", workspace.look)
+    qtbot.addWidget(chip)
+    drawn = []
+    monkeypatch.setattr(chip, "_draw", lambda: drawn.append(1))
+    said = Said("87 %", "battery", wording.PLAIN, "battery 87 %")
+    chip.show_said(said)
+    chip.show_said(Said("87 %", "battery", wording.PLAIN, "battery 87 %"))
+    assert drawn == [1]
+    chip.show_said(dataclasses.replace(said, text="86 %"))
+    assert drawn == [1]
+    chip.show_said(dataclasses.replace(said, tone=wording.BAD))
+    assert drawn == [1, 1]
+    assert chip.accessibleName() == "Battery: battery 87 %"
+
+
+class Orders:
+    """A live flight that notes what it is asked for."""
+
+    def __init__(self):
+        self.given = []
+
+    def __getattr__(self, name):
+        return lambda *args: self.given.append((name, *args))
+
+
+@pytest.fixture
+def bar(qtbot, workspace, view, monkeypatch):
+    window = QMainWindow()
+    qtbot.addWidget(window)
+    live = Orders()
+    monkeypatch.setattr(workspace.flight, "order", lambda give, done=None, refused=None: give(live))
+    monkeypatch.setattr(workspace.flight, "_view", view)
+    desk = FlightDesk(workspace.flight, workspace.preferences)
+    recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices)
+    done = {row.name: getattr(desk, row.name, lambda: None) for row in ACTIONS}
+    made = TopBar(workspace, make_actions(window, done), desk, recorder)
+    window.setCentralWidget(made)
+    made.orders = live.given
+    window.show()
+    yield made
+    window.close()
+
+
+@pytest.mark.parametrize("name", ["arm", "take_off", "land", "stop"])
+def test_a_button_orders_what_it_says(bar, qtbot, name):
+    qtbot.mouseClick(bar.button(name), Qt.MouseButton.LeftButton)
+    assert bar.orders == [("request", name)]
+
+
+def test_hold_brakes_whatever_is_flown(bar, qtbot):
+    qtbot.mouseClick(bar.button("hold"), Qt.MouseButton.LeftButton)
+    assert bar.orders == [("command", (0.0, 0.0, 0.0), 0.0), ("request", "hold")]
+
+
+def test_a_step_is_one_control_period(bar, qtbot):
+    qtbot.mouseClick(bar.button("step"), Qt.MouseButton.LeftButton)
+    assert bar.orders == [("fly_on", 1 / 128)]
+
+
+def test_the_speed_box_orders_a_speed(bar, qtbot):
+    qtbot.keyClick(bar.speed, Qt.Key.Key_Up)
+    assert bar.orders == [("set_speed", 2.0)]
+
+
+def test_the_bar_follows_the_flight(bar, workspace, view):
+    workspace.flight.viewed.emit(with_snapshot(view, mode=FlightMode.LANDING, time=61.27))
+    assert bar.badge.chip.text == "landing"
+    assert bar.strip.time.text == "1:01.2"
+    assert bar.speed.value() == 1.0
+
+
+def test_every_button_has_a_name_with_its_key_and_takes_the_focus(bar):
+    for name in ("arm", "take_off", "hold", "land", "stop", "pause", "step", "reset", "record"):
+        button = bar.button(name)
+        assert "," in button.accessibleName(), name
+        assert button.focusPolicy() & Qt.FocusPolicy.TabFocus, name
+    assert "0.01 to 20" in bar.speed.accessibleName()
+
+
+def test_no_text_is_cut_at_the_smallest_width(bar, view):
+    for mode in FlightMode:
+        bar.show_view(dataclasses.replace(with_snapshot(view, mode=mode), phase=Phase.PAUSED))
+    bar.strip.recording.show()
+    bar.strip.recording.show_said(Said("612:03  1.23 GB", "record", wording.BAD))
+    assert bar.minimumSizeHint().width() <= 1190

@@ -1,0 +1,221 @@
+"""The table of actions: menus, buttons, shortcuts and the page of keys are made from it.
+
+The key that stops the rotors is F12: one key at the end of a row, found without looking, that no
+text field, number field, table or plot has another use for, and that needs no second finger.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QAction, QKeySequence
+from PyQt6.QtWidgets import QWidget
+
+from workbench.gui.screen_table import SCREENS
+
+FILE, FLIGHT, VIEW, HELP = "&File", "F&light", "&View", "&Help"
+MENUS = (FILE, FLIGHT, VIEW, HELP)
+
+
+@dataclass(frozen=True)
+class ActionRow:
+    """Something that can be done from anywhere in the app.
+
+    Attributes:
+        name: unique.
+        menu: in which it stands.
+        text: in the menu, with its mnemonic.
+        help: what it does, a sentence.
+        shortcut: as Qt writes it, "" without one.
+        icon: see `icons`, "" without one.
+        checkable: whether it is on or off.
+        after_line: whether a line parts it from the one above.
+        submenu: in which it stands, "" for none.
+        button: text on its button where that is another.
+    """
+
+    name: str
+    menu: str
+    text: str
+    help: str
+    shortcut: str = ""
+    icon: str = ""
+    checkable: bool = False
+    after_line: bool = False
+    submenu: str = ""
+    button: str = ""
+
+    @property
+    def label(self) -> str:
+        """The text without its mnemonic."""
+        return self.text.replace("&", "").removesuffix("...")
+
+
+THEMES = ("system", "light", "dark")
+THEME_MENU = "T&heme"
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+"""Real-time factors that are offered."""
+SPEED_MENU = "Spee&d"
+
+ACTIONS: tuple[ActionRow, ...] = (
+    ActionRow("open_scenario", FILE, "&Open scenario...", "Fly another scenario.", "Ctrl+O"),
+    ActionRow(
+        "open_model",
+        FILE,
+        "Open &model...",
+        "Fly another drone in the present scenario: xacro, URDF or SDF.",
+        "Ctrl+Shift+O",
+    ),
+    ActionRow("open_world", FILE, "Open &world...", "Fly in another world.", "Ctrl+Shift+W"),
+    ActionRow("open_log", FILE, "Open &log...", "Show a recorded flight.", "Ctrl+L"),
+    ActionRow(
+        "record",
+        FILE,
+        "&Record",
+        "Write all that happens to a log (MCAP), or end that.",
+        "Ctrl+Shift+R",
+        "record",
+        checkable=True,
+        after_line=True,
+    ),
+    ActionRow(
+        "screenshot",
+        FILE,
+        "S&creenshot",
+        "Write a picture of the window.",
+        "Ctrl+Shift+S",
+        "screenshot",
+    ),
+    ActionRow("quit", FILE, "&Quit", "End the flight and close.", "Ctrl+Q", after_line=True),
+    ActionRow("arm", FLIGHT, "&Arm", "Let the rotors idle.", "F5", "arm"),
+    ActionRow("take_off", FLIGHT, "&Take off", "Climb to 1.5 m and hover.", "F6", "take_off"),
+    ActionRow(
+        "hold", FLIGHT, "&Hold", "Brake and stay where it is; ends whatever is flown.", "F7", "hold"
+    ),
+    ActionRow("land", FLIGHT, "&Land", "Come down and switch the rotors off.", "F8", "land"),
+    ActionRow(
+        "stop",
+        FLIGHT,
+        "&STOP",
+        "Switch the rotors off at once; in the air it falls. Works wherever the keyboard is.",
+        "F12",
+        "stop",
+    ),
+    ActionRow(
+        "pause",
+        FLIGHT,
+        "&Pause",
+        "Let simulated time stand, or go on.",
+        "F9",
+        "pause",
+        checkable=True,
+        after_line=True,
+    ),
+    ActionRow("step", FLIGHT, "Si&ngle step", "In a pause, fly one control period.", "F10", "step"),
+    ActionRow(
+        "reset",
+        FLIGHT,
+        "&Reset",
+        "Begin the flight again, with the gains it was built with.",
+        "Ctrl+R",
+        "reset",
+    ),
+    *(
+        ActionRow(
+            f"speed_{factor:g}",
+            FLIGHT,
+            f"{factor:g} times real time",
+            f"Fly {factor:g} simulated seconds in a second.",
+            submenu=SPEED_MENU,
+        )
+        for factor in SPEEDS
+    ),
+    *(
+        ActionRow(
+            f"show_{screen.name}",
+            VIEW,
+            f"&{number} {screen.title}",
+            f"Show the {screen.title} screen.",
+            f"Ctrl+{number}",
+            screen.icon,
+            checkable=True,
+            button=screen.title,
+        )
+        for number, screen in enumerate(SCREENS, start=1)
+    ),
+    ActionRow(
+        "view_3d",
+        VIEW,
+        "3-D view &beside",
+        "Show the flight in 3-D beside any screen, or hide it.",
+        "Ctrl+0",
+        "view3d",
+        checkable=True,
+        after_line=True,
+    ),
+    ActionRow(
+        "browse_3d",
+        VIEW,
+        "3-D view in the br&owser",
+        "Open the page that draws the flight in the browser.",
+        "Ctrl+Shift+0",
+    ),
+    ActionRow("dismiss", VIEW, "&Dismiss notice", "Take the banner's notice away.", "Ctrl+Shift+D"),
+    ActionRow("full_screen", VIEW, "&Full screen", "Fill the screen.", "F11", checkable=True),
+    *(
+        ActionRow(
+            f"theme_{theme}",
+            VIEW,
+            f"&{theme.capitalize()}",
+            "Colours as the desktop has them." if theme == "system" else f"{theme} colours.",
+            checkable=True,
+            submenu=THEME_MENU,
+        )
+        for theme in THEMES
+    ),
+    ActionRow("keys", HELP, "&Keys", "All shortcuts on one page.", "F1"),
+    ActionRow("about", HELP, "&About", "What this is, and its licence."),
+)
+
+
+def make_actions(
+    parent: QWidget, handlers: Mapping[str, Callable[[], object]]
+) -> dict[str, QAction]:
+    """Return an action for each row of the table, by name.
+
+    Args:
+        parent: window in which their shortcuts work.
+        handlers: what each does, by name.
+    """
+    made = {}
+    for row in ACTIONS:
+        action = QAction(row.text, parent)
+        action.setObjectName(row.name)
+        action.setIconText(row.button or row.label)
+        action.setCheckable(row.checkable)
+        action.setToolTip(tip(row))
+        action.setStatusTip(row.help)
+        if row.shortcut:
+            action.setShortcut(QKeySequence(row.shortcut))
+            action.setShortcutContext(Qt.ShortcutContext.ApplicationShortcut)
+            action.setAutoRepeat(row.name == "step")
+        handler = handlers[row.name]
+        action.triggered.connect(lambda _checked, handler=handler: handler())
+        parent.addAction(action)
+        made[row.name] = action
+    return made
+
+
+def tip(row: ActionRow) -> str:
+    """Return what a pointer over a button tells."""
+    return f"{row.help} ({row.shortcut})" if row.shortcut else row.help
+
+
+def find_row(name: str) -> ActionRow:
+    """Return the row of a name; a KeyError is a fault of ours."""
+    return {row.name: row for row in ACTIONS}[name]
+
+
+def rows_of(menu: str) -> Iterable[ActionRow]:
+    """Return the rows of a menu, in their order."""
+    return [row for row in ACTIONS if row.menu == menu]

@@ -1,0 +1,188 @@
+"""The banner: tells what happened and what to do, and never stands in the way."""
+
+import time
+from collections.abc import Mapping
+
+from PyQt6.QtCore import Qt, QTimer
+from PyQt6.QtGui import QAction, QGuiApplication
+from PyQt6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from workbench.gui.banner_queue import BannerQueue
+from workbench.gui.crash import CrashNotice
+from workbench.gui.icons import icon, picture
+from workbench.gui.notices import Notice, Severity
+from workbench.gui.style import set_class
+from workbench.gui.workspace import Workspace
+from workbench.live.messages import Phase
+
+TICK = 1000
+"""Between two looks whether a notice has been shown long enough [ms]."""
+REMEDIES = (
+    ("reset", "reset"),
+    ("open a scenario", "open_scenario"),
+    ("hide the 3-d view", "view_3d"),
+)
+"""Words of a remedy, and the action that does it."""
+COLOURS = {
+    Severity.INFORMATION: "accent",
+    Severity.WARNING: "warning",
+    Severity.FAILURE: "bad",
+}
+ICON = 22
+
+
+class Banner(QFrame):
+    """One notice at a time, at the lower edge, where nothing under the pointer moves.
+
+    Args:
+        workspace: whose notices are told.
+        actions: those that a remedy may name.
+        parent: in which it stands.
+    """
+
+    def __init__(
+        self, workspace: Workspace, actions: Mapping[str, QAction], parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("banner")
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._look = workspace.look
+        self._actions = actions
+        self._queue = BannerQueue()
+        self._shape = QLabel()
+        self._word = QLabel()
+        self._word.setProperty("class", "heading")
+        self._what = QLabel()
+        self._what.setWordWrap(True)
+        self._what.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._remedy = QLabel()
+        self._remedy.setProperty("class", "muted")
+        self._remedy.setWordWrap(True)
+        self._more = QLabel()
+        self._more.setProperty("class", "muted")
+        self._offers: list[QPushButton] = []
+        self._copy = QPushButton("&Copy details")
+        self._copy.clicked.connect(self._copy_details)
+        self._close = QToolButton()
+        self._close.setProperty("class", "quiet compact")
+        self._close.setAccessibleName("Dismiss the notice, Ctrl+Shift+D")
+        self._close.setToolTip("Dismiss (Ctrl+Shift+D)")
+        self._close.clicked.connect(self.dismiss)
+        self._lay_out()
+        self._timer = QTimer(self)
+        self._timer.setInterval(TICK)
+        self._timer.timeout.connect(self._expire)
+        workspace.notices.told.connect(self.add)
+        workspace.flight.phase_changed.connect(self._hear_phase)
+        workspace.look.changed.connect(self._show)
+        self.hide()
+
+    @property
+    def shown(self) -> Notice | None:
+        """The notice that is shown."""
+        first = self._queue.first
+        return first.notice if first else None
+
+    @property
+    def offers(self) -> tuple[QPushButton, ...]:
+        """Buttons that do what the remedy says."""
+        return tuple(self._offers)
+
+    def add(self, notice: Notice) -> None:
+        """Take a notice."""
+        self._queue.add(notice, time.monotonic())
+        self._timer.start()
+        self._show()
+
+    def dismiss(self) -> None:
+        """Take away what is shown."""
+        self._queue.dismiss()
+        self._show()
+
+    def _hear_phase(self, phase: Phase) -> None:
+        if phase is Phase.FLYING:
+            self._queue.forget_failures()
+            self._show()
+
+    def _expire(self) -> None:
+        before = len(self._queue)
+        self._queue.expire(time.monotonic())
+        if len(self._queue) != before:
+            self._show()
+
+    def _show(self) -> None:
+        told = self._queue.first
+        self.setVisible(told is not None)
+        if told is None:
+            self._timer.stop()
+            return
+        notice = told.notice
+        word = notice.severity.value
+        colour = self._look.colour(COLOURS[notice.severity])
+        set_class(self, word)
+        self._shape.setPixmap(picture(word, colour, ICON, self.devicePixelRatioF()))
+        self._word.setText(word.capitalize())
+        times = f"  (×{told.times})" if told.times > 1 else ""
+        self._what.setText(notice.what[:1].upper() + notice.what[1:] + times)
+        self._remedy.setText(notice.remedy)
+        self._remedy.setVisible(bool(notice.remedy))
+        waiting = len(self._queue) - 1
+        self._more.setText(f"{waiting} more" if waiting else "")
+        self._more.setVisible(waiting > 0)
+        self._copy.setVisible(isinstance(notice, CrashNotice))
+        self._close.setIcon(icon("close", self._look.colour("ink")))
+        self._offer(notice.remedy)
+        self.setAccessibleName(f"{word}: {notice.what}{times} {notice.remedy}")
+
+    def _offer(self, remedy: str) -> None:
+        """Make a button of each action that the remedy names."""
+        words = remedy.lower()
+        names = [name for said, name in REMEDIES if said in words and name in self._actions]
+        if names == [button.objectName() for button in self._offers]:
+            return
+        for button in self._offers:
+            self._buttons.removeWidget(button)
+            button.deleteLater()
+        self._offers = []
+        for at, name in enumerate(names):
+            action = self._actions[name]
+            button = QPushButton(action.iconText())
+            button.setObjectName(name)
+            button.setToolTip(action.toolTip())
+            button.clicked.connect(action.trigger)
+            self._buttons.insertWidget(at, button)
+            self._offers.append(button)
+
+    def _copy_details(self) -> None:
+        notice = self.shown
+        clipboard = QGuiApplication.clipboard()
+        if isinstance(notice, CrashNotice) and clipboard is not None:
+            clipboard.setText(notice.details)
+
+    def _lay_out(self) -> None:
+        words = QVBoxLayout()
+        words.setSpacing(1)
+        words.addWidget(self._what)
+        words.addWidget(self._remedy)
+        self._buttons = QHBoxLayout()
+        self._buttons.setSpacing(6)
+        self._buttons.addWidget(self._copy)
+        self._buttons.addWidget(self._more)
+        self._buttons.addWidget(self._close)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 7, 10, 7)
+        layout.setSpacing(10)
+        for label in (self._shape, self._word):
+            label.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
+            layout.addWidget(label)
+        layout.addLayout(words, 1)
+        layout.addLayout(self._buttons)

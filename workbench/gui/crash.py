@@ -1,0 +1,86 @@
+"""Unhandled exceptions become a notice: without this, one in a slot ends the process."""
+
+import sys
+import threading
+import traceback
+from dataclasses import dataclass
+from types import TracebackType
+
+from PyQt6.QtCore import QObject, Qt, pyqtSignal
+
+from workbench.gui.notices import Notice, Notices, Severity
+
+REMEDY = "The window goes on. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
+LONGEST = 200
+"""Of an exception's words in the banner, in characters."""
+
+
+@dataclass(frozen=True)
+class CrashNotice(Notice):
+    """A notice of a fault of ours.
+
+    Attributes:
+        details: the trace, for whoever mends it.
+    """
+
+    details: str = ""
+
+
+class CrashGuard(QObject):
+    """Catches what nobody caught, in any thread, while it is installed.
+
+    Args:
+        notices: where it is told.
+        parent: whose life it shares.
+    """
+
+    interrupted = pyqtSignal()
+    """Ctrl-C was pressed in the terminal."""
+    _caught = pyqtSignal(object)
+
+    def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._notices = notices
+        queued = Qt.ConnectionType.QueuedConnection  # whatever thread it happened in
+        self._caught.connect(self._tell, queued)  # type: ignore[call-arg]
+        self._before = (sys.excepthook, threading.excepthook)
+
+    def install(self) -> None:
+        """Catch from now on."""
+        self._before = (sys.excepthook, threading.excepthook)
+        sys.excepthook = self.catch
+        threading.excepthook = self._catch_in_thread
+
+    def uninstall(self) -> None:
+        """Leave exceptions to whoever had them before."""
+        sys.excepthook, threading.excepthook = self._before
+
+    def catch(
+        self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        """Tell of an exception; Ctrl-C closes."""
+        if issubclass(kind, KeyboardInterrupt):
+            self.interrupted.emit()
+            return
+        details = "".join(traceback.format_exception(kind, error, trace))
+        print(details, file=sys.stderr)
+        words = " ".join(str(error).split())[:LONGEST]
+        where = _place(trace)
+        what = f"something went wrong in the app: {kind.__name__}: {words}{where}"
+        self._caught.emit(CrashNotice(Severity.FAILURE, what, REMEDY, details))
+
+    def _catch_in_thread(self, caught: threading.ExceptHookArgs) -> None:
+        if caught.exc_value is not None and not issubclass(caught.exc_type, SystemExit):
+            self.catch(caught.exc_type, caught.exc_value, caught.exc_traceback)
+
+    def _tell(self, notice: CrashNotice) -> None:
+        self._notices.told.emit(notice)
+
+
+def _place(trace: TracebackType | None) -> str:
+    """Return file and line where it happened."""
+    frames = traceback.extract_tb(trace)
+    if not frames:
+        return ""
+    last = frames[-1]
+    return f" ({last.filename.rpartition('/')[2]}:{last.lineno})"

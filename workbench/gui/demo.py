@@ -1,0 +1,85 @@
+"""A pilot who shows the drone: take-off, and a round between obstacles, again and again."""
+
+from PyQt6.QtCore import QObject
+
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.notices import Notices
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+from workbench.systems.mode import FlightMode
+
+SCENARIO = "network"
+"""What it flies: a drone on the ground between obstacles."""
+ROUND = ((4.0, 0.0, 1.5), (3.0, 5.0, 2.0), (-3.5, 3.0, 1.5), (-2.0, -3.0, 1.8))
+"""Places in W, each 2 m and more from anything [m]."""
+LEG = 7.0
+"""Simulated time from one place to the next [s]."""
+SETTLING = 0.2
+"""After an order, until it shows in the mode and in what is asked of the drone [s]."""
+FOLLOWS = slice(4, 8)
+"""Of a `Reference`: the place, and whether it is gone to."""
+
+
+class DemoPilot(QObject):
+    """Flies until anybody else does; a reset lets it begin again.
+
+    Args:
+        flight: which it flies.
+        notices: where its end is told.
+        parent: whose life it shares.
+    """
+
+    def __init__(
+        self, flight: FlightModel, notices: Notices, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._flight, self._notices = flight, notices
+        self._begin()
+        flight.begun.connect(self._begin)
+        flight.viewed.connect(self._follow)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether somebody else flies."""
+        return self._over
+
+    def _begin(self, _view: LiveView | None = None) -> None:
+        self._over = self._took_off = self._waits = False
+        self._leg = 0
+        self._due = self._in_force = 0.0
+        self._reference: tuple[float, ...] = ()
+
+    def _follow(self, view: LiveView) -> None:
+        if self._over or self._waits or view.phase is not Phase.FLYING or view.snapshot is None:
+            return
+        mode, now = view.snapshot.mode, view.snapshot.time
+        if mode in (FlightMode.ARMED, FlightMode.TAKING_OFF) or now < self._in_force:
+            return
+        if mode is FlightMode.OFF and not self._took_off:
+            self._took_off = self._waits = True
+            self._flight.order(lambda live: live.request("take_off"), self._go_on)
+        elif mode in (FlightMode.OFF, FlightMode.LANDING) or self._is_disturbed(view):
+            self._end()
+        elif now >= self._due:
+            self._fly_leg(now)
+
+    def _fly_leg(self, now: float) -> None:
+        place = ROUND[self._leg % len(ROUND)]
+        self._leg += 1
+        self._due = now + LEG
+        self._reference = (*place, 1.0)
+        self._waits = True
+        self._flight.order(lambda live: live.go_to(place), self._go_on)
+
+    def _go_on(self, time: float) -> None:
+        self._waits = False
+        self._in_force = time + SETTLING
+
+    def _is_disturbed(self, view: LiveView) -> bool:
+        """Return whether the drone was asked for anything else than the demo did."""
+        assert view.snapshot
+        return bool(self._reference) and view.snapshot.reference[FOLLOWS] != self._reference
+
+    def _end(self) -> None:
+        self._over = True
+        self._notices.inform("the demo has ended, as somebody else flies; a reset begins it again")

@@ -1,0 +1,122 @@
+"""What the buttons of the top bar do to the flight."""
+
+import dataclasses
+
+from PyQt6.QtCore import QObject, pyqtSignal
+
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.preferences import Preferences
+from workbench.live.choice import Choice
+from workbench.live.flight import LiveFlight
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+from workbench.systems.mode import FlightMode
+
+_ON_GROUND = (FlightMode.OFF, FlightMode.ARMED)
+
+
+class FlightDesk(QObject):
+    """Gives the flight its orders, and knows what to fly again once it has ended.
+
+    Args:
+        flight: which is ordered.
+        preferences: whether flights are drawn.
+        parent: whose life it shares.
+    """
+
+    chosen = pyqtSignal(object)
+    """The `Choice` that is flown from now on."""
+
+    def __init__(
+        self, flight: FlightModel, preferences: Preferences, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._flight = flight
+        self._preferences = preferences
+        self._choice = Choice()
+        self.draws = True
+
+    @property
+    def choice(self) -> Choice:
+        """What is flown."""
+        return self._choice
+
+    def fly(self, choice: Choice) -> None:
+        """End the present flight and begin another."""
+        self._choice = choice
+        self._flight.fly(choice, draw=self.draws and self._preferences.switch("draw_3d"))
+        self.chosen.emit(choice)
+
+    def fly_scenario(self, path: str) -> None:
+        """Fly a scenario, with its own drone and world."""
+        self.fly(Choice(path))
+
+    def fly_model(self, path: str) -> None:
+        """Fly another drone; its sensors have other names, so all that it has measure."""
+        self.fly(dataclasses.replace(self._choice, model=path, gains="", sensors=("all",)))
+
+    def fly_world(self, path: str) -> None:
+        """Fly in another world."""
+        self.fly(dataclasses.replace(self._choice, world=path))
+
+    def arm(self) -> None:
+        """Let the rotors idle."""
+        self._flight.order(lambda live: live.request("arm"))
+
+    def take_off(self) -> None:
+        """Climb to the usual height."""
+        self._flight.order(lambda live: live.request("take_off"))
+
+    def hold(self) -> None:
+        """Brake and stay: a command of zero ends a path, the request ends a take-off."""
+        self._flight.order(lambda live: live.command((0.0, 0.0, 0.0), 0.0))
+        self._flight.order(lambda live: live.request("hold"))
+
+    def land(self) -> None:
+        """Come down."""
+        self._flight.order(lambda live: live.request("land"))
+
+    def stop(self) -> None:
+        """Switch the rotors off."""
+        self._flight.order(lambda live: live.request("stop"))
+
+    def pause(self) -> None:
+        """Let simulated time stand, or go on."""
+        paused = self._flight.view.phase is Phase.PAUSED
+        self._flight.order(LiveFlight.resume if paused else LiveFlight.pause)
+
+    def step(self) -> None:
+        """Fly one control period; only in a pause."""
+        scenario = self._flight.view.scenario
+        if scenario is not None:
+            period = scenario.rates.control_period
+            self._flight.order(lambda live: live.fly_on(period))
+
+    def reset(self) -> None:
+        """Begin again; a flight that has ended is flown anew."""
+        if self._flight.live is None or self._flight.view.phase is Phase.ENDED:
+            self._flight.again()
+        else:
+            self._flight.order(LiveFlight.reset)
+
+    def set_speed(self, factor: float) -> None:
+        """Fly so many simulated seconds in a second."""
+        self._flight.order(lambda live: live.set_speed(factor))
+
+
+def possible(view: LiveView) -> frozenset[str]:
+    """Return the names of the flight's actions that have an effect now."""
+    if view.phase is Phase.ENDED:
+        return frozenset({"reset"})
+    if view.phase is Phase.BROKEN:
+        return frozenset({"reset", "speed", "record"})
+    if view.snapshot is None:
+        return frozenset()
+    able = {"stop", "pause", "reset", "speed", "record"}
+    if view.phase is Phase.PAUSED:
+        able.add("step")
+    mode = view.snapshot.mode
+    if mode is FlightMode.OFF:
+        able.add("arm")
+    able |= {"take_off"} if mode in _ON_GROUND else {"land", "hold"}
+    return frozenset(able)

@@ -1,0 +1,278 @@
+"""The window: side bar, top bar, screens, the 3-D view beside them, and the banner."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from PyQt6.QtCore import QEvent, Qt, QTimer
+from PyQt6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPaintEvent
+from PyQt6.QtWidgets import QHBoxLayout, QMainWindow, QMenuBar, QSplitter, QVBoxLayout, QWidget
+
+from workbench.gui.actions import SPEEDS, THEMES, make_actions
+from workbench.gui.banner import Banner
+from workbench.gui.camera import Camera
+from workbench.gui.flight_desk import FlightDesk, possible
+from workbench.gui.help_pages import AboutPage, KeysPage
+from workbench.gui.menus import RECENT, RecentMenu, fill_menus
+from workbench.gui.opener import Opener
+from workbench.gui.opening import FileKind
+from workbench.gui.recent import RecentFiles
+from workbench.gui.recorder import Recorder
+from workbench.gui.screen_stack import ScreenStack
+from workbench.gui.screen_table import SCREENS, ScreenRow
+from workbench.gui.side_bar import SideBar
+from workbench.gui.top_bar.top_bar import TopBar
+from workbench.gui.view3d.view3d_panel import View3d
+from workbench.gui.window_state import WindowState
+from workbench.gui.workspace import Workspace
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+
+TITLE = "Drake drone workbench"
+FIRST_SIZE = (1280, 720)
+SMALLEST = (1024, 640)
+SHARES = (760, 430)
+"""Of the width, for the screens and the 3-D view, at first."""
+CLOSING = 2.0
+"""Time that a log has to be ended when the window closes [s]."""
+
+
+class MainWindow(QMainWindow):
+    """The window of the app.
+
+    Args:
+        workspace: what its screens share.
+        rows: which screens there are.
+        first: name of the screen to begin with; "" for the one seen last.
+        view3d: whether there is a 3-D view at all.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        rows: tuple[ScreenRow, ...] = SCREENS,
+        *,
+        first: str = "",
+        view3d: bool = True,
+    ) -> None:
+        super().__init__()
+        self.workspace = workspace
+        self.desk = FlightDesk(workspace.flight, workspace.preferences, self)
+        self.desk.draws = view3d
+        store = workspace.preferences.store
+        self._state = WindowState(store)
+        self.recent = RecentFiles(store, self)
+        self.recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices, self)
+        self.recorder.recorded.connect(lambda path: self.recent.add(FileKind.LOG, path))
+        self.opener = Opener(self.desk, self.recent, workspace.notices, self._show_log, self)
+        self._camera = Camera(self, workspace.preferences, workspace.notices)
+        self.actions_by_name = make_actions(self, self._handlers())
+        self.side_bar = SideBar(self.actions_by_name, workspace.look)
+        self.top_bar = TopBar(workspace, self.actions_by_name, self.desk, self.recorder)
+        self.stack = ScreenStack(workspace, rows)
+        self.view3d = View3d(workspace)
+        self.banner = Banner(workspace, self.actions_by_name)
+        self.splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._first = first or self._state.screen
+        self._painted = self._closed = False
+        self._lay_out()
+        self._connect()
+        self._state.restore(self, self.splitter)
+        self._set_beside(view3d and self._state.beside)
+
+    def show_screen(self, name: str) -> None:
+        """Show a screen by its name."""
+        self.stack.show_screen(name)
+        self.side_bar.mark(name)  # the button that was pressed twice, too
+
+    def _handlers(self) -> dict[str, Callable[[], object]]:
+        """Return what each action of the table does."""
+        desk, opener = self.desk, self.opener
+        handlers: dict[str, Callable[[], object]] = {
+            "open_scenario": lambda: opener.ask(FileKind.SCENARIO),
+            "open_model": lambda: opener.ask(FileKind.MODEL),
+            "open_world": lambda: opener.ask(FileKind.WORLD),
+            "open_log": lambda: opener.ask(FileKind.LOG),
+            "record": self._record,
+            "screenshot": self._camera.take,
+            "quit": self._quit,
+            "arm": desk.arm,
+            "take_off": desk.take_off,
+            "hold": desk.hold,
+            "land": desk.land,
+            "stop": desk.stop,
+            "pause": self._pause,
+            "step": desk.step,
+            "reset": desk.reset,
+            "view_3d": self._toggle_beside,
+            "browse_3d": lambda: self.view3d.browse(),
+            "dismiss": lambda: self.banner.dismiss(),
+            "full_screen": self._toggle_full_screen,
+            "keys": lambda: KeysPage(self).show(),
+            "about": lambda: AboutPage(self).show(),
+        }
+        for screen in SCREENS:
+            handlers[f"show_{screen.name}"] = partial(self.show_screen, screen.name)
+        for factor in SPEEDS:
+            handlers[f"speed_{factor:g}"] = partial(desk.set_speed, factor)
+        for theme in THEMES:
+            handlers[f"theme_{theme}"] = partial(self._set_theme, theme)
+        return handlers
+
+    def _lay_out(self) -> None:
+        self.setWindowTitle(TITLE)
+        self.setMinimumSize(*SMALLEST)
+        self.resize(*FIRST_SIZE)
+        self.setAcceptDrops(True)
+        bar = QMenuBar(self)
+        self.setMenuBar(bar)
+        menus = fill_menus(bar, self.actions_by_name)
+        self._recent_menu = RecentMenu(menus[RECENT], self.recent, self.opener.open_recent)
+        self.splitter.setChildrenCollapsible(False)
+        self.splitter.addWidget(self.stack)
+        self.splitter.addWidget(self.view3d)
+        self.splitter.setStretchFactor(0, 3)
+        self.splitter.setStretchFactor(1, 2)
+        self.splitter.setSizes(list(SHARES))
+        right = QVBoxLayout()
+        right.setSpacing(0)
+        right.addWidget(self.top_bar)
+        right.addWidget(self.splitter, 1)
+        right.addWidget(self.banner)
+        centre = QWidget()
+        layout = QHBoxLayout(centre)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.side_bar)
+        layout.addLayout(right, 1)
+        self.setCentralWidget(centre)
+
+    def _connect(self) -> None:
+        flight = self.workspace.flight
+        flight.viewed.connect(self._show_possible)
+        flight.begun.connect(self._show_title)
+        flight.phase_changed.connect(lambda phase: self._show_possible(flight.view))
+        self.recorder.changed.connect(self._show_recording)
+        self.stack.switched.connect(self.side_bar.mark)
+        self.workspace.preferences.changed.connect(lambda name: self._show_theme())
+        self._able: frozenset[str] | None = None
+        self._show_possible(flight.view)
+        self._show_theme()
+
+    def _show_possible(self, view: LiveView) -> None:
+        """Let what has no effect now not be pressed; stop can always be."""
+        paused = self.actions_by_name["pause"]
+        if paused.isChecked() != (view.phase is Phase.PAUSED):
+            paused.setChecked(view.phase is Phase.PAUSED)
+        able = possible(view)
+        if able == self._able:
+            return
+        self._able = able
+        for name in ("arm", "take_off", "hold", "land", "pause", "step", "reset", "record"):
+            self.actions_by_name[name].setEnabled(name in able)
+        for factor in SPEEDS:
+            self.actions_by_name[f"speed_{factor:g}"].setEnabled("speed" in able)
+        self.top_bar.speed.setEnabled("speed" in able)
+
+    def _show_title(self, view: LiveView) -> None:
+        title = view.scenario.title if view.scenario else ""
+        vehicle = view.vehicle.name if view.vehicle else ""
+        self.setWindowTitle(" \N{EM DASH} ".join(filter(None, (title, vehicle, TITLE))))
+
+    def _pause(self) -> None:
+        self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
+        self.desk.pause()
+
+    def _record(self) -> None:
+        self._show_recording()
+        self.recorder.toggle()
+
+    def _show_recording(self) -> None:
+        self.actions_by_name["record"].setChecked(self.recorder.is_recording)
+
+    def _set_theme(self, theme: str) -> None:
+        self.workspace.preferences.set("theme", theme)
+        self._show_theme()
+
+    def _show_theme(self) -> None:
+        chosen = self.workspace.preferences.text("theme")
+        for theme in THEMES:
+            self.actions_by_name[f"theme_{theme}"].setChecked(theme == chosen)
+
+    def _show_log(self, path: Path) -> None:
+        self.show_screen("visualization")
+        opens = getattr(self.stack.current, "open_log", None)
+        if opens is None:
+            self.workspace.notices.warn("this version shows no logs in the app")
+        else:
+            opens(path)
+
+    def _toggle_beside(self) -> None:
+        self._set_beside(not self.view3d.isVisibleTo(self))
+
+    def _set_beside(self, beside: bool) -> None:
+        self.view3d.setVisible(beside)
+        self.actions_by_name["view_3d"].setChecked(beside)
+
+    def _toggle_full_screen(self) -> None:
+        self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
+        self.actions_by_name["full_screen"].setChecked(self.isFullScreen())
+
+    def _quit(self) -> None:
+        self.close()
+
+    def _begin(self) -> None:
+        """Make the screens, once the window is seen."""
+        if not self._closed:
+            self.stack.setFocus()
+            self.stack.make_ahead(self._first)
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        super().paintEvent(event)
+        if not self._painted:
+            self._painted = True
+            QTimer.singleShot(0, self._begin)
+
+    def changeEvent(self, event: QEvent | None) -> None:
+        super().changeEvent(event)
+        leaves = event is not None and event.type() == QEvent.Type.ActivationChange
+        if leaves and not self.isActiveWindow():
+            self.stack.release()
+
+    def dragEnterEvent(self, event: QDragEnterEvent | None) -> None:
+        mime = event.mimeData() if event else None
+        if event and mime and any(url.isLocalFile() for url in mime.urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent | None) -> None:
+        mime = event.mimeData() if event else None
+        if event and mime:
+            for url in mime.urls()[:1]:
+                event.acceptProposedAction()
+                self.opener.drop(Path(url.toLocalFile()))
+
+    def closeEvent(self, event: QCloseEvent | None) -> None:
+        """Keep where the window was, and end all that was started."""
+        if not self._closed:
+            self._closed = True
+            screen = self.stack.name or self._first
+            beside = self.view3d.isVisibleTo(self)
+            self._state.save(self, self.splitter, screen, beside=beside)
+            self.hide()
+            self._end_log()
+            self.stack.close_screens()
+            self.view3d.close_view()
+            self.workspace.analysis.close()
+            self.workspace.flight.close()
+            self._camera.close()
+        super().closeEvent(event)
+
+    def _end_log(self) -> None:
+        """End a recording properly, in a time that the user does not notice."""
+        live = self.workspace.flight.live
+        if self.recorder.is_recording and live is not None:
+            until = time.monotonic() + CLOSING
+            ended = live.stop_log()
+            while not ended.done() and time.monotonic() < until:
+                time.sleep(0.01)

@@ -1,0 +1,82 @@
+"""Opens files: chosen in a dialog, dropped onto the window, or from the recent ones."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PyQt6.QtWidgets import QFileDialog, QWidget
+
+from workbench.errors import WorkbenchError
+from workbench.gui.flight_desk import FlightDesk
+from workbench.gui.notices import Notices
+from workbench.gui.opening import FILTERS, FileKind, kind_of
+from workbench.gui.recent import Recent, RecentFiles
+from workbench.resources import models_dir, worlds_dir
+
+
+class Opener:
+    """Gives files to whoever shows them.
+
+    Args:
+        desk: flies scenarios, models and worlds.
+        recent: remembers them.
+        notices: where refusals are told.
+        shows_log: told the path of a log that is to be shown.
+        window: above which dialogs open.
+    """
+
+    def __init__(
+        self,
+        desk: FlightDesk,
+        recent: RecentFiles,
+        notices: Notices,
+        shows_log: Callable[[Path], None],
+        window: QWidget,
+    ) -> None:
+        self._recent, self._notices, self._window = recent, notices, window
+        self._opens: dict[FileKind, Callable[[Path], None]] = {
+            FileKind.SCENARIO: lambda path: desk.fly_scenario(str(path)),
+            FileKind.MODEL: lambda path: desk.fly_model(str(path)),
+            FileKind.WORLD: lambda path: desk.fly_world(str(path)),
+            FileKind.LOG: shows_log,
+        }
+        self._folders = {
+            FileKind.SCENARIO: models_dir() / "scenarios",
+            FileKind.MODEL: models_dir(),
+            FileKind.WORLD: worlds_dir(),
+            FileKind.LOG: Path.cwd(),
+        }
+
+    def open(self, kind: FileKind, path: Path) -> None:
+        """Open a file, and remember it."""
+        if not path.exists():
+            self._notices.warn(f"{path}: no such file", "Open another.")
+            return
+        self._folders[kind] = path.parent
+        self._recent.add(kind, str(path))
+        self._opens[kind](path)
+
+    def open_recent(self, file: Recent) -> None:
+        """Open a file again."""
+        self.open(file.kind, Path(file.path))
+
+    def drop(self, path: Path) -> None:
+        """Open a file by what it is."""
+        try:
+            kind = kind_of(path)
+        except WorkbenchError as error:
+            self._notices.warn(str(error))
+            return
+        self.open(kind, path)
+
+    def ask(self, kind: FileKind) -> QFileDialog:
+        """Let a file be chosen, while the flight, and the key that stops it, go on."""
+        dialog = QFileDialog(self._window, f"Open {kind.value}", str(self._folders[kind]))
+        # Qt's own, as the desktop's would take the key that stops.
+        dialog.setOption(QFileDialog.Option.DontUseNativeDialog)
+        dialog.setNameFilters([FILTERS[kind], "All files (*)"])
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.setModal(False)
+        dialog.fileSelected.connect(lambda path: self.open(kind, Path(path)))
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+        return dialog

@@ -1,0 +1,128 @@
+"""The Record button's model: a log of the flight, with its time and size."""
+
+import re
+import time
+from datetime import datetime
+from pathlib import Path
+
+from PyQt6.QtCore import QObject, QTimer, pyqtSignal
+
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.log_folder import log_folder
+from workbench.gui.notices import Notices
+from workbench.gui.preferences import Preferences
+from workbench.live.flight import LiveFlight
+from workbench.live.view import LiveView
+
+LOOK = 500
+"""Between two looks at the file's size [ms]."""
+
+
+class Recorder(QObject):
+    """Begins and ends the log of what flies; a log that ends by itself is told.
+
+    Args:
+        flight: which is recorded.
+        preferences: where the folder for logs is chosen.
+        notices: where its end is told.
+        parent: whose life it shares.
+    """
+
+    changed = pyqtSignal()
+    """It records now, or does not, or the file has grown."""
+    recorded = pyqtSignal(str)
+    """Path of a log that has been ended."""
+
+    def __init__(
+        self,
+        flight: FlightModel,
+        preferences: Preferences,
+        notices: Notices,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._flight, self._preferences, self._notices = flight, preferences, notices
+        self._path = ""
+        self._since = 0.0
+        self._stopping = False
+        self._timer = QTimer(self)
+        self._timer.setInterval(LOOK)
+        self._timer.timeout.connect(self.changed)
+        flight.viewed.connect(self._follow)
+
+    @property
+    def path(self) -> str:
+        """Of the log that is written, "" if none is."""
+        return self._path
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether a log is written."""
+        return bool(self._path)
+
+    def said(self) -> str:
+        """Return for how long and how much has been written, "" without a log."""
+        if not self._path:
+            return ""
+        seconds = int(time.monotonic() - self._since)
+        try:
+            size = Path(self._path).stat().st_size
+        except OSError:  # not there yet, or somebody took it away
+            size = 0
+        return f"{seconds // 60}:{seconds % 60:02d}  {size_text(size)}"
+
+    def toggle(self) -> None:
+        """Begin, or end."""
+        if self._path:
+            self._stopping = True
+            self._flight.order(LiveFlight.stop_log, self._ended, self._refuse)
+            return
+        try:
+            folder = log_folder(self._preferences)
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            self._refuse(f"the folder for logs cannot be made: {error}")
+            return
+        vehicle = self._flight.view.vehicle
+        path = folder / log_name(vehicle.name if vehicle else "flight", datetime.now())
+        self._flight.order(lambda live: live.keep_log(path), refused=self._refuse)
+
+    def _follow(self, view: LiveView) -> None:
+        """Follow what the flight says of its log."""
+        path = view.network.log
+        if path == self._path:
+            return
+        before, self._path = self._path, path
+        if path and not before:
+            self._since = time.monotonic()
+            self._timer.start()
+        elif not path:
+            self._timer.stop()
+            if not self._stopping and before and view.network.said:
+                remedy = "The flight goes on. Choose another folder in Settings, then record again."
+                self._notices.fail(f"recording has ended: {view.network.said}", remedy)
+        self.changed.emit()
+
+    def _ended(self, path: str) -> None:
+        self._stopping = False
+        if path:
+            self._notices.inform(f"recorded {path}")
+            self.recorded.emit(path)
+        self.changed.emit()
+
+    def _refuse(self, said: str) -> None:
+        self._stopping = False
+        self._notices.warn(said, "Choose another folder for logs in Settings.")
+        self.changed.emit()
+
+
+def log_name(vehicle: str, now: datetime) -> str:
+    """Return a name by vehicle and date, without what file systems dislike."""
+    return f"{re.sub(r'[^A-Za-z0-9_-]+', '_', vehicle) or 'flight'}-{now:%Y%m%d-%H%M%S}.mcap"
+
+
+def size_text(size: int) -> str:
+    """Return a size [bytes] in words."""
+    if size < 1_000_000:
+        return f"{size / 1000:.0f} kB"
+    return f"{size / 1e6:.1f} MB" if size < 1e9 else f"{size / 1e9:.2f} GB"
