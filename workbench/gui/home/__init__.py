@@ -1,0 +1,1 @@
+"""The Home screen: all of a flight at a glance."""

@@ -1,0 +1,104 @@
+"""What the flight is doing: its mode as a word and a shape, rotors on or off, wind."""
+
+import math
+from collections.abc import Mapping
+
+from PyQt6.QtCore import QRectF, Qt
+from PyQt6.QtGui import QPainter
+
+from workbench.gui.home.card import Card
+from workbench.gui.home.shown_units import ShownUnits
+from workbench.gui.instruments.heading import direction_of, point_of
+from workbench.gui.instruments.mode_sign import paint_mode
+from workbench.gui.instruments.sign import Sign
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+from workbench.snapshot import Snapshot
+from workbench.systems.mode import FlightMode
+
+PHASES: Mapping[Phase, tuple[str, Sign]] = {
+    Phase.PAUSED: ("paused", Sign.WARNING),
+    Phase.BROKEN: ("broken: reset to fly again", Sign.BAD),
+    Phase.ENDED: ("ended: open a scenario", Sign.BAD),
+}
+"""What is told of a flight that does not go on."""
+CALM = 0.05
+"""Less wind than this is none [m/s]."""
+
+
+def wind_text(wind: tuple[float, float, float], units: ShownUnits) -> str:
+    """Return a wind in words: how fast, and where it comes from.
+
+    Args:
+        wind: velocity of the air in W [m/s].
+        units: in which it is said.
+    """
+    if not all(map(math.isfinite, wind)):
+        return "wind –"
+    east, north, up = wind
+    level = math.hypot(east, north)
+    parts = []
+    if level >= CALM:
+        source = direction_of(-east, -north)
+        said = units.speed.unit.text(level, 1)
+        parts.append(f"wind {said} from {source:03.0f}° ({point_of(source)})")
+    if abs(up) >= CALM:
+        said = units.speed.unit.text(abs(up), 1)
+        parts.append(f"{'up' if up > 0.0 else 'down'} {said}")
+    return ", ".join(parts) or "no wind"
+
+
+class ConditionCard(Card):
+    """The flight mode, large."""
+
+    name = "condition"
+    title = "Flight condition"
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*args)  # type: ignore[arg-type]
+        self.mode = FlightMode.OFF
+        self.facts = ""
+
+    @property
+    def spoken(self) -> str:
+        """All of it as a sentence."""
+        return f"{self.mode.label}, {self.facts}"
+
+    def show_numbers(self, view: LiveView, now: Snapshot) -> None:
+        """Show mode, rotors and wind."""
+        rotors = "rotors off" if now.mode is FlightMode.OFF else "rotors on"
+        self.set_note(*PHASES.get(view.phase, ("", None)))
+        facts = f"{rotors} · {wind_text(now.wind, self.units)}"
+        if (now.mode, facts) != (self.mode, self.facts):
+            self.mode, self.facts = now.mode, facts
+            self.update(self.body.toAlignedRect())
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint mode and facts."""
+        super().paint_moving(painter, rect)
+        if not self.facts:
+            self._paint_nothing(painter)
+            return
+        body, size = self.body, self.text_size
+        high = min(body.height(), 3.8 * size)
+        top = body.top() + (body.height() - high) / 2
+        side = 1.7 * size
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        shape = QRectF(body.left() + 0.1 * size, top + 0.2 * size, side, side)
+        paint_mode(painter, shape, self.mode, self.colour("accent"))
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.setFont(self.face(1.6, bold=True))
+        painter.setPen(self.colour("ink"))
+        word = QRectF(body.left() + 2.4 * size, top, body.width(), 2.1 * size)
+        painter.drawText(word, left, self.mode.label.capitalize())
+        painter.setFont(self.face())
+        painter.setPen(self.colour("muted"))
+        line = QRectF(body.left(), top + 2.2 * size, body.width(), 1.5 * size)
+        painter.drawText(line, left, self.facts)
+
+    def _paint_nothing(self, painter: QPainter) -> None:
+        """Paint that there is no flight yet."""
+        painter.setFont(self.face())
+        painter.setPen(self.colour("muted"))
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(self.body, left, "Nothing flies yet: open a scenario.")

@@ -1,0 +1,195 @@
+"""The Home screen: all of a flight at a glance."""
+
+import math
+import time
+from collections.abc import Callable
+
+from PyQt6.QtCore import QRect, QSize, Qt, QTimer
+from PyQt6.QtGui import QFontInfo, QHideEvent, QResizeEvent, QShowEvent
+from PyQt6.QtWidgets import QApplication, QScrollArea, QVBoxLayout, QWidget
+
+from workbench.gui.home.attitude_card import AttitudeCard
+from workbench.gui.home.battery_card import BatteryCard
+from workbench.gui.home.card import Card
+from workbench.gui.home.clock_card import ClockCard
+from workbench.gui.home.condition_card import ConditionCard
+from workbench.gui.home.dashboard import arrange
+from workbench.gui.home.gps_card import GpsCard
+from workbench.gui.home.height_card import HeightCard
+from workbench.gui.home.imu_card import ImuCard
+from workbench.gui.home.lidar_card import LidarCard
+from workbench.gui.home.motion_card import MotionCard
+from workbench.gui.home.rotor_card import RotorCard
+from workbench.gui.home.shown_units import shown_units
+from workbench.gui.home.stream_watch import StreamWatch
+from workbench.gui.home.turns import Turns
+from workbench.gui.screen import Screen
+from workbench.gui.workspace import Workspace
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+
+TEXT = (11.0, 12.0)
+"""Bounds of the height of plain text at scale 1, within which the desktop's is taken [px]."""
+TICK = 250
+"""Between two looks at the wall clock [ms]."""
+SILENCE = 1.0
+"""A flying flight that says nothing for longer is told of [s]."""
+SPEAKING = 1.0
+"""Between two new descriptions for a screen reader [s]."""
+
+
+class HomeScreen(Screen):
+    """A dashboard of cards, in two or three columns as there is room.
+
+    Dials follow every view, numbers change ten times a second, and what has not changed is not
+    painted.
+
+    Args:
+        workspace: what all screens share.
+        parent: inside which it stands.
+        clock: returns wall time that runs on [s].
+    """
+
+    title = "Home"
+    icon = "home"
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        parent: QWidget | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(workspace, parent)
+        self._clock = clock
+        self._watch = StreamWatch()
+        self._last: LiveView | None = None
+        self._heard = -math.inf
+        self._spoken: dict[str, float] = {}
+        self._scroll = QScrollArea(self)
+        self._scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+        self._scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._board = QWidget()
+        self._scroll.setWidget(self._board)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._scroll)
+        self._clock_card, self.cards = self._make_cards()
+        self._turns = Turns(self.cards)
+        self._timer = QTimer(self)
+        self._timer.setInterval(TICK)
+        self._timer.timeout.connect(self._tick)
+        workspace.flight.streamed.connect(self._watch.hear)
+        workspace.preferences.changed.connect(self._use_preference)
+        workspace.look.changed.connect(self._colour)
+        self._colour()
+
+    def begin(self, view: LiveView) -> None:
+        """Forget the last flight, and show as many rotors and sensors as this one has."""
+        self._watch.begin(view)
+        for card in self.cards.values():
+            card.begin(view)
+        self._turns.reset()
+        self.show_view(view)
+
+    def show_view(self, view: LiveView) -> None:
+        """Show the present."""
+        now = self._clock()
+        self._last, self._heard = view, now
+        if view.snapshot is None:
+            self._clock_card.show_phase(view)
+            return
+        for card in self.cards.values():
+            card.show_dials(view, view.snapshot)
+        if view.phase is not Phase.FLYING:  # few views come, and each one counts
+            self._turns.reset()
+        for name in self._turns.due(now):
+            self.cards[name].show_numbers(view, view.snapshot)
+            self._speak(name, now)
+
+    def sizeHint(self) -> QSize:
+        """Return the size at which there is no scroll bar."""
+        return QSize(1190, 600)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size; it scrolls then."""
+        return QSize(360, 240)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Arrange the cards anew."""
+        super().resizeEvent(event)
+        self._arrange()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Let the wall clock run."""
+        super().showEvent(event)
+        self._clock_card.show_wall()
+        self._timer.start()
+        self._turns.reset()
+
+    def hideEvent(self, event: QHideEvent | None) -> None:
+        """Let the wall clock stand: nobody sees it."""
+        self._timer.stop()
+        super().hideEvent(event)
+
+    def _make_cards(self) -> tuple[ClockCard, dict[str, Card]]:
+        look, board, watch = self.workspace.look, self._board, self._watch
+        units = shown_units(self.workspace.preferences)
+        clock = ClockCard(look, units, board)
+        cards: list[Card] = [
+            clock,
+            ConditionCard(look, units, board),
+            MotionCard(look, units, board),
+            BatteryCard(look, units, watch, board),
+            RotorCard(look, units, watch, board),
+            AttitudeCard(look, units, board),
+            ImuCard(look, units, board),
+            HeightCard(look, units, board),
+            LidarCard(look, units, watch, board),
+            GpsCard(look, units, self.workspace.signals, board),
+        ]
+        return clock, {card.name: card for card in cards}
+
+    def _arrange(self) -> None:
+        viewport = self._scroll.maximumViewportSize()
+        arrangement = arrange(viewport.width(), viewport.height())
+        self._board.resize(round(arrangement.width), round(arrangement.height))
+        own = QFontInfo(QApplication.font()).pixelSize()
+        size = arrangement.scale * min(TEXT[1], max(TEXT[0], own))
+        for spot in arrangement.spots:
+            left, top = round(spot.left), round(spot.top)
+            right, bottom = round(spot.left + spot.width), round(spot.top + spot.height)
+            card = self.cards[spot.name]
+            card.set_text_size(size)
+            card.setGeometry(QRect(left, top, right - left, bottom - top))
+
+    def _tick(self) -> None:
+        """Show the time of day, and whether the flight is still heard of."""
+        self._clock_card.show_wall()
+        if self._last is not None and self._last.phase is Phase.FLYING:
+            silence = self._clock() - self._heard
+            if silence >= SILENCE:
+                self._clock_card.show_silence(silence)
+
+    def _speak(self, name: str, now: float) -> None:
+        """Tell a screen reader what a card shows, if it was not told just now."""
+        if now - self._spoken.get(name, -math.inf) >= SPEAKING:
+            self._spoken[name] = now
+            self.cards[name].setAccessibleDescription(self.cards[name].spoken)
+
+    def _use_preference(self, name: str) -> None:
+        if name not in ("angle_unit", "speed_unit"):
+            return
+        units = shown_units(self.workspace.preferences)
+        for card in self.cards.values():
+            card.use_units(units)
+        self._turns.reset()
+        if self._last is not None:
+            self.show_view(self._last)
+
+    def _colour(self) -> None:
+        """Let the board have the colour behind everything."""
+        palette = self._board.palette()
+        palette.setColor(palette.ColorRole.Window, self.workspace.look.colour("ground"))
+        self._board.setAutoFillBackground(True)
+        self._board.setPalette(palette)
+        self._scroll.setPalette(palette)

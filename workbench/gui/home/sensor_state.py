@@ -1,0 +1,119 @@
+"""How a sensor does, in words; no Qt."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from workbench.live.view import LiveView
+from workbench.snapshot import SensorStatus, Snapshot
+from workbench.systems.sensors.faults import Fault
+
+OLD_PERIODS = 3.0
+"""A reading is old once it is older than so many periods and its latency."""
+SLACK = 0.02
+"""And this [s]: what is seen is not quite of this moment."""
+ROUND_AGES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+"""Under which the age of a good reading is said to be [s]."""
+NAMES = {
+    "imu": "The IMU",
+    "gps": "GPS",
+    "lidar": "The lidar",
+    "range_finder": "The range finder",
+    "barometer": "The barometer",
+}
+
+
+class Health(Enum):
+    """How a sensor does."""
+
+    ABSENT = "none"
+    """The drone has no such sensor."""
+    OFF = "off"
+    WAITING = "waiting"
+    """It has delivered nothing yet."""
+    GOOD = "good"
+    OLD = "old"
+    FAULTY = "faulty"
+    """A fault was ordered."""
+
+
+@dataclass(frozen=True)
+class SensorState:
+    """How a sensor does.
+
+    Attributes:
+        health: in one word.
+        note: that stands beside its name, with the age of its reading.
+        advice: what to do where it does not measure, a sentence; "" else.
+    """
+
+    health: Health
+    note: str
+    advice: str = ""
+
+    @property
+    def word(self) -> str:
+        """What stands in the place of a number."""
+        return "off: see Settings" if self.health is Health.OFF else self.note
+
+    @property
+    def measures(self) -> bool:
+        """Whether there is a reading, however old."""
+        return self.health in (Health.GOOD, Health.OLD, Health.FAULTY)
+
+
+def sensor_state(view: LiveView, snapshot: Snapshot, kind: str) -> SensorState:
+    """Return how the first sensor of a kind does."""
+    found = next((each for each in snapshot.sensors if each.kind == kind), None)
+    if found is None:
+        return _silent(view, kind)
+    if found.fault is not Fault.NONE:
+        word = found.fault.name.lower()
+        age = f", {age_text(found.age)} old" if math.isfinite(found.age) else ""
+        health = Health.FAULTY if math.isfinite(found.age) else Health.WAITING
+        return SensorState(
+            health, f"{word}{age}", f"It is {word}: a fault was ordered; set {kind}_fault to 0."
+        )
+    if not math.isfinite(found.age):
+        return SensorState(Health.WAITING, "no reading yet", f"{NAMES[kind]} has just begun.")
+    if found.age > _usual_age(view, found):
+        return SensorState(Health.OLD, f"old: {age_text(found.age)}")
+    return SensorState(Health.GOOD, f"under {age_text(_calm(found.age))} old")
+
+
+def age_text(age: float) -> str:
+    """Return an age [s] in milliseconds, or in seconds where it is long."""
+    if age < 0.9995:
+        return f"{max(0.0, 1000 * age):.0f}\N{NO-BREAK SPACE}ms"
+    return f"{age:.1f}\N{NO-BREAK SPACE}s"
+
+
+def _calm(age: float) -> float:
+    """Return the next round age [s]: one that changes all the time cannot be read."""
+    return next((each for each in ROUND_AGES if age < each), math.ceil(age))
+
+
+def _usual_age(view: LiveView, status: SensorStatus) -> float:
+    """Return the age [s] that a reading may have where all is well."""
+    rate = status.rate or status.asked_rate
+    latency = 0.0
+    if view.scenario is not None:
+        named = view.scenario.sensors.latency
+        latency = named.get(status.name, named.get(status.kind, 0.0))
+    return latency + OLD_PERIODS / max(rate, 1e-3) + SLACK
+
+
+def _silent(view: LiveView, kind: str) -> SensorState:
+    """Return the state of a kind that does not measure, and how to get it to."""
+    name = NAMES[kind]
+    if view.vehicle is not None and all(each.kind != kind for each in view.vehicle.sensors):
+        return SensorState(
+            Health.ABSENT,
+            "none",
+            f"{view.vehicle.name} has no {kind.replace('_', ' ')} in its description.",
+        )
+    return SensorState(
+        Health.OFF,
+        "off",
+        f"{name} does not measure in this flight. Switch it on in Settings, Sensors.",
+    )

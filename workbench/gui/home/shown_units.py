@@ -1,0 +1,66 @@
+"""Units of the Home screen, as the user prefers them."""
+
+from dataclasses import dataclass
+
+from workbench.gui.charts.ticks import number_text
+from workbench.gui.preferences import Preferences
+from workbench.gui.units import Unit, unit_for
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A unit and how many decimals are shown.
+
+    Attributes:
+        unit: in which it is shown.
+        decimals: behind the point.
+    """
+
+    unit: Unit
+    decimals: int
+
+    def text(self, value: float) -> str:
+        """Return a value in SI as digits."""
+        return number_text(self.unit.shown(value), self.decimals)
+
+    def texts(self, *values: float) -> tuple[str, ...]:
+        """Return several."""
+        return tuple(map(self.text, values))
+
+
+@dataclass(frozen=True)
+class ShownUnits:
+    """Units by what is measured.
+
+    Attributes:
+        length: [m], to the centimetre.
+        speed: of movement.
+        acceleration: of movement.
+        angle: of attitude.
+        rate: of turning.
+        place: latitude and longitude, to 1 cm.
+        is_degree: whether angles are degrees.
+    """
+
+    length: Shown
+    speed: Shown
+    acceleration: Shown
+    angle: Shown
+    rate: Shown
+    place: Shown
+    is_degree: bool
+
+
+def shown_units(preferences: Preferences) -> ShownUnits:
+    """Return the units that are preferred now."""
+    degree = preferences.text("angle_unit") == "degree"
+    angle = unit_for("rad", preferences)
+    return ShownUnits(
+        length=Shown(unit_for("m", preferences), 2),
+        speed=Shown(unit_for("m/s", preferences), 2),
+        acceleration=Shown(unit_for("m/s^2", preferences), 2),
+        angle=Shown(angle, 1 if degree else 3),
+        rate=Shown(unit_for("rad/s", preferences), 1 if degree else 3),
+        place=Shown(angle, 7 if degree else 9),
+        is_degree=degree,
+    )

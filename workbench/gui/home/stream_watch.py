@@ -1,0 +1,57 @@
+"""What the Home screen takes from everything that is published; no Qt."""
+
+import struct
+from collections.abc import Iterable
+
+from workbench.gui.instruments.ring_scan import RingScan
+from workbench.link import drone_topics
+from workbench.link.backplane import Published
+from workbench.live.view import LiveView
+from workbench.parameters import PARAMETERS
+
+
+class StreamWatch:
+    """Keeps the newest cloud and rotor speeds, and the live parameters as they are now.
+
+    Attributes:
+        scan: reads the cloud, None where there is none.
+        cloud: newest payload, b"" before the first.
+    """
+
+    def __init__(self) -> None:
+        self.scan: RingScan | None = None
+        self.cloud = b""
+        self._rotors = b""
+        self._values: dict[str, float] = {}
+        self._packer = struct.Struct("")
+        self._defaults = {row.name: row.default for row in PARAMETERS}
+
+    def begin(self, view: LiveView) -> None:
+        """Forget all: a flight begins."""
+        self._values = dict(view.values)
+        self.cloud = self._rotors = b""
+        clouds = [topic for topic in view.topics if topic.id == drone_topics.LIDAR_CLOUD]
+        self.scan = RingScan(clouds[0]) if clouds else None
+        parameters = [topic for topic in view.topics if topic.id == drone_topics.PARAMETERS]
+        self._packer = parameters[0].packer if parameters else struct.Struct("")
+
+    def hear(self, published: Iterable[Published]) -> None:
+        """Take what was published, in the order of time."""
+        for each in published:
+            for number, payload in each.payloads:
+                if number == drone_topics.LIDAR_CLOUD:
+                    self.cloud = payload
+                elif number == drone_topics.ROTORS:
+                    self._rotors = payload
+                elif number == drone_topics.PARAMETERS and len(payload) == self._packer.size:
+                    name, value = self._packer.unpack(payload)
+                    self._values[name.rstrip(b"\0").decode("utf-8", "replace")] = value
+
+    def value(self, name: str) -> float:
+        """Return a live parameter's present value, or its default in a flight without it."""
+        return self._values.get(name, self._defaults[name])
+
+    def rotor_speeds(self) -> tuple[float, ...]:
+        """Return the newest speed of each rotor [rad/s], none before the first."""
+        numbers = struct.unpack(f"<{len(self._rotors) // 4}f", self._rotors)
+        return numbers[: len(numbers) // 2]  # thrusts come behind

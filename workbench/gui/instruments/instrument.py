@@ -1,0 +1,118 @@
+"""What all instruments share: a cached still part, type faces, and colours that follow the look."""
+
+from abc import abstractmethod
+
+from PyQt6.QtCore import QRectF, Qt
+from PyQt6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPixmap, QResizeEvent
+from PyQt6.QtWidgets import QWidget
+
+from workbench.gui.theme import Look
+
+TEXT_SIZE = 12.0
+"""Height of text where nobody says otherwise [px]."""
+_TABULAR = QFont.Tag("tnum")
+
+
+class Instrument(QWidget):
+    """A widget with a still part, painted once, and a moving part above it.
+
+    It covers all of its area itself, so that nothing behind it is painted again with it.
+
+    Args:
+        look: colours.
+        name: what it shows, for a screen reader.
+        parent: inside which it stands.
+    """
+
+    ground = "card"
+    """Colour that fills it, by the name that the look has for it."""
+
+    def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.look = look
+        self.text_size = TEXT_SIZE
+        self._still: QPixmap | None = None
+        self._faces: dict[tuple[float, bool], QFont] = {}
+        self._colours: dict[str, QColor] = {}
+        self.setAccessibleName(name)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        look.changed.connect(self._recolour)
+
+    @property
+    def area(self) -> QRectF:
+        """All of it."""
+        return QRectF(self.rect())
+
+    def set_text_size(self, size: float) -> None:
+        """Set the height of plain text [px]; other sizes follow."""
+        if size != self.text_size:
+            self.text_size = size
+            self._faces.clear()
+            self.renew()
+
+    def face(self, factor: float = 1.0, bold: bool = False) -> QFont:
+        """Return the type face of a size relative to plain text, with digits of equal width."""
+        key = (factor, bold)
+        if key not in self._faces:
+            font = QFont(self.font())
+            font.setPixelSize(max(7, round(factor * self.text_size)))
+            font.setBold(bold)
+            font.setFeature(_TABULAR, 1)
+            self._faces[key] = font
+        return self._faces[key]
+
+    def colour(self, name: str) -> QColor:
+        """Return a colour of the look."""
+        if name not in self._colours:
+            self._colours[name] = self.look.colour(name)
+        return self._colours[name]
+
+    def renew(self) -> None:
+        """Paint all again, the still part too."""
+        self._still = None
+        self.update()
+
+    def paint_still(self, painter: QPainter) -> None:
+        """Paint what seldom changes; the ground is filled already."""
+
+    @abstractmethod
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint what changes, as far as it touches a rectangle."""
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Copy the still part, and paint the moving one over it."""
+        assert event is not None
+        if self.width() < 2 or self.height() < 2:
+            return
+        painter = QPainter(self)
+        rect = QRectF(event.rect())
+        still = self._still_part()
+        ratio = still.devicePixelRatio()
+        source = QRectF(
+            rect.x() * ratio, rect.y() * ratio, rect.width() * ratio, rect.height() * ratio
+        )
+        painter.drawPixmap(rect, still, source)
+        self.paint_moving(painter, rect)
+        painter.end()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Make the still part anew."""
+        self.renew()
+        super().resizeEvent(event)
+
+    def _recolour(self) -> None:
+        """Take the look's new colours."""
+        self._colours.clear()
+        self.renew()
+
+    def _still_part(self) -> QPixmap:
+        ratio = self.devicePixelRatioF()
+        if self._still is None or self._still.devicePixelRatio() != ratio:
+            self._still = QPixmap(round(self.width() * ratio), round(self.height() * ratio))
+            self._still.setDevicePixelRatio(ratio)
+            self._still.fill(self.colour(self.ground))
+            painter = QPainter(self._still)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            self.paint_still(painter)
+            painter.end()
+        return self._still

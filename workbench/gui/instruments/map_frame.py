@@ -1,0 +1,102 @@
+"""What part of the world a map shows: steady, so that it moves only when it has to; no Qt."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from workbench.gui.instruments.steady_scale import SteadyScale, round_reach
+
+LEAST = 2.0
+"""Half of the map's shorter side, at least [m]."""
+MARGIN = 1.25
+"""Room around what must be seen."""
+EDGE = 0.9
+"""Share of the reach within which all has to stay."""
+GRID = 8.0
+"""The middle is a whole multiple of this part of the reach."""
+SCALE_SHARE = 0.4
+"""Of the map's width that the scale bar may take."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in W [m]."""
+
+    east: float
+    north: float
+
+
+@dataclass(frozen=True)
+class MapFrame:
+    """The part that is shown.
+
+    Attributes:
+        middle: of it.
+        reach: half of the shorter side [m].
+    """
+
+    middle: Place
+    reach: float
+
+    def pixels(self, place: Place, width: float, height: float) -> tuple[float, float]:
+        """Return where a place is on a map of a size [px], from its top left; north is up."""
+        scale = self.scale(width, height)
+        return (
+            width / 2 + (place.east - self.middle.east) * scale,
+            height / 2 - (place.north - self.middle.north) * scale,
+        )
+
+    def scale(self, width: float, height: float) -> float:
+        """Return pixels a metre."""
+        return min(width, height) / 2 / self.reach
+
+    def bar(self, width: float, height: float) -> float:
+        """Return a round length for the scale bar [m]."""
+        longest = SCALE_SHARE * width / self.scale(width, height)
+        step = round_reach(longest)
+        if step <= longest * 1.000001:
+            return step
+        return next(each for each in (step / 2.0, step / 2.5, step / 5.0) if _is_round(each))
+
+
+class SteadyFrame:
+    """Chooses the part: it holds all, in round steps, and its middle moves in steps as well."""
+
+    def __init__(self) -> None:
+        self._scale = SteadyScale(LEAST)
+        self.frame = MapFrame(Place(0.0, 0.0), LEAST)
+
+    def reset(self, home: Place) -> None:
+        """Begin around a place."""
+        self._scale.reset()
+        self.frame = MapFrame(home, LEAST)
+
+    def take(self, places: Iterable[Place], time: float) -> MapFrame:
+        """Return the part that shows all places.
+
+        Args:
+            places: that must be seen.
+            time: now [s].
+        """
+        seen = list(places)
+        east, north = [each.east for each in seen], [each.north for each in seen]
+        half = max(max(east) - min(east), max(north) - min(north)) / 2.0
+        reach = self._scale.take(MARGIN * half, time)
+        middle = Place((max(east) + min(east)) / 2.0, (max(north) + min(north)) / 2.0)
+        now = self.frame
+        room = EDGE * reach
+        fits = reach == now.reach and all(
+            abs(each.east - now.middle.east) <= room and abs(each.north - now.middle.north) <= room
+            for each in seen
+        )
+        if not fits:
+            grid = reach / GRID
+            self.frame = MapFrame(
+                Place(grid * round(middle.east / grid), grid * round(middle.north / grid)), reach
+            )
+        return self.frame
+
+
+def _is_round(value: float) -> bool:
+    leading = value / 10.0 ** math.floor(math.log10(value) + 1e-9)
+    return any(abs(leading - each) < 1e-6 for each in (1.0, 2.0, 5.0))

@@ -1,0 +1,126 @@
+"""What a lidar sees around a drone, seen from above; plain mathematics on arrays."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.link.topics import Topic
+
+SECTORS = 120
+"""Into which the view around is divided."""
+GROUND = 0.15
+"""Returns below this height over the ground are the ground [m]..."""
+GROUND_SHARE = 0.03
+"""...and those that are lower than this share of their range: attitude and scan are not quite of
+the same time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ring:
+    """Nearest returns by bearing, in the body frame B, from the lidar.
+
+    Attributes:
+        distances: level distance to what is nearest in each sector [m]; inf where nothing is.
+        nearest: smallest range of all [m], inf without a return.
+        bearing: of that, about the body's z from its x, to the left [rad].
+        elevation: of that, above the body's x-y plane [rad].
+    """
+
+    distances: np.ndarray
+    nearest: float
+    bearing: float
+    elevation: float
+
+
+NOTHING = Ring(np.full(SECTORS, np.inf), math.inf, 0.0, 0.0)
+"""Before the first scan."""
+
+
+def sector_bearings() -> np.ndarray:
+    """Return the bearings of the sectors' middles (SECTORS) [rad]; the first is ahead."""
+    return np.arange(SECTORS) * (2.0 * math.pi / SECTORS)
+
+
+class RingScan:
+    """Makes a ring of a cloud's payload.
+
+    Args:
+        topic: the cloud's, whose `about` has the directions of its rays and the lidar's place.
+    """
+
+    def __init__(self, topic: Topic) -> None:
+        about: Any = topic.about
+        self._ranges_at = topic.fields[0].size
+        azimuths, elevations = (_angles(about[name]) for name in ("azimuths", "elevations"))
+        level = np.cos(elevations)[:, None]
+        z = np.broadcast_to(np.sin(elevations)[:, None], (len(elevations), len(azimuths)))
+        in_sensor = [level * np.cos(azimuths), level * np.sin(azimuths), z]
+        directions_S = np.stack(in_sensor, axis=-1).reshape(-1, 3)
+        directions = directions_S @ np.array(about["R_BS"], dtype=float).T
+        bearings = np.arctan2(directions[:, 1], directions[:, 0])
+        sectors = np.round(bearings / (2.0 * math.pi / SECTORS)).astype(int) % SECTORS
+        # Rays in the order of their sectors, so that the least of each is one reduction.
+        self._order = np.argsort(sectors, kind="stable")
+        self._sectors, self._first = np.unique(sectors[self._order], return_index=True)
+        self._directions = directions[self._order]
+        self._level = np.hypot(self._directions[:, 0], self._directions[:, 1])
+        self._p_BS = np.array(about["p_BS"], dtype=float)
+        self.least, self.most = (float(bound) for bound in about["range"])
+
+    def ring(self, payload: bytes, height: float, down_B: Sequence[float]) -> Ring:
+        """Return the ring of a payload, without the ground.
+
+        Args:
+            payload: of the cloud's topic.
+            height: of the body's origin over the ground [m].
+            down_B: direction of gravity in B, a unit vector.
+        """
+        ranges = np.frombuffer(payload, "<f4", offset=self._ranges_at)[self._order].astype(float)
+        ranges[ranges < self.least] = self.least  # -inf: nearer than the lidar can tell
+        falls = self._directions @ np.array(down_B)
+        with np.errstate(invalid="ignore"):  # inf - inf: no return is no ground
+            above = height - self._p_BS @ np.array(down_B) - ranges * falls
+            ranges[above < GROUND + GROUND_SHARE * ranges] = np.inf
+        distances = np.full(SECTORS, np.inf)
+        distances[self._sectors] = np.minimum.reduceat(ranges * self._level, self._first)
+        index = int(np.argmin(ranges))
+        if not math.isfinite(ranges[index]):
+            return NOTHING
+        x, y, z = self._directions[index].tolist()
+        return Ring(
+            distances, float(ranges[index]), math.atan2(y, x), math.asin(max(-1.0, min(1.0, z)))
+        )
+
+
+def side_of(bearing: float) -> str:
+    """Return in words where a bearing [rad], to the left, lies."""
+    words = (
+        "ahead",
+        "ahead left",
+        "left",
+        "behind left",
+        "behind",
+        "behind right",
+        "right",
+        "ahead right",
+    )
+    return words[round(bearing / (math.pi / 4.0)) % len(words)]
+
+
+def down_of(q_WB: Sequence[float]) -> tuple[float, float, float]:
+    """Return the direction of gravity in B, of an orientation w, x, y, z."""
+    w, x, y, z = q_WB
+    return (
+        -2.0 * (x * z - w * y),
+        -2.0 * (y * z + w * x),
+        -(1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+def _angles(said: Sequence[float]) -> np.ndarray:
+    """Return evenly spaced angles of their first, step and count [rad]."""
+    first, step, count = said
+    return first + step * np.arange(int(count))
