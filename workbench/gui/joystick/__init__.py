@@ -1,0 +1,1 @@
+"""Fly by two sticks: on the screen, on the keyboard, or on a game pad."""

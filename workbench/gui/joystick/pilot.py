@@ -1,0 +1,218 @@
+"""The operator's hand: sticks of all kinds on one side, the flight on the other."""
+
+import time
+from enum import Enum
+
+from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
+
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.joystick.courier import Courier, Velocity
+from workbench.gui.joystick.flight_limits import FlightLimits
+from workbench.gui.joystick.game_pad import GamePads
+from workbench.gui.joystick.gate import NO_FLIGHT, Gate, barrier
+from workbench.gui.joystick.keyboard_sticks import KeyboardSticks
+from workbench.gui.joystick.piloting import NOTHING, Handling, Wish
+from workbench.gui.joystick.stick_curve import StickCurve
+from workbench.gui.joystick.sticks import NEUTRAL, Stick, Sticks
+from workbench.gui.preferences import Preferences
+from workbench.link.backplane import Hand, Published
+from workbench.link.drone_topics import PARAMETERS
+from workbench.live.view import LiveView
+
+PERIOD = 16
+"""Between two looks at keys and pads [ms]."""
+LONGEST_STEP = 0.1
+"""By which held keys run up at once [s]."""
+
+
+class Device(Enum):
+    """What moves the sticks."""
+
+    NONE = "nothing"
+    MOUSE = "mouse"
+    KEYBOARD = "keyboard"
+    PAD = "game pad"
+
+
+class Pilot(QObject):
+    """Reads sticks while it is on duty, and sends what they ask for.
+
+    Args:
+        flight: that is flown.
+        preferences: how strongly sticks are felt.
+        parent: whose life it shares.
+
+    Attributes:
+        sticks: where they are, whatever moves them.
+        wish: what they ask for now; nothing while they do not count.
+        barred: why they do not count, "" if they do.
+        device: what moves them.
+        keyboard: keys that are held.
+        pad_name: of the game pad, "" without one.
+        limits: of the flight.
+        handling: how strongly sticks are felt.
+    """
+
+    changed = pyqtSignal()
+    """Something of the above is another."""
+
+    def __init__(
+        self, flight: FlightModel, preferences: Preferences, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._flight, self._preferences = flight, preferences
+        self.keyboard, self.pads = KeyboardSticks(), GamePads()
+        self.sticks, self.wish, self.barred = NEUTRAL, NOTHING, ""
+        self.device, self.pad_name, self.limits = Device.NONE, "", FlightLimits()
+        self.handling = read_handling(preferences)
+        self._mouse: dict[str, Stick] = {}
+        self._gate, self._courier = Gate(), Courier(self._send, time.monotonic)
+        self._listens_to_pads = False
+        self._looked = time.monotonic()
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(PERIOD)
+        self._timer.timeout.connect(self.look)
+        preferences.changed.connect(self._prefer)
+        flight.streamed.connect(self._hear)
+
+    def start(self) -> None:
+        """Go on duty: the screen is seen."""
+        self.pads.open()
+        self._gate.close()
+        self._looked = time.monotonic()
+        self._timer.start()
+        self.look()
+
+    def stop(self) -> None:
+        """Go off duty, with all sticks let go."""
+        self.release()
+        self._timer.stop()
+
+    def close(self) -> None:
+        """Let go of the game pad, too; the last call."""
+        self.stop()
+        self.pads.close()
+
+    def begin(self, view: LiveView) -> None:
+        """Take note that a flight has begun: it was asked for nothing yet."""
+        self._courier.forget()
+        self._gate.close()
+        self.limits = FlightLimits().after(view.values)
+        self.changed.emit()
+
+    def listen_to_pads(self, listens: bool) -> None:
+        """Let game pads count or not: a window in the background does not fly."""
+        if listens and not self._listens_to_pads:
+            self._gate.close()
+        self._listens_to_pads = listens
+
+    def hold_stick(self, side: str, stick: Stick | None) -> None:
+        """Move the left or right stick with the mouse; None lets go of it."""
+        if stick is None:
+            self._mouse.pop(side, None)
+        else:
+            self._mouse[side] = stick
+        self.look()
+
+    def release(self) -> None:
+        """Let go of everything, and let the drone stop at once."""
+        self._mouse.clear()
+        self.keyboard.release_all()
+        self._gate.close()
+        self._courier.stop()
+        self._show(NEUTRAL, NOTHING, self.barred, Device.NONE)
+
+    def give_back(self) -> None:
+        """Let clients ask for control again."""
+        self.release()
+        self._flight.order(lambda live: live.give_back())
+
+    def look(self) -> None:
+        """Read the sticks, and send what they ask for."""
+        now = time.monotonic()
+        passed, self._looked = min(now - self._looked, LONGEST_STEP), now
+        sticks, device = self._read(passed)
+        view = self._flight.view
+        control = view.network.control
+        hand = control.hand if control else Hand.NOBODY
+        barred = self._gate.pass_on(barrier_of(self._flight), sticks.are_neutral, hand)
+        wish = NOTHING if barred else self.handling.wish(sticks)
+        if wish == NOTHING or view.snapshot is None:
+            self._courier.stop()
+        else:
+            yaw = view.snapshot.roll_pitch_yaw[2]
+            self._courier.put(wish.velocity(yaw), wish.yaw_rate)
+        self._show(sticks, wish, barred, device)
+
+    def _read(self, passed: float) -> tuple[Sticks, Device]:
+        """Return where the sticks are after a time [s], and what moves them."""
+        reading = self.pads.read()
+        name = reading.name if reading else ""
+        if name != self.pad_name:
+            self.pad_name = name
+            self.changed.emit()
+        keys = self.keyboard.advance(passed)
+        if self._mouse:
+            left, right = self._mouse.get("left", keys.left), self._mouse.get("right", keys.right)
+            return Sticks(left, right), Device.MOUSE
+        if self.keyboard.is_held:
+            return keys, Device.KEYBOARD
+        if reading and self._listens_to_pads:
+            for button in reading.pressed:
+                self._request(button.request)
+            if not reading.sticks.are_neutral:
+                return reading.sticks, Device.PAD
+        return NEUTRAL, Device.NONE
+
+    def _request(self, what: str) -> None:
+        self._flight.order(lambda live: live.request(what))
+
+    def _send(self, velocity: Velocity, yaw_rate: float) -> None:
+        if self._flight.live is not None:
+            self._flight.order(lambda live: live.command(velocity, yaw_rate))
+
+    def _show(self, sticks: Sticks, wish: Wish, barred: str, device: Device) -> None:
+        new = sticks, wish, barred, device
+        if new != (self.sticks, self.wish, self.barred, self.device):
+            self.sticks, self.wish, self.barred, self.device = new
+            self.changed.emit()
+
+    def _prefer(self, name: str) -> None:
+        if name.startswith("stick_"):
+            self.handling = read_handling(self._preferences)
+            self.changed.emit()
+
+    def _hear(self, published: list[Published]) -> None:
+        """Take note of limits that are changed in flight."""
+        for each in published:
+            for number, payload in each.payloads:
+                if number == PARAMETERS:
+                    self._hear_parameter(payload)
+
+    def _hear_parameter(self, payload: bytes) -> None:
+        for topic in self._flight.view.topics:
+            if topic.id == PARAMETERS:
+                said = topic.unpack(payload)
+                limits = self.limits.after({str(said["name"]): float(str(said["value"]))})
+                if limits != self.limits:
+                    self.limits = limits
+                    self.changed.emit()
+
+
+def barrier_of(flight: FlightModel) -> str:
+    """Return why sticks have no effect, "" if they have; also where there is no flight at all."""
+    return barrier(flight.view) if flight.live is not None else NO_FLIGHT
+
+
+def read_handling(preferences: Preferences) -> Handling:
+    """Return how strongly sticks are felt."""
+    return Handling(
+        preferences.number("stick_speed"),
+        preferences.number("stick_yaw_rate"),
+        StickCurve(
+            preferences.number("stick_sensitivity"),
+            preferences.number("stick_expo"),
+            preferences.number("stick_dead_band"),
+        ),
+    )

@@ -1,0 +1,1 @@
+"""Let others watch and fly: begin and end the server, and see who is there."""

@@ -1,0 +1,84 @@
+"""Starts and stops the server of whatever flies, and knows what came of it."""
+
+from PyQt6.QtCore import QObject, pyqtSignal
+
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.server.server_state import ServerState, Wanted, server_state
+from workbench.link.server.config import ServerConfig
+from workbench.live.flight import LiveFlight
+from workbench.live.view import LiveView
+
+
+class ServerControl(QObject):
+    """One server, of the present flight.
+
+    Args:
+        flight: that is served.
+        parent: whose life it shares.
+
+    Attributes:
+        config: with which the server was started last.
+    """
+
+    changed = pyqtSignal()
+    """The state may be another."""
+
+    def __init__(self, flight: FlightModel, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._flight = flight
+        self.config = ServerConfig()
+        self._wanted, self._failure = Wanted.NOTHING, ""
+        self._served: LiveFlight | None = None
+        self._listened = False
+        flight.viewed.connect(self._look)
+
+    @property
+    def state(self) -> ServerState:
+        """How the server is."""
+        flies = self._flight.live is not None
+        return server_state(self._flight.view, flies, self._wanted, self._failure)
+
+    def start(self, config: ServerConfig) -> None:
+        """Start a server; what is wrong with it comes as its state."""
+        if self._flight.live is None or self._wanted is not Wanted.NOTHING:
+            return
+        self.config, self._served = config, self._flight.live
+        self._wanted, self._failure = Wanted.START, ""
+        served = self._served
+        self._flight.order(
+            lambda live: live.serve(config),
+            done=lambda _: self._answered(served, ""),
+            refused=lambda said: self._answered(served, said),
+        )
+        self.changed.emit()
+
+    def stop(self) -> None:
+        """Send all clients away."""
+        served = self._flight.live
+        if served is None or self._wanted is Wanted.STOP:
+            return
+        self._wanted, self._failure, self._listened = Wanted.STOP, "", False
+        self._flight.order(
+            lambda live: live.stop_serving(),
+            done=lambda _: self._answered(served, ""),
+            refused=lambda said: self._answered(served, said),
+        )
+        self.changed.emit()
+
+    def _answered(self, served: LiveFlight, failure: str) -> None:
+        if served is not self._flight.live:
+            return  # that flight is over, and so is its server
+        self._wanted, self._failure = Wanted.NOTHING, failure
+        self.changed.emit()
+
+    def _look(self, view: LiveView) -> None:
+        """Notice a server that has ended by itself, or with its flight."""
+        if self._flight.live is not self._served:
+            self._served = self._flight.live
+            self._wanted, self._failure, self._listened = Wanted.NOTHING, "", False
+            self.changed.emit()
+        listens = view.network.server is not None
+        if self._listened and not listens and self._wanted is Wanted.NOTHING:
+            self._failure = view.network.said or "the server has ended: start it again"
+            self.changed.emit()
+        self._listened = listens and self._wanted is not Wanted.STOP
