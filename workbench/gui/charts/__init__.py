@@ -1,0 +1,1 @@
+"""Charts: strips that follow a flight, and plots of what is done."""

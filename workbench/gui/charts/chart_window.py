@@ -1,0 +1,108 @@
+"""Which part of time and of the values a chart shows: following, or standing still."""
+
+import math
+from collections.abc import Sequence
+
+from workbench.gui.charts.steady_range import SteadyRange
+
+SHORTEST = 0.02
+"""Time that can be zoomed to [s]."""
+LONGEST = 180.0
+"""Time that is followed, as the signals keep no more [s]."""
+WHOLE = 7200.0
+"""Time that can be looked at standing, of a long log [s]."""
+
+Ends = tuple[float, float]
+
+
+class ChartWindow:
+    """What is seen of the curves.
+
+    Attributes:
+        span: time that is seen while it follows [s].
+        with_zero: whether zero is always seen.
+    """
+
+    def __init__(self, span: float) -> None:
+        self.span = span
+        self.with_zero = False
+        self._still: Ends | None = None
+        self._fixed: dict[int, Ends] = {}
+        self._ranges: dict[int, SteadyRange] = {}
+
+    @property
+    def follows(self) -> bool:
+        """Whether the newest samples are seen as they come."""
+        return self._still is None
+
+    @property
+    def is_zoomed(self) -> bool:
+        """Whether the axes of values are held."""
+        return bool(self._fixed)
+
+    def ends(self, now: float) -> Ends:
+        """Return the first and last time that are seen [s]."""
+        return self._still or (now - self.span, now)
+
+    def stand(self, now: float) -> None:
+        """Follow no longer."""
+        self._still = self.ends(now)
+
+    def follow(self) -> None:
+        """Follow the newest samples, with axes that follow the data."""
+        self._still = None
+        self._fixed.clear()
+        self.forget_ranges()
+
+    def show(self, left: float, right: float) -> None:
+        """Stand still at a part of time [s]."""
+        middle, half = 0.5 * (left + right), 0.5 * abs(right - left)
+        half = min(max(half, 0.5 * SHORTEST), 0.5 * WHOLE)
+        self._still = middle - half, middle + half
+
+    def move(self, share: float, now: float) -> None:
+        """Move on by a share of what is seen."""
+        left, right = self.ends(now)
+        way = share * (right - left)
+        self._still = left + way, right + way
+
+    def zoom_time(self, about: float, factor: float, now: float) -> None:
+        """Show a factor of the time; while it follows, the newest sample stays at the edge."""
+        if self.follows:
+            self.span = min(max(self.span * factor, 0.5), LONGEST)
+            return
+        left, right = self.ends(now)
+        span = min(max((right - left) * factor, SHORTEST), WHOLE)
+        factor = span / (right - left)
+        self._still = about - (about - left) * factor, about + (right - about) * factor
+
+    def zoom_values(self, axes: Sequence[Ends], share: float, factor: float) -> None:
+        """Show a factor of the values of all axes, about a share of the height."""
+        for index, (low, high) in enumerate(axes):
+            about = low + share * (high - low)
+            self._fixed[index] = (about - (about - low) * factor, about + (high - about) * factor)
+
+    def cut_values(self, axes: Sequence[Ends], low: float, high: float) -> None:
+        """Show the values between two shares of the height, of all axes."""
+        if high - low > 0.98:
+            return
+        for index, (least, largest) in enumerate(axes):
+            span = largest - least
+            self._fixed[index] = (least + low * span, least + high * span)
+
+    def values(self, axis: int, low: float, high: float, now: float) -> Ends:
+        """Return the ends of an axis whose data lie between two values, as shown."""
+        if axis in self._fixed:
+            return self._fixed[axis]
+        if self.with_zero and math.isfinite(low):
+            low, high = min(low, 0.0), max(high, 0.0)
+        return self._ranges.setdefault(axis, SteadyRange()).follow(low, high, now)
+
+    def follow_units(self) -> None:
+        """Let the axes find their ends anew, as values are shown in other units."""
+        self._fixed.clear()
+        self.forget_ranges()
+
+    def forget_ranges(self) -> None:
+        """Let the axes find their ends anew."""
+        self._ranges.clear()

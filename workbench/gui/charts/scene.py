@@ -1,0 +1,103 @@
+"""What a chart's canvas shows at one time."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.gui.charts.curve_style import CurveStyle
+from workbench.gui.units import Unit
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of values.
+
+    Attributes:
+        unit: how its values are shown.
+        low: its lower end, as shown.
+        high: its upper end, as shown.
+        label: beside its unit, "" for none.
+    """
+
+    unit: Unit
+    low: float
+    high: float
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A value that should be kept, as a line across the chart.
+
+    Attributes:
+        value: in SI.
+        label: in words.
+        axis: number of its axis.
+    """
+
+    value: float
+    label: str
+    axis: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A curve that is ready to be drawn.
+
+    Attributes:
+        time: of its points (n) [s].
+        values: (n), in SI; NaN makes a gap.
+        axis: number of its axis.
+        colour: of its stroke, as #rrggbb.
+        style: of its stroke.
+        number: at its end, 0 for none.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    axis: int
+    colour: str
+    style: CurveStyle = CurveStyle.SOLID
+    number: int = 0
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A cursor that stays.
+
+    Attributes:
+        name: A or B.
+        time: where it is [s].
+    """
+
+    name: str
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All of a chart.
+
+    Attributes:
+        left: first time that is seen [s].
+        right: last one [s].
+        origin: time that is written as 0 below [s].
+        x_label: below.
+        axes: of values, the first one has the grid.
+        lines: from the back to the front.
+        limits: that should be kept.
+        marks: cursors that stay.
+        state: a word where the picture stands still, "" where it follows.
+        hint: said where there is nothing to draw.
+    """
+
+    left: float = -1.0
+    right: float = 0.0
+    origin: float = 0.0
+    x_label: str = ""
+    axes: tuple[Axis, ...] = ()
+    lines: tuple[Line, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    state: str = ""
+    hint: str = field(default="")

@@ -1,0 +1,1 @@
+"""The Visualization screen: charts, lidar, camera, frames, events, and logs."""

@@ -1,0 +1,160 @@
+"""The page of the depth camera: its two pictures."""
+
+from time import perf_counter
+
+import numpy as np
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QResizeEvent
+from PyQt6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from workbench.gui.charts.ticks import number_text
+from workbench.gui.style import set_class
+from workbench.gui.visualization.colour_map import colour_table
+from workbench.gui.visualization.colour_scale import image_of
+from workbench.gui.visualization.depth_picture import (
+    colour_words,
+    depth_colours,
+    depth_text,
+    scale_of,
+)
+from workbench.gui.visualization.picture_view import PictureView
+from workbench.gui.visualization.scale_bar import ScaleBar
+from workbench.gui.workspace import Workspace
+from workbench.live.view import LiveView
+from workbench.systems.sensors.readings import DepthImage
+
+EVERY = 0.1
+"""Between two pictures that are asked for [s]."""
+NO_CAMERA = (
+    "No depth camera measures in this flight. Open the scenario “all-sensors”, or list "
+    "depth_camera under sensors in the scenario; it needs a model with a camera."
+)
+KIND = "depth_camera"
+
+
+class CameraPage(QWidget):
+    """Depth and colour, asked for only while they are seen.
+
+    Args:
+        workspace: flight and colours.
+        parent: whose life it shares.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._flight = workspace.flight
+        self._asked, self._waits = -np.inf, False
+        self._newest: DepthImage | None = None
+        self._pixel: tuple[int, int] | None = None
+        self._table = colour_table()[::-1]
+        self.depth_view = PictureView(workspace.look, "Depth image")
+        self.colour_view = PictureView(workspace.look, "Colour image")
+        self.scale = ScaleBar(workspace.look, self._table)
+        self.said, self.under = QLabel(), QLabel()
+        self.key = QLabel("Grey: nothing within range. Black: nearer than it measures.")
+        self._pad = QWidget()
+        self._beside = QBoxLayout(QBoxLayout.Direction.LeftToRight)
+        self._lay_out()
+        self.depth_view.pointed.connect(self._point)
+        self.colour_view.pointed.connect(self._point)
+        self.show_hint(NO_CAMERA)
+
+    def begin(self, view: LiveView) -> None:
+        """Forget the pictures: a flight begins."""
+        self._newest, self._waits, self._asked = None, False, -np.inf
+        has_camera = view.snapshot is not None and any(
+            each.kind == KIND for each in view.snapshot.sensors
+        )
+        self.show_hint("Waiting for the first picture" if has_camera else NO_CAMERA)
+
+    def refresh(self, view: LiveView) -> None:
+        """Ask for the next picture, if it is time for one and a camera measures."""
+        snapshot = view.snapshot
+        if snapshot is None or not any(each.kind == KIND for each in snapshot.sensors):
+            return
+        now = perf_counter()
+        if self._waits or now < self._asked + EVERY:
+            return
+        self._asked, self._waits = now, True
+        self._flight.order(lambda live: live.reading(KIND), self.show_reading, self._refuse)
+
+    def show_reading(self, reading: object) -> None:
+        """Show a picture; nothing is painted where it is the same."""
+        self._waits = False
+        same = self._newest is not None and isinstance(reading, DepthImage)
+        if not isinstance(reading, DepthImage) or (
+            same and self._newest is not None and reading.stamp == self._newest.stamp
+        ):
+            return
+        self._newest = reading
+        scale = scale_of(reading.depth)
+        self.depth_view.show_image(image_of(depth_colours(reading.depth, scale, self._table)))
+        self.scale.show_scale(scale)
+        if reading.colour is not None:
+            self.colour_view.show_image(image_of(colour_words(reading.colour)))
+        else:
+            self.colour_view.show_hint("This camera has no colour image.")
+        height, width = reading.depth.shape
+        self.said.setText(f"{width} × {height} pixels, at {number_text(reading.stamp, 2)} s")
+        self._show_pixel()
+
+    def show_hint(self, hint: str) -> None:
+        """Say why there are no pictures."""
+        self.depth_view.show_hint(hint)
+        self.colour_view.show_hint("")
+        self.said.setText("")
+        self.under.setText("")
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Set the pictures side by side, or one over the other."""
+        wide = self.width() > 1.6 * self.height()
+        across, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        self._beside.setDirection(across if wide else down)
+        self._pad.setVisible(not wide)  # so that the pictures stand one over the other
+        half = (self.width() - self.scale.width()) // 2 if wide else self.height()
+        self._beside.setStretch(0, half + (self.scale.width() if wide else 0))
+        self._beside.setStretch(1, half)
+
+    def _refuse(self, said: str) -> None:
+        self._waits = False
+        if self._newest is None:
+            self.show_hint(f"The depth camera tells nothing: {said}")
+
+    def _point(self, pixel: tuple[int, int] | None) -> None:
+        self._pixel = pixel
+        self._show_pixel()
+
+    def _show_pixel(self) -> None:
+        if self._pixel is None or self._newest is None:
+            self.under.setText("Point at a picture to read a pixel")
+            return
+        column, row = self._pixel
+        if row < self._newest.depth.shape[0] and column < self._newest.depth.shape[1]:
+            depth = depth_text(float(self._newest.depth[row, column]))
+            self.under.setText(f"Column {column}, row {row}: {depth}")
+
+    def _lay_out(self) -> None:
+        for label in (self.said, self.under, self.key):
+            set_class(label, "muted")
+        depth = QHBoxLayout()
+        depth.setSpacing(4)
+        depth.addWidget(self.depth_view, 1)
+        depth.addWidget(self.scale)
+        self._beside.setSpacing(10)
+        self._beside.addLayout(depth, 1)
+        colour = QHBoxLayout()
+        colour.setSpacing(4)
+        colour.addWidget(self.colour_view, 1)
+        self._pad.setFixedWidth(self.scale.width())
+        colour.addWidget(self._pad)
+        self._beside.addLayout(colour, 1)
+        below = QHBoxLayout()
+        below.addWidget(self.said)
+        below.addStretch(1)
+        below.addWidget(self.under)
+        box = QVBoxLayout(self)
+        box.setContentsMargins(0, 8, 0, 0)
+        box.setSpacing(6)
+        box.addLayout(self._beside, 1)
+        box.addLayout(below)
+        box.addWidget(self.key, 0, Qt.AlignmentFlag.AlignLeft)

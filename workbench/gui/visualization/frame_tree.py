@@ -1,0 +1,66 @@
+"""The tree of a vehicle's frames with their poses."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A pose of a frame in another one.
+
+    Attributes:
+        p: place (3) [m].
+        R: orientation (3, 3).
+    """
+
+    p: np.ndarray
+    R: np.ndarray
+
+    def after(self, parent: "Pose") -> "Pose":
+        """Return this pose in what the parent's pose is in."""
+        return Pose(parent.p + parent.R @ self.p, parent.R @ self.R)
+
+    def roll_pitch_yaw(self) -> tuple[float, float, float]:
+        """Return the orientation as angles about x, y and z, fixed axes in this order [rad]."""
+        R = self.R
+        pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+        roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
+        return float(roll), float(pitch), float(yaw)
+
+
+HOME = Pose(np.zeros(3), np.eye(3))
+
+
+def rotation_of(q: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return the matrix of a quaternion w, x, y, z, normalised."""
+    w, x, y, z = np.asarray(q, dtype=float) / max(float(np.linalg.norm(q)), 1e-12)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def frame_pairs(about: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
+    """Return parent and child of each frame, as the topic says them."""
+    said = about.get("frames", ())
+    assert isinstance(said, list | tuple)
+    return tuple((str(parent), str(child)) for parent, child in said)
+
+
+def poses_in_parent(numbers: Sequence[float]) -> tuple[Pose, ...]:
+    """Return the poses of a message: place and quaternion w, x, y, z of each frame."""
+    table = np.asarray(numbers, dtype=float).reshape(-1, 7)
+    return tuple(Pose(row[:3], rotation_of(row[3:])) for row in table)
+
+
+def poses_in_world(pairs: Sequence[tuple[str, str]], poses: Sequence[Pose]) -> Mapping[str, Pose]:
+    """Return the pose of each frame in W, by name; a parent comes before its children."""
+    found: dict[str, Pose] = {}
+    for (parent, child), pose in zip(pairs, poses, strict=False):
+        found[child] = pose.after(found.get(parent, HOME))
+    return found

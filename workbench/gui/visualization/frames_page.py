@@ -1,0 +1,157 @@
+"""All frames with their poses, live."""
+
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import (
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from workbench.gui.charts.ticks import number_text
+from workbench.gui.units import unit_for
+from workbench.gui.visualization.frame_tree import (
+    frame_pairs,
+    poses_in_parent,
+    poses_in_world,
+)
+from workbench.gui.workspace import Workspace
+from workbench.link.topics import PREFIX, Topic
+
+EVERY = 0.1
+"""Digits that change faster cannot be read [s]."""
+HEADS = ("Frame", "x", "y", "z", "Roll", "Pitch", "Yaw", "x in W", "y in W", "z in W")
+
+
+class FramesPage(QWidget):
+    """Tree of frames.
+
+    Args:
+        workspace: signals and units.
+        parent: whose life it shares.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._pairs: tuple[tuple[str, str], ...] = ()
+        self._items: dict[str, QTreeWidgetItem] = {}
+        self._shown = -1.0
+        label = QLabel("Find fra&me")
+        self.search = QLineEdit()
+        self.search.setClearButtonEnabled(True)
+        self.search.setPlaceholderText("part of a name")
+        self.search.setAccessibleName("Find frame")
+        label.setBuddy(self.search)
+        self.tree = QTreeWidget()
+        self.tree.setColumnCount(len(HEADS))
+        self.tree.setAccessibleName("Frames: pose in the parent, and place in W")
+        self.tree.setUniformRowHeights(True)
+        head = self.tree.header()
+        if head is not None:
+            head.setStretchLastSection(False)
+            head.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+            head.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+            head.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.hint = QLabel("No flight has told its frames yet.")
+        box = QVBoxLayout(self)
+        box.setContentsMargins(0, 8, 0, 0)
+        box.setSpacing(6)
+        for widget in (label, self.search, self.hint):
+            box.addWidget(widget)
+        box.addWidget(self.tree, 1)
+        self.search.textChanged.connect(self._filter)
+        self._name_columns()
+        workspace.preferences.changed.connect(self._on_preference)
+
+    def begin(self, topics: tuple[Topic, ...]) -> None:
+        """Show the frames of a flight that begins."""
+        topic = next((each for each in topics if each.name == f"{PREFIX}frames"), None)
+        self._pairs = frame_pairs(topic.about) if topic is not None else ()
+        self._items.clear()
+        self.tree.clear()
+        self._shown = -1.0
+        root = self.tree.invisibleRootItem()
+        for parent, child in self._pairs:
+            if parent not in self._items and root is not None:
+                self._items[parent] = QTreeWidgetItem(root, [parent])
+            self._items[child] = QTreeWidgetItem(self._items[parent], [child])
+        for item in self._items.values():
+            for column in range(1, len(HEADS)):
+                side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                item.setTextAlignment(column, side)
+        self.tree.expandAll()
+        self.hint.setVisible(not self._pairs)
+        self._name_columns()
+        self._filter(self.search.text())
+
+    def refresh(self, now: float) -> None:
+        """Show the newest poses."""
+        if self._shown <= now < self._shown + EVERY:
+            return
+        numbers = self._workspace.signals.newest("frames").get("poses")
+        if not isinstance(numbers, tuple):
+            return
+        self._shown = now
+        poses = poses_in_parent(numbers)
+        world = poses_in_world(self._pairs, poses)
+        angle = unit_for("rad", self._workspace.preferences)
+        for (_, child), pose in zip(self._pairs, poses, strict=False):
+            angles = (angle.shown(each) for each in pose.roll_pitch_yaw())
+            texts = [
+                *(number_text(each, 3) for each in pose.p),
+                *(number_text(each, 2) for each in angles),
+                *(number_text(each, 3) for each in world[child].p),
+            ]
+            self._write(self._items[child], texts)
+
+    def pose_text(self, name: str) -> list[str]:
+        """Return what stands beside a frame."""
+        item = self._items[name]
+        return [item.text(column) for column in range(1, len(HEADS))]
+
+    def names_shown(self) -> list[str]:
+        """Return the frames that the search leaves."""
+        return [name for name, item in self._items.items() if not item.isHidden()]
+
+    def _write(self, item: QTreeWidgetItem, texts: list[str]) -> None:
+        for column, text in enumerate(texts, 1):
+            if item.text(column) != text:
+                item.setText(column, text)
+
+    def _on_preference(self, name: str) -> None:
+        if name == "angle_unit":
+            self._shown = -1.0
+            self._name_columns()
+
+    def _name_columns(self) -> None:
+        angle = unit_for("rad", self._workspace.preferences).symbol
+        self.tree.setHeaderLabels(
+            [
+                HEADS[0],
+                *(f"{name} m" for name in HEADS[1:4]),
+                *(f"{name} {angle}" for name in HEADS[4:7]),
+                *(f"{name} m" for name in HEADS[7:]),
+            ]
+        )
+        head = self.tree.headerItem()
+        if head is not None:
+            head.setTextAlignment(0, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            for column, name in enumerate(HEADS[1:7], 1):
+                head.setToolTip(column, f"{name} in the parent frame")
+
+    def _filter(self, text: str) -> None:
+        """Hide what has not the text in its name, nor anything below it."""
+        wanted = text.lower()
+        for item in self._items.values():
+            item.setHidden(not _has(item, wanted))
+
+
+def _has(item: QTreeWidgetItem, wanted: str) -> bool:
+    below = (item.child(index) for index in range(item.childCount()))
+    return wanted in item.text(0).lower() or any(
+        _has(each, wanted) for each in below if each is not None
+    )

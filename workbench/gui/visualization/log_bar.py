@@ -1,0 +1,174 @@
+"""The bar below a log's charts: which log it is, where it is played, and the way back."""
+
+from time import perf_counter
+
+from PyQt6.QtCore import Qt, QTimer, pyqtSignal
+from PyQt6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSlider,
+    QVBoxLayout,
+    QWidget,
+)
+
+from workbench.gui.charts.ticks import number_text
+from workbench.gui.style import set_class
+from workbench.gui.visualization.log_clock import SPEEDS, LogClock
+from workbench.gui.visualization.log_messages import LogContents
+
+PERIOD = 16
+"""Between two pictures while it plays [ms]."""
+PARTS = 100
+"""Of a second that the slider tells apart."""
+
+
+class LogBar(QFrame):
+    """Time bar of a log.
+
+    Args:
+        parent: whose life it shares.
+    """
+
+    moved = pyqtSignal(float)
+    """The time that is to be shown [s]."""
+    whole_wanted = pyqtSignal(float)
+    """All of the log is to be seen, from 0 to this time [s]."""
+    live_wanted = pyqtSignal()
+    """The log is no longer wanted."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.clock = LogClock(0.0)
+        self._last = 0.0
+        self._timer = QTimer(self)
+        self._timer.setInterval(PERIOD)
+        self._timer.timeout.connect(self._tick)
+        set_class(self, "card")
+        self.name = QLabel()
+        set_class(self.name, "heading")
+        self.remark = QLabel()
+        self.remark.setWordWrap(True)
+        set_class(self.remark, "warning")
+        self.back = QPushButton("Back to &live")
+        self.play = QPushButton("&Play")
+        self.play.setCheckable(True)
+        self.earlier = QPushButton("− 0.1 s")
+        self.later = QPushButton("+ 0.1 s")
+        self.whole = QPushButton("&Whole log")
+        self.loop = QPushButton("L&oop")
+        self.loop.setCheckable(True)
+        self.speed = QComboBox()
+        self.speed.addItems([f"{speed:g} ×" for speed in SPEEDS])
+        self.speed.setCurrentIndex(SPEEDS.index(1.0))
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.time = QLabel()
+        self._lay_out()
+        self._connect()
+
+    def show_log(self, contents: LogContents) -> None:
+        """Show a log that was read, at its end."""
+        self.clock = LogClock(contents.duration)
+        self.clock.speed = SPEEDS[self.speed.currentIndex()]
+        self.clock.loops = self.loop.isChecked()
+        self.name.setText(f"LOG  {contents.path.name}")
+        self.name.setToolTip(f"{contents.path}, vehicle {contents.vehicle}")
+        self.remark.setText(contents.remark)
+        self.remark.setVisible(bool(contents.remark))
+        self.slider.setRange(0, round(contents.duration * PARTS))
+        self.slider.setAccessibleDescription(f"0 to {contents.duration:.2f} s")
+        self._show()
+
+    def stop(self) -> None:
+        """Play no more."""
+        self.clock.pause()
+        self._timer.stop()
+        self._show()
+
+    def _toggle_play(self, plays: bool) -> None:
+        if plays:
+            self.clock.play()
+            self._last = perf_counter()
+            self._timer.start()
+        else:
+            self.stop()
+        self._show()
+
+    def _tick(self) -> None:
+        now = perf_counter()
+        self.clock.advance(now - self._last)
+        self._last = now
+        if not self.clock.plays:
+            self._timer.stop()
+        self._show()
+
+    def _step(self, steps: int) -> None:
+        self.clock.step(steps)
+        self._timer.stop()
+        self._show()
+
+    def _scrub(self, place: int) -> None:
+        self.clock.go_to(place / PARTS)
+        self._show()
+
+    def _set_speed(self, index: int) -> None:
+        self.clock.speed = SPEEDS[index]
+
+    def _set_loop(self, loops: bool) -> None:
+        self.clock.loops = loops
+
+    def _show(self) -> None:
+        """Show the clock, without an echo from the slider."""
+        self.slider.blockSignals(True)
+        self.slider.setValue(round(self.clock.time * PARTS))
+        self.slider.blockSignals(False)
+        self.play.setChecked(self.clock.plays)
+        self.play.setText("&Pause" if self.clock.plays else "&Play")
+        now, end = number_text(self.clock.time, 2), number_text(self.clock.duration, 2)
+        self.time.setText(f"{now} of {end} s")
+        self.moved.emit(self.clock.time)
+
+    def _lay_out(self) -> None:
+        head = QHBoxLayout()
+        head.addWidget(self.name)
+        said = QLabel("This is a log, no live flight.")
+        set_class(said, "muted")
+        head.addWidget(said)
+        head.addStretch(1)
+        head.addWidget(self.whole)
+        head.addWidget(self.back)
+        label = QLabel("Sp&eed")
+        label.setBuddy(self.speed)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        steps = (self.play, self.earlier, self.later)
+        for button in steps:
+            row.addWidget(button)
+        row.addWidget(self.slider, 1)
+        for widget in (self.time, label, self.speed, self.loop):
+            row.addWidget(widget)
+        box = QVBoxLayout(self)
+        box.setContentsMargins(10, 6, 10, 6)
+        box.setSpacing(4)
+        box.addLayout(head)
+        box.addWidget(self.remark)
+        box.addLayout(row)
+        self.slider.setAccessibleName("Time of the log in s")
+        self.slider.setSingleStep(PARTS // 10)
+        self.slider.setPageStep(PARTS)
+        self.speed.setAccessibleName("Seconds of the log in a second")
+        self.earlier.setAccessibleName("A tenth of a second earlier")
+        self.later.setAccessibleName("A tenth of a second later")
+        self.time.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000.00 of 0000.00 s"))
+
+    def _connect(self) -> None:
+        self.play.clicked.connect(self._toggle_play)
+        self.earlier.clicked.connect(lambda: self._step(-1))
+        self.later.clicked.connect(lambda: self._step(1))
+        self.slider.valueChanged.connect(self._scrub)
+        self.speed.currentIndexChanged.connect(self._set_speed)
+        self.loop.clicked.connect(self._set_loop)
+        self.whole.clicked.connect(lambda: self.whole_wanted.emit(self.clock.duration))
+        self.back.clicked.connect(self.live_wanted)

@@ -1,0 +1,53 @@
+"""What goes between the app and the process that reads a log."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class ReadLog:
+    """Read a log; the only message to the process."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class Progress:
+    """So much is read, 0 .. 1."""
+
+    share: float
+
+
+@dataclass(frozen=True)
+class Refused:
+    """It cannot be read; a sentence."""
+
+    said: str
+
+
+@dataclass(frozen=True, eq=False)
+class LogContents:
+    """All series of a log that can be drawn.
+
+    Attributes:
+        path: of the log.
+        vehicle: what flew.
+        duration: time of the last sample [s].
+        remark: what is missing, "" if nothing is.
+        units: SI unit of each series, by its name in a flight.
+        times: of the samples of each topic, by its name (n) [s].
+        values: of each series (n), 32-bit where the log has no more.
+        topic_of: name of the topic whose times a series has.
+    """
+
+    path: Path
+    vehicle: str
+    duration: float
+    remark: str
+    units: Mapping[str, str]
+    times: Mapping[str, np.ndarray]
+    values: Mapping[str, np.ndarray]
+    topic_of: Mapping[str, str]

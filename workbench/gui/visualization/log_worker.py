@@ -1,0 +1,81 @@
+"""The process that reads a log, so that the window stays quick: `python -m MODULE FD`."""
+
+import contextlib
+import sys
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import WorkbenchError
+from workbench.flight_log.record import read_log
+from workbench.gui.visualization.log_messages import LogContents, Progress, ReadLog, Refused
+from workbench.gui.visualization.log_names import live_name, si_unit
+
+READING = 0.7
+"""Share of the time that reading takes; the rest goes into decoding."""
+STEP = 0.01
+"""Progress is told in steps of it."""
+
+
+def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
+    """Return what can be drawn of a log.
+
+    Args:
+        path: of the log.
+        progress: takes the share done, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or is no log of the workbench.
+    """
+    record = read_log(path, lambda share: progress(READING * share))
+    units: dict[str, str] = {}
+    times: dict[str, np.ndarray] = {}
+    values: dict[str, np.ndarray] = {}
+    topic_of: dict[str, str] = {}
+    for number, (topic, logged) in enumerate(record.topics.items()):
+        for series in logged.columns.values():
+            name = live_name(series.name)
+            if name is None or series.values.dtype.kind not in "fiub":
+                continue
+            unit, factor = si_unit(series.unit)
+            flown = np.asarray(series.values, dtype=float)
+            units[name], values[name] = unit, flown * factor if factor != 1.0 else flown
+            times.setdefault(topic, series.time)
+            topic_of[name] = topic
+        progress(READING + (1.0 - READING) * (number + 1) / len(record.topics))
+    duration = max((float(time[-1]) for time in times.values() if len(time)), default=0.0)
+    return LogContents(
+        path, record.vehicle, duration, record.remark, units, times, values, topic_of
+    )
+
+
+class _Teller:
+    """Sends progress, not too often."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._told = 0.0
+
+    def tell(self, share: float) -> None:
+        if share >= self._told + STEP:
+            self._told = share
+            self._connection.send(Progress(share))
+
+
+def main(connection: Connection) -> None:
+    """Read what is asked for, send it, and end; also where nobody listens any more."""
+    with contextlib.suppress(EOFError, OSError):
+        asked = connection.recv()
+        assert isinstance(asked, ReadLog)
+        try:
+            connection.send(contents_of(asked.path, _Teller(connection).tell))
+        except WorkbenchError as error:
+            connection.send(Refused(str(error)))
+        except MemoryError:
+            connection.send(Refused(f"{asked.path}: there is not enough memory for this log"))
+
+
+if __name__ == "__main__":
+    main(Connection(int(sys.argv[1])))

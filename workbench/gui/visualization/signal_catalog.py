@@ -1,0 +1,107 @@
+"""All signals by topic, with what is known of each."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from workbench.gui.visualization.derived_signals import DERIVED
+from workbench.link.topics import PREFIX, Topic
+
+TITLES = {
+    "position_data": "Place and attitude",
+    "velocity_data": "Velocity",
+    "acceleration_data": "Acceleration",
+    "force_torque_data": "Force and torque",
+    "command_velocity": "Command",
+    "rotors": "Rotors",
+    "imu": "IMU",
+    "gps": "GPS",
+    "lidar": "Lidar",
+    "wind": "Wind",
+    "drone_state": "State of the drone",
+    "on_off_state": "On or off",
+    "time_data": "Clock",
+    "parameters": "Parameters",
+    "events": "Events",
+    "frames": "Frames",
+    "error": "Errors",
+    "derived": "Derived",
+    "exact_state": "Exact state",
+}
+
+
+@dataclass(frozen=True)
+class SignalInfo:
+    """A signal.
+
+    Attributes:
+        name: TOPIC.FIELD.
+        field: its name within the topic.
+        unit: SI.
+        help: what is known besides.
+    """
+
+    name: str
+    field: str
+    unit: str
+    help: str
+
+
+@dataclass(frozen=True)
+class SignalGroup:
+    """The signals of a topic.
+
+    Attributes:
+        topic: its name.
+        title: in words.
+        signals: in the order of the topic.
+    """
+
+    topic: str
+    title: str
+    signals: tuple[SignalInfo, ...]
+
+
+def make_catalog(units: Mapping[str, str], topics: Iterable[Topic]) -> tuple[SignalGroup, ...]:
+    """Return all signals by topic.
+
+    Args:
+        units: SI unit of every signal, by name.
+        topics: that are known; others may have signals, too.
+    """
+    known = _helps(topics) | {each.name: each.help for each in DERIVED}
+    groups: dict[str, list[SignalInfo]] = {}
+    for name, unit in units.items():
+        topic, _, field = name.partition(".")
+        whole = f"{topic}.{field.partition('.')[0]}"
+        found = SignalInfo(name, field, unit, known.get(name, known.get(whole, "")))
+        groups.setdefault(topic, []).append(found)
+    return tuple(
+        SignalGroup(topic, TITLES.get(topic, topic.replace("_", " ").capitalize()), tuple(signals))
+        for topic, signals in sorted(groups.items(), key=lambda item: _rank(item[0]))
+    )
+
+
+def _rank(topic: str) -> tuple[int, str]:
+    order = list(TITLES)
+    return (order.index(topic) if topic in order else len(order), topic)
+
+
+def _helps(topics: Iterable[Topic]) -> dict[str, str]:
+    """Return what topics say of their fields, by TOPIC.FIELD."""
+    helps = {}
+    for topic in topics:
+        short = topic.name.removeprefix(PREFIX)
+        for field in topic.fields:
+            parts = []
+            if field.frame:
+                parts.append(f"in {field.frame}")
+            if field.low is not None and field.high is not None:
+                parts.append(f"{field.low:g} .. {field.high:g}")
+            if topic.rate:
+                parts.append(f"{topic.rate:.0f} times a second")
+            about = topic.about.get(field.name)
+            if isinstance(about, str):
+                parts.append(about)
+            said = ", ".join(parts)
+            helps[f"{short}.{field.name}"] = said
+    return helps
