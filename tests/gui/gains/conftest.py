@@ -1,0 +1,148 @@
+"""A flight and an analyst that answer when a test says so."""
+
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from PyQt6.QtCore import QObject, pyqtSignal
+
+from workbench.analyst.replies import Judged, Ranges
+from workbench.gui.gains.gain_desk import GainDesk
+from workbench.link.backplane import Published
+from workbench.link.drone_topics import PARAMETERS, Outfit, drone_topics
+from workbench.live.view import LiveView
+from workbench.parameters import PARAMETERS as ROWS
+
+TOPICS = drone_topics(Outfit(rotors=4, fast=128.0, slow=16.0))
+PARAMETERS_TOPIC = next(topic for topic in TOPICS if topic.id == PARAMETERS)
+
+
+@dataclass
+class Ordered:
+    """An order that the fake flight was given."""
+
+    name: str
+    value: float
+    done: object
+    refused: object
+
+
+class FakeFlight(QObject):
+    """Takes orders as `FlightModel` does; a test answers them, or they answer at once."""
+
+    streamed = pyqtSignal(object)
+    viewed = pyqtSignal(object)
+
+    def __init__(self, notices) -> None:
+        super().__init__()
+        self._notices = notices
+        self.at_once = True
+        self.given: list[tuple[str, float]] = []
+        self.waiting: list[Ordered] = []
+        self.time = 1.0
+
+    def order(self, give, done=None, refused=None) -> None:
+        asked = []
+        give(SimpleNamespace(set=lambda name, value: asked.append((name, value)) or Future()))
+        self.given += asked
+        self.waiting.append(Ordered(*asked[0], done, refused))
+        if self.at_once:
+            self.answer()
+
+    def answer(self) -> None:
+        """Obey the oldest order."""
+        self.time += 0.01
+        self.waiting.pop(0).done(self.time)
+
+    def refuse(self, said: str) -> None:
+        """Refuse the oldest order."""
+        self.waiting.pop(0).refused(said)
+
+    def publish(self, time: float, **values: float) -> None:
+        """Tell of parameters that have changed."""
+        self.streamed.emit(
+            [
+                Published(
+                    round(time * 1e9), 0, ((PARAMETERS, PARAMETERS_TOPIC.pack((name, value))),)
+                )
+                for name, value in values.items()
+            ]
+        )
+
+
+class FakeAnalysis(QObject):
+    """Hears questions; a test answers them."""
+
+    judged = pyqtSignal(object)
+    ranges_found = pyqtSignal(object)
+    refused = pyqtSignal(object, str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: list = []
+
+    def ask(self, question) -> None:
+        self.asked.append(question)
+
+    def judge(self, stable: bool, said: str = "a swing would grow") -> None:
+        """Answer the last question."""
+        gains = self.asked[-1].gains
+        self.judged.emit(Judged(gains, (), None, stable, "" if stable else said))
+
+
+@dataclass
+class Bench:
+    """A desk between a fake flight and a fake analyst."""
+
+    desk: GainDesk
+    flight: FakeFlight
+    analysis: FakeAnalysis
+    view: LiveView
+    told: list = field(default_factory=list)
+
+    def know(self, **stable: tuple[float, float]) -> None:
+        """Find ranges around what flies: those, and the limits of every other gain."""
+        every = {row.name: (row.minimum, row.maximum) for row in ROWS if row.system == "controller"}
+        gains = {name: self.desk.flown[name] for name in every}
+        self.analysis.ranges_found.emit(Ranges(gains, every | stable))
+
+
+def start_values() -> dict[str, float]:
+    """Return a value for every row, as the table has it."""
+    return {row.name: row.default for row in ROWS}
+
+
+@pytest.fixture
+def new_view(tmp_path):
+    """Makes the first view of a flight of a new vehicle."""
+
+    def make(**values: float) -> LiveView:
+        vehicle = SimpleNamespace(name="dh_drone", source=tmp_path / "drone.urdf")
+        return LiveView(values=start_values() | values, vehicle=vehicle, topics=TOPICS)
+
+    return make
+
+
+@pytest.fixture
+def bench(workspace, new_view):
+    """A desk with a flight that has begun; every gain is 3, 150, ... as the table has it."""
+    flight, analysis = FakeFlight(workspace.notices), FakeAnalysis()
+    desk = GainDesk(flight, analysis, workspace.preferences, workspace.notices)
+    made = Bench(desk, flight, analysis, new_view())
+    workspace.notices.told.connect(made.told.append)
+    desk.begin(made.view)
+    yield made
+    desk.close()
+
+
+@pytest.fixture
+def gain_file(tmp_path) -> Path:
+    """A gain file that differs from the table in two lines."""
+    path = tmp_path / "brisk.yaml"
+    path.write_text(
+        "vehicle: dh_drone\norigin: found by hand\n"
+        "gains:\n  kp_velocity_x: 4.5 1/s\n  kp_roll: 200.0 1/s^2\n  kd_roll: 20.0 1/s\n"
+    )
+    return path

@@ -1,0 +1,88 @@
+"""A slider that moves gains of a real flight, and what the drone then does."""
+
+import pytest
+from PyQt6.QtCore import QPoint, Qt
+from PyQt6.QtTest import QTest
+
+from workbench.analyst.replies import Ranges
+from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_panel import GainPanel
+from workbench.live.choice import Choice
+from workbench.scenario import Action, Gust, Scenario
+
+NAME = "kp_velocity_x"
+SECONDS = 60000
+
+
+@pytest.fixture
+def flown(workspace, qtbot):
+    """A hover, with the gains' form beside it; every gain is known to be stable."""
+    desk = GainDesk(workspace.flight, workspace.analysis, workspace.preferences, workspace.notices)
+    panel = GainPanel(workspace, desk)
+    qtbot.addWidget(panel)
+    panel.resize(420, 640)
+    workspace.flight.begun.connect(desk.begin)
+    workspace.flight.fly(Choice("hover"), draw=False)
+    qtbot.waitUntil(lambda: NAME in panel.rows, timeout=SECONDS)
+    panel.show()
+    every = {row.name: (row.minimum, row.maximum) for row in desk.rows}
+    workspace.analysis.ranges_found.emit(Ranges(dict(desk.flown), every))
+    yield desk, panel
+    desk.close()
+
+
+def fastest(workspace, qtbot, velocity):
+    """Ask for a level speed from rest and return the largest acceleration along x [m/s²]."""
+    begun = workspace.signals.now
+    workspace.flight.order(lambda live: live.command([velocity, 0.0, 0.0]))
+    qtbot.waitUntil(lambda: workspace.signals.now > begun + 0.8, timeout=SECONDS)
+    _, values = workspace.signals.series("acceleration_data.vdot_x", begun)
+    peak = float(values.max())
+    workspace.flight.order(lambda live: live.command([0.0, 0.0, 0.0]))
+    begun = workspace.signals.now
+    qtbot.waitUntil(lambda: workspace.signals.now > begun + 2.5, timeout=SECONDS)
+    return peak
+
+
+def test_a_slider_changes_what_flies_until_it_is_reverted_or_reset(flown, workspace, qtbot):
+    desk, panel = flown
+    asked = []
+    before = fastest(workspace, qtbot, 1.0)
+    slider = panel.rows[NAME].slider
+    start = desk.flown[NAME]
+    x = round(slider._x(slider._place))
+    QTest.mousePress(slider, Qt.MouseButton.LeftButton, pos=QPoint(x, 12))
+    QTest.mouseMove(slider, QPoint(x - 10, 12))
+    QTest.mouseMove(slider, QPoint(x - 20, 12))
+    QTest.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=QPoint(x - 20, 12))
+    wanted = desk.proposed[NAME]
+    assert wanted < 0.75 * start
+    qtbot.waitUntil(lambda: desk.flown[NAME] == wanted, timeout=SECONDS)
+    workspace.flight.order(lambda live: live.get(NAME), done=asked.append)
+    qtbot.waitUntil(lambda: asked == [wanted], timeout=SECONDS)
+    after = fastest(workspace, qtbot, 1.0)
+    assert after < 0.9 * before
+    desk.revert()
+    workspace.flight.order(lambda live: live.get(NAME), done=asked.append)
+    qtbot.waitUntil(lambda: asked == [wanted, start], timeout=SECONDS)
+    assert desk.said() == "Flown = kept"
+    desk.propose(NAME, 2.0)
+    desk.keep()
+    qtbot.waitUntil(lambda: desk.flown[NAME] == 2.0, timeout=SECONDS)
+    workspace.flight.order(lambda live: live.reset())
+    qtbot.waitUntil(lambda: desk.flown[NAME] == start, timeout=SECONDS)
+    qtbot.waitUntil(lambda: panel.rows[NAME].field.value() == start, timeout=SECONDS)
+    assert desk.kept[NAME] == 2.0
+    assert desk.said() == "1 gain tried, not kept"
+
+
+def test_what_the_script_of_a_flight_changes_is_followed(workspace, qtbot):
+    desk = GainDesk(workspace.flight, workspace.analysis, workspace.preferences, workspace.notices)
+    workspace.flight.begun.connect(desk.begin)
+    script = [Action(at=0.3, set={NAME: 2.5}), Action(at=0.4, gust=Gust([1.5, 0.0, 0.0], 2.0))]
+    workspace.flight.fly(Scenario(script=script), draw=False)
+    qtbot.waitUntil(lambda: desk.flown.get(NAME) == 2.5, timeout=SECONDS)
+    qtbot.waitUntil(lambda: desk.flown["gust_x"] == 1.5, timeout=SECONDS)
+    qtbot.waitUntil(lambda: desk.flown["gust_duration"] == 2.0, timeout=SECONDS)
+    assert desk.proposed[NAME] == 2.5
+    desk.close()

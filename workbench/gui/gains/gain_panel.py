@@ -1,0 +1,242 @@
+"""The form of the gains: made from the parameter table, one line a row."""
+
+from collections.abc import Iterable, Mapping
+
+from PyQt6.QtCore import Qt, QTimer
+from PyQt6.QtGui import QKeyEvent, QKeySequence, QShortcut, QShowEvent
+from PyQt6.QtWidgets import (
+    QCheckBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from workbench.gui.gains.doubt_bar import DoubtBar
+from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_group import GainGroup
+from workbench.gui.gains.gain_row import GainRow
+from workbench.gui.gains.gain_rows import GAIN_GROUPS, gain_label, is_gain
+from workbench.gui.workspace import Workspace
+from workbench.parameters import Parameter
+
+CLOSED = "Limits"
+"""This group is closed at first, so that the gains stand without scrolling."""
+MORE = "More parameters"
+COMPACT = """
+GainField { min-height: 16px; padding: 1px 5px; }
+GainField:focus, GainField[class~="bad"] { padding: 0 4px; }
+GainGroup > QToolButton { font-weight: 600; text-align: left; min-height: 16px; padding: 3px 4px; }
+GainGroup > QToolButton:focus { padding: 2px 3px; }
+GainSlider:horizontal { min-height: 19px; }
+GainRow > QToolButton { min-height: 16px; padding: 1px 4px; }
+GainRow > QToolButton:focus { padding: 0 3px; }
+"""
+"""So that all gains stand at once in a window of 720 lines."""
+
+
+class GainPanel(QWidget):
+    """All live parameters of the flight: gains first, everything else below.
+
+    Enter flies what is proposed, Escape proposes again what flies.
+
+    Args:
+        workspace: colours and units.
+        desk: sets them.
+        parent: whose life it shares.
+    """
+
+    def __init__(self, workspace: Workspace, desk: GainDesk, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._workspace, self._desk = workspace, desk
+        self.setAccessibleName("Gains")
+        self.setStyleSheet(COMPACT)
+        self.rows: dict[str, GainRow] = {}
+        self._groups: list[GainGroup] = []
+        self._more: GainGroup | None = None
+        self._shown: tuple[Parameter, ...] = ()
+        self._start: Mapping[str, float] = desk.start
+        self.search = QLineEdit(self)
+        self.search.setPlaceholderText("Search (Ctrl+F)")
+        self.search.setAccessibleName("Search parameters by name or help")
+        self.search.setClearButtonEnabled(True)
+        self.linked = QCheckBox("Link &x and y", self)
+        self.linked.setToolTip("Let gains of x and y move together; linking moves none yet")
+        self.linked.setChecked(desk.linked)
+        self.doubt = DoubtBar(desk, self)
+        self.nothing = QLabel("Nothing flies yet: open a scenario to tune its gains.", self)
+        self.nothing.setProperty("class", "muted")
+        self.nothing.setWordWrap(True)
+        self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._area = QScrollArea(self)
+        self._area.hide()
+        self._lay_out()
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
+        self._later.setInterval(0)
+        self._later.timeout.connect(self._show_all)
+        self._connect()
+        self._show_all()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        super().showEvent(event)
+        self._desk.look()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        if event is None:
+            return
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._desk.apply()
+        elif event.key() == Qt.Key.Key_Escape:
+            self._escape()
+        else:
+            super().keyPressEvent(event)
+
+    def _escape(self) -> None:
+        """Clear the search, or propose again what flies: of the line that has the focus, or all."""
+        if self.search.hasFocus() and self.search.text():
+            self.search.clear()
+            return
+        here = self.focusWidget()
+        focused = [row for row in self.rows.values() if here and row.isAncestorOf(here)]
+        if any(row.put_back() for row in focused):
+            return
+        for row in self.rows.values():
+            if not row.complaint.isHidden():
+                row.complain("")
+        self._desk.back()
+
+    def _connect(self) -> None:
+        desk = self._desk
+        self.search.textChanged.connect(self._search)
+        QShortcut(QKeySequence("Ctrl+F"), self).activated.connect(self.search.setFocus)
+        self.linked.toggled.connect(desk.set_linked)
+        desk.state_changed.connect(self._later.start)
+        desk.flown_changed.connect(self._show_values)
+        desk.proposed_changed.connect(self._show_value)
+        desk.ranges_changed.connect(self._show_ranges)
+        desk.complained.connect(self._complain)
+        self._workspace.preferences.changed.connect(self._show_units)
+        self._workspace.look.changed.connect(self._show_units)
+
+    def _show_all(self) -> None:
+        """Show the state of everything; the lines are made anew where others are needed."""
+        if self._shown != self._desk.rows:
+            self._make_rows()
+        elif self._start is not self._desk.start:
+            self._show_start()
+        self.linked.blockSignals(True)
+        self.linked.setChecked(self._desk.linked)
+        self.linked.blockSignals(False)
+        self._show_values(self.rows)
+
+    def _show_values(self, names: Iterable[str]) -> None:
+        for name in names:
+            if name in self.rows and name in self._desk.proposed:
+                self.rows[name].show_value()
+
+    def _show_value(self, name: str) -> None:
+        self._show_values([name])
+
+    def _show_ranges(self) -> None:
+        for name, row in self.rows.items():
+            if is_gain(row.row) and name in self._desk.proposed:
+                row.show_range()
+
+    def _show_start(self) -> None:
+        """Show another flight's start, in units and colours as they are now."""
+        self._start = self._desk.start
+        for row in self.rows.values():
+            row.show_unit()
+        self._show_ranges()
+        if self.isVisible():
+            self._desk.look()
+
+    def _show_units(self, preference: str = "") -> None:
+        for row in self.rows.values():
+            row.show_unit()
+
+    def _complain(self, name: str, said: str) -> None:
+        if name in self.rows:
+            self.rows[name].complain(said)
+
+    def _make_rows(self) -> None:
+        """Make the lines of the flight's gains; those of the rest wait until they are wanted."""
+        self._shown, self._start = self._desk.rows, self._desk.start
+        self.rows = {}
+        self._groups = []
+        content = QWidget()
+        column = QVBoxLayout(content)
+        column.setContentsMargins(8, 0, 2, 2)
+        column.setSpacing(0)
+        gains = [row for row in self._shown if is_gain(row)]
+        for title in GAIN_GROUPS:
+            group = self._make_group(title, gains, title != CLOSED)
+            column.addWidget(group)
+        self._more = GainGroup(MORE, False)
+        self._more.heading.clicked.connect(self._make_more)
+        column.addWidget(self._more)
+        column.addStretch()
+        self._area.setWidget(content)
+        self._area.setVisible(bool(gains))
+        self.nothing.setVisible(not gains)
+        self._show_ranges()
+        self._search(self.search.text())
+        if self.isVisible():
+            self._desk.look()
+
+    def _make_more(self) -> None:
+        """Make the lines of what is no gain, at the first need."""
+        rest = [row for row in self._shown if not is_gain(row)]
+        if self._more is None or any(row.name in self.rows for row in rest):
+            return
+        titles = dict.fromkeys(gain_label(row).group for row in rest)
+        self._more.add([self._make_group(title, rest, True) for title in titles])
+
+    def _make_group(self, title: str, rows: Iterable[Parameter], is_open: bool) -> GainGroup:
+        group = GainGroup(title, is_open)
+        made = [
+            GainRow(self._workspace, self._desk, row)
+            for row in rows
+            if gain_label(row).group == title
+        ]
+        self.rows.update({each.row.name: each for each in made})
+        group.add(made)
+        group.setVisible(bool(made))
+        self._groups.append(group)
+        return group
+
+    def _search(self, words: str) -> None:
+        """Show what has the words, wherever it stands; all as before for none."""
+        if words.strip():
+            self._make_more()
+        found: set[QWidget] = {row for row in self.rows.values() if row.matches(words)}
+        for group in self._groups:
+            group.search(found if words.strip() else None)
+        if self._more is not None:
+            inside = {each for each in self._groups if self._more.isAncestorOf(each)}
+            kept: set[QWidget] = {each for each in inside if each.isVisibleTo(self._more)}
+            self._more.search(kept if words.strip() else None)
+
+    def _lay_out(self) -> None:
+        self._area.setWidgetResizable(True)
+        self._area.setFrameShape(QFrame.Shape.NoFrame)
+        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        top = QHBoxLayout()
+        top.setContentsMargins(8, 4, 8, 0)
+        top.addWidget(self.search, 1)
+        top.addWidget(self.linked)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        layout.addLayout(top)
+        margin = QVBoxLayout()
+        margin.setContentsMargins(8, 0, 8, 0)
+        margin.addWidget(self.doubt)
+        layout.addLayout(margin)
+        layout.addWidget(self._area, 1)
+        layout.addWidget(self.nothing, 1)

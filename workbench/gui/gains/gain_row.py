@@ -1,0 +1,211 @@
+"""The line of one parameter: name, slider, number, what has changed, and a way back."""
+
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
+
+from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_field import GainField
+from workbench.gui.gains.gain_rows import gain_label, partner
+from workbench.gui.gains.gain_scale import GainScale, decimals, rounded
+from workbench.gui.gains.gain_slider import GainSlider
+from workbench.gui.gains.gain_state import Mark
+from workbench.gui.gains.gain_step import StepSize
+from workbench.gui.style import set_class
+from workbench.gui.units import unit_for
+from workbench.gui.workspace import Workspace
+from workbench.parameters import Parameter
+
+MOST_DECIMALS = 3
+SHAPES = {Mark.KEPT: "", Mark.TRIED: "◆", Mark.PROPOSED: "◇"}
+NAME_WIDTH, FIELD_WIDTH, UNIT_WIDTH, MARK_WIDTH = 14.4, 7.4, 3.8, 1.6
+"""Of the columns, in widths of a digit, so that all lines have them alike."""
+
+
+class GainRow(QWidget):
+    """A parameter to be set.
+
+    Args:
+        workspace: colours and units.
+        desk: sets it.
+        row: of the parameter table.
+        parent: whose life it shares.
+
+    Attributes:
+        row: of the parameter table.
+    """
+
+    def __init__(
+        self, workspace: Workspace, desk: GainDesk, row: Parameter, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._workspace, self._desk, self.row = workspace, desk, row
+        self._scale = GainScale(row)
+        self._label = gain_label(row)
+        self._mark = Mark.KEPT
+        self._seen: tuple[float, float, float] | None = None
+        self.slider = GainSlider(workspace.look, self)
+        self.field = GainField(self)
+        self.mark = QLabel(self)
+        self.reset = QToolButton(self)
+        self.reset.setText("↺")
+        self.reset.setProperty("class", "quiet compact")
+        self.reset.setFixedWidth(24)
+        self.complaint = QLabel(self)
+        self.complaint.setProperty("class", "bad")
+        self.complaint.setWordWrap(True)
+        self.complaint.hide()
+        self._name = QLabel(self)
+        self._unit_shown = QLabel(self)
+        self._unit_shown.setProperty("class", "muted")
+        self._name.setBuddy(self.field)
+        self._lay_out()
+        for part in (self.slider, self.field):
+            part.stepped.connect(self._step)
+            part.grasped.connect(desk.grasp)
+            part.released.connect(desk.settle)
+        self.slider.dragged.connect(self._drag)
+        self.field.typed.connect(self._type)
+        self.reset.clicked.connect(self._reset)
+        self.show_unit()
+
+    def matches(self, words: str) -> bool:
+        """Return whether all words stand in its name, symbol, group or help."""
+        label = self._label
+        text = f"{self.row.name} {label.words} {label.symbol} {label.group} {self.row.help}".lower()
+        return all(word in text for word in words.lower().split())
+
+    def show_unit(self) -> None:
+        """Show name and unit as the user prefers them, and where the flight began."""
+        muted = self._workspace.look.colours.muted
+        symbol = f" <span style='color:{muted}'>{self._label.symbol}</span>"
+        self._name.setText(self._label.words + (symbol if self._label.symbol else ""))
+        self._unit = unit_for(self.row.unit, self._workspace.preferences)
+        start = self._desk.start[self.row.name]
+        step = self._unit.shown(self._scale.step(start))
+        fine = decimals(step * StepSize.FINEST.value)
+        self.field.show_decimals(0 if self.row.whole else min(fine, MOST_DECIMALS))
+        self._unit_shown.setText(self._unit.symbol)
+        self.slider.show_start(self._scale.place(start))
+        self._say_names()
+        self._seen = None
+        self.show_value()
+
+    def show_value(self) -> None:
+        """Show what is proposed and flown, and how that stands to what was kept."""
+        name = self.row.name
+        proposed, flown = self._desk.proposed[name], self._desk.flown[name]
+        kept = self._desk.kept.get(name, self._desk.start[name])
+        mark = self._desk.mark(name)
+        seen = (proposed, flown, kept)
+        if seen == self._seen and mark is self._mark:
+            return  # so that nothing is taken from who types here
+        self._seen = seen
+        self.slider.show_place(self._scale.place(proposed), self._scale.place(flown))
+        if self.complaint.isHidden():
+            self.field.show_value(self._unit.shown(proposed))
+        self._mark = mark
+        self.mark.setText(SHAPES[mark])
+        said = f"{self._label.words}: {mark.value}; kept is {self._text(kept)}"
+        self.mark.setAccessibleName(said)
+        self.mark.setToolTip("" if mark is Mark.KEPT else said)
+        self.reset.setEnabled(proposed != self._desk.start[name])
+
+    def show_range(self) -> None:
+        """Show where the loop is stable."""
+        stable = self._desk.stable_range(self.row.name)
+        places = (self._scale.place(stable[0]), self._scale.place(stable[1])) if stable else None
+        self.slider.show_stable(places, self._desk.ranges_fresh)
+        self._say_names()
+
+    def complain(self, said: str) -> None:
+        """Say why a value may not be; "" once all is well."""
+        self.complaint.setText(f"✕ {said}".replace("^2", "²") if said else "")
+        self.complaint.setVisible(bool(said))
+        set_class(self.field, "bare bad" if said else "bare")
+        self._seen = None
+        if not said:
+            self.show_value()
+
+    def put_back(self) -> bool:
+        """Propose the flown value again, and let go of what was typed.
+
+        Returns:
+            Whether there was anything to put back.
+        """
+        was = self._mark is Mark.PROPOSED or not self.complaint.isHidden()
+        if was:
+            self.complain("")
+            linked = self._desk.linked and partner(self.row.name)
+            self._desk.back([self.row.name, *([linked] if linked else [])])
+        self._seen = None  # a text that is half typed goes
+        self.show_value()
+        return was
+
+    def _drag(self, place: float) -> None:
+        self._propose_shown(rounded(self._unit.shown(self._scale.value(place))))
+
+    def _step(self, direction: int, size: StepSize) -> None:
+        value = self._unit.shown(self._desk.proposed[self.row.name])
+        step = self._scale.step(self._unit.read(value))
+        step = 1.0 if self.row.whole else self._unit.shown(step) * size.value
+        self._propose_shown(round(value + direction * step, 9))
+
+    def _propose_shown(self, shown: float) -> None:
+        self._desk.propose(self.row.name, self._scale.held(self._unit.read(shown)))
+
+    def _type(self, shown: float) -> None:
+        """Propose what was typed; the table refuses what may not be."""
+        value = self._unit.read(shown)
+        low, high = self.row.minimum, self.row.maximum
+        if self._unit.factor != 1.0 and not low <= value <= high:
+            said = f"{self._label.words} is {self._text(value)}: keep it within {self._limits()}"
+            self.complain(said)  # in the unit that was typed
+        else:
+            self._desk.propose(self.row.name, value)
+
+    def _reset(self) -> None:
+        self._desk.settle()
+        self._desk.propose(self.row.name, self._desk.start[self.row.name])
+
+    def _limits(self) -> str:
+        return f"{self._text(self.row.minimum)} to {self._text(self.row.maximum)}"
+
+    def _text(self, value: float) -> str:
+        gap = "" if self._unit.symbol == "°" else " "
+        return f"{self._unit.shown(value):.4g}{gap}{self._unit.symbol}".strip()
+
+    def _say_names(self) -> None:
+        """Say name, unit, range and help to those who point, and to those who listen."""
+        row, words = self.row, self._label.words
+        limits = self._limits()
+        stable = self._desk.stable_range(row.name)
+        lines = [f"{row.name}: {row.help}", f"limits {limits}"]
+        lines.append(f"▲ at the start {self._text(self._desk.start[row.name])}")
+        if stable:
+            old = "" if self._desk.ranges_fresh else ", with earlier gains"
+            lines.append(f"┃ stable {self._text(stable[0])} to {self._text(stable[1])}{old}")
+        for part, kind in ((self.slider, "slider"), (self.field, "value")):
+            part.setAccessibleName(f"{words} {kind}, {limits}")
+            part.setAccessibleDescription("; ".join(lines))
+            part.setToolTip("\n".join(lines))
+        self._name.setToolTip("\n".join(lines))
+        start = self._text(self._desk.start[row.name])
+        self.reset.setAccessibleName(f"Reset {words} to {start}")
+        self.reset.setToolTip(f"Back to {start}, as the flight began")
+
+    def _lay_out(self) -> None:
+        digit = self.fontMetrics().horizontalAdvance("0")
+        self._name.setFixedWidth(round(NAME_WIDTH * digit))
+        self.field.setFixedWidth(round(FIELD_WIDTH * digit))
+        self._unit_shown.setFixedWidth(round(UNIT_WIDTH * digit))
+        self.mark.setFixedWidth(round(MARK_WIDTH * digit))
+        self.mark.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(4)
+        grid.setVerticalSpacing(1)
+        parts = (self._name, self.slider, self.field, self._unit_shown, self.mark, self.reset)
+        for column, part in enumerate(parts):
+            grid.addWidget(part, 0, column)
+        grid.addWidget(self.complaint, 1, 0, 1, len(parts))
+        grid.setColumnStretch(1, 1)

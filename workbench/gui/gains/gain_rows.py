@@ -1,0 +1,109 @@
+"""How the rows of the parameter table are called and grouped where gains are tuned."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from workbench.parameters import PARAMETERS, Parameter
+
+PAIRS = (
+    ("kp_velocity_x", "kp_velocity_y"),
+    ("kd_velocity_x", "kd_velocity_y"),
+    ("kp_roll", "kp_pitch"),
+    ("kd_roll", "kd_pitch"),
+)
+"""Gains of x and of y that may be linked."""
+
+WITH_A_PROFILE = ("drag_area",)
+"""Rows besides the controller's that belong to the vehicle: a gain file has them, too."""
+
+_VELOCITY = "Velocity loop"
+_ATTITUDE = "Attitude loop"
+_YAW = "Yaw"
+_POSITION = "Position hold"
+_LIMITS = "Limits"
+GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
+"""Headings of the controller's rows, in their order."""
+
+_SYSTEMS = {
+    "modes": "Flight modes",
+    "battery": "Battery",
+    "obstacles": "Obstacles",
+    "air": "Air, gusts and pushes",
+    "rotors": "Rotor faults",
+}
+_FAULTS = "Sensor faults"
+
+
+@dataclass(frozen=True)
+class GainLabel:
+    """How a row is shown.
+
+    Attributes:
+        group: heading under which it stands.
+        words: its name in words.
+        symbol: as a control engineer writes it, "" where there is none.
+    """
+
+    group: str
+    words: str
+    symbol: str = ""
+
+
+_LABELS = {
+    "kp_velocity_x": GainLabel(_VELOCITY, "Speed x", "Kp"),
+    "kp_velocity_y": GainLabel(_VELOCITY, "Speed y", "Kp"),
+    "kp_velocity_z": GainLabel(_VELOCITY, "Climb", "Kp"),
+    "kd_velocity_x": GainLabel(_VELOCITY, "Damping x", "Kd"),
+    "kd_velocity_y": GainLabel(_VELOCITY, "Damping y", "Kd"),
+    "kd_velocity_z": GainLabel(_VELOCITY, "Damping z", "Kd"),
+    "kp_roll": GainLabel(_ATTITUDE, "Roll", "Kp"),
+    "kp_pitch": GainLabel(_ATTITUDE, "Pitch", "Kp"),
+    "kd_roll": GainLabel(_ATTITUDE, "Roll rate", "Kd"),
+    "kd_pitch": GainLabel(_ATTITUDE, "Pitch rate", "Kd"),
+    "kp_yaw_rate": GainLabel(_YAW, "Yaw rate", "Kp"),
+    "kp_position_xy": GainLabel(_POSITION, "Level hold", "Kp"),
+    "kp_position_z": GainLabel(_POSITION, "Height hold", "Kp"),
+    "max_speed": GainLabel(_LIMITS, "Level speed"),
+    "max_climb_rate": GainLabel(_LIMITS, "Climb rate"),
+    "max_height": GainLabel(_LIMITS, "Height"),
+    "max_tilt": GainLabel(_LIMITS, "Tilt"),
+    "max_yaw_rate": GainLabel(_LIMITS, "Yaw rate"),
+}
+
+
+def gain_label(row: Parameter) -> GainLabel:
+    """Return how a row is shown; a row that nobody has named is named by itself."""
+    if row.name in _LABELS:
+        return _LABELS[row.name]
+    words = row.name.removesuffix("_fault").replace("_", " ").capitalize()
+    group = GAIN_GROUPS[0] if is_gain(row) else _SYSTEMS.get(row.system, _FAULTS)
+    return GainLabel(group, words)
+
+
+def is_gain(row: Parameter) -> bool:
+    """Return whether a row is tuned: kept, reverted, stored and saved."""
+    return row.system == "controller"
+
+
+def in_profile(row: Parameter) -> bool:
+    """Return whether a gain file of a vehicle has the row."""
+    return is_gain(row) or row.name in WITH_A_PROFILE
+
+
+def is_limit(row: Parameter) -> bool:
+    """Return whether a row bounds what is asked for, so that no loop near hover feels it."""
+    return gain_label(row).group == _LIMITS
+
+
+def partner(name: str) -> str:
+    """Return the gain that is linked with one, "" where it has none."""
+    for pair in PAIRS:
+        if name in pair:
+            return pair[1 - pair.index(name)]
+    return ""
+
+
+def flight_rows(names: Iterable[str]) -> tuple[Parameter, ...]:
+    """Return the rows of those names in the table's order."""
+    known = set(names)
+    return tuple(row for row in PARAMETERS if row.name in known)
