@@ -2,6 +2,7 @@
 
 import pytest
 
+from workbench.gui.flight_model import of_last_flight
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.scenario import Scenario
@@ -39,6 +40,14 @@ def test_a_flight_begins_obeys_and_begins_anew(workspace, heard, told, qtbot):
     flight.order(lambda live: live.reset())
     qtbot.waitUntil(lambda: len(begun) == 2, timeout=START)
     assert begun[1].snapshot.time < 0.5
+
+
+def test_after_a_reset_only_samples_of_the_new_flight_are_shown(canned):
+    old = [part for parts in canned.published[100:103] for part in parts]
+    new = [part for parts in canned.published[:3] for part in parts]
+    assert of_last_flight([*old, *new], canned.views[2]) == new
+    assert of_last_flight(new, canned.views[2]) == new
+    assert of_last_flight(old, canned.views[2]) == []
 
 
 def test_without_a_flight_an_order_is_a_sentence(workspace, told):

@@ -1,5 +1,6 @@
 """Settings by keyboard and mouse; limits and set-ups reach the flight as orders."""
 
+import threading
 from concurrent.futures import Future
 from dataclasses import replace
 
@@ -9,11 +10,12 @@ from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
 
 from workbench.gui.preference_table import PREFERENCES
 from workbench.gui.settings.flight_setup import setup_of
+from workbench.gui.settings.last_setup import last_setup
 from workbench.gui.settings.limit_rows import LIMITS
 from workbench.gui.settings.preference_rows import PreferenceRow
 from workbench.gui.settings.settings_screen import SettingsScreen
 from workbench.parameters import find_parameter
-from workbench.scenario import Rates, Scenario, SensorsConfig
+from workbench.scenario import Rates, Scenario, SensorsConfig, load_scenario
 
 
 class FakeLive:
@@ -154,6 +156,10 @@ def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qt
     assert begun[0].sensors.noise is False
     assert begun[0].world == "room"
     assert begun[0].script == canned.views[0].scenario.script
+    kept = last_setup(workspace.preferences.store)
+    qtbot.waitUntil(kept.exists)
+    qtbot.waitUntil(lambda: not any(t.name == "keeping a set-up" for t in threading.enumerate()))
+    assert load_scenario(kept) == begun[0]
 
 
 def test_a_period_stays_a_multiple_of_another_step(screen, canned):

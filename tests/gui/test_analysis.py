@@ -1,0 +1,177 @@
+"""What screens hear of the analyst, and what the banner does."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PyQt6.QtCore import QThread
+
+from workbench.analyst.questions import DrawMap, FindRanges, Judge, Pin, Predict, Step, Tune, Weigh
+from workbench.gui.analysis import Analysis
+from workbench.gui.notices import Notices, Severity
+from workbench.scenario import Scenario, VehicleConfig
+
+ENOUGH = 120_000
+"""No test waits so long unless it fails [ms]."""
+STEP = Step("x", 2.0, 1.0)
+
+
+class Heard:
+    """All that an analysis said, by the name of its signal, and in which thread."""
+
+    def __init__(self, analysis):
+        self.analysis = analysis
+        self.refused = []
+        self.threads = set()
+        for name in ("judged", "ranges_found", "predicted", "mapped", "weighed", "searched"):
+            self.listen(name)
+        for name in ("tuned", "forked", "pinned"):
+            self.listen(name)
+        analysis.refused.connect(self.refuse)
+
+    def listen(self, name):
+        said = []
+        setattr(self, name, said)
+        getattr(self.analysis, name).connect(lambda reply: self.keep(said, reply))
+
+    def keep(self, said, reply):
+        self.threads.add(QThread.currentThread())
+        said.append(reply)
+
+    def refuse(self, question, said):
+        self.threads.add(QThread.currentThread())
+        self.refused.append((question, said))
+
+
+@pytest.fixture
+def analysis(qapp):
+    notices = Notices()
+    made = Analysis(notices)
+    made.banner = []
+    notices.told.connect(made.banner.append)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def heard(analysis):
+    return Heard(analysis)
+
+
+def test_answers_come_by_the_signal_of_their_kind_in_the_thread_of_the_screens(
+    qtbot, analysis, heard
+):
+    analysis.begin(Scenario(), {"kp_roll": 200.0})
+    analysis.ask(FindRanges({}))
+    analysis.ask(DrawMap({}, "kp_pitch", "kd_pitch", "overshoot", STEP))
+    analysis.ask(Predict({}, STEP))
+    analysis.ask(Judge({"kd_roll": 20.0}))
+    qtbot.waitUntil(lambda: bool(heard.ranges_found and heard.mapped), timeout=ENOUGH)
+    assert heard.judged[0].gains == {"kd_roll": 20.0}
+    assert heard.predicted[0].step == STEP
+    assert heard.threads == {QThread.currentThread()}
+    assert not heard.refused
+    assert not analysis.banner
+
+
+def test_of_many_questions_the_last_is_answered_last_and_no_word_is_said_of_the_others(
+    qtbot, analysis, heard
+):
+    analysis.begin(Scenario(), {})
+    for number in range(100):
+        analysis.ask(Judge({"kp_roll": 100.0 + number}))
+    last = {"kp_roll": 199.0}
+    qtbot.waitUntil(lambda: bool(heard.judged) and heard.judged[-1].gains == last, timeout=ENOUGH)
+    assert len(heard.judged) < 50
+    assert not heard.refused
+    assert not analysis.banner
+
+
+def test_before_a_flight_there_is_nothing_to_judge(analysis, heard):
+    analysis.warm_up()
+    analysis.stop()
+    analysis.ask(Judge({}))
+    assert heard.refused == [(Judge({}), "there is nothing to judge yet: open a scenario first")]
+    assert not analysis.banner
+    analysis.ask(Weigh({}, STEP))
+    assert [each.severity for each in analysis.banner] == [Severity.WARNING]
+
+
+def test_what_comes_in_streams_is_refused_beside_it_and_the_rest_in_the_banner_too(
+    qtbot, analysis, heard, tmp_path
+):
+    analysis.begin(Scenario(), {})
+    analysis.ask(Judge({"kp_rol": 1.0}))
+    qtbot.waitUntil(lambda: len(heard.refused) == 1, timeout=ENOUGH)
+    assert heard.refused[0][0] == Judge({"kp_rol": 1.0})
+    assert "did you mean 'kp_roll'" in heard.refused[0][1]
+    assert not analysis.banner
+    analysis.ask(Pin(tmp_path / "a.yaml", {}, STEP))
+    qtbot.waitUntil(lambda: len(heard.refused) == 2, timeout=ENOUGH)
+    assert "name it NAME.spec.yaml" in analysis.banner[0].what
+
+
+def test_nothing_starts_before_it_is_needed_and_the_same_flight_keeps_it(qtbot, analysis, heard):
+    scenario, settings = Scenario(), {"kp_roll": 200.0}
+    analysis.begin(scenario, settings)
+    assert analysis.pids == (None, None)
+    analysis.ask(Judge({}))
+    qtbot.waitUntil(lambda: len(heard.judged) == 1, timeout=ENOUGH)
+    before = analysis.pids
+    analysis.begin(Scenario(), dict(settings))  # as after a reset
+    analysis.ask(Judge({}))
+    qtbot.waitUntil(lambda: len(heard.judged) == 2, timeout=ENOUGH)
+    assert analysis.pids == before
+    assert before[1] is None
+
+
+def test_another_flight_forgets_what_was_asked_and_judges_anew(qtbot, analysis, heard):
+    analysis.begin(Scenario(), {})
+    analysis.ask(Judge({}))
+    qtbot.waitUntil(lambda: len(heard.judged) == 1, timeout=ENOUGH)
+    before = analysis.pids[0]
+    analysis.ask(Judge({"kp_yaw_rate": 5.0}))
+    analysis.ask(Tune({}, ()))
+    analysis.begin(Scenario(vehicle=VehicleConfig(args={"mass": "2.0"})), {})
+    analysis.ask(Judge({"kd_roll": 22.0}))
+    qtbot.waitUntil(lambda: heard.judged[-1].gains == {"kd_roll": 22.0}, timeout=ENOUGH)
+    assert len(heard.judged) == 2
+    assert analysis.pids[0] != before
+    qtbot.waitUntil(lambda: not Path(f"/proc/{before}").exists(), timeout=ENOUGH)
+    assert not heard.refused
+    assert not analysis.banner
+
+
+def test_a_search_tells_how_it_goes_and_can_be_stopped(qtbot, analysis, heard):
+    analysis.begin(Scenario(), {})
+    analysis.ask(Tune({}, ("x.rise_time <= 0.1", "pitch.phase_margin >= 70deg")))
+    qtbot.waitUntil(lambda: bool(heard.searched), timeout=ENOUGH)
+    analysis.stop()
+    qtbot.waitUntil(lambda: bool(heard.tuned), timeout=ENOUGH)
+    assert heard.tuned[0].stopped
+    assert heard.threads == {QThread.currentThread()}
+
+
+def test_a_killed_analyst_is_told_and_asked_again(qtbot, analysis, heard):
+    analysis.begin(Scenario(), {})
+    analysis.warm_up()
+    qtbot.waitUntil(lambda: analysis.pids[0] is not None, timeout=ENOUGH)
+    analysis.ask(Judge({}))
+    os.kill(analysis.pids[0], signal.SIGKILL)
+    qtbot.waitUntil(lambda: bool(heard.refused or heard.judged), timeout=ENOUGH)
+    analysis.ask(Judge({"kd_roll": 22.0}))
+    qtbot.waitUntil(
+        lambda: bool(heard.judged) and heard.judged[-1].gains == {"kd_roll": 22.0}, timeout=ENOUGH
+    )
+
+
+def test_it_loads_nothing_heavy():
+    code = (
+        "import sys, workbench.gui.analysis\n"
+        "print(sorted({'pydrake', 'numba', 'scipy', 'control', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,107 @@
+"""The table of clients: in place, so that a selection outlives its updates."""
+
+from dataclasses import replace
+
+import pytest
+from PyQt6.QtCore import Qt
+
+from workbench.gui.server.clients_model import COLUMNS, ClientsModel
+from workbench.gui.server.clients_panel import ClientsPanel
+from workbench.link.backplane import (
+    ControlState,
+    Hand,
+    PeerStatus,
+    Role,
+    ServerStatus,
+    Stage,
+)
+from workbench.live.network_orders import NetworkView
+
+ANNA = PeerStatus(1, "10.0.0.1:5001", "anna", "tcp", Role.COMMAND, 120.4, 0.012, 3, 1)
+BEN = PeerStatus(2, "10.0.0.2:5002", "", "websocket", Role.VIEW, 30.0, 12.0, 0, 0)
+CARL = PeerStatus(3, "10.0.0.3:5003", "carl", "tls", None, 0.0, float("inf"), 0, 0)
+
+
+def flies(peer, name, stage=Stage.LIVE):
+    return ControlState(Hand.CLIENT, peer, name, stage, 0.0, f"{name} took control")
+
+
+def texts(model):
+    return [
+        [model.index(row, column).data() for column in range(model.columnCount())]
+        for row in range(model.rowCount())
+    ]
+
+
+@pytest.fixture
+def model(qapp, qtmodeltester):
+    made = ClientsModel()
+    qtmodeltester.check(made)
+    return made
+
+
+def test_a_client_is_a_row_of_words(model):
+    model.show_clients((ANNA, BEN, CARL), flies(1, "anna"))
+    number = "\N{NO-BREAK SPACE}"
+    assert texts(model) == [
+        ["anna", "10.0.0.1:5001", "tcp", "fly", "flies", "120", f"12{number}ms", "3", "1"],
+        ["client 2", "10.0.0.2:5002", "websocket", "watch", "–", "30", f"12{number}s", "0", "0"],
+        ["carl", "10.0.0.3:5003", "tls", "login", "–", "0", "–", "0", "0"],
+    ]
+    heads = [model.headerData(column, Qt.Orientation.Horizontal) for column in range(9)]
+    assert heads == [name for name, _ in COLUMNS]
+
+
+def test_a_silent_holder_is_said(model):
+    model.show_clients((ANNA,), flies(1, "anna", Stage.HOLD))
+    assert model.index(0, 4).data() == "silent, holds"
+
+
+def test_only_cells_that_changed_are_told(model, qtbot):
+    model.show_clients((ANNA, BEN), None)
+    changed = []
+    model.dataChanged.connect(lambda first, last: changed.append((first.row(), first.column())))
+    model.show_clients((ANNA, replace(BEN, rate=31.0)), None)
+    assert changed == [(1, 5)]
+
+
+def test_who_leaves_takes_only_its_own_row(model):
+    model.show_clients((ANNA, BEN, CARL), None)
+    model.show_clients((ANNA, CARL), None)
+    assert [row[0] for row in texts(model)] == ["anna", "carl"]
+    assert model.peer_at(1) == 3
+    model.show_clients((), None)
+    assert model.rowCount() == 0
+
+
+def network(*peers, control=None):
+    return NetworkView(ServerStatus("127.0.0.1:7733", "", peers, {}, ()), control)
+
+
+def test_a_selection_outlives_updates_and_the_leaving_of_others(workspace, qtbot):
+    panel = ClientsPanel(workspace.flight)
+    qtbot.addWidget(panel)
+    panel.show_network(network(ANNA, BEN, CARL))
+    panel.table.selectRow(2)
+    panel.show_network(network(replace(BEN, rate=1.0), replace(CARL, rate=2.0)))
+    assert panel.chosen == 1
+    assert panel.model.peer_at(panel.chosen) == 3
+    assert panel.disconnect_button.isEnabled()
+    panel.show_network(network(BEN))
+    assert panel.chosen is None
+    assert not panel.disconnect_button.isEnabled()
+
+
+def test_only_the_button_that_helps_can_be_pressed(workspace, qtbot):
+    panel = ClientsPanel(workspace.flight)
+    qtbot.addWidget(panel)
+    assert not panel.take_over.isEnabled()
+    panel.show_network(network(ANNA, control=flies(1, "anna")))
+    assert panel.control.text() == "anna has control."
+    assert panel.take_over.isEnabled()
+    assert not panel.give_back.isEnabled()
+    mine = ControlState(Hand.OPERATOR, 0, "", Stage.LIVE, 0.0, "the operator took over")
+    panel.show_network(network(ANNA, control=mine))
+    assert panel.control.text() == "You have control; clients wait."
+    assert panel.give_back.isEnabled()
+    assert not panel.take_over.isEnabled()

@@ -1,0 +1,94 @@
+"""The pilot of the demo, above a flight that only listens."""
+
+import dataclasses
+
+import pytest
+
+from workbench.gui.demo import LEG, ROUND, DemoPilot
+from workbench.live.messages import Phase
+from workbench.systems.mode import FlightMode
+
+
+class Asked:
+    def __init__(self, orders):
+        self._orders = orders
+
+    def __getattr__(self, name):
+        return lambda *args: self._orders.append((name, *args))
+
+
+@pytest.fixture
+def orders():
+    return []
+
+
+@pytest.fixture
+def pilot(workspace, canned, monkeypatch, orders):
+    """A pilot whose orders take effect at once, at the time of the newest view."""
+    made = DemoPilot(workspace.flight, workspace.notices)
+    clock = [0.0]
+
+    def order(give, done, refused=None):
+        give(Asked(orders))
+        done(clock[0])
+
+    def show(mode, time, place=None, phase=Phase.FLYING):
+        clock[0] = time
+        reference = (0.0, 0.0, 0.0, 0.0, *(place or (0.0, 0.0, 0.0)), 1.0 if place else 0.0)
+        snapshot = canned.views[0].snapshot
+        snapshot = dataclasses.replace(snapshot, mode=mode, time=time, reference=reference)
+        view = dataclasses.replace(canned.views[0], snapshot=snapshot, phase=phase)
+        workspace.flight.viewed.emit(view)
+
+    monkeypatch.setattr(workspace.flight, "order", order)
+    made.show = show
+    return made
+
+
+def take_off(pilot):
+    pilot.show(FlightMode.OFF, 0.0)
+    pilot.show(FlightMode.OFF, 0.1)  # not heard yet
+    pilot.show(FlightMode.TAKING_OFF, 1.0)
+    pilot.show(FlightMode.HOVERING, 3.0)
+
+
+def test_it_takes_off_once_and_flies_to_the_first_place(pilot, orders):
+    take_off(pilot)
+    assert orders == [("request", "take_off"), ("go_to", ROUND[0])]
+
+
+def test_it_flies_the_round_again_and_again(pilot, orders):
+    take_off(pilot)
+    for number in range(1, 9):
+        time = 3.0 + number * LEG
+        pilot.show(FlightMode.CRUISING, time - 0.1, ROUND[(number - 1) % 4])
+        pilot.show(FlightMode.HOVERING, time, ROUND[(number - 1) % 4])
+    assert [place for _, place in orders[1:]] == [*ROUND, *ROUND, ROUND[0]]
+
+
+@pytest.mark.parametrize(
+    ("mode", "place"),
+    [(FlightMode.CRUISING, None), (FlightMode.LANDING, ROUND[0]), (FlightMode.OFF, ROUND[0])],
+)
+def test_it_leaves_the_drone_to_whoever_else_flies(pilot, orders, told, mode, place):
+    take_off(pilot)
+    pilot.show(mode, 5.0, place)
+    pilot.show(FlightMode.HOVERING, 50.0, place)
+    assert pilot.is_over
+    assert len(orders) == 2
+    assert [notice.what for notice in told] == [
+        "the demo has ended, as somebody else flies; a reset begins it again"
+    ]
+
+
+def test_a_reset_begins_it_again(pilot, orders, workspace, canned):
+    take_off(pilot)
+    pilot.show(FlightMode.LANDING, 5.0)
+    workspace.flight.begun.emit(canned.views[0])
+    take_off(pilot)
+    assert orders[2:] == orders[:2]
+
+
+def test_a_pause_is_waited_for(pilot, orders):
+    pilot.show(FlightMode.OFF, 0.0, phase=Phase.PAUSED)
+    assert orders == []

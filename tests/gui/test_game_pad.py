@@ -1,0 +1,103 @@
+"""Game pads, by one that SDL makes up: plugged in and out, sticks and buttons."""
+
+import sys
+import warnings
+
+import pytest
+
+from workbench.gui.joystick.game_pad import INSTALL, GamePads, PadButton
+from workbench.gui.joystick.sticks import NEUTRAL, Stick
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # it warns of which library it has found
+    sdl2 = pytest.importorskip("sdl2")
+
+AXES, BUTTONS = 6, 15
+LEFT_X, LEFT_Y, RIGHT_X, RIGHT_Y = 0, 1, 2, 3
+A, B, BACK = 0, 1, 4
+
+
+class VirtualPad:
+    """A pad that SDL makes up; numbers of its parts are those of SDL's own mapping."""
+
+    def __init__(self):
+        kind = sdl2.SDL_JOYSTICK_TYPE_GAMECONTROLLER
+        self.index = sdl2.SDL_JoystickAttachVirtual(kind, AXES, BUTTONS, 0)
+        assert self.index >= 0, sdl2.SDL_GetError()
+        self.joystick = sdl2.SDL_JoystickOpen(self.index)
+
+    def move(self, axis, value):
+        assert sdl2.SDL_JoystickSetVirtualAxis(self.joystick, axis, value) == 0
+
+    def press(self, button, down=1):
+        assert sdl2.SDL_JoystickSetVirtualButton(self.joystick, button, down) == 0
+
+    def unplug(self):
+        sdl2.SDL_JoystickClose(self.joystick)
+        assert sdl2.SDL_JoystickDetachVirtual(self.index) == 0
+
+
+@pytest.fixture
+def pads():
+    made = GamePads()
+    made.open()
+    assert made.missing == ""
+    yield made
+    made.close()
+
+
+def test_a_pad_is_found_when_it_is_plugged_in_and_forgotten_when_it_is_not(pads):
+    assert pads.read() is None
+    pad = VirtualPad()
+    reading = pads.read()
+    assert reading is not None
+    assert reading.name
+    assert reading.sticks == NEUTRAL
+    pad.move(RIGHT_Y, -32768)
+    assert pads.read().sticks.right == Stick(0.0, 1.0)
+    pad.unplug()
+    assert pads.read() is None
+    again = VirtualPad()
+    assert pads.read().sticks == NEUTRAL
+    again.unplug()
+
+
+def test_sticks_are_mode_2_with_up_positive(pads):
+    pad = VirtualPad()
+    pad.move(LEFT_X, 16384)
+    pad.move(LEFT_Y, 16384)
+    pad.move(RIGHT_X, -32767)
+    pads.read()
+    sticks = pads.read().sticks
+    assert (sticks.left.x, sticks.left.y) == pytest.approx((0.5, -0.5), abs=1e-3)
+    assert sticks.right == Stick(-1.0, 0.0)
+    pad.unplug()
+
+
+def test_a_stick_that_rests_beside_its_middle_is_in_it(pads):
+    pad = VirtualPad()
+    pad.move(LEFT_X, 2000)
+    assert pads.read().sticks == NEUTRAL
+    pad.unplug()
+
+
+def test_a_button_is_heard_once_as_it_goes_down(pads):
+    pad = VirtualPad()
+    pad.press(B)
+    assert pads.read().pressed == ()  # it was held while the pad was plugged in
+    pad.press(A)
+    assert pads.read().pressed == (PadButton.TAKE_OFF,)
+    assert pads.read().pressed == ()
+    pad.press(A, 0)
+    pad.press(BACK)
+    assert pads.read().pressed == (PadButton.STOP,)
+    pad.unplug()
+
+
+def test_without_sdl_what_to_install_is_said(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sdl2", None)
+    pads = GamePads()
+    pads.open()
+    assert pads.missing == INSTALL
+    assert pads.read() is None
+    pads.close()

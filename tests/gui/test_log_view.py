@@ -1,0 +1,199 @@
+"""A log in the charts: read beside the app, scrubbed and played, refused with a sentence."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtTest import QTest
+
+from workbench.errors import WorkbenchError
+from workbench.flight_log.flight_log import FlightLog
+from workbench.gui.visualization.log_clock import LogClock
+from workbench.gui.visualization.log_names import live_name, si_unit
+from workbench.gui.visualization.log_source import LogSource
+from workbench.gui.visualization.log_worker import contents_of
+from workbench.gui.visualization.visualization_screen import VisualizationScreen
+from workbench.link.backplane import Sampled
+
+LIMIT = 60_000
+"""For a process to start and read [ms]."""
+
+
+@pytest.fixture(scope="module")
+def log(canned, tmp_path_factory) -> Path:
+    view = canned.views[0]
+    path = tmp_path_factory.mktemp("logs") / "flight.mcap"
+    made = FlightLog(path, view.topics, view.scenario, {}, dict(view.values), view.vehicle.name)
+    for some in canned.published:
+        for each in some:
+            made.write(Sampled(each, (1.0,) + 12 * (0.0,)))
+    made.close()
+    return path
+
+
+@pytest.fixture
+def screen(workspace, canned, qtbot):
+    made = VisualizationScreen(workspace)
+    qtbot.addWidget(made)
+    made.resize(1190, 600)
+    made.show()
+    qtbot.waitExposed(made)
+    workspace.signals.begin(canned.views[0].topics)
+    made.begin(canned.views[0])
+    yield made
+    made.close_screen()
+
+
+@pytest.fixture
+def shown(screen, log, qtbot):
+    screen.open_log(log)
+    qtbot.waitUntil(lambda: screen.shows_log, timeout=LIMIT)
+    return screen
+
+
+def test_series_are_those_of_the_flight_by_the_same_names(canned, workspace, log):
+    shares = []
+    source = LogSource(contents_of(log, shares.append))
+    workspace.signals.begin(canned.views[0].topics)
+    for some in canned.published:
+        workspace.signals.add(some)
+    for name in (
+        "velocity_data.v_x",
+        "rotors.thrust.3",
+        "command_velocity.v_x",
+        "imu.specific_force.2",
+        "imu.q_WS.0",
+        "gps.latitude",
+        "gps.velocity.0",
+        "lidar.nearest",
+    ):
+        time, values = source.series(name)
+        flown_time, flown = workspace.signals.series(name)
+        assert np.allclose(time[-20:], flown_time[-20:]), name
+        assert np.allclose(values[-20:], flown[-20:], rtol=1e-6, atol=1e-9), name
+        assert source.units[name] == workspace.signals.units[name], name
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)
+
+
+def test_an_unknown_series_is_named(log):
+    source = LogSource(contents_of(log, lambda _: None))
+    with pytest.raises(WorkbenchError, match="unknown signal 'velocity_data.v_q'"):
+        source.series("velocity_data.v_q")
+
+
+def test_names_of_a_log_are_those_of_a_flight():
+    assert live_name("imu.linear_acceleration.y") == "imu.specific_force.1"
+    assert live_name("imu.orientation.w") == "imu.q_WS.0"
+    assert live_name("velocity_data.v_x") == "velocity_data.v_x"
+    assert live_name("imu.orientation_covariance.3") is None
+    assert si_unit("deg") == ("rad", math.pi / 180.0)
+
+
+def test_a_log_is_marked_and_leads_back_to_live(shown):
+    assert "LOG" in shown.log_bar.name.text()
+    assert "flight.mcap" in shown.log_bar.name.text()
+    assert not shown.tabs.isTabEnabled(1)
+    pane = shown.charts.board.panes[0]
+    assert pane.canvas.scene.x_label == "s"
+    assert len(pane.canvas.scene.lines) == 6
+    QTest.mouseClick(shown.log_bar.back, Qt.MouseButton.LeftButton)
+    assert not shown.shows_log
+    assert shown.tabs.isTabEnabled(1)
+    assert pane.canvas.scene.x_label == "s from now"
+
+
+def test_the_time_bar_scrubs(shown):
+    bar, pane = shown.log_bar, shown.charts.board.panes[0]
+    assert bar.slider.maximum() == 300
+    bar.slider.setValue(150)
+    assert pane.window_ends[1] == 1.5
+    assert max(line.time[-1] for line in pane.canvas.scene.lines) <= 1.5
+    assert bar.time.text() == "1.50 of 3.00 s"
+    bar.slider.setFocus()
+    QTest.keyClick(bar.slider, Qt.Key.Key_Right)
+    assert bar.clock.time == pytest.approx(1.6)
+    QTest.mouseClick(bar.earlier, Qt.MouseButton.LeftButton)
+    assert bar.clock.time == pytest.approx(1.5)
+
+
+def test_all_of_a_log_is_seen_at_once(shown):
+    QTest.mouseClick(shown.log_bar.whole, Qt.MouseButton.LeftButton)
+    left, right = shown.charts.board.panes[0].window_ends
+    assert (left, right) == pytest.approx((0.0, 3.0), abs=0.02)
+
+
+def test_a_log_plays_to_its_end(shown, qtbot):
+    bar = shown.log_bar
+    bar.speed.setCurrentText("10 ×")
+    QTest.mouseClick(bar.play, Qt.MouseButton.LeftButton)
+    assert bar.clock.plays
+    qtbot.waitUntil(lambda: not bar.clock.plays, timeout=LIMIT)
+    assert bar.clock.time == bar.clock.duration
+    assert bar.play.text() == "&Play"
+
+
+def test_the_live_flight_does_not_disturb_a_log(shown, canned):
+    before = shown.charts.board.panes[0].window_ends
+    shown.show_view(canned.views[-1])
+    shown.begin(canned.views[0])
+    assert shown.charts.board.panes[0].window_ends == before
+    assert len(shown.charts.board.panes[0].canvas.scene.lines) == 6
+
+
+@pytest.mark.parametrize(
+    ("content", "said"), [(b"not a log at all", "no MCAP file"), (b"", "empty")]
+)
+def test_what_is_no_log_is_refused_with_a_sentence(screen, told, qtbot, tmp_path, content, said):
+    path = tmp_path / "other.mcap"
+    path.write_bytes(content)
+    screen.open_log(path)
+    qtbot.waitUntil(lambda: bool(told), timeout=LIMIT)
+    assert said in told[0].what
+    assert not screen.shows_log
+    assert not screen.is_reading
+
+
+def test_reading_can_be_cancelled(screen, log):
+    screen.open_log(log)
+    assert screen.is_reading
+    assert screen.cancel.isVisible()
+    QTest.mouseClick(screen.cancel, Qt.MouseButton.LeftButton)
+    assert not screen.is_reading
+    assert not screen.cancel.isVisible()
+
+
+def test_the_newest_of_two_logs_wins(screen, log, told, qtbot, tmp_path):
+    (tmp_path / "bad.mcap").write_bytes(b"nothing")
+    screen.open_log(tmp_path / "bad.mcap")
+    screen.open_log(log)
+    qtbot.waitUntil(lambda: screen.shows_log, timeout=LIMIT)
+    assert told == []
+
+
+def test_a_clock_loops():
+    clock = LogClock(10.0)
+    clock.play()
+    assert clock.time == 0.0
+    clock.speed = 2.0
+    clock.advance(4.0)
+    assert clock.time == 8.0
+    clock.loops = True
+    clock.advance(1.5)
+    assert clock.time == pytest.approx(1.0)
+    clock.loops = False
+    clock.advance(9.0)
+    assert (clock.time, clock.plays) == (10.0, False)
+
+
+def test_a_step_stops_the_clock_and_stays_within_the_log():
+    clock = LogClock(1.0)
+    clock.go_to(0.55)
+    clock.play()
+    clock.step(1)
+    assert not clock.plays
+    assert clock.time == pytest.approx(0.65)
+    clock.step(-20)
+    assert clock.time == 0.0

@@ -1,0 +1,79 @@
+"""What is said of a sensor."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from workbench.gui.home.sensor_state import Health, age_text, sensor_state
+from workbench.systems.sensors.faults import Fault
+
+
+def stated(view, kind="gps", **changes):
+    """Return the state of a sensor whose status differs by some values."""
+    statuses = tuple(
+        replace(each, **changes) if each.kind == kind else each for each in view.snapshot.sensors
+    )
+    snapshot = replace(view.snapshot, sensors=statuses)
+    return sensor_state(replace(view, snapshot=snapshot), snapshot, kind)
+
+
+@pytest.fixture(scope="module")
+def view(canned):
+    return canned.views[-1]
+
+
+def test_a_sensor_that_measures_is_good_and_has_a_calm_age(view):
+    state = stated(view, age=0.032)
+    assert state.health is Health.GOOD
+    assert state.note == "under 50\N{NO-BREAK SPACE}ms old"
+    assert state.advice == ""
+
+
+def test_a_reading_older_than_three_periods_is_old_and_says_how_old(view):
+    # 10 a second: three periods are 0.3 s, and 0.02 s more are allowed.
+    assert stated(view, age=0.31, rate=10.0).health is Health.GOOD
+    state = stated(view, age=1.25, rate=10.0)
+    assert state.health is Health.OLD
+    assert state.note == "old: 1.2\N{NO-BREAK SPACE}s"
+
+
+def test_a_known_latency_makes_no_reading_old(view):
+    scenario = replace(view.scenario, sensors=replace(view.scenario.sensors, latency={"gps": 1.0}))
+    assert stated(replace(view, scenario=scenario), age=1.25, rate=10.0).health is Health.GOOD
+
+
+def test_an_ordered_fault_is_named_with_its_cure(view):
+    state = stated(view, fault=Fault.FROZEN, age=0.05)
+    assert state.health is Health.FAULTY
+    assert state.note == "frozen, 50\N{NO-BREAK SPACE}ms old"
+    assert "gps_fault" in state.advice
+    assert state.measures
+
+
+def test_a_sensor_without_a_reading_waits(view):
+    state = stated(view, age=math.inf)
+    assert state.health is Health.WAITING
+    assert not state.measures
+
+
+def test_a_sensor_that_is_off_says_how_to_switch_it_on(view):
+    snapshot = replace(view.snapshot, sensors=())
+    state = sensor_state(replace(view, snapshot=snapshot), snapshot, "lidar")
+    assert state.health is Health.OFF
+    assert state.note == "off"
+    assert "Settings" in state.advice
+
+
+def test_a_drone_without_such_a_sensor_says_so(view):
+    vehicle = replace(view.vehicle, sensors=())
+    snapshot = replace(view.snapshot, sensors=())
+    state = sensor_state(replace(view, snapshot=snapshot, vehicle=vehicle), snapshot, "lidar")
+    assert state.health is Health.ABSENT
+    assert "no lidar" in state.advice
+
+
+def test_ages_are_milliseconds_and_then_seconds():
+    assert age_text(0.0123) == "12\N{NO-BREAK SPACE}ms"
+    assert age_text(2.0) == "2.0\N{NO-BREAK SPACE}s"
+    assert age_text(-1e-9) == "0\N{NO-BREAK SPACE}ms"

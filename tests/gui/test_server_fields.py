@@ -1,0 +1,147 @@
+"""What is wrong with a server's form, and what a colleague types, without a window."""
+
+import hashlib
+import ssl
+import subprocess
+
+import pytest
+from PyQt6.QtCore import QSettings
+
+from workbench.errors import WorkbenchError
+from workbench.gui.server.connect_line import connect_line, fingerprint, reachable_address
+from workbench.gui.server.fields import (
+    ServerFields,
+    file_faults,
+    keep_fields,
+    read_fields,
+    written_faults,
+)
+from workbench.gui.server.refusal_log import LONGEST, RefusalLog, say_counts
+from workbench.gui.server.server_state import Running, Wanted, server_state
+from workbench.link.authentication import write_tokens
+from workbench.link.backplane import ServerStatus
+from workbench.link.server.config import ServerConfig
+from workbench.live.messages import Phase
+from workbench.live.network_orders import NetworkView
+from workbench.live.view import LiveView
+
+
+@pytest.fixture
+def tokens(tmp_path):
+    path = tmp_path / "link.tokens"
+    write_tokens(path)
+    return str(path)
+
+
+@pytest.mark.parametrize("port", ["99999", "-1", "x", "", "7733.5", "²"])
+def test_a_port_that_is_none_is_said_as_the_server_says_it(port):
+    faults = written_faults(ServerFields(port=port))
+    assert faults == {"port": f"the port {port} is no number from 0 to 65535"}
+
+
+def test_a_host_that_is_none_is_said_beside_the_host():
+    faults = written_faults(ServerFields(host="my host"))
+    assert list(faults) == ["host"]
+    assert "is no host" in faults["host"]
+    assert list(written_faults(ServerFields(host=""))) == ["host"]
+
+
+def test_a_host_for_others_wants_tokens(tokens):
+    open_to_all = ServerFields(host="0.0.0.0")
+    with pytest.raises(WorkbenchError) as refused:
+        ServerConfig(host="0.0.0.0").check()
+    assert written_faults(open_to_all) == {"token_file": str(refused.value)}
+    assert written_faults(ServerFields(host="0.0.0.0", token_file=tokens)) == {}
+
+
+def test_several_faults_are_said_at_once():
+    faults = written_faults(ServerFields(host="0.0.0.0", port="70000"))
+    assert set(faults) == {"port", "token_file"}
+
+
+def test_files_that_cannot_be_used_are_said(tmp_path, tokens):
+    missing = str(tmp_path / "none.tokens")
+    assert "cannot be read" in file_faults(ServerFields(token_file=missing))["token_file"]
+    assert file_faults(ServerFields(token_file=tokens)) == {}
+    faults = file_faults(ServerFields(tls_cert=tokens))
+    assert faults == {"tls_key": "TLS needs a certificate and its key: tls_key is missing"}
+    both = file_faults(ServerFields(tls_cert=tokens, tls_key=tokens))
+    assert "no certificate (PEM)" in both["tls_key"]
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    subprocess.run(["mkfifo", tmp_path / "pipe"], check=True)
+    faults = file_faults(ServerFields(tls_cert=str(tmp_path / "pipe"), tls_key="x"))
+    assert "no plain file" in faults["tls_cert"]
+
+
+def test_fields_are_kept(tmp_path):
+    path = str(tmp_path / "s.ini")
+    written = ServerFields("0.0.0.0", "7800", "a.tokens", "c.pem", "k.pem", False, True)
+    store = QSettings(path, QSettings.Format.IniFormat)
+    keep_fields(store, written)
+    store.sync()
+    assert read_fields(QSettings(path, QSettings.Format.IniFormat)) == written
+    assert read_fields(QSettings(path + "x", QSettings.Format.IniFormat)) == ServerFields()
+
+
+def test_what_is_right_is_what_a_server_is_told():
+    assert ServerFields().config() == ServerConfig()
+    assert ServerFields(port="0", web=True).config() == ServerConfig(port=0, web=True)
+
+
+def test_the_line_to_type_names_what_a_client_needs(tmp_path):
+    assert connect_line("10.0.0.5:7733", ServerConfig()) == "workbench monitor 10.0.0.5:7733"
+    certificate = tmp_path / "c.pem"
+    certificate.write_text(ssl.DER_cert_to_PEM_cert(b"not a real one, but its bytes"))
+    hexadecimal = hashlib.sha256(b"not a real one, but its bytes").hexdigest()
+    config = ServerConfig(token_file="link.tokens", tls_cert=str(certificate))
+    assert connect_line("h:1", config) == (
+        f"workbench monitor h:1 --token-file FILE --tls sha256:{hexadecimal}"
+    )
+    assert fingerprint(str(tmp_path / "gone.pem")) == "sha256:FINGERPRINT"
+
+
+def test_an_address_that_means_all_is_said_as_one_that_can_be_typed():
+    assert reachable_address("127.0.0.1:7733") == "127.0.0.1:7733"
+    host, _, port = reachable_address("0.0.0.0:7733").rpartition(":")
+    assert port == "7733"
+    assert host != "0.0.0.0"
+
+
+def test_the_log_takes_each_refusal_once_and_has_an_end():
+    log = RefusalLog()
+    assert log.hear(("a", "b"), {"x": 2}, "1") == ["1  a", "1  b"]
+    assert log.hear(("a", "b"), {"x": 2}, "2") == []
+    assert log.hear(("b", "b"), {"x": 3}, "3") == ["3  b"]  # the same words once more
+    flood = log.hear(tuple("abc"), {"x": 10}, "4")
+    assert flood == ["4  … 4 more, too many to be told", "4  a", "4  b", "4  c"]
+    for turn in range(2 * LONGEST):
+        log.hear((str(turn),), {"x": 11 + turn}, "5")
+    assert len(log.lines) == LONGEST
+    log.begin()
+    assert log.hear(("new",), {"x": 1}, "6") == ["6  new"]
+
+
+def test_refusals_are_counted_in_words():
+    assert say_counts({}) == "Nothing was refused."
+    said = say_counts({"too_fast": 1, "bad_login": 3})
+    assert said == "Refused since the server's start: bad login 3×, too fast 1×."
+
+
+def test_the_state_is_a_word_and_a_sentence():
+    served = LiveView(
+        Phase.FLYING, "", network=NetworkView(ServerStatus("127.0.0.1:7733", "", (), {}, ()))
+    )
+    idle = LiveView(Phase.FLYING, "")
+    nothing = Wanted.NOTHING
+    assert server_state(idle, False, nothing, "").running is Running.NO_FLIGHT
+    assert server_state(idle, True, nothing, "").running is Running.STOPPED
+    assert server_state(idle, True, Wanted.START, "").running is Running.STARTING
+    assert server_state(served, True, nothing, "").said == (
+        "at 127.0.0.1:7733; nobody is connected."
+    )
+    assert server_state(served, True, Wanted.STOP, "").running is Running.STOPPING
+    failed = server_state(idle, True, nothing, "port 7733 is in use: take another")
+    assert failed.running is Running.FAILED
+    assert failed.said == "Port 7733 is in use: take another."

@@ -1,0 +1,167 @@
+"""Sticks become commands: circle, mode 2, the drone's heading, limits, and when they are sent."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from workbench.gui.joystick.courier import Courier
+from workbench.gui.joystick.flight_limits import FlightLimits
+from workbench.gui.joystick.gate import CENTRE, LANDING, ON_THE_GROUND, PAUSED, Gate, barrier
+from workbench.gui.joystick.piloting import NOTHING, Handling, Wish, heading_velocity
+from workbench.gui.joystick.response import answered
+from workbench.gui.joystick.stick_curve import StickCurve
+from workbench.gui.joystick.sticks import MIDDLE, Stick, Sticks, within_circle
+from workbench.link.backplane import Hand
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+from workbench.systems.mode import FlightMode
+
+STRAIGHT = Handling(8.0, 0.4, StickCurve())
+
+
+def test_a_stick_stays_in_its_circle():
+    assert within_circle(3.0, 4.0) == Stick(0.6, 0.8)
+    assert within_circle(0.3, -0.4) == Stick(0.3, -0.4)
+    assert within_circle(math.nan, 0.0) == MIDDLE
+
+
+@pytest.mark.parametrize(
+    ("sticks", "wish"),
+    [
+        (Sticks(right=Stick(0.0, 1.0)), Wish(forward=8.0)),
+        (Sticks(right=Stick(0.0, -0.5)), Wish(forward=-4.0)),
+        (Sticks(right=Stick(1.0, 0.0)), Wish(left=-8.0)),
+        (Sticks(left=Stick(0.0, 0.25)), Wish(climb=2.0)),
+        (Sticks(left=Stick(1.0, 0.0)), Wish(yaw_rate=-0.4)),
+        (Sticks(), NOTHING),
+    ],
+)
+def test_sticks_ask_as_in_mode_2(sticks, wish):
+    asked = STRAIGHT.wish(sticks)
+    assert (asked.forward, asked.left, asked.climb, asked.yaw_rate) == pytest.approx(
+        (wish.forward, wish.left, wish.climb, wish.yaw_rate)
+    )
+
+
+@pytest.mark.parametrize(
+    ("yaw", "velocity"),
+    [(0.0, (3.0, 1.0, 0.5)), (math.pi / 2, (-1.0, 3.0, 0.5)), (math.pi, (-3.0, -1.0, 0.5))],
+)
+def test_forward_is_where_the_nose_points(yaw, velocity):
+    assert Wish(3.0, 1.0, 0.5).velocity(yaw) == pytest.approx(velocity)
+    assert heading_velocity(velocity, yaw) == pytest.approx((3.0, 1.0, 0.5))
+
+
+def test_a_limit_is_said_when_a_wish_is_beyond_it():
+    limits = FlightLimits().after({"max_speed": 5.0, "max_climb_rate": 2.0, "kp_roll": 1.0})
+    assert limits.bites(Wish(3.0, 4.0, 2.0, 9.0)) == ()  # 5 m/s is the limit itself
+    (bite,) = limits.bites(Wish(4.0, 4.0))
+    assert (bite.parameter, bite.limit) == ("max_speed", 5.0)
+    assert bite.asked == pytest.approx(5.657, abs=1e-3)
+    assert limits.after({"max_yaw_rate": 0.2}).bites(Wish(yaw_rate=-0.3))[0].limit == 0.2
+
+
+class Sent:
+    """What a courier sent, and a clock to be set."""
+
+    def __init__(self):
+        self.now, self.commands = 0.0, []
+        self.courier = Courier(self._take, lambda: self.now)
+
+    def _take(self, velocity, yaw_rate):
+        self.commands.append((*velocity, yaw_rate))
+
+    def put(self, now, x, yaw_rate=0.0):
+        self.now = now
+        self.courier.put((x, 0.0, 0.0), yaw_rate)
+
+
+def test_at_most_thirty_commands_a_second_are_sent():
+    sent = Sent()
+    for tick in range(1000):
+        sent.put(tick / 1000, 1.0 + tick)
+    assert 28 <= len(sent.commands) <= 30
+
+
+def test_an_unchanged_wish_is_repeated_once_a_second():
+    sent = Sent()
+    for tick in range(310):
+        sent.put(tick / 100, 2.0)
+    assert sent.commands == [(2.0, 0.0, 0.0, 0.0)] * 4
+
+
+def test_zero_is_sent_at_once_and_only_once():
+    sent = Sent()
+    sent.put(0.0, 2.0)
+    sent.put(0.001, 0.0)
+    sent.put(0.5, 0.0)
+    assert sent.commands == [(2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)]
+
+
+def test_zero_is_not_sent_to_who_was_never_asked():
+    sent = Sent()
+    sent.put(0.0, 0.0)
+    sent.courier.stop()
+    assert sent.commands == []
+
+
+def test_a_trembling_heading_is_no_change():
+    sent = Sent()
+    sent.put(0.0, 2.0)
+    sent.put(0.1, 2.002)
+    sent.put(0.2, 2.01)
+    sent.put(0.3, 2.01, yaw_rate=0.01)
+    assert [command[0] for command in sent.commands] == [2.0, 2.01, 2.01]
+
+
+def with_mode(view, mode):
+    return replace(view, snapshot=replace(view.snapshot, mode=mode))
+
+
+def test_the_gate_says_why_sticks_do_not_count(canned):
+    flying = canned.views[-1]
+    assert barrier(flying) == ""
+    assert barrier(with_mode(flying, FlightMode.OFF)) == ON_THE_GROUND
+    assert barrier(with_mode(flying, FlightMode.LANDING)) == LANDING
+    assert barrier(replace(flying, phase=Phase.PAUSED)) == PAUSED
+    assert barrier(LiveView()) != ""
+
+
+def test_a_stick_held_while_it_did_not_count_must_be_let_go_first():
+    gate = Gate()
+    assert gate.pass_on(PAUSED, False, Hand.NOBODY) == PAUSED
+    assert gate.pass_on("", False, Hand.NOBODY) == CENTRE
+    assert gate.pass_on("", True, Hand.NOBODY) == ""
+    assert gate.pass_on("", False, Hand.NOBODY) == ""
+
+
+def test_a_client_does_not_lose_the_drone_to_a_stick_that_was_held_before():
+    gate = Gate()
+    assert gate.pass_on("", False, Hand.NOBODY) == ""
+    assert gate.pass_on("", False, Hand.CLIENT) == CENTRE
+    assert gate.pass_on("", True, Hand.CLIENT) == ""
+    assert gate.pass_on("", False, Hand.CLIENT) == ""
+
+
+def test_the_answer_is_along_the_heading_and_to_the_right(canned):
+    snapshot = replace(
+        canned.views[-1].snapshot,
+        roll_pitch_yaw=(0.0, 0.0, math.pi / 2),  # the nose points to y
+        v_WB=(1.0, 2.0, 0.5),
+        w_WB=(0.0, 0.0, -0.1),
+        reference=(0.0, 3.0, 0.0, 0.2, 0.0, 0.0, 0.0, 0.0),
+    )
+    rows = answered(snapshot, STRAIGHT, FlightLimits(6.0, 5.0, 0.3))
+    flown = [row.flown for row in rows]
+    asked = [row.asked for row in rows]
+    assert flown == pytest.approx([2.0, 1.0, 0.5, 0.1])
+    assert asked == pytest.approx([3.0, 0.0, 0.0, -0.2])
+    assert [row.limit for row in rows] == [6.0, 6.0, 5.0, 0.3]
+
+
+def test_a_drone_on_its_way_to_a_place_is_asked_for_no_speed(canned):
+    snapshot = replace(
+        canned.views[-1].snapshot, reference=(0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 1.0)
+    )
+    assert [row.asked for row in answered(snapshot, STRAIGHT, FlightLimits())] == [None] * 4

@@ -1,0 +1,340 @@
+"""A strip chart by mouse and keyboard, against series that are known."""
+
+import threading
+import time as clock
+
+import numpy as np
+import pytest
+from PyQt6.QtCore import QPoint, QPointF, Qt
+from PyQt6.QtGui import QGuiApplication, QWheelEvent
+from PyQt6.QtTest import QTest
+from PyQt6.QtWidgets import QApplication
+
+from workbench.errors import WorkbenchError
+from workbench.gui.charts.chart_menu import make_menu
+from workbench.gui.charts.curve_style import COMMAND, CurveStyle
+from workbench.gui.charts.strip_chart import StripChart
+
+TIME = np.arange(0.0, 60.0, 0.005)
+
+
+def source_of(values):
+    def series(since):
+        first = np.searchsorted(TIME, since)
+        return TIME[first:], values[first:]
+
+    return series
+
+
+@pytest.fixture
+def chart(workspace, qtbot):
+    made = StripChart(workspace)
+    qtbot.addWidget(made)
+    made.resize(600, 320)
+    made.set_title("Velocity")
+    made.add_curve("ramp", "m/s", source_of(0.1 * TIME))
+    made.add_curve("wave", "m/s", source_of(np.sin(TIME)))
+    made.show()
+    qtbot.waitExposed(made)
+    made.setFocus()
+    made.refresh(40.0)
+    return made
+
+
+def place_of(chart, time):
+    """The pixel of the canvas where a time is."""
+    canvas = chart.canvas
+    layout = canvas.layout_now
+    return QPoint(round(layout.x_of(canvas.scene, time)), round(layout.plot.center().y()))
+
+
+def turn_wheel(chart, place, steps, modifiers=Qt.KeyboardModifier.NoModifier):
+    canvas = chart.canvas
+    at = QPointF(place)
+    event = QWheelEvent(
+        *(at, canvas.mapToGlobal(at), QPoint(), QPoint(0, 120 * steps)),
+        *(Qt.MouseButton.NoButton, modifiers, Qt.ScrollPhase.NoScrollPhase, False),
+    )
+    QApplication.sendEvent(canvas, event)
+
+
+def test_the_last_seconds_are_seen_with_now_at_the_right(chart):
+    assert chart.window_ends == (20.0, 40.0)
+    scene = chart.canvas.scene
+    assert scene.origin == 40.0
+    assert [line.time[-1] for line in scene.lines] == pytest.approx([40.0, 40.0], abs=0.01)
+
+
+def test_curves_of_a_unit_share_an_axis_and_others_have_their_own(chart):
+    chart.add_curve("angle", "rad", source_of(0.0 * TIME + np.pi / 4))
+    chart.redraw()
+    scene = chart.canvas.scene
+    assert [line.axis for line in scene.lines] == [0, 0, 1]
+    assert scene.axes[1].unit.symbol == "°"
+    assert scene.axes[1].low < 45.0 < scene.axes[1].high
+
+
+def test_a_fifth_unit_is_refused_with_a_sentence(chart):
+    for unit in ("rad", "N", "m"):
+        chart.add_curve(unit, unit, source_of(TIME))
+    with pytest.raises(WorkbenchError, match="room for 4 units"):
+        chart.add_curve("pressure", "Pa", source_of(TIME))
+
+
+def test_a_pause_keeps_the_picture_while_the_flight_goes_on(chart):
+    QTest.keyClick(chart, Qt.Key.Key_Space)
+    assert chart.is_paused
+    assert chart.canvas.scene.state == "PAUSED"
+    chart.refresh(50.0)
+    assert chart.window_ends == (20.0, 40.0)
+    QTest.keyClick(chart, Qt.Key.Key_Space)
+    assert chart.window_ends == (30.0, 50.0)
+
+
+def test_what_is_paused_outlives_its_source(workspace, qtbot):
+    kept = [np.arange(2000.0)]
+    chart = StripChart(workspace)
+    qtbot.addWidget(chart)
+    chart.add_curve("a", "m", lambda since: (kept[0] / 100.0, kept[0]))
+    chart.show()
+    chart.refresh(20.0)
+    assert len(chart.canvas.scene.lines) == 1
+    chart.set_paused(True)
+    kept[0] = np.zeros(0)
+    chart.redraw()
+    assert chart.canvas.scene.lines[0].values[-1] == 1999.0
+
+
+def test_a_picture_moves_on_between_full_columns_as_if_made_anew(chart):
+    chart.redraw()
+    built = chart.canvas.scene.lines
+    width = 20.0 / chart.canvas.columns_for(chart.canvas.layout_now)
+    chart.refresh(40.0 + 0.4 * width)
+    assert chart.canvas.scene.lines is built
+    assert chart.window_ends == (chart.canvas.scene.left, chart.canvas.scene.right)
+    assert chart.canvas._shift == pytest.approx(-0.4 * width / 20.0 * plot_width(chart))
+    chart.refresh(40.0 + 1.1 * width)
+    assert chart.canvas.scene.lines is not built
+    assert chart.canvas._shift == 0.0
+
+
+def plot_width(chart):
+    return chart.canvas.layout_now.plot.width()
+
+
+def test_the_crosshair_stays_under_the_mouse_while_time_goes_on(chart):
+    place = place_of(chart, 30.0)
+    QTest.mouseMove(chart.canvas, QPoint(5, 5))
+    QTest.mouseMove(chart.canvas, place)
+    before = chart.cursor_time
+    assert before == pytest.approx(30.0, abs=0.1)
+    chart.refresh(45.0)
+    assert chart.cursor_time == pytest.approx(before + 5.0, abs=1e-6)
+
+
+def test_the_crosshair_reads_all_curves(chart):
+    place = place_of(chart, 30.0)
+    QTest.mouseMove(chart.canvas, place)
+    chart.canvas.hovered.emit(30.0)
+    values = [entry.value for entry in chart.head.legend.entries]
+    assert values[0].startswith("3.0")
+    assert values[1].startswith("\N{MINUS SIGN}0.9") or values[1].startswith("\N{MINUS SIGN}1.0")
+    chart.canvas.hovered.emit(None)
+    assert chart.head.legend.entries[0].value.startswith("4.0")
+
+
+def test_arrows_move_the_crosshair(chart):
+    QTest.keyClick(chart, Qt.Key.Key_Left)
+    assert chart.cursor_time == pytest.approx(39.6)
+    QTest.keyClick(chart, Qt.Key.Key_Right)
+    QTest.keyClick(chart, Qt.Key.Key_Right)
+    assert chart.cursor_time == pytest.approx(40.0)
+
+
+def test_two_cursors_tell_their_difference(chart):
+    chart.set_cursor(25.0)
+    QTest.keyClick(chart, Qt.Key.Key_A)
+    chart.set_cursor(35.0)
+    QTest.keyClick(chart, Qt.Key.Key_B)
+    assert chart.statistics.text_at(0, "A at 25") == "2.500"
+    assert chart.statistics.text_at(0, "B at 35") == "3.500"
+    assert chart.statistics.text_at(0, "B − A over 10.000 s") == "1.000"
+
+
+def test_the_statistics_are_those_of_what_is_seen(chart):
+    QTest.keyClick(chart, Qt.Key.Key_S)
+    assert chart.statistics.isVisible()
+    assert chart.statistics.text_at(0, "Min") == "2.000"
+    assert chart.statistics.text_at(0, "Max") == "4.000"
+    assert chart.statistics.text_at(0, "Mean") == "3.000"
+    seen = np.sin(TIME[4000:8001])
+    assert float(chart.statistics.text_at(1, "Std dev")) == pytest.approx(seen.std(), abs=0.01)
+
+
+def test_the_wheel_changes_the_time_and_with_ctrl_the_values(chart):
+    turn_wheel(chart, place_of(chart, 30.0), 1)
+    left, right = chart.window_ends
+    assert right == 40.0
+    assert right - left == pytest.approx(20.0 * 0.85)
+    before = chart.canvas.scene.axes[0]
+    turn_wheel(chart, place_of(chart, 35.0), 1, Qt.KeyboardModifier.ControlModifier)
+    after = chart.canvas.scene.axes[0]
+    assert after.high - after.low == pytest.approx(0.85 * (before.high - before.low))
+
+
+def test_a_box_zooms_and_a_double_click_follows_again(chart):
+    canvas, top = chart.canvas, chart.canvas.layout_now.plot.top()
+    first, last = place_of(chart, 25.0), place_of(chart, 30.0)
+    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=QPoint(first.x(), round(top) + 20))
+    QTest.mouseMove(canvas, QPoint(last.x(), round(top) + 60))
+    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=QPoint(last.x(), round(top) + 90))
+    assert chart.window_ends == pytest.approx((25.0, 30.0), abs=0.1)
+    assert chart.canvas.scene.state == "ZOOMED"
+    QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=first)
+    assert chart.window_ends == (20.0, 40.0)
+
+
+def test_zero_is_shown_on_demand(chart):
+    chart.remove_curve(chart.curves[1])
+    chart.add_limit(3.5, "limit")
+    chart.redraw()
+    assert chart.canvas.scene.axes[0].low > 0.0
+    QTest.keyClick(chart, Qt.Key.Key_Z)
+    assert chart.canvas.scene.axes[0].low <= 0.0
+    assert chart.canvas.scene.limits[0].label == "limit"
+
+
+def test_a_click_in_the_legend_hides_a_curve(chart):
+    legend = chart.head.legend
+    QTest.mouseClick(legend, Qt.MouseButton.LeftButton, pos=legend.box_of(1).center().toPoint())
+    assert len(chart.canvas.scene.lines) == 1
+    assert not legend.entries[1].visible
+
+
+def test_the_data_are_copied_in_si_at_all_times(chart, told):
+    chart.show_window(10.0, 10.02)
+    QTest.keyClick(chart, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    lines = QGuiApplication.clipboard().text().splitlines()
+    assert lines[0] == "time [s]\tramp [m/s]\twave [m/s]"
+    assert lines[1].split("\t")[:2] == ["10", "1"]
+    assert len(lines) == 6
+    assert "clipboard" in told[-1].what
+
+
+def test_the_picture_is_copied(chart):
+    chart.copy_picture()
+    assert QGuiApplication.clipboard().pixmap().size() == chart.grab().size()
+
+
+def wait_for_threads(qtbot):
+    """Until what was saved has let go of its thread."""
+    qtbot.waitUntil(
+        lambda: not any(each.name.startswith("saving") for each in threading.enumerate()),
+        timeout=10_000,
+    )
+
+
+def test_picture_and_data_are_saved_to_the_folder_for_logs(chart, workspace, told, qtbot, tmp_path):
+    workspace.preferences.set("log_folder", str(tmp_path / "new"))
+    chart.save_data()
+    chart.save_picture()
+    qtbot.waitUntil(lambda: len(told) == 2, timeout=10_000)
+    wait_for_threads(qtbot)
+    (table,) = tmp_path.glob("new/*.csv")
+    assert table.read_text().startswith("time [s],ramp [m/s],wave [m/s]\n20,2,")
+    assert len(list(tmp_path.glob("new/velocity_*.png"))) == 1
+
+
+def test_a_folder_that_cannot_be_written_is_told(chart, workspace, told, qtbot, tmp_path):
+    (tmp_path / "file").write_text("")
+    workspace.preferences.set("log_folder", str(tmp_path / "file"))
+    chart.save_data()
+    qtbot.waitUntil(lambda: len(told) == 1, timeout=10_000)
+    wait_for_threads(qtbot)
+    assert "was not saved" in told[0].what
+
+
+def test_other_units_are_shown_at_once(chart, workspace):
+    workspace.preferences.set("speed_unit", "km/h")
+    assert chart.canvas.scene.axes[0].unit.symbol == "km/h"
+    assert chart.head.legend.entries[0].value.startswith("14.4")
+
+
+def test_commands_have_a_colour_of_their_own(chart, workspace):
+    chart.add_curve("wish", "m/s", source_of(TIME), colour=COMMAND, style=CurveStyle.DASHED)
+    chart.redraw()
+    assert chart.canvas.scene.lines[2].colour == workspace.look.colours.command
+
+
+def test_a_gap_and_infinite_values_are_not_joined(workspace, qtbot):
+    chart = StripChart(workspace)
+    qtbot.addWidget(chart)
+    values = np.where((TIME > 25.0) & (TIME < 30.0), np.inf, np.cos(TIME))
+    chart.add_curve("range", "m", source_of(values))
+    chart.show()
+    chart.refresh(40.0)
+    line = chart.canvas.scene.lines[0]
+    assert np.isnan(line.values[(line.time > 25.5) & (line.time < 29.5)]).all()
+    assert chart.canvas.scene.axes[0].high < 5.0
+
+
+def test_a_slow_signal_has_gaps_too(workspace, qtbot):
+    chart = StripChart(workspace)
+    qtbot.addWidget(chart)
+    time, values = np.arange(20.0), np.where(np.arange(20) % 5, 2.0, np.inf)
+    chart.add_curve("clearance", "m", lambda since: (time, values))
+    chart.show()
+    chart.refresh(20.0)
+    drawn = chart.canvas.scene.lines[0].values
+    assert np.isnan(drawn[::5]).all()
+    assert np.isfinite(drawn[1:5]).all()
+
+
+def test_a_hidden_chart_is_not_drawn(chart):
+    drawn = chart.canvas.scene
+    chart.hide()
+    chart.refresh(45.0)
+    assert chart.canvas.scene is drawn
+
+
+def test_the_menu_does_what_the_keys_do(chart):
+    actions = {each.text().partition("\t")[0]: each for each in make_menu(chart).actions()}
+    actions["Pause the picture"].trigger()
+    assert chart.is_paused
+    actions["Always show zero"].trigger()
+    assert chart.is_zero_shown
+
+
+def test_it_is_painted_light_and_dark(chart, workspace):
+    workspace.preferences.set("theme", "light")
+    light = chart.grab().toImage()
+    workspace.preferences.set("theme", "dark")
+    dark = chart.grab().toImage()
+    place = chart.canvas.pos() + chart.canvas.layout_now.plot.topLeft().toPoint() + QPoint(3, 3)
+    assert light.pixelColor(place) == workspace.look.colour("field").fromString("#ffffff")
+    assert dark.pixelColor(place) == workspace.look.colour("field")
+
+
+def test_it_says_what_it_is(chart):
+    assert chart.accessibleName() == "Chart Velocity"
+    assert "ramp, wave" in chart.accessibleDescription()
+
+
+def test_four_charts_of_twelve_curves_are_drawn_within_a_frame(workspace, qtbot):
+    made = []
+    for _ in range(4):
+        chart = StripChart(workspace)
+        qtbot.addWidget(chart)
+        chart.resize(560, 260)
+        for index in range(12):
+            chart.add_curve(f"c{index}", "m", source_of(np.sin(TIME + index)))
+        chart.show()
+        made.append(chart)
+    took = []
+    for now in np.arange(30.0, 31.0, 1 / 60):
+        begun = clock.process_time()
+        for chart in made:
+            chart.refresh(float(now))
+            chart.canvas.repaint()
+        took.append(clock.process_time() - begun)
+    assert np.median(took) < 0.06  # some 8 ms alone on a machine; the tests share theirs

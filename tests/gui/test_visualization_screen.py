@@ -1,0 +1,284 @@
+"""The Visualization screen over a canned flight, by mouse and keyboard."""
+
+import math
+
+import numpy as np
+import pytest
+from PyQt6.QtCore import QMimeData, QPointF, Qt
+from PyQt6.QtGui import QDropEvent
+from PyQt6.QtTest import QTest
+from PyQt6.QtWidgets import QApplication
+
+from workbench.gui.visualization.board_layout import (
+    MOST_CHARTS,
+    PRESETS,
+    ChartSpec,
+    board_text,
+    read_board,
+)
+from workbench.gui.visualization.cloud import SLANTED, TOP
+from workbench.gui.visualization.signal_tree import MIME
+from workbench.gui.visualization.visualization_screen import VisualizationScreen
+from workbench.link.backplane import Published
+
+
+@pytest.fixture
+def screen(workspace, canned, qtbot):
+    made = VisualizationScreen(workspace)
+    qtbot.addWidget(made)
+    made.resize(1190, 600)
+    made.show()
+    qtbot.waitExposed(made)
+    workspace.signals.begin(canned.views[0].topics)
+    made.begin(canned.views[0])
+    workspace.flight.streamed.emit([each for some in canned.published for each in some])
+    made.show_view(canned.views[-1])
+    yield made
+    made.close_screen()
+
+
+def titles(screen):
+    return [pane.title for pane in screen.charts.board.panes]
+
+
+def test_the_first_charts_are_useful_at_once(screen):
+    assert titles(screen) == [
+        "Velocity and command",
+        "Attitude",
+        "Rotor thrusts",
+        "Velocity error",
+    ]
+    assert all(len(pane.canvas.scene.lines) >= 3 for pane in screen.charts.board.panes)
+    assert screen.charts.board.panes[0].canvas.scene.right == pytest.approx(3.0, abs=0.02)
+
+
+def test_the_error_is_command_minus_response(screen):
+    source = screen.charts._live
+    time, error = source.series("error.v_x")
+    _, wanted = source.series("command_velocity.v_x")
+    _, flown = source.series("velocity_data.v_x")
+    assert len(time) > 300
+    assert np.allclose(error, wanted - flown)
+    assert error.max() > 0.5
+
+
+def test_signals_are_found_by_words_in_any_order(screen):
+    tree = screen.charts.tree
+    QTest.keyClicks(tree.search, "thrust rotors")
+    assert tree.names() == [f"rotors.thrust.{rotor}" for rotor in range(len(tree.names()))]
+    assert len(tree.names()) >= 4
+    tree.search.setText("rad/s wdot")
+    assert "acceleration_data.wdot_x" in tree.names()
+    tree.search.setText("(no such")
+    assert tree.names() == []
+
+
+def test_enter_adds_the_signal_to_the_chart_in_use(screen):
+    pane = screen.charts.board.panes[1]
+    pane.setFocus()
+    assert "Attitude" in screen.charts.tree.target.text()
+    QTest.keyClicks(screen.charts.tree.search, "velocity_data.w_z")
+    QTest.keyClick(screen.charts.tree.search, Qt.Key.Key_Return)
+    assert pane.spec.signals[-1] == "velocity_data.w_z"
+    assert pane.canvas.scene.axes[1].unit.symbol == "°/s"
+
+
+def test_enter_in_the_tree_adds_too(screen):
+    tree, pane = screen.charts.tree, screen.charts.board.panes[0]
+    tree.search.setText("wind")
+    tree.view.setFocus()
+    model = tree.view.model()
+    tree.view.setCurrentIndex(model.index(0, 0, model.index(0, 0)))
+    QTest.keyClick(tree.view, Qt.Key.Key_Return)
+    assert pane.spec.signals[-1] == "wind.wind.0"
+
+
+def test_signals_are_dropped_on_a_chart(screen):
+    pane = screen.charts.board.panes[2]
+    data = QMimeData()
+    data.setData(MIME, b"imu.specific_force.0\nimu.specific_force.2")
+    action, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
+    held = Qt.KeyboardModifier.NoModifier
+    pane.dropEvent(QDropEvent(QPointF(50, 50), action, data, button, held))
+    assert pane.spec.signals[-2:] == ("imu.specific_force.0", "imu.specific_force.2")
+
+
+def test_the_tree_drags_names(screen):
+    tree = screen.charts.tree
+    tree.search.setText("velocity_data.v_x")
+    model = tree._model
+    top = next(
+        model.index(row, 0)
+        for row in range(model.rowCount())
+        if model.index(row, 0).data() == "Velocity"
+    )
+    index = model.index(0, 0, top)
+    assert model.mimeData([index]).data(MIME).data() == b"velocity_data.v_x"
+
+
+def test_charts_are_added_up_to_eight_and_removed(screen, told):
+    board = screen.charts.board
+    for _ in range(MOST_CHARTS):
+        QTest.mouseClick(screen.charts.add, Qt.MouseButton.LeftButton)
+    assert len(board.panes) == MOST_CHARTS
+    assert "remove one first" in told[-1].what
+    board.panes[-1].setFocus()
+    QTest.keyClick(board.panes[-1], Qt.Key.Key_Delete, Qt.KeyboardModifier.ShiftModifier)
+    assert len(board.panes) == MOST_CHARTS - 1
+
+
+def test_del_removes_the_last_signal(screen):
+    pane = screen.charts.board.panes[1]
+    pane.setFocus()
+    QTest.keyClick(pane, Qt.Key.Key_Delete)
+    assert pane.spec.signals == ("position_data.roll", "position_data.pitch")
+
+
+def test_a_chart_is_split_into_one_for_each_signal(screen):
+    pane = screen.charts.board.panes[1]
+    pane.split_wanted.emit()
+    assert pane.spec.signals == ("position_data.roll",)
+    assert titles(screen)[-2:] == ["position_data.pitch", "position_data.yaw"]
+
+
+def test_charts_are_kept_between_starts(screen, workspace, canned, qtbot):
+    screen.charts.board.add_chart(ChartSpec("Mine", ("wind.wind.1",)))
+    assert screen.charts.presets.currentText() == "Own"
+    again = VisualizationScreen(workspace)
+    qtbot.addWidget(again)
+    assert again.charts.board.board == screen.charts.board.board
+    again.close_screen()
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '[{"title": 3}]', "[1]", '{"a": 1}'])
+def test_what_is_no_layout_is_passed_over(text):
+    assert read_board(text) is None
+
+
+def test_layouts_survive_as_text():
+    for board in PRESETS.values():
+        assert read_board(board_text(board)) == board
+
+
+def test_a_preset_is_chosen(screen):
+    screen.charts.presets.setCurrentText("Sensors")
+    screen.charts.presets.activated.emit(screen.charts.presets.currentIndex())
+    assert titles(screen)[0] == "Specific force"
+
+
+def test_a_signal_that_is_not_measured_is_named(screen):
+    screen.charts.board.show_board((ChartSpec("Far", ("radar.range",)),), screen.charts._source)
+    pane = screen.charts.board.panes[0]
+    pane.redraw()
+    assert "radar.range" in pane.canvas.scene.hint
+    assert pane.spec.signals == ("radar.range",)
+
+
+def test_pause_all_lets_all_pictures_stand(screen):
+    QTest.mouseClick(screen.charts.pause, Qt.MouseButton.LeftButton)
+    assert all(pane.is_paused for pane in screen.charts.board.panes)
+    QTest.mouseClick(screen.charts.pause, Qt.MouseButton.LeftButton)
+    assert not any(pane.is_paused for pane in screen.charts.board.panes)
+
+
+def test_the_list_of_signals_gives_way_on_a_narrow_screen(screen):
+    assert screen.charts.tree.isVisible()
+    screen.resize(760, 600)
+    assert not screen.charts.tree.isVisible()
+    QTest.mouseClick(screen.charts.signals_shown, Qt.MouseButton.LeftButton)
+    assert screen.charts.tree.isVisible()
+
+
+def test_it_fits_beside_the_3d_view(screen):
+    screen.resize(760, 600)
+    QApplication.processEvents()
+    assert screen.minimumSizeHint().width() <= 760
+    assert screen.minimumSizeHint().height() <= 600
+
+
+def test_it_does_not_make_its_window_larger(workspace, qtbot):
+    screen = VisualizationScreen(workspace)
+    qtbot.addWidget(screen)
+    screen.resize(760, 600)
+    screen.show()
+    QApplication.processEvents()
+    assert (screen.width(), screen.height()) == (760, 600)
+    assert "open a scenario" in screen.charts.board.panes[0].canvas.scene.hint
+    screen.close_screen()
+
+
+def test_the_cloud_is_where_the_room_is(screen, canned):
+    screen.tabs.setCurrentWidget(screen.cloud)
+    screen.show_view(canned.views[-1])
+    view = screen.cloud.view
+    assert len(view._points) > 500
+    snapshot = canned.views[-1].snapshot
+    lowest = np.percentile(view._points[:, 2], 1.0)
+    assert lowest == pytest.approx(-snapshot.p_WB[2], abs=0.15)
+    nearest = np.linalg.norm(view._points, axis=1).min()
+    assert nearest == pytest.approx(snapshot.lidar.nearest, abs=0.5)
+    assert "rays returned" in screen.cloud.said.text()
+
+
+def test_the_cloud_turns_by_keys_and_mouse(screen):
+    screen.tabs.setCurrentWidget(screen.cloud)
+    view = screen.cloud.view
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_T)
+    assert view.viewpoint.tilt == TOP.tilt
+    QTest.keyClick(view, Qt.Key.Key_P)
+    QTest.keyClick(view, Qt.Key.Key_Left)
+    assert view.viewpoint.turn == pytest.approx(SLANTED.turn + math.radians(10.0))
+    QTest.keyClick(view, Qt.Key.Key_Plus)
+    assert view.viewpoint.width == pytest.approx(32.0)
+    view.grab()
+
+
+def test_no_camera_says_how_to_get_one(screen, canned):
+    screen.tabs.setCurrentWidget(screen.camera)
+    screen.show_view(canned.views[-1])
+    assert "all-sensors" in screen.camera.depth_view._hint
+
+
+def test_frames_show_where_the_drone_is(screen, canned):
+    screen.tabs.setCurrentWidget(screen.frames)
+    screen.show_view(canned.views[-1])
+    texts = screen.frames.pose_text("base_link")
+    place = canned.views[-1].snapshot.p_WB
+    assert float(texts[0].replace("\N{MINUS SIGN}", "-")) == pytest.approx(place[0], abs=0.05)
+    assert texts[0] == texts[6]
+
+
+def test_frames_are_searched(screen):
+    QTest.keyClicks(screen.frames.search, "lidar")
+    shown = screen.frames.names_shown()
+    assert "base_link" in shown
+    assert any("lidar" in name for name in shown)
+    assert not any("propeller" in name for name in shown)
+
+
+def test_events_have_times(screen, workspace, canned):
+    topic = next(each for each in canned.views[0].topics if each.name == "/dh_drone/events")
+    payload = topic.pack([1, "battery low"])
+    workspace.flight.streamed.emit([Published(2_500_000_000, 0, ((topic.id, payload),))])
+    table = screen.events.table
+    assert [table.item(0, column).text() for column in range(3)] == [
+        "2.50",
+        "warning",
+        "battery low",
+    ]
+
+
+def test_a_flight_that_begins_anew_forgets(screen, canned):
+    screen.begin(canned.views[0])
+    assert screen.events.events == ()
+
+
+def test_everything_that_takes_the_focus_has_a_name(screen):
+    from PyQt6.QtWidgets import QAbstractButton, QComboBox, QLineEdit, QSlider
+
+    for kind in (QAbstractButton, QComboBox, QLineEdit, QSlider):
+        for widget in screen.findChildren(kind):
+            if widget.focusPolicy() != Qt.FocusPolicy.NoFocus and widget.isEnabled():
+                named = widget.accessibleName() or getattr(widget, "text", str)()
+                assert named or widget.objectName().startswith("qt_"), widget
