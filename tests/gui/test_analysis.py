@@ -145,6 +145,17 @@ def test_another_flight_forgets_what_was_asked_and_judges_anew(qtbot, analysis, 
     assert not analysis.banner
 
 
+def test_an_answer_on_its_way_when_another_flight_begins_is_not_shown(qtbot, analysis, heard):
+    analysis.begin(Scenario(), {})
+    analysis.ask(Judge({"kp_roll": 180.0}))
+    # no events are handled meanwhile; answers come in the order of questions
+    analysis._analyst.ask(Predict({}, STEP)).result(ENOUGH / 1000)
+    analysis.begin(Scenario(), {"kp_roll": 200.0})
+    analysis.ask(Judge({"kd_roll": 22.0}))
+    qtbot.waitUntil(lambda: bool(heard.judged), timeout=ENOUGH)
+    assert [each.gains for each in heard.judged] == [{"kd_roll": 22.0}]
+
+
 def test_a_search_tells_how_it_goes_and_can_be_stopped(qtbot, analysis, heard):
     analysis.begin(Scenario(), {})
     analysis.ask(Tune({}, ("x.rise_time <= 0.1", "pitch.phase_margin >= 70deg")))

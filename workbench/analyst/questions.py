@@ -115,12 +115,14 @@ class Pin:
         gains: to be pinned.
         step: to be flown.
         margins: whether the margins of all loops become limits too.
+        overwrite: whether files that are there may be replaced.
     """
 
     path: Path
     gains: Gains
     step: Step
     margins: bool = True
+    overwrite: bool = False
 
 
 Question = Judge | FindRanges | Predict | DrawMap | Weigh | Tune | Fork | Pin

@@ -1,0 +1,199 @@
+"""Do margins follow a slider while a flight with sensors goes on beside?
+
+A live flight with lidar, IMU, GPS and barometer in an obstacle field keeps real time in its
+process, the analyst answers in another. Margins and poles of nine loops are asked for again as soon
+as they are answered; then the same while a slider that never rests asks sixty times a second for
+a prediction, a map and the stable ranges as well, as the tuning screen does. To hold: 20 answers a
+second at least, and a flight that keeps its time. Turns with the flight and without are taken one
+after the other, so the ratio is of the same minute.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+from spread import Spread, spread
+
+from workbench.analyst.analyst import Analyst
+from workbench.analyst.questions import DrawMap, FindRanges, Judge, Predict, Step
+from workbench.analyst.superseded import SupersededError
+from workbench.live.flight import LiveFlight
+from workbench.scenario import Scenario, SensorsConfig
+
+WANTED = 20.0
+"""Answers a second."""
+SECONDS = 3.0
+TURNS = 5
+SLIDER = 1 / 60
+"""Between two values of a slider that moves [s]."""
+STEP = Step("x", 2.0, 2.0)
+FLOWN = Scenario(
+    world="obstacle_field",
+    sensors=SensorsConfig(use=["imu", "gps", "lidar", "barometer"]),
+)
+
+
+@dataclass(frozen=True)
+class AnalystRow:
+    """How margins follow.
+
+    Attributes:
+        beside: what else goes on.
+        answers: of margins and poles, a second.
+        to_wanted: the same over the 20 that are wanted.
+        longest: time from a question to its answer, the longest of a turn [s].
+        others: answers of the other kinds, a second.
+        real_time_factor: of the flight; 0 without one.
+    """
+
+    beside: str
+    answers: Spread
+    to_wanted: Spread
+    longest: Spread
+    others: Spread
+    real_time_factor: Spread
+
+
+@dataclass(frozen=True)
+class AnalystFigures:
+    """All figures.
+
+    Attributes:
+        rows: by what goes on beside.
+        first: from the first question, with which the process is started, to its answer [s].
+        unasked: real-time factor of the flight while nothing is asked.
+    """
+
+    rows: list[AnalystRow]
+    first: float
+    unasked: Spread
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """Some seconds of asking."""
+
+    answers: float
+    longest: float
+    others: float
+    factor: float
+
+
+def measure() -> AnalystFigures:
+    """Ask alone, beside a flight, and beside a flight with a slider that never rests."""
+    analyst = Analyst(FLOWN, {})
+    try:
+        began = time.perf_counter()
+        analyst.ask(Judge({})).result()
+        first = time.perf_counter() - began
+        for question in _others(100.0):
+            analyst.ask(question).result()
+        unasked: list[float] = []
+        turns: dict[str, list[_Turn]] = {"nothing": [], "a flight": [], "a flight and a slider": []}
+        for _ in range(TURNS):
+            turns["nothing"].append(_turn(analyst, None, _rest))
+            with LiveFlight(FLOWN, stream=True) as flight:
+                flight.wait()
+                unasked.append(_unasked(flight))
+                turns["a flight"].append(_turn(analyst, flight, _rest))
+                turns["a flight and a slider"].append(_turn(analyst, flight, _slide))
+    finally:
+        analyst.close()
+    return AnalystFigures(
+        [_row(beside, each) for beside, each in turns.items()], first, spread(unasked)
+    )
+
+
+def show(figures: AnalystFigures) -> None:
+    """Print the table."""
+    print(f"analyst: the first margins after {figures.first:.2f} s; then, a second:")
+    print(f"  (the flight is at {figures.unasked.median:.3f} while nothing is asked)")
+    for row in figures.rows:
+        print(
+            f"  beside {row.beside:22} {row.answers.median:7.1f} answers, "
+            f"{row.to_wanted.median:5.2f} of what is wanted, the longest after "
+            f"{1e3 * row.longest.median:5.1f} ms, {row.others.median:6.1f} others, "
+            f"flight at {row.real_time_factor.median:.3f}"
+        )
+
+
+def _row(beside: str, turns: list[_Turn]) -> AnalystRow:
+    answers = [turn.answers for turn in turns]
+    return AnalystRow(
+        beside=beside,
+        answers=spread(answers),
+        to_wanted=spread([each / WANTED for each in answers]),
+        longest=spread([turn.longest for turn in turns]),
+        others=spread([turn.others for turn in turns]),
+        real_time_factor=spread([turn.factor for turn in turns]),
+    )
+
+
+def _turn(
+    analyst: Analyst, flight: LiveFlight | None, beside: Callable[[Analyst, threading.Event], int]
+) -> _Turn:
+    """Ask for margins as often as they are answered, and let something go on beside."""
+    over = threading.Event()
+    others = [0]
+
+    def go_on() -> None:
+        others[0] = beside(analyst, over)
+
+    thread = threading.Thread(target=go_on)
+    thread.start()
+    flown = _flown(flight)
+    began = time.perf_counter()
+    waited = []
+    while time.perf_counter() - began < SECONDS:
+        asked = time.perf_counter()
+        with suppress(SupersededError):
+            analyst.ask(Judge({"kp_pitch": 150.0 + len(waited) % 50})).result()
+            waited.append(time.perf_counter() - asked)
+    spent = time.perf_counter() - began
+    factor = (_flown(flight) - flown) / spent
+    over.set()
+    thread.join()
+    return _Turn(len(waited) / spent, max(waited), others[0] / spent, factor)
+
+
+def _unasked(flight: LiveFlight) -> float:
+    """Return the real-time factor of a flight while nothing is asked."""
+    flown, began = _flown(flight), time.perf_counter()
+    time.sleep(SECONDS)
+    return (_flown(flight) - flown) / (time.perf_counter() - began)
+
+
+def _flown(flight: LiveFlight | None) -> float:
+    """Return the time that was flown so far [s]."""
+    snapshot = flight.latest().snapshot if flight else None
+    return snapshot.time if snapshot else 0.0
+
+
+def _rest(_: Analyst, over: threading.Event) -> int:
+    over.wait()
+    return 0
+
+
+def _slide(analyst: Analyst, over: threading.Event) -> int:
+    """Ask for all the rest as a moving slider does; return how often there was an answer."""
+    replies = []
+    value = 150.0
+    while not over.wait(SLIDER):
+        value = 150.0 + (value + 1.0) % 100.0
+        replies += [analyst.ask(question) for question in _others(value)]
+    return sum(each.done() and each.exception() is None for each in replies)
+
+
+def _others(value: float) -> list[Predict | DrawMap | FindRanges]:
+    gains = {"kp_pitch": value}
+    return [
+        Predict(gains, STEP),
+        DrawMap(gains, "kp_pitch", "kd_pitch", "overshoot", STEP),
+        FindRanges(gains),
+    ]
+
+
+if __name__ == "__main__":
+    show(measure())

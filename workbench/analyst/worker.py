@@ -1,0 +1,63 @@
+"""An analyst's process: `python -m workbench.analyst.worker FD`, a socket to the caller.
+
+It ends when its caller's end of the socket does, whatever it is doing.
+"""
+
+import importlib
+import os
+import sys
+from multiprocessing.connection import Connection
+
+from workbench.analyst.desk import Answerer, Desk
+from workbench.analyst.inbox import Inbox
+from workbench.analyst.messages import Begin
+from workbench.analyst.questions import (
+    DrawMap,
+    FindRanges,
+    Fork,
+    Judge,
+    Pin,
+    Predict,
+    Tune,
+    Weigh,
+)
+from workbench.analyst.subject import Subject
+from workbench.live.outbox import Outbox
+
+ANSWERERS = {
+    Judge: "judging:judge",
+    FindRanges: "ranges:find_ranges",
+    Predict: "predicting:predict",
+    DrawMap: "mapping:draw_map",
+    Weigh: "weighing:weigh",
+    Tune: "tuning:tune",
+    Fork: "forking:fork",
+    Pin: "pinning:pin",
+}
+"""File and function that answer a kind of question; loaded when it is first asked."""
+
+
+def main(connection: Connection) -> int:
+    """Answer what is asked about the first message's vehicle, and return the exit code."""
+    try:
+        begin = connection.recv()
+    except (EOFError, OSError):
+        return 0
+    if not isinstance(begin, Begin):
+        return 1
+    os.nice(begin.niceness)
+    outbox = Outbox(connection)
+    inbox = Inbox(connection, outbox)
+    Desk(Subject(begin.scenario, begin.settings), inbox, outbox, find_answerer).run()
+    return 0
+
+
+def find_answerer(kind: type) -> Answerer:
+    """Return who answers a kind of question."""
+    file, name = ANSWERERS[kind].split(":")
+    found: Answerer = getattr(importlib.import_module(f"workbench.analyst.{file}"), name)
+    return found
+
+
+if __name__ == "__main__":
+    os._exit(main(Connection(int(sys.argv[1]))))
