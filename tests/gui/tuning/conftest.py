@@ -1,0 +1,153 @@
+"""A flight that only takes orders down, and an analyst who only listens."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from workbench.analyst.replies import Judged, JudgedLoop, Predicted, StepNumbers
+from workbench.gui.analysis import Analysis
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.tuning.controller_gains import controller_gains
+from workbench.gui.tuning.trial import Trial
+
+LOOPS = ("velocity_x", "velocity_y", "velocity_z", "roll", "pitch", "yaw_rate")
+
+
+class Listener(Analysis):
+    """Takes questions down.
+
+    Attributes:
+        asked: all of them.
+    """
+
+    def __init__(self, notices) -> None:
+        super().__init__(notices)
+        self.asked = []
+        self.stopped = 0
+
+    def ask(self, question) -> None:
+        self.asked.append(question)
+
+    def stop(self) -> None:
+        self.stopped += 1
+
+    def of(self, kind) -> list:
+        """Return the questions of a kind."""
+        return [question for question in self.asked if isinstance(question, kind)]
+
+
+class Orders:
+    """Stands in for a live flight: every method is an order that is taken down."""
+
+    def __init__(self) -> None:
+        self.given = []
+
+    def __getattr__(self, name):
+        def give(*arguments, **options):
+            self.given.append((name, *arguments))
+            return f"answer to {name}"
+
+        return give
+
+
+class Grounded(FlightModel):
+    """A flight that obeys at once, and flies nothing.
+
+    Attributes:
+        orders: that were given.
+    """
+
+    def __init__(self, notices) -> None:
+        super().__init__(notices)
+        self.orders = Orders()
+
+    def order(self, give, done=None, refused=None) -> None:
+        answer = give(self.orders)
+        if done is not None:
+            done(1.0 if self.orders.given[-1][0] == "set" else answer)
+
+    def show(self, view) -> None:
+        """Let this be the newest view."""
+        self._view = view
+
+
+@pytest.fixture
+def desk_room(workspace):
+    """A workspace whose flight takes orders down and whose analyst listens."""
+    made = dataclasses.replace(
+        workspace, flight=Grounded(workspace.notices), analysis=Listener(workspace.notices)
+    )
+    yield made
+    made.flight.close()
+    made.analysis.close()
+
+
+@pytest.fixture
+def flying(canned):
+    """The view of a drone that flies."""
+    return canned.views[-1]
+
+
+@pytest.fixture
+def desk(desk_room, flying):
+    """Gains of the drone that flies."""
+    desk_room.preferences.set("apply_gains", "on Enter")
+    made = GainDesk(desk_room.flight, desk_room.analysis, desk_room.preferences, desk_room.notices)
+    desk_room.flight.show(flying)
+    made.begin(flying)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def trial(desk):
+    """What is tried with them."""
+    return Trial(desk)
+
+
+def loop(name: str, **other) -> JudgedLoop:
+    """Return a comfortable loop, with what is otherwise."""
+    values = {
+        "gain_margin": 4.0,
+        "gain_reduction_margin": 0.0,
+        "phase_margin": np.radians(60.0),
+        "delay_margin": 0.05,
+        "disk_margin": 1.0,
+        "crossover": 10.0,
+        "stable": True,
+    }
+    return JudgedLoop(name=name, **{**values, **other})
+
+
+@pytest.fixture
+def judge():
+    """Returns a judgement of gains, with other loops where wanted."""
+
+    def make(gains, *others: JudgedLoop, poles=(-1.0, -2.0 + 3.0j, -2.0 - 3.0j), said=""):
+        named = {each.name: each for each in others}
+        loops = tuple(named.get(name, loop(name)) for name in LOOPS)
+        stable = all(each.stable for each in loops)
+        return Judged(controller_gains(gains), loops, np.array(poles, dtype=complex), stable, said)
+
+    return make
+
+
+@pytest.fixture
+def make_loop():
+    """Returns a loop."""
+    return loop
+
+
+@pytest.fixture
+def predict():
+    """Returns a prediction of a first-order step."""
+
+    def make(gains, step, lost=False):
+        time = np.arange(0.0, step.duration, 1 / 128)
+        numbers = StepNumbers(0.3, 0.6, 12.0, 0.5, 0.8)
+        response = step.amplitude * (1.0 - np.exp(-5.0 * time))
+        return Predicted(controller_gains(gains), step, time, response, numbers, lost)
+
+    return make

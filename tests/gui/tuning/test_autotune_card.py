@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+from PyQt6.QtCore import Qt
+
+from workbench.analyst.questions import Tune
+from workbench.analyst.replies import Searched, Tuned, TunedStep, Wished
+from workbench.gui.tuning.autotune_card import DEFAULT, AutoTuneCard
+from workbench.gui.tuning.table_rows import State
+
+FOUND = {"kp_velocity_x": 5.5, "kp_pitch": 180.0}
+TIME = np.linspace(0.0, 2.0, 50)
+
+
+def tuned(met=True, stopped=False) -> Tuned:
+    return Tuned(
+        before={"kp_velocity_x": 4.45, "kp_pitch": 225.0},
+        gains=FOUND,
+        met=met,
+        stopped=stopped,
+        wishes=(
+            Wished("x.rise_time <= 0.4 s", "0.5 s", "0.38 s", True),
+            Wished("x.overshoot <= 1 %", "3 %", "2 %", False),
+        ),
+        steps=(TunedStep("x", TIME, TIME, 0.5 * TIME), TunedStep("yaw", TIME, TIME, TIME)),
+        said=("The overshoot is at odds with the rise time.",),
+    )
+
+
+@pytest.fixture
+def card(desk_room, trial, qtbot):
+    made = AutoTuneCard(desk_room, trial)
+    qtbot.addWidget(made)
+    made.resize(420, 360)
+    made.show()
+    made.begin()
+    return made
+
+
+def press(qtbot, button):
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def test_a_search_begins_from_the_proposed_gains_with_the_wishes(card, desk_room, trial, qtbot):
+    press(qtbot, card.start)
+    assert desk_room.analysis.of(Tune) == [Tune(trial.proposed, DEFAULT)]
+    assert card.is_running
+
+
+def test_another_line_appears_as_one_is_typed(card, qtbot):
+    before = len(card.wishes.lines)
+    qtbot.keyClicks(card.wishes.lines[-1].field, "yaw.rise_time <= 0.5")
+    assert len(card.wishes.lines) == before + 1
+    assert card.wishes.wishes == (*DEFAULT, "yaw.rise_time <= 0.5")
+
+
+def test_a_bad_wish_is_told_below_its_line_and_stops_the_search(card, qtbot):
+    field = card.wishes.lines[0].field
+    field.setFocus()
+    field.selectAll()
+    qtbot.keyClicks(field, "x.speed <= 3")
+    card.wishes.lines[1].field.setFocus()
+    field.editingFinished.emit()
+    assert card.wishes.lines[0].fault.text().startswith("✕ There is no metric speed")
+    assert not card.start.isEnabled()
+    field.selectAll()
+    qtbot.keyClicks(field, "x.rise_time <= 0.3")
+    assert card.wishes.lines[0].fault.isHidden()
+    assert card.start.isEnabled()
+
+
+def test_progress_shows_the_best_so_far(card, desk_room, qtbot):
+    press(qtbot, card.start)
+    desk_room.analysis.searched.emit(Searched("searching", 0.4, FOUND, "least to spare: overshoot"))
+    assert card.progress.value() == 40
+    assert "kp_velocity_x 5.5" in card.best.text()
+    assert "overshoot" in card.best.text()
+
+
+def test_stop_keeps_the_best(card, desk_room, qtbot):
+    press(qtbot, card.start)
+    press(qtbot, card.stop)
+    assert desk_room.analysis.stopped == 1
+    desk_room.analysis.tuned.emit(tuned(met=False, stopped=True))
+    assert card.said.whole == "Stopped: the best so far."
+
+
+def test_before_and_after_stand_side_by_side(card, desk_room, qtbot):
+    press(qtbot, card.start)
+    desk_room.analysis.tuned.emit(tuned(met=False))
+    assert [row.state for row in card.table.rows] == [State.GOOD, State.MISSED]
+    assert [cell.text for cell in card.table.rows[0].cells] == ["0.5 s", "0.38 s"]
+    assert card.plot.names == ("before", "after")
+    assert card.axis.count() == 2
+    assert "at odds" in card.remarks.whole
+
+
+def test_accepted_gains_fly_as_one_step_of_undo(card, desk_room, desk, qtbot):
+    before = dict(desk.proposed)
+    press(qtbot, card.start)
+    desk_room.analysis.tuned.emit(tuned())
+    press(qtbot, card.accept)
+    assert {name: desk.proposed[name] for name in FOUND} == FOUND
+    desk.undo()
+    assert dict(desk.proposed) == before
+
+
+def test_discarded_gains_change_nothing(card, desk_room, desk, qtbot):
+    before = dict(desk.proposed)
+    press(qtbot, card.start)
+    desk_room.analysis.tuned.emit(tuned())
+    press(qtbot, card.discard)
+    assert dict(desk.proposed) == before
+    assert card.start.isEnabled()
+
+
+def test_a_refused_wish_is_blamed_where_it_stands(card, desk_room, qtbot):
+    press(qtbot, card.start)
+    question = desk_room.analysis.of(Tune)[-1]
+    desk_room.analysis.refused.emit(question, f"'{DEFAULT[1]}': nothing is both")
+    assert card.wishes.lines[1].fault.text() == f"✕ '{DEFAULT[1]}': nothing is both"
+    assert not card.is_running
+
+
+def test_an_answer_that_comes_after_another_flight_began_is_not_shown(card, desk_room, qtbot):
+    press(qtbot, card.start)
+    card.begin()
+    desk_room.analysis.tuned.emit(tuned())
+    assert card.pages.currentIndex() == 0

@@ -1,0 +1,125 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from PyQt6.QtCore import Qt
+
+from workbench.excitation import Excitation, Exciting, Shape
+from workbench.gui.tuning.command_line import command_line
+from workbench.gui.tuning.excitation_card import ExcitationCard
+from workbench.gui.tuning.excitation_form import load_choice
+from workbench.systems.mode import FlightMode
+
+
+@pytest.fixture
+def card(desk_room, flying, qtbot):
+    desk_room.flight.show(flying)
+    made = ExcitationCard(desk_room)
+    qtbot.addWidget(made)
+    made.show()
+    made.begin()
+    made.show_view(flying)
+    return made
+
+
+def in_mode(view, mode):
+    return dataclasses.replace(view, snapshot=dataclasses.replace(view.snapshot, mode=mode))
+
+
+def test_start_excites_the_flight_as_chosen(card, desk_room, qtbot):
+    qtbot.mouseClick(card.button, Qt.MouseButton.LeftButton)
+    wanted = Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True)
+    assert desk_room.flight.orders.given == [("excite", wanted)]
+
+
+def test_one_key_starts_and_stops(card, desk_room, flying, qtbot):
+    qtbot.keyClick(card, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
+    exciting = Exciting(card.choice.excitation, 3.0, 1)
+    card.show_view(dataclasses.replace(flying, exciting=exciting))
+    assert card.button.text() == "Stop"
+    qtbot.keyClick(card, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
+    assert [order[0] for order in desk_room.flight.orders.given] == ["excite", "stop_exciting"]
+
+
+def test_everything_can_be_chosen_by_keyboard(card, desk_room, qtbot):
+    for box, times in ((card.axis, 2), (card.shape, 1)):
+        box.setFocus()
+        for _ in range(times):
+            qtbot.keyClick(box, Qt.Key.Key_Down)
+    for field, text in ((card.amplitude, "0.5"), (card.period, "3")):
+        field.setFocus()
+        field.selectAll()
+        qtbot.keyClicks(field, text)
+        qtbot.keyClick(field, Qt.Key.Key_Return)
+    qtbot.keyClick(card.repeats, Qt.Key.Key_Space)
+    assert card.choice.excitation == Excitation("z", Shape.DOUBLET, 0.5, 3.0, repeats=False)
+    assert load_choice(desk_room.preferences.store) == card.choice
+
+
+def test_the_flights_limits_are_bounds(card, flying):
+    assert card.amplitude.maximum() == pytest.approx(flying.values["max_speed"])
+    card.axis.setCurrentIndex(3)
+    card.axis.activated.emit(3)
+    assert card.amplitude.maximum() == pytest.approx(
+        np.degrees(flying.values["max_yaw_rate"]), 1e-2
+    )
+    assert card.amplitude.suffix().strip() == "°/s"
+    assert card.choice.amplitude == pytest.approx(0.2)
+
+
+def test_each_axis_keeps_its_own_amplitude(card):
+    card.amplitude.setValue(2.5)
+    card.axis.activated.emit(2)
+    assert card.amplitude.value() == 1.0
+    card.axis.activated.emit(0)
+    assert card.amplitude.value() == 2.5
+
+
+def test_nothing_is_no_amplitude(card):
+    card.amplitude.setValue(0.0)
+    assert card.choice.amplitude == card.amplitude.value() == 1.0
+
+
+def test_on_the_ground_it_offers_to_take_off(card, desk_room, flying, qtbot):
+    card.show_view(in_mode(flying, FlightMode.OFF))
+    assert not card.button.isEnabled()
+    assert card.said.whole == "The drone must hover: take off."
+    qtbot.mouseClick(card.take_off, Qt.MouseButton.LeftButton)
+    assert desk_room.flight.orders.given == [("request", "take_off")]
+    card.show_view(in_mode(flying, FlightMode.HOVERING))
+    assert card.take_off.isHidden()
+    assert card.button.isEnabled()
+
+
+def test_nothing_can_be_started_before_there_is_a_flight(desk_room, qtbot):
+    card = ExcitationCard(desk_room)
+    qtbot.addWidget(card)
+    assert card.said.whole == "Nothing flies yet."
+    assert not card.button.isEnabled()
+
+
+def test_it_says_how_far_the_drone_will_go(card):
+    assert card.said.whole == "Flies 2.0 m along x a round"
+
+
+def test_what_is_changed_while_it_runs_is_flown(card, desk_room, flying):
+    card.show_view(dataclasses.replace(flying, exciting=Exciting(card.choice.excitation, 3.0, 1)))
+    card.amplitude.setValue(2.0)
+    assert desk_room.flight.orders.given[-1][1].amplitude == 2.0
+
+
+def test_nonsense_that_was_kept_is_left_alone(desk_room):
+    desk_room.preferences.store.setValue("tuning/excitation/period", "soon")
+    desk_room.preferences.store.setValue("tuning/excitation/axis", "w")
+    assert load_choice(desk_room.preferences.store).period == 2.0
+
+
+@pytest.mark.parametrize("shape", list(Shape))
+def test_the_line_of_the_command_is_what_is_flown(shape):
+    excitation = Excitation("x", shape, 1.5, 2.0)
+    time, values = command_line(excitation)
+    for at in np.linspace(0.013, excitation.round_time - 0.013, 40):
+        before = np.searchsorted(time, at) - 1
+        flown = excitation.command(float(at))
+        drawn = np.interp(at, time, values) if shape is Shape.CHIRP else values[before]
+        assert drawn == pytest.approx(flown, abs=0.01), at

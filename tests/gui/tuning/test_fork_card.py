@@ -1,0 +1,143 @@
+import numpy as np
+import pytest
+from PyQt6.QtCore import Qt
+
+from workbench.analyst.questions import Fork, Step
+from workbench.analyst.replies import Flown, Forked
+from workbench.gui.tuning.fork_card import ForkCard
+from workbench.gui.tuning.ghost import NAME, Ghost
+
+STEP = Step("x", 1.0, 2.0)
+TIME = 30.0 + np.linspace(0.0, 5.0, 50)
+
+
+def branch(name: str, speed: float, lost: str = "") -> Flown:
+    return Flown(
+        name=name,
+        time=TIME,
+        velocity=np.full((50, 3), speed),
+        yaw_rate=np.zeros(50),
+        position=np.cumsum(np.full((50, 3), speed), axis=0),
+        tilt=np.full(50, 0.1),
+        rotor_use=np.full(50, 0.6),
+        lost=lost,
+    )
+
+
+@pytest.fixture
+def card(desk_room, trial, qtbot):
+    trial.set_step(STEP)
+    made = ForkCard(desk_room, trial)
+    qtbot.addWidget(made)
+    made.resize(420, 330)
+    made.show()
+    made.begin()
+    return made
+
+
+@pytest.fixture
+def ghost(desk_room, trial):
+    trial.set_step(STEP)
+    made = Ghost(desk_room.flight, desk_room.analysis, trial, lambda: True)
+    made.set_seen(True)
+    made.heard = []
+    made.seen_ahead.connect(lambda time, values: made.heard.append((time, values)))
+    return made
+
+
+def press(qtbot, button):
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def test_both_sets_go_on_from_the_present_instant(card, desk_room, desk, trial, qtbot):
+    desk.propose("kp_pitch", 300.0)
+    press(qtbot, card.button)
+    fork = desk_room.analysis.of(Fork)[-1]
+    assert fork.instant == "answer to instant"
+    assert [each.name for each in fork.branches] == ["now", "proposed"]
+    assert fork.branches[0].gains == trial.flown
+    assert fork.branches[1].gains["kp_pitch"] == 300.0
+    assert fork.step == Step("x", 1.0, 5.0)
+    assert not card.button.isEnabled()
+
+
+def test_without_a_step_it_just_flies_on(card, desk_room, qtbot):
+    card.with_step.setChecked(False)
+    press(qtbot, card.button)
+    assert desk_room.analysis.of(Fork)[-1].step is None
+
+
+def test_branches_are_laid_over_each_other(card, desk_room, qtbot):
+    press(qtbot, card.button)
+    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    assert card.plot.names == ("now", "proposed")
+    card.quantity.setCurrentIndex(2)
+    assert card.plot.names == ("now", "proposed")
+    assert card.button.isEnabled()
+
+
+def test_one_can_be_kept(card, desk_room, desk, qtbot):
+    desk.propose("kp_pitch", 300.0)
+    press(qtbot, card.button)
+    desk.propose("kp_pitch", 111.0)
+    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    press(qtbot, card.keep)
+    assert desk.proposed["kp_pitch"] == 300.0
+
+
+def test_a_slot_can_be_the_other_branch(card, desk_room, desk, qtbot):
+    desk.propose("kp_pitch", 150.0)
+    desk.store("B")
+    desk.propose("kp_pitch", 300.0)
+    card.other.setCurrentIndex(card.other.findData("B"))
+    press(qtbot, card.button)
+    fork = desk_room.analysis.of(Fork)[-1]
+    assert fork.branches[1].name == "slot B"
+    assert fork.branches[1].gains["kp_pitch"] == 150.0
+
+
+def test_a_lost_branch_says_why(card, desk_room, qtbot):
+    press(qtbot, card.button)
+    lost = branch("proposed", 9.0, lost="it tumbled")
+    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), lost)))
+    assert card.said.whole == "proposed: it tumbled"
+
+
+def test_a_refusal_lets_it_be_tried_again(card, desk_room, qtbot):
+    press(qtbot, card.button)
+    desk_room.analysis.refused.emit(desk_room.analysis.of(Fork)[-1], "too long")
+    assert card.said.whole == "too long"
+    assert card.button.isEnabled()
+
+
+def test_a_slider_that_is_dragged_sees_the_next_five_seconds(ghost, desk_room, desk):
+    desk.propose("kp_pitch", 300.0)
+    fork = desk_room.analysis.of(Fork)[-1]
+    assert (fork.branches[0].name, fork.duration, fork.step) == (NAME, 5.0, None)
+    desk_room.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    time, values = ghost.heard[-1]
+    assert time is TIME
+    assert values[0] == 1.2
+
+
+def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost, desk_room, desk):
+    for value in (300.0, 310.0, 320.0):
+        desk.propose("kp_pitch", value)
+    assert len(desk_room.analysis.of(Fork)) == 1
+    desk_room.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    asked = desk_room.analysis.of(Fork)
+    assert len(asked) == 2
+    assert asked[-1].branches[0].gains["kp_pitch"] == 320.0
+
+
+def test_the_future_goes_once_the_proposal_is_taken_back(ghost, desk_room, desk):
+    desk.propose("kp_pitch", 300.0)
+    desk_room.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    desk.back()
+    assert len(ghost.heard[-1][0]) == 0
+
+
+def test_nobody_looks_into_the_future_unseen(ghost, desk_room, desk):
+    ghost.set_seen(False)
+    desk.propose("kp_pitch", 300.0)
+    assert desk_room.analysis.of(Fork) == []

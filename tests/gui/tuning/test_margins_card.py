@@ -1,0 +1,135 @@
+import numpy as np
+import pytest
+from PyQt6.QtCore import Qt
+
+from workbench.analyst.questions import Judge
+from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.limits import Limits
+from workbench.gui.tuning.margins_card import MarginsCard
+from workbench.gui.tuning.table_rows import State
+
+FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}
+PROPOSED = {"kp_pitch": 300.0, "kd_pitch": 27.0}
+
+
+@pytest.fixture
+def card(desk_room, qtbot):
+    judgement = Judgement(desk_room.analysis)
+    judgement.set_seen(True)
+    made = MarginsCard(desk_room, judgement, Limits(desk_room.preferences.store))
+    made.judgement = judgement
+    qtbot.addWidget(made)
+    made.resize(430, 270)
+    made.show()
+    return made
+
+
+def row(card, name):
+    return next(each for each in card.table.rows if each.label == name)
+
+
+def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
+    card, desk_room, judge, make_loop
+):
+    card.judgement.follow(FLOWN, FLOWN)
+    pitch = make_loop(
+        "pitch",
+        gain_margin=10.0,
+        gain_reduction_margin=0.1,
+        phase_margin=np.pi / 3,
+        delay_margin=0.025,
+        disk_margin=0.7,
+    )
+    desk_room.analysis.judged.emit(judge(FLOWN, pitch))
+    assert [cell.text for cell in row(card, "pitch").cells] == [
+        "20.0",
+        "20.0",
+        "60.0",
+        "25",
+        "0.70",
+    ]
+    assert "factor 10" in row(card, "pitch").cells[0].help
+    assert row(card, "pitch").state is State.GOOD
+    assert len(card.table.rows) == 6
+
+
+def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(
+    card, desk_room, judge, make_loop
+):
+    card.judgement.follow(FLOWN, FLOWN)
+    low = make_loop("pitch", phase_margin=np.radians(30.0))
+    desk_room.analysis.judged.emit(judge(FLOWN, low))
+    assert row(card, "pitch").state is State.LOW
+    assert [cell.over for cell in row(card, "pitch").cells] == [False, False, True, False, False]
+    assert card.said.whole == "Weakest: pitch, phase 30.0° (≥ 45°)"
+    assert row(card, "pitch").strong
+
+
+def test_another_limit_judges_anew_and_is_kept(card, desk_room, judge, make_loop, qtbot):
+    card.judgement.follow(FLOWN, FLOWN)
+    desk_room.analysis.judged.emit(judge(FLOWN, make_loop("pitch", phase_margin=np.radians(30.0))))
+    qtbot.mouseClick(card.form.button, Qt.MouseButton.LeftButton)
+    field = card.form.fields["phase_margin"]
+    assert field.isVisible()
+    field.selectAll()
+    qtbot.keyClicks(field, "25")
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+    assert row(card, "pitch").state is State.GOOD
+    assert Limits(desk_room.preferences.store).value("phase_margin") == 25.0
+
+
+def test_an_unstable_loop_is_named_in_a_sentence_and_has_no_numbers(
+    card, desk_room, judge, make_loop
+):
+    card.judgement.follow(FLOWN, FLOWN)
+    broken = make_loop("roll", stable=False)
+    desk_room.analysis.judged.emit(judge(FLOWN, broken, said="The roll loop is unstable."))
+    assert card.said.whole == "The roll loop is unstable."
+    assert row(card, "roll").state is State.BROKEN
+    assert {cell.text for cell in row(card, "roll").cells} == {"–"}
+
+
+def test_proposed_margins_stand_beside_those_that_fly_where_they_differ(
+    card, desk_room, judge, make_loop
+):
+    card.judgement.follow(FLOWN, FLOWN)
+    desk_room.analysis.judged.emit(judge(FLOWN))
+    card.judgement.follow(PROPOSED, FLOWN)
+    less = make_loop("pitch", phase_margin=np.radians(50.0))
+    desk_room.analysis.judged.emit(judge(PROPOSED, less))
+    phase = row(card, "pitch").cells[2]
+    assert (phase.text, phase.was) == ("50.0", "60.0")
+    assert row(card, "pitch").cells[0].was == ""
+    assert all(cell.was == "" for cell in row(card, "roll").cells)
+
+
+def test_a_slider_that_moves_is_followed_by_one_question_at_a_time(card, desk_room, judge):
+    analysis = desk_room.analysis
+    card.judgement.follow(FLOWN, FLOWN)
+    analysis.judged.emit(judge(FLOWN))
+    asked = len(analysis.asked)
+    for value in range(226, 246):
+        card.judgement.follow({**FLOWN, "kp_pitch": float(value)}, FLOWN)
+    assert len(analysis.asked) == asked + 1
+    analysis.judged.emit(judge({**FLOWN, "kp_pitch": 226.0}))
+    assert analysis.asked[-1] == Judge({**FLOWN, "kp_pitch": 245.0})
+
+
+def test_gains_that_are_known_are_not_asked_about_again(card, desk_room, judge):
+    card.judgement.follow(FLOWN, FLOWN)
+    desk_room.analysis.judged.emit(judge(FLOWN))
+    card.judgement.follow(PROPOSED, FLOWN)
+    desk_room.analysis.judged.emit(judge(PROPOSED))
+    asked = len(desk_room.analysis.asked)
+    card.judgement.follow(FLOWN, FLOWN)
+    assert len(desk_room.analysis.asked) == asked
+    assert card.judgement.proposed.gains == FLOWN
+
+
+def test_arrows_read_row_after_row(card, desk_room, judge, qtbot):
+    card.judgement.follow(FLOWN, FLOWN)
+    desk_room.analysis.judged.emit(judge(FLOWN))
+    card.table.setFocus()
+    for _ in range(2):
+        qtbot.keyClick(card.table, Qt.Key.Key_Down)
+    assert card.table.accessibleDescription().startswith("vel. y: 12.0")

@@ -1,0 +1,84 @@
+from pathlib import Path
+
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QGuiApplication
+
+from workbench.analyst.questions import Pin, Step
+from workbench.analyst.replies import Pinned
+from workbench.gui.tuning.pin_card import PinCard
+from workbench.gui.tuning.pin_text import name_fault, regress_command, spec_path
+
+STEP = Step("x", 1.0, 2.0)
+
+
+@pytest.fixture
+def card(desk_room, trial, qtbot, tmp_path):
+    trial.set_step(STEP)
+    made = PinCard(desk_room, trial)
+    qtbot.addWidget(made)
+    made.folder.setText(str(tmp_path))
+    made.show()
+    return made
+
+
+def press(qtbot, button):
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def test_what_flies_is_pinned_with_the_step(card, desk_room, trial, qtbot, tmp_path):
+    card.name.selectAll()
+    qtbot.keyClicks(card.name, "quick x")
+    press(qtbot, card.button)
+    path = tmp_path / "quick-x.spec.yaml"
+    assert desk_room.analysis.of(Pin) == [Pin(path, trial.flown, STEP, margins=True)]
+
+
+def test_paths_and_the_command_are_shown_and_copied(card, desk_room, qtbot, tmp_path):
+    press(qtbot, card.button)
+    spec = tmp_path / "my-step.spec.yaml"
+    desk_room.analysis.pinned.emit(Pinned(spec, tmp_path / "my-step.baseline", "Holds a step."))
+    assert card.paths.whole == f"my-step.spec.yaml and my-step.baseline in {tmp_path}"
+    assert str(spec) in card.paths.toolTip()
+    assert card.command.text() == f"workbench regress {spec}"
+    press(qtbot, card.copy)
+    assert QGuiApplication.clipboard().text() == f"workbench regress {spec}"
+
+
+def test_overwriting_takes_a_second_press(card, desk_room, qtbot, tmp_path):
+    (tmp_path / "my-step.spec.yaml").write_text("mine")
+    press(qtbot, card.button)
+    assert desk_room.analysis.of(Pin) == []
+    assert card.said.whole == "my-step.spec.yaml exists: press again to overwrite it."
+    press(qtbot, card.button)
+    assert len(desk_room.analysis.of(Pin)) == 1
+
+
+def test_another_name_is_asked_about_anew(card, desk_room, qtbot, tmp_path):
+    (tmp_path / "my-step.spec.yaml").write_text("mine")
+    press(qtbot, card.button)
+    card.name.setText("other")
+    card.name.setText("my-step")
+    press(qtbot, card.button)
+    assert desk_room.analysis.of(Pin) == []
+
+
+def test_a_refusal_is_told_beside_the_button(card, desk_room, qtbot):
+    press(qtbot, card.button)
+    desk_room.analysis.refused.emit(desk_room.analysis.of(Pin)[0], "the disk is full")
+    assert card.said.whole == "the disk is full"
+    assert card.button.isEnabled()
+
+
+@pytest.mark.parametrize(("name", "good"), [("a b-1.x", True), ("", False), ("../x", False)])
+def test_a_name_is_no_path(name, good):
+    assert (name_fault(name) == "") is good
+
+
+def test_a_command_can_be_pasted_into_a_shell():
+    assert regress_command(Path("/a/b.spec.yaml")) == "workbench regress /a/b.spec.yaml"
+    assert regress_command(Path("/a b/it's.yaml")) == "workbench regress '/a b/it'\\''s.yaml'"
+
+
+def test_a_suffix_that_is_typed_is_not_doubled():
+    assert spec_path("/a", "x.spec.yaml") == Path("/a/x.spec.yaml")

@@ -1,0 +1,72 @@
+"""Oracle: python-control's step_info."""
+
+import control
+import numpy as np
+import pytest
+
+from workbench.excitation import Excitation, Shape
+from workbench.gui.tuning.rounds import StepPart, step_parts
+from workbench.gui.tuning.step_measure import measure_step
+from workbench.gui.tuning.trace import Trace
+
+TIME = np.arange(0.0, 4.0, 1.0 / 128.0)
+
+
+def trace_of(response):
+    return Trace(
+        TIME[: len(response)], response, np.zeros(len(response)), np.full(len(response), 0.7)
+    )
+
+
+def swinging(duration: float) -> np.ndarray:
+    system = control.tf([36.0], [1.0, 4.0, 36.0])
+    return control.step_response(system, TIME[duration >= TIME]).outputs
+
+
+@pytest.mark.parametrize(("before", "level"), [(0.0, 2.0), (-2.0, 2.0), (0.0, -0.3)])
+def test_numbers_of_a_flown_step_are_those_of_python_control(before, level):
+    part = StepPart(0.5, 3.0, before, level)
+    rise = (level - before) * swinging(2.5)
+    flown = np.full(len(TIME), before)
+    flown[TIME >= 0.5] = level
+    flown[64 : 64 + len(rise)] = before + rise
+    numbers = measure_step(trace_of(flown), part)
+    info = control.step_info(rise, T=TIME[: len(rise)])
+    assert numbers.rise_time == pytest.approx(info["RiseTime"])
+    assert numbers.settling_time == pytest.approx(info["SettlingTime"])
+    assert numbers.overshoot == pytest.approx(info["Overshoot"])
+    off = abs(rise[-1] - (level - before)) / abs(level - before) * 100.0
+    assert numbers.steady_state_error == pytest.approx(off)
+    assert numbers.peak_rotor_use == 0.7
+
+
+def test_a_step_that_is_not_over_has_no_numbers():
+    part = StepPart(0.0, 3.0, 0.0, 1.0)
+    assert measure_step(trace_of(swinging(2.9)), part) is None
+    assert measure_step(trace_of(swinging(3.0)), part) is not None
+
+
+def test_what_comes_after_a_step_does_not_count():
+    part = StepPart(0.0, 2.0, 0.0, 1.0)
+    flown = np.concatenate([swinging(2.0), np.zeros(200)])
+    assert measure_step(trace_of(flown), part) == measure_step(trace_of(swinging(2.0)), part)
+
+
+def test_the_first_half_of_a_square_wave_goes_all_the_way_once_it_repeats():
+    wave = Excitation("x", Shape.SQUARE, 1.5, 2.0, repeats=True)
+    assert step_parts(wave)[0] == StepPart(0.0, 1.0, 0.0, 1.5)
+    assert step_parts(wave, again=True)[0] == StepPart(0.0, 1.0, -1.5, 1.5)
+    assert step_parts(wave)[1] == StepPart(1.0, 2.0, 1.5, -1.5)
+
+
+def test_a_chirp_has_no_steps():
+    assert step_parts(Excitation("x", Shape.CHIRP, 1.0, 5.0)) == ()
+
+
+@pytest.mark.parametrize("shape", [Shape.STEP, Shape.DOUBLET, Shape.SQUARE])
+def test_steps_begin_where_the_command_jumps(shape):
+    excitation = Excitation("x", shape, 1.0, 2.0)
+    for part in step_parts(excitation):
+        assert part.begin in excitation.edges
+        assert excitation.command(part.begin + 0.01) == part.level
+        assert excitation.command(part.end - 0.01) == part.level

@@ -1,0 +1,176 @@
+import dataclasses
+
+import control
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
+
+from workbench.analyst.questions import Judge, Predict, Step
+from workbench.excitation import Exciting, Shape
+from workbench.gui.tuning.response_plot import ASKED, FLOWN, PREDICTED
+from workbench.gui.tuning.table_rows import State
+from workbench.gui.tuning.tuning_screen import TuningScreen
+from workbench.live.choice import Choice
+
+WIDE, NARROW = (1190, 600), (760, 600)
+
+
+@pytest.fixture
+def screen(desk_room, flying, qtbot):
+    desk_room.preferences.set("apply_gains", "on Enter")
+    desk_room.flight.show(flying)
+    made = TuningScreen(desk_room)
+    qtbot.addWidget(made)
+    made.resize(*WIDE)
+    made.begin(flying)
+    made.show()
+    yield made
+    made.close_screen()
+
+
+def fly(screen, canned, exciting=None):
+    """Show all of a canned flight, excited from its beginning on."""
+    screen.workspace.signals.begin(canned.views[0].topics)
+    for view, published in zip(canned.views, canned.published, strict=True):
+        screen.workspace.signals.add(published)
+        screen.show_view(dataclasses.replace(view, exciting=exciting))
+
+
+def test_margins_sliders_and_response_are_seen_together(screen):
+    assert screen.arrangement.is_wide
+    for part in (screen.panel, screen.response, screen.margins, screen.poles):
+        assert part.isVisible()
+        corner = part.mapTo(screen, part.rect().bottomRight())
+        assert corner.x() <= WIDE[0] and corner.y() <= WIDE[1]
+
+
+def test_beside_a_picture_it_stands_in_tabs(screen, qtbot):
+    screen.resize(*NARROW)
+    qtbot.waitUntil(lambda: not screen.arrangement.is_wide)
+    assert screen.width() == NARROW[0]
+    assert [screen.tabs.tabText(index) for index in range(2)] == ["Step", "Margins"]
+    assert screen.response.isVisible()
+    assert not screen.margins.isVisible()
+    screen.tabs.setCurrentIndex(1)
+    assert screen.margins.isVisible()
+    screen.resize(*WIDE)
+    assert screen.arrangement.is_wide
+    assert screen.margins.isVisible() and screen.response.isVisible()
+
+
+def answer(screen, judge, predict, qtbot):
+    """Answer what a screen asks at first."""
+    analysis = screen.workspace.analysis
+    qtbot.waitUntil(lambda: bool(analysis.of(Predict)) and bool(analysis.of(Judge)))
+    asked = analysis.of(Predict)[0]
+    analysis.predicted.emit(predict(asked.gains, asked.step))
+    analysis.judged.emit(judge(asked.gains))
+
+
+def test_a_proposed_gain_is_judged_and_predicted_before_it_flies(
+    screen, desk_room, judge, predict, qtbot
+):
+    answer(screen, judge, predict, qtbot)
+    screen.desk.propose("kp_velocity_x", 7.0)
+    qtbot.waitUntil(lambda: len(desk_room.analysis.of(Predict)) == 2)
+    predict = desk_room.analysis.of(Predict)[-1]
+    assert predict.gains["kp_velocity_x"] == 7.0
+    assert predict.step == Step("x", 1.0, 2.0)
+    assert desk_room.analysis.of(Judge)[-1].gains["kp_velocity_x"] == 7.0
+    assert not any(order[0] == "set" for order in desk_room.flight.orders.given)
+
+
+def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
+    screen, desk_room, predict, qtbot
+):
+    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Predict)))
+    asked = desk_room.analysis.of(Predict)[-1]
+    desk_room.analysis.predicted.emit(predict(asked.gains, asked.step))
+    assert PREDICTED in screen.response.plot.plot.names
+    overshoot = screen.response.table.rows[1]
+    assert (overshoot.cells[1].text, overshoot.cells[1].over) == ("12.0", True)
+    assert overshoot.state is State.NONE
+
+
+def test_a_lost_prediction_is_told(screen, desk_room, predict, qtbot):
+    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Predict)))
+    asked = desk_room.analysis.of(Predict)[-1]
+    desk_room.analysis.predicted.emit(predict(asked.gains, asked.step, lost=True))
+    assert screen.response.said.whole == "With the proposed gains the drone would be lost."
+    assert PREDICTED not in screen.response.plot.plot.names
+
+
+def test_a_flown_step_has_the_numbers_of_python_control(screen, canned):
+    """The canned flight steps to 2 m/s after 1 s."""
+    screen.excitation.choice = dataclasses.replace(screen.excitation.choice, period=1.5)
+    exciting = Exciting(screen.excitation.choice.with_amplitude(2.0).excitation, began=1.0, round=1)
+    fly(screen, canned, exciting)
+    time, speed = screen.workspace.signals.series("velocity_data.v_x", 1.0 - 1e-6)
+    flown = time <= 2.5 + 1e-6
+    info = control.step_info(speed[flown], T=time[flown] - 1.0)
+    numbers = screen.response.history.numbers
+    assert numbers.rise_time == pytest.approx(info["RiseTime"])
+    assert numbers.overshoot == pytest.approx(info["Overshoot"])
+    assert numbers.settling_time == pytest.approx(info["SettlingTime"], nan_ok=True)
+    assert FLOWN in screen.response.plot.plot.names
+    assert ASKED in screen.response.plot.plot.names
+    assert screen.response.table.rows[0].cells[0].text == f"{info['RiseTime']:.3f}"
+    assert [use.label for use in screen.response.strip.uses] == ["tilt", "rotor use", "speed"]
+
+
+def test_nothing_is_asked_while_the_screen_is_not_seen(screen, desk_room, judge, predict, qtbot):
+    answer(screen, judge, predict, qtbot)
+    screen.hide()
+    screen.trial.set_step(Step("y", 1.0, 2.0))
+    qtbot.wait(50)
+    assert len(desk_room.analysis.of(Predict)) == len(desk_room.analysis.of(Judge)) == 1
+    screen.show()
+    qtbot.waitUntil(lambda: desk_room.analysis.of(Predict)[-1].step.axis == "y")
+
+
+def test_a_chirp_has_nothing_to_predict(screen):
+    screen.excitation.shape.activated.emit(tuple(Shape).index(Shape.CHIRP))
+    assert screen.trial.step is None
+    assert screen.response.said.whole == "A chirp has no step to measure."
+    assert not screen.pin.button.isEnabled()
+
+
+def test_every_control_has_a_name_and_can_be_reached_by_keyboard(screen):
+    cards = (screen.excitation, screen.response, screen.margins, screen.map, screen.weights)
+    for card in (*cards, screen.fork, screen.autotune, screen.pin):
+        for kind in (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit):
+            for each in card.findChildren(kind):
+                inner = isinstance(each.parent(), QAbstractSpinBox | QComboBox)
+                if each.objectName().startswith("qt_") or inner:
+                    continue
+                named = each.accessibleName() or getattr(each, "text", str)()
+                assert named, (card, each)
+                assert each.focusPolicy() & Qt.FocusPolicy.TabFocus, (card, each)
+
+
+def test_a_real_flight_is_excited_measured_and_judged(workspace, qtbot):
+    screen = TuningScreen(workspace)
+    qtbot.addWidget(screen)
+    screen.resize(*WIDE)
+    screen.show()
+    workspace.flight.begun.connect(
+        lambda view: workspace.analysis.begin(view.scenario, view.values)
+    )
+    workspace.flight.begun.connect(screen.begin)
+    workspace.flight.viewed.connect(screen.show_view)
+    workspace.flight.fly(Choice("hover"), draw=False)
+    qtbot.waitUntil(lambda: screen.excitation.button.isEnabled(), timeout=60000)
+    screen.excitation.repeats.setChecked(False)
+    screen.excitation.start_or_stop()
+    qtbot.waitUntil(lambda: screen.response.history.numbers is not None, timeout=60000)
+    qtbot.waitUntil(lambda: len(screen.margins.table.rows) == 9, timeout=60000)
+    qtbot.waitUntil(lambda: not screen.excitation.is_running, timeout=60000)
+    numbers, begun = screen.response.history.numbers, screen.response.history.round.begun
+    time, speed = workspace.signals.series("velocity_data.v_x", begun - 1e-6)
+    flown = time <= begun + 2.0 + 1e-6
+    info = control.step_info(speed[flown], T=time[flown] - begun)
+    assert numbers.rise_time == pytest.approx(info["RiseTime"])
+    assert numbers.settling_time == pytest.approx(info["SettlingTime"])
+    assert numbers.overshoot == pytest.approx(info["Overshoot"])
+    assert 0.2 < numbers.rise_time < 0.5
+    screen.close_screen()

@@ -1,0 +1,61 @@
+import pytest
+
+from workbench.analyst.questions import Step, Weigh
+from workbench.analyst.replies import Weighed, Weight
+from workbench.gui.tuning.limit_table import find_limit
+from workbench.gui.tuning.weight_bars import strongest, weight_text
+from workbench.gui.tuning.weights_card import WeightsCard
+
+STEP = Step("x", 1.0, 2.0)
+
+
+@pytest.fixture
+def card(desk_room, trial, qtbot):
+    made = WeightsCard(desk_room, trial)
+    qtbot.addWidget(made)
+    made.show()
+    made.begin()
+    made.set_seen(True)
+    trial.set_step(STEP)
+    return made
+
+
+def test_a_slope_for_one_percent_is_told_for_ten():
+    text = weight_text(Weight("kp_pitch", -0.002), find_limit("rise_time"))
+    assert text == "10 % more kp_pitch: rise time −0.0200 s"
+    text = weight_text(Weight("kp_pitch", 0.001), find_limit("peak_rotor_use"))
+    assert text == "10 % more kp_pitch: rotor use +1.00 %"
+
+
+def test_gains_that_do_nothing_to_speak_of_are_left_out():
+    weights = [Weight("a", 0.001), Weight("b", -1.0), Weight("c", 0.3), Weight("d", float("nan"))]
+    assert [each.gain for each in strongest(weights)] == ["b", "c"]
+    assert strongest([Weight("a", 0.0)]) == ()
+
+
+def test_it_asks_once_gains_have_settled(card, desk_room, trial, desk, qtbot):
+    for value in (300.0, 310.0, 320.0):
+        desk.propose("kp_pitch", value)
+    assert desk_room.analysis.of(Weigh) == []
+    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Weigh)))
+    assert desk_room.analysis.of(Weigh) == [Weigh(trial.proposed, STEP)]
+
+
+def test_the_metric_on_show_is_told_in_words(card, desk_room, trial, qtbot):
+    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Weigh)))
+    weights = {
+        "rise_time": (Weight("kp_velocity_x", -0.003), Weight("kp_pitch", 0.001)),
+        "overshoot": (Weight("kp_pitch", 0.2),),
+    }
+    desk_room.analysis.weighed.emit(Weighed(trial.proposed, STEP, weights))
+    assert card.words.text() == "10 % more kp_velocity_x: rise time −0.0300 s."
+    card.number.setCurrentIndex(1)
+    assert card.words.text() == "10 % more kp_pitch: overshoot +2.00 %."
+    assert len(card.bars.texts) == 1
+
+
+def test_old_bars_say_that_they_are_old(card, desk_room, trial, desk, qtbot):
+    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Weigh)))
+    desk_room.analysis.weighed.emit(Weighed(trial.proposed, STEP, {}))
+    desk.propose("kp_pitch", 333.0)
+    assert card.said.whole == "Of the gains before; new ones follow …"

@@ -1,0 +1,238 @@
+"""The card that searches gains for wishes, and lets the user decide."""
+
+from collections.abc import Callable
+
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QProgressBar,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from workbench.analyst.questions import Question, Tune
+from workbench.analyst.replies import Searched, Tuned, Wished
+from workbench.gui.charts.curve_style import CurveStyle
+from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.tuning.axes import find_axis
+from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
+from workbench.gui.tuning.gains_text import gains_text
+from workbench.gui.tuning.number_field import buddy
+from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.tuning.table_rows import Cell, Row, State
+from workbench.gui.tuning.trial import Trial
+from workbench.gui.tuning.wish_lines import WishLines
+from workbench.gui.workspace import Workspace
+
+PLOT = 120
+"""Height of the steps at least [px]."""
+DEFAULT = ("level.rise_time <= 0.4 s", "level.overshoot <= 10 %", "tilt.phase_margin >= 45 deg")
+
+
+class AutoTuneCard(Card):
+    """Wishes, then a search that can be stopped, then a before and after to accept or not.
+
+    Args:
+        workspace: analysis, colours and units.
+        trial: what is tried.
+        parent: whose life it shares.
+    """
+
+    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
+        super().__init__("Auto-tune", parent)
+        self._analysis, self._trial = workspace.analysis, trial
+        self._running = False
+        self._asked: Tune | None = None
+        self._tuned: Tuned | None = None
+        self.wishes = WishLines(DEFAULT)
+        self.start = _button("&Search", self.search, "primary")
+        self.progress = QProgressBar()
+        self.progress.setRange(0, 100)
+        self.progress.setTextVisible(False)
+        self.progress.setAccessibleName("Progress of the search, 0 to 100 %")
+        self.stop = _button("S&top, keep the best", self._analysis.stop)
+        self.best = wrapped()
+        self.table = NumberTable(
+            "Wishes before and after",
+            ("before", "after"),
+            workspace.look,
+            paired=False,
+            widest="level.rise_time <= 0.4",
+        )
+        self.axis = QComboBox()
+        self.axis.currentIndexChanged.connect(self._draw)
+        self.plot = StaticPlot(workspace)
+        self.remarks = Sentence()
+        self.accept = _button("&Accept", self._accept, "primary")
+        self.discard = _button("&Discard", self._discard)
+        self.pages = QStackedWidget()
+        for page in (self._wish_page(), self._search_page(), self._result_page()):
+            self.pages.addWidget(page)
+        self.body.addWidget(self.pages, 1)
+        self.wishes.changed.connect(self._show_state)
+        trial.changed.connect(self._show_state)
+        self._analysis.searched.connect(self._hear_progress)
+        self._analysis.tuned.connect(self._hear_result)
+        self._analysis.refused.connect(self._hear_refusal)
+        self._show_state()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether a search runs."""
+        return self._running
+
+    def begin(self) -> None:
+        """Forget the search for another vehicle."""
+        self._running, self._asked, self._tuned = False, None, None
+        self.pages.setCurrentIndex(0)
+        self._show_state()
+
+    def search(self) -> None:
+        """Begin to search from the proposed gains on."""
+        if self._running or not self.wishes.are_good or not self._trial.proposed:
+            return
+        self._asked = Tune(self._trial.proposed, self.wishes.wishes)
+        self._running = True
+        self.progress.setValue(0)
+        self.best.setText("The search begins: this takes a minute or so.")
+        self.said.say("Searching; the flight goes on.")
+        self.pages.setCurrentIndex(1)
+        self._analysis.ask(self._asked)
+
+    def _hear_progress(self, searched: Searched) -> None:
+        if not self._running:
+            return
+        self.progress.setValue(round(100.0 * searched.share))
+        words = gains_text(searched.gains, self._trial.proposed) if searched.gains else ""
+        best = f"Best so far: {words}" if words else ""
+        lines = (searched.phase.capitalize(), best, searched.said)
+        self.best.setText("\n".join(line for line in lines if line))
+
+    def _hear_result(self, tuned: Tuned) -> None:
+        if not self._running:
+            return
+        self._running, self._asked, self._tuned = False, None, tuned
+        self.table.set_rows(tuple(map(_row, tuned.wishes)))
+        self.axis.clear()
+        for step in tuned.steps:
+            self.axis.addItem(step.axis, step.axis)
+        self._draw()
+        self.remarks.say(" ".join(tuned.said))
+        self.remarks.setVisible(bool(tuned.said))
+        if tuned.met:
+            self.said.say("All wishes are met.", "good")
+        elif tuned.stopped:
+            self.said.say("Stopped: the best so far.", "warning")
+        else:
+            self.said.say("Not all wishes are met.", "warning")
+        self.pages.setCurrentIndex(2)
+
+    def _hear_refusal(self, question: Question, said: str) -> None:
+        if not isinstance(question, Tune) or not self._running:
+            return
+        self._running, self._asked = False, None
+        self.pages.setCurrentIndex(0)
+        guilty = [line for line in self.wishes.lines if line.text and line.text in said]
+        for line in guilty:
+            line.blame(said)
+        self.said.say("" if guilty else said, "bad")
+        if guilty:
+            guilty[0].field.setFocus()
+
+    def _draw(self) -> None:
+        self.plot.clear()
+        if self._tuned is None or self.axis.currentIndex() < 0:
+            return
+        step = self._tuned.steps[self.axis.currentIndex()]
+        axis = find_axis(step.axis)
+        self.plot.set_axes("time from the edge s", axis.label, axis.unit)
+        self.plot.set_curve("before", step.time, step.before, CurveStyle.SOLID, 0)
+        self.plot.set_curve("after", step.time, step.after, CurveStyle.DASHED, 1)
+
+    def _accept(self) -> None:
+        if self._tuned is not None:
+            self._trial.adopt(self._tuned.gains, "auto-tune")
+        self._discard()
+        self.said.say("Accepted: one undo takes it back.", "good")
+
+    def _discard(self) -> None:
+        self._tuned = None
+        self.pages.setCurrentIndex(0)
+        self.said.say("")
+        self._show_state()
+
+    def _show_state(self) -> None:
+        self.start.setEnabled(
+            self.wishes.are_good and bool(self._trial.proposed) and not self._running
+        )
+
+    def _wish_page(self) -> QWidget:
+        page, box = _page()
+        self.wishes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
+        box.addWidget(_scrolling(self.wishes), 1)
+        box.addWidget(_at_the_end(self.start))
+        return page
+
+    def _search_page(self) -> QWidget:
+        page, box = _page()
+        box.addWidget(self.progress)
+        box.addWidget(self.best)
+        box.addStretch(1)
+        box.addWidget(_at_the_end(self.stop))
+        return page
+
+    def _result_page(self) -> QWidget:
+        page, box = _page()
+        box.addWidget(_scrolling(self.table), 1)
+        box.addWidget(self.remarks)
+        self.plot.setMinimumHeight(PLOT)
+        box.addWidget(self.plot, 1)
+        line = QHBoxLayout()
+        line.addWidget(buddy("Ste&p along", self.axis))
+        line.addWidget(self.axis)
+        line.addWidget(_at_the_end(self.discard, self.accept), 1)
+        box.addLayout(line)
+        return page
+
+
+def _row(wished: Wished) -> Row:
+    state = State.GOOD if wished.met else State.MISSED
+    return Row(wished.wish, (Cell(wished.before), Cell(wished.after, over=not wished.met)), state)
+
+
+def _button(text: str, pressed: Callable[[], None], kind: str = "") -> QPushButton:
+    button = QPushButton(text)
+    button.setProperty("class", kind)
+    button.clicked.connect(lambda _: pressed())
+    return button
+
+
+def _scrolling(widget: QWidget) -> QScrollArea:
+    scroll = QScrollArea()
+    scroll.setWidgetResizable(True)
+    scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    scroll.setWidget(widget)
+    return scroll
+
+
+def _page() -> tuple[QWidget, QVBoxLayout]:
+    page = QWidget()
+    box = QVBoxLayout(page)
+    box.setContentsMargins(0, 0, 0, 0)
+    box.setSpacing(SPACING)
+    return page, box
+
+
+def _at_the_end(*buttons: QPushButton) -> QWidget:
+    line = QWidget()
+    row = QHBoxLayout(line)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.addStretch(1)
+    for button in buttons:
+        row.addWidget(button)
+    return line

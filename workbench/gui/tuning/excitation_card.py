@@ -1,0 +1,196 @@
+"""The card that makes the drone answer: axis, shape, size and period of a command."""
+
+from dataclasses import replace
+
+from PyQt6.QtCore import QSignalBlocker, Qt, pyqtSignal
+from PyQt6.QtGui import QKeySequence, QShortcut
+from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QPushButton, QWidget
+
+from workbench.excitation import Shape
+from workbench.gui.style import set_class
+from workbench.gui.tuning.axes import AXES, find_axis
+from workbench.gui.tuning.card import SPACING, Card
+from workbench.gui.tuning.excitation_form import (
+    LEAST,
+    PERIODS,
+    ExcitationChoice,
+    keep_choice,
+    load_choice,
+    reach_text,
+)
+from workbench.gui.tuning.number_field import NumberField, buddy
+from workbench.gui.units import Unit, unit_for
+from workbench.gui.workspace import Workspace
+from workbench.live.view import LiveView
+from workbench.parameters import find_parameter
+from workbench.systems.mode import FlightMode
+
+WIDTHS = (50, 94, 102, 82)
+"""Of the fields at least [px]."""
+KEY = "Ctrl+E"
+"""Starts and stops."""
+GROUNDED = (FlightMode.OFF, FlightMode.ARMED)
+BUSY = (FlightMode.TAKING_OFF, FlightMode.LANDING)
+
+
+class ExcitationCard(Card):
+    """Starts and stops an excitation of the flight.
+
+    Args:
+        workspace: its flight is excited, its preferences keep the choice.
+        parent: whose life it shares.
+    """
+
+    chosen = pyqtSignal(object)
+    """An `ExcitationChoice`: another one."""
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__("Excitation", parent)
+        self._flight = workspace.flight
+        self._preferences = workspace.preferences
+        self.choice = load_choice(workspace.preferences.store)
+        self._running = False
+        self._mode = FlightMode.OFF
+        self.axis = QComboBox()
+        self.axis.addItems([axis.name for axis in AXES])
+        self.shape = QComboBox()
+        self.shape.addItems([shape.value for shape in Shape])
+        self.amplitude = NumberField("Amplitude", 2, 0.1)
+        self.period = NumberField("Period", 2, 0.1)
+        self.period.set_range(Unit("s"), *PERIODS)
+        self.repeats = QCheckBox("&Repeat")
+        self.repeats.setToolTip("Begin again when it is over, until it is stopped")
+        self.button = QPushButton("Start")
+        self.button.setProperty("class", "primary")
+        self.take_off = QPushButton("Take off")
+        self.take_off.setToolTip("The drone must fly before it can be excited")
+        self.take_off.setVisible(False)
+        self._lay_out()
+        self._show_choice()
+        self.axis.activated.connect(self._choose_axis)
+        self.shape.activated.connect(self._choose_shape)
+        self.amplitude.edited.connect(self._choose_amplitude)
+        self.period.edited.connect(lambda value: self._take(replace(self.choice, period=value)))
+        self.repeats.toggled.connect(lambda on: self._take(replace(self.choice, repeats=on)))
+        self.button.clicked.connect(self.start_or_stop)
+        self.take_off.clicked.connect(self._take_off)
+        workspace.preferences.changed.connect(lambda name: self._show_choice())
+        shortcut = QShortcut(QKeySequence(KEY), self)
+        shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
+        shortcut.activated.connect(self.start_or_stop)
+        self.button.setToolTip(f"Start or stop ({KEY})")
+        self._show_state(workspace.flight.view)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the flight is excited."""
+        return self._running
+
+    def show_view(self, view: LiveView) -> None:
+        """Show what can be done now."""
+        running = view.exciting is not None
+        mode = view.snapshot.mode if view.snapshot is not None else FlightMode.OFF
+        if running != self._running or mode is not self._mode or not self.said.whole:
+            self._running, self._mode = running, mode
+            self._show_state(view)
+
+    def start_or_stop(self) -> None:
+        """Start the excitation, or stop it; takes no notice where the drone cannot fly it."""
+        if self._running:
+            self._flight.order(lambda live: live.stop_exciting())
+        elif self.button.isEnabled():
+            excitation = self.choice.excitation
+            self._flight.order(lambda live: live.excite(excitation))
+
+    def _take_off(self) -> None:
+        self._flight.order(lambda live: live.request("take_off"))
+
+    def _choose_axis(self, index: int) -> None:
+        self._take(replace(self.choice, axis=AXES[index].name))
+
+    def _choose_shape(self, index: int) -> None:
+        self._take(replace(self.choice, shape=tuple(Shape)[index]))
+
+    def _choose_amplitude(self, amplitude: float) -> None:
+        if abs(amplitude) < LEAST:  # nothing to see: the last one stays
+            self._show_choice()
+            return
+        self._take(self.choice.with_amplitude(amplitude))
+
+    def _take(self, choice: ExcitationChoice) -> None:
+        if choice == self.choice:
+            return
+        self.choice = choice
+        keep_choice(self._preferences.store, choice)
+        self._show_choice()
+        self._show_state(self._flight.view)
+        self.chosen.emit(choice)
+        if self._running:  # what runs is what is shown
+            excitation = choice.excitation
+            self._flight.order(lambda live: live.excite(excitation))
+
+    def _show_choice(self) -> None:
+        choice, axis = self.choice, find_axis(self.choice.axis)
+        self.axis.setCurrentIndex(AXES.index(axis))
+        self.shape.setCurrentIndex(tuple(Shape).index(choice.shape))
+        row = find_parameter(axis.limit)
+        most = self._flight.view.values.get(axis.limit, row.maximum)
+        self.amplitude.set_range(unit_for(axis.unit, self._preferences), -most, most)
+        self.amplitude.show_si(min(max(choice.amplitude, -most), most))
+        self.period.show_si(choice.period)
+        with QSignalBlocker(self.repeats):
+            self.repeats.setChecked(choice.repeats)
+
+    def begin(self) -> None:
+        """Take the limits of another flight."""
+        self._running, self._mode = False, FlightMode.OFF
+        self._show_choice()
+        limited = self.amplitude.si
+        if abs(limited) >= LEAST and limited != self.choice.amplitude:
+            self.choice = self.choice.with_amplitude(limited)
+        self._show_state(self._flight.view)
+
+    def _show_state(self, view: LiveView) -> None:
+        flies = view.snapshot is not None and self._mode not in (*GROUNDED, *BUSY)
+        self.button.setText("Stop" if self._running else "Start")
+        set_class(self.button, "" if self._running else "primary")
+        self.button.setEnabled(flies or self._running)
+        self.take_off.setVisible(view.snapshot is not None and self._mode in GROUNDED)
+        if view.snapshot is None:
+            self.said.say("Nothing flies yet.")
+        elif self._running:
+            self.said.say("Running.", "good")
+        elif self._mode in GROUNDED:
+            self.said.say("The drone must hover: take off.", "warning")
+        elif self._mode in BUSY:
+            self.said.say(f"The drone is {self._mode.label}.")
+        else:
+            self.said.say(reach_text(self.choice.excitation) or "Ready.")
+
+    def _fields(self) -> tuple[QWidget, ...]:
+        return self.axis, self.shape, self.amplitude, self.period
+
+    def _lay_out(self) -> None:
+        for part in (self.repeats, self.take_off, self.button):
+            self.head.addWidget(part)
+        for box in (self.axis, self.shape):
+            box.setSizeAdjustPolicy(
+                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+            )
+        for field, width in zip(self._fields(), WIDTHS, strict=True):
+            field.setMinimumWidth(width)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(SPACING)
+        grid.setVerticalSpacing(4)
+        for column, (text, widget) in enumerate(
+            (("A&xis", self.axis), ("&Shape", self.shape), ("&Amplitude", self.amplitude),
+             ("&Period", self.period))
+        ):  # fmt: skip
+            grid.addWidget(buddy(text, widget), 0, column)
+            grid.addWidget(widget, 1, column)
+            grid.setColumnStretch(column, WIDTHS[column])
+        self.body.addLayout(grid)
+        order = (*self._fields(), self.repeats)
+        for one, other in zip(order, (*order[1:], self.take_off), strict=True):
+            QWidget.setTabOrder(one, other)
+        QWidget.setTabOrder(self.take_off, self.button)

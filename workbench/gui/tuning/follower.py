@@ -1,0 +1,96 @@
+"""Asks the analyst no faster than it answers: one question in flight, the newest next."""
+
+from collections.abc import Callable
+
+from PyQt6.QtCore import QObject, pyqtBoundSignal, pyqtSignal
+
+from workbench.analyst.questions import Question
+from workbench.analyst.replies import Reply
+from workbench.gui.analysis import Analysis
+
+Matches = Callable[[Question, Reply], bool]
+"""Whether a reply answers a question: others ask the same analyst."""
+
+
+class Follower(QObject):
+    """Keeps the answer to a question that changes often.
+
+    Args:
+        analysis: who is asked.
+        heard: its signal of the answers.
+        kind: of the questions.
+        matches: whether an answer is to a question.
+        parent: whose life it shares.
+    """
+
+    answered = pyqtSignal(object)
+    """The reply to the question that was asked."""
+    refused = pyqtSignal(str)
+    """Why there is none."""
+
+    def __init__(
+        self,
+        analysis: Analysis,
+        heard: pyqtBoundSignal,
+        kind: type,
+        matches: Matches,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._analysis = analysis
+        self._kind = kind
+        self._matches = matches
+        self._seen = False
+        self._wanted: Question | None = None
+        self._asked: Question | None = None
+        self._known: Question | None = None
+        heard.connect(self._hear)
+        analysis.refused.connect(self._hear_refusal)
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether an answer is still to come."""
+        return self._asked is not None
+
+    def ask(self, question: Question) -> None:
+        """Want the answer to a question; what was wanted before is not any more."""
+        self._wanted = question
+        self._send()
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while somebody looks."""
+        self._seen = seen
+        self._send()
+
+    def forget(self) -> None:
+        """Want nothing, and take no answer for known: another flight begins."""
+        self._wanted = self._asked = self._known = None
+
+    def _send(self) -> None:
+        question = self._wanted
+        if not self._seen or question is None or self._asked is not None:
+            return
+        self._wanted = None
+        if question == self._known:
+            return
+        self._asked = question
+        self._analysis.ask(question)
+
+    def _hear(self, reply: Reply) -> None:
+        asked, self._asked = self._asked, None
+        if asked is not None and self._matches(asked, reply):
+            self._known = asked
+            self.answered.emit(reply)
+        elif asked is not None and self._wanted is None:
+            self._wanted = asked  # another's question may have taken the place of ours
+        self._send()
+
+    def _hear_refusal(self, question: Question, said: str) -> None:
+        if not isinstance(question, self._kind) or self._asked is None:
+            return
+        asked, self._asked = self._asked, None
+        if question == asked:
+            self.refused.emit(said)
+        elif self._wanted is None:
+            self._wanted = asked
+        self._send()

@@ -1,0 +1,100 @@
+"""What is known of the stability of the gains that fly, and of those that are proposed."""
+
+from collections.abc import Mapping
+
+from PyQt6.QtCore import QObject, pyqtSignal
+
+from workbench.analyst.questions import Judge, Question
+from workbench.analyst.replies import Judged, Reply
+from workbench.gui.analysis import Analysis
+from workbench.gui.tuning.controller_gains import controller_gains
+from workbench.gui.tuning.follower import Follower
+
+KEPT = 32
+"""Judgements that are remembered."""
+Gains = Mapping[str, float]
+
+
+class Judgement(QObject):
+    """Follows two sets of gains, one question at a time.
+
+    Args:
+        analysis: who judges.
+        parent: whose life it shares.
+
+    Attributes:
+        proposed: of the proposed gains, or of the last ones before them that are known.
+        flown: of those that fly, likewise.
+        said: why there is no judgement, "" where nothing is wrong.
+    """
+
+    changed = pyqtSignal()
+    """Something else is known now."""
+
+    def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._follower = Follower(analysis, analysis.judged, Judge, _answers, self)
+        self._follower.refused.connect(self._hear_refusal)
+        analysis.judged.connect(self._hear)
+        self._gains: tuple[Gains, Gains] = ({}, {})
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all: another flight begins."""
+        self._known: dict[tuple[tuple[str, float], ...], Judged] = {}
+        self.proposed: Judged | None = None
+        self.flown: Judged | None = None
+        self.said = ""
+        self._follower.forget()
+        self.changed.emit()
+
+    def follow(self, proposed: Gains, flown: Gains) -> None:
+        """Judge these from now on."""
+        self._gains = controller_gains(proposed), controller_gains(flown)
+        self._ask()
+        self._show()
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while somebody looks."""
+        self._follower.set_seen(seen)
+
+    def _ask(self) -> None:
+        for gains in self._gains:
+            if gains and _key(gains) not in self._known:
+                self._follower.ask(Judge(gains))
+                return
+
+    def _hear(self, judged: Judged) -> None:
+        """Take any judgement: others ask, too."""
+        self._known[_key(judged.gains)] = judged
+        while len(self._known) > KEPT:
+            del self._known[next(iter(self._known))]
+        self.said = ""
+        if not self._show() and _key(judged.gains) != _key(self._gains[1]):
+            self.proposed = judged  # on the way of a slider: the newest there is
+            self.changed.emit()
+        self._ask()
+
+    def _show(self) -> bool:
+        """Show what is known of the gains that count; return whether that is the newest."""
+        proposed, flown = (self._known.get(_key(gains)) for gains in self._gains)
+        if (proposed or self.proposed) is not self.proposed or (flown or self.flown) is not (
+            self.flown
+        ):
+            self.proposed = proposed or self.proposed
+            self.flown = flown or self.flown
+            self.changed.emit()
+        return proposed is not None
+
+    def _hear_refusal(self, said: str) -> None:
+        self.said = said
+        self.changed.emit()
+
+
+def _key(gains: Gains) -> tuple[tuple[str, float], ...]:
+    return tuple(sorted(controller_gains(gains).items()))
+
+
+def _answers(question: Question, reply: Reply) -> bool:
+    assert isinstance(question, Judge)
+    return isinstance(reply, Judged) and _key(reply.gains) == _key(question.gains)

@@ -1,0 +1,129 @@
+"""The table of what a response and a loop should keep: a row makes a field and a word."""
+
+import math
+from dataclasses import dataclass
+
+from workbench.errors import unknown_name
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One number that should be kept.
+
+    Attributes:
+        name: of the number, as in `StepNumbers` and `JudgedLoop`.
+        label: in words.
+        short: at the head of a column.
+        unit: as shown; dB and ms are shown so everywhere.
+        factor: from the number to what is shown; -1 for decibels downwards.
+        at_least: whether the limit is the smallest value that will do, else the largest.
+        default: as shown.
+        minimum: as shown.
+        maximum: as shown.
+        decimals: as shown.
+        help: what the number is.
+    """
+
+    name: str
+    label: str
+    short: str
+    unit: str
+    factor: float
+    at_least: bool
+    default: float
+    minimum: float
+    maximum: float
+    decimals: int
+    help: str
+
+    def shown(self, value: float) -> float:
+        """Return a number as it is shown."""
+        if self.unit == "dB":
+            return self.factor * (20.0 * math.log10(value) if value > 0.0 else -math.inf)
+        return value * self.factor
+
+    def text(self, value: float) -> str:
+        """Return a number with its digits and without its unit; a dash where there is none."""
+        return self.digits(self.shown(value))
+
+    def digits(self, shown: float) -> str:
+        """Return what is shown, with its digits."""
+        if math.isnan(shown):
+            return "–"
+        if math.isinf(shown):
+            return "∞" if shown > 0.0 else "−∞"
+        # A large margin needs no digits behind the point, and the column no more room.
+        decimals = 0 if abs(shown) >= 99.95 and self.decimals == 1 else self.decimals
+        text = f"{shown:.{decimals}f}"
+        return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
+
+    def keeps(self, value: float, limit: float) -> bool:
+        """Return whether a number keeps a limit, given as shown; what is no number does not."""
+        shown = self.shown(value)
+        return shown >= limit if self.at_least else shown <= limit
+
+    @property
+    def sign(self) -> str:
+        """Of the limit, in front of it."""
+        return "≥" if self.at_least else "≤"
+
+
+def _step(
+    name: str,
+    label: str,
+    unit: str,
+    shown: tuple[float, float, float, float],
+    decimals: int,
+    help: str,
+) -> Limit:
+    """Return the row of a number of a step; `shown` is its factor, default and range."""
+    factor, default, minimum, maximum = shown
+    return Limit(name, label, label, unit, factor, False, default, minimum, maximum, decimals, help)
+
+
+def _margin(
+    name: str,
+    short: str,
+    unit: str,
+    shown: tuple[float, float, float, float],
+    decimals: int,
+    help: str,
+) -> Limit:
+    """Return the row of a margin; `shown` is its factor, default and range."""
+    factor, default, minimum, maximum = shown
+    label = name.replace("_", " ").capitalize()
+    return Limit(name, label, short, unit, factor, True, default, minimum, maximum, decimals, help)
+
+
+STEP_LIMITS = (
+    _step("rise_time", "Rise time", "s", (1.0, 0.5, 0.01, 60.0), 3, "from 10 % to 90 %"),
+    _step("overshoot", "Overshoot", "%", (1.0, 10.0, 0.0, 1e3), 1, "above the steady state"),
+    _step("settling_time", "Settling time", "s", (1.0, 1.5, 0.01, 60.0), 3, "until within 2 %"),
+    _step("steady_state_error", "Steady error", "%", (1.0, 5.0, 0.0, 1e3), 1, "off the command"),
+    _step("peak_rotor_use", "Rotor use", "%", (100.0, 95.0, 1.0, 100.0), 1, "of the speed limit"),
+)
+DEGREES = 180.0 / math.pi
+MARGIN_LIMITS = (
+    _margin("gain_margin", "gain", "dB", (1.0, 6.0, 0.0, 60.0), 1, "how far the gain may rise"),
+    _margin(
+        "gain_reduction_margin", "less", "dB", (-1.0, 6.0, 0.0, 60.0), 1, "how far it may fall"
+    ),
+    _margin("phase_margin", "phase", "°", (DEGREES, 45.0, 0.0, 180.0), 1, "phase that is borne"),
+    _margin("delay_margin", "delay", "ms", (1e3, 10.0, 0.0, 1e4), 0, "delay that is borne"),
+    _margin(
+        "disk_margin", "disk", "", (1.0, 0.6, 0.0, 2.0), 2, "gain and phase together: α, at most 2"
+    ),
+)
+LIMITS = (*STEP_LIMITS, *MARGIN_LIMITS)
+
+
+def find_limit(name: str) -> Limit:
+    """Return the row of a name.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    for limit in LIMITS:
+        if limit.name == name:
+            return limit
+    raise unknown_name("limit", name, [limit.name for limit in LIMITS])

@@ -1,0 +1,106 @@
+"""The table of margins: every loop, with the gains that fly and those that are proposed."""
+
+import math
+from collections.abc import Callable
+
+from workbench.analyst.replies import Judged, JudgedLoop
+from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit
+from workbench.gui.tuning.table_rows import Cell, Row, State
+
+_SPOKEN = {"less": "reduction"}
+LimitOf = Callable[[str], float]
+
+
+def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[Row, ...]:
+    """Return a row for each loop.
+
+    Args:
+        now: of the gains that count: proposed ones, where there are some.
+        before: of those that fly, None where these are the same.
+        limit_of: gives a limit by its name, as shown.
+    """
+    old = {loop.name: loop for loop in before.loops} if before is not None else {}
+    weakest = weakest_loop(now, limit_of)
+    return tuple(_row(loop, old.get(loop.name), weakest, limit_of) for loop in now.loops)
+
+
+def weakest_loop(judged: Judged, limit_of: LimitOf) -> JudgedLoop | None:
+    """Return the loop that has least to spare: an unstable one, or that nearest to a limit."""
+    if not judged.loops:
+        return None
+    return min(judged.loops, key=lambda loop: _spare(loop, limit_of))
+
+
+def margins_headline(judged: Judged, limit_of: LimitOf) -> str:
+    """Return how stable gains are, in a sentence."""
+    loop = weakest_loop(judged, limit_of)
+    if not judged.stable:
+        return judged.said or "The closed loop is unstable with these gains."
+    if loop is None:
+        return "No loop is closed."
+    name = loop_label(loop.name)
+    low = [limit for limit in MARGIN_LIMITS if not _keeps(loop, limit, limit_of)]
+    limit = min(low or MARGIN_LIMITS, key=lambda each: _share(loop, each, limit_of))
+    value = _with_unit(limit.text(getattr(loop, limit.name)), limit)
+    said = f"Weakest: {name}, {_SPOKEN.get(limit.short, limit.short)} {value}"
+    if low:
+        return f"{said} ({limit.sign} {_with_unit(f'{limit_of(limit.name):g}', limit)})"
+    return said
+
+
+def _with_unit(text: str, limit: Limit) -> str:
+    glue = "" if limit.unit in ("", "°") else " "
+    return f"{text}{glue}{limit.unit}"
+
+
+def loop_label(name: str) -> str:
+    """Return a loop's name in words."""
+    return name.replace("_", " ")
+
+
+def _short(name: str) -> str:
+    return loop_label(name).replace("velocity", "vel.").replace("position", "pos.")
+
+
+def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, of: LimitOf) -> Row:
+    cells = []
+    for limit in MARGIN_LIMITS:
+        value = getattr(loop, limit.name)
+        text = limit.text(value) if loop.stable else "–"
+        was = limit.text(getattr(old, limit.name)) if old is not None else text
+        was = was if was != text else ""  # only what changes is compared
+        over = loop.stable and not _keeps(loop, limit, of)
+        cells.append(Cell(text, was, over, _help(loop, limit)))
+    if not loop.stable:
+        state = State.BROKEN
+    else:
+        state = State.LOW if any(cell.over for cell in cells) else State.GOOD
+    return Row(_short(loop.name), tuple(cells), state, loop is weakest)
+
+
+def _keeps(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> bool:
+    return limit.keeps(getattr(loop, limit.name), limit_of(limit.name))
+
+
+def _share(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> float:
+    """Return a margin as a share of its limit."""
+    wanted, value = limit_of(limit.name), limit.shown(getattr(loop, limit.name))
+    if math.isnan(value):
+        return -math.inf
+    return value / wanted if wanted else math.inf
+
+
+def _spare(loop: JudgedLoop, limit_of: LimitOf) -> float:
+    if not loop.stable:
+        return -math.inf
+    return min(_share(loop, limit, limit_of) for limit in MARGIN_LIMITS)
+
+
+def _help(loop: JudgedLoop, limit: Limit) -> str:
+    value = getattr(loop, limit.name)
+    text = f"{loop_label(loop.name)}: {limit.label.lower()}, {limit.help}"
+    if limit.unit == "dB" and math.isfinite(value):
+        return f"{text}: factor {value:.3g}"
+    if limit.name == "phase_margin" and math.isfinite(loop.crossover):
+        return f"{text}, at {loop.crossover:.3g} rad/s"
+    return text

@@ -1,0 +1,66 @@
+"""The card of margins: every loop, while a slider moves."""
+
+from PyQt6.QtWidgets import QWidget
+
+from workbench.analyst.replies import Judged
+from workbench.gui.tuning.card import Card
+from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.limit_table import MARGIN_LIMITS
+from workbench.gui.tuning.limits import Limits
+from workbench.gui.tuning.limits_form import LimitsForm
+from workbench.gui.tuning.margin_rows import margin_rows, margins_headline
+from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.workspace import Workspace
+
+LOOPS = 9
+"""That are expected before they are known."""
+
+
+class MarginsCard(Card):
+    """Margins of the gains that are proposed, beside those of the gains that fly.
+
+    Args:
+        workspace: colours.
+        judgement: what is known of both.
+        limits: that they should keep.
+        parent: whose life it shares.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        judgement: Judgement,
+        limits: Limits,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__("Margins", parent)
+        self._judgement = judgement
+        self._limits = limits
+        self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)
+        self.head.addWidget(self.form.button)
+        head = [f"{row.short} {row.unit}".strip() for row in MARGIN_LIMITS]
+        self.table = NumberTable(
+            "Margins of every loop", head, workspace.look, paired=True, widest="yaw rate"
+        )
+        self.table.expect(LOOPS)
+        self.body.addWidget(self.form)
+        self.body.addWidget(self.table, 1)
+        judgement.changed.connect(self._show)
+        limits.changed.connect(lambda _: self._show())
+        self._show()
+
+    def _show(self) -> None:
+        now, before = self._judgement.proposed, self._judgement.flown
+        if now is None:
+            self.said.say(self._judgement.said or "Not known yet: the analyst is asked.")
+            self.table.set_rows(())
+            return
+        self.said.say(margins_headline(now, self._limits.value), self._tone(now))
+        other = before if before is not None and before is not now else None
+        self.table.set_rows(margin_rows(now, other, self._limits.value))
+
+    def _tone(self, now: Judged) -> str:
+        if not now.stable:
+            return "bad"
+        low = any(cell.over for row in self.table.rows for cell in row.cells)
+        return "warning" if low else "muted"

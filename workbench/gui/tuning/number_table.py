@@ -1,0 +1,211 @@
+"""A table of numbers in aligned columns, painted at once: cheap enough to follow a slider."""
+
+from collections.abc import Sequence
+
+from PyQt6.QtCore import QEvent, QRectF, QSize, Qt
+from PyQt6.QtGui import QColor, QFont, QFontMetricsF, QHelpEvent, QKeyEvent, QPainter, QPaintEvent
+from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
+
+from workbench.gui.theme import Look
+from workbench.gui.tuning.marks import TONES, draw_mark
+from workbench.gui.tuning.table_rows import Cell, Row, State
+
+GAP = 8.0
+MARK = 13.0
+"""Room of the shape before a word [px]."""
+PAIR = 2.0
+"""Room to the right of a number [px]."""
+RIGHT = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
+SMALLER = 0.88
+"""Size of what a number was, of the number's."""
+WIDEST = 130.0
+"""Width of a cell [px]: the eye must not lose its row."""
+ROOMIEST = 24.0
+"""Height of a row [px]."""
+
+
+class NumberTable(QWidget):
+    """Rows of numbers with a word at their end.
+
+    Args:
+        title: accessible name.
+        head: of the columns of numbers.
+        look: colours.
+        paired: whether each cell has a second, muted number: what it was.
+        widest: the longest label that is to be expected.
+    """
+
+    def __init__(
+        self, title: str, head: Sequence[str], look: Look, *, paired: bool, widest: str
+    ) -> None:
+        super().__init__()
+        self._head = tuple(head)
+        self._look = look
+        self._paired = paired
+        self._widest = widest
+        self._rows: tuple[Row, ...] = ()
+        self._wide = False
+        self._chosen = -1
+        self._expected = 1
+        self.setAccessibleName(title)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        look.changed.connect(self.update)
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """What is shown."""
+        return self._rows
+
+    def set_rows(self, rows: tuple[Row, ...]) -> None:
+        """Show rows; the same again paint nothing."""
+        if rows == self._rows:
+            return
+        if len(rows) != len(self._rows):
+            self.updateGeometry()
+        self._rows = rows
+        self._wide = any(row.state is State.MISSED for row in rows)
+        self._chosen = min(self._chosen, len(rows) - 1)
+        self.setAccessibleDescription("; ".join(row.spoken for row in rows))
+        self.update()
+
+    def expect(self, rows: int) -> None:
+        """Take room for so many rows before they are known."""
+        self._expected = rows
+        self.updateGeometry()
+
+    def sizeHint(self) -> QSize:
+        """Return room for all rows."""
+        line = self.fontMetrics().height()
+        return QSize(320, (line + 5) * self._lines())
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least room in which nothing is cut."""
+        line = self.fontMetrics().height()
+        return QSize(240, (line + 1) * self._lines())
+
+    def _lines(self) -> int:
+        return 1 + max(len(self._rows), self._expected)
+
+    def _row_height(self) -> float:
+        return min(ROOMIEST, self.height() / self._lines())
+
+    def _columns(self) -> tuple[float, float, float]:
+        """Return the widths of the labels, of a cell, and of the word."""
+        metrics = QFontMetricsF(self.font())
+        labels = [self._widest, *(row.label for row in self._rows)]
+        label = max(metrics.horizontalAdvance(each) for each in labels) + GAP
+        word = metrics.horizontalAdvance(State.MISSED.value if self._wide else "over") + MARK + GAP
+        cell = (self.width() - label - word) / max(1, len(self._head))
+        return label, min(cell, WIDEST), word
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint all rows."""
+        painter = QPainter(self)
+        label, cell, word = self._columns()
+        height = self._row_height()
+        colour = self._look.colour
+        strong = QFont(self.font())
+        strong.setWeight(QFont.Weight.DemiBold)
+        right = RIGHT
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.setPen(colour("muted"))
+        painter.setFont(self._small() if self._paired else self.font())
+        for index, text in enumerate(self._head):
+            painter.drawText(QRectF(label + index * cell, 0.0, cell - PAIR, height), right, text)
+        painter.setFont(self.font())
+        painter.setPen(colour("line"))
+        painter.drawLine(0, round(height), self.width(), round(height))
+        for number, row in enumerate(self._rows):
+            top = (number + 1) * height
+            if number == self._chosen and self.hasFocus():
+                painter.fillRect(QRectF(0.0, top, self.width(), height), self._shade())
+            painter.setFont(strong if row.strong else self.font())
+            painter.setPen(colour("ink" if row.strong else "muted"))
+            painter.drawText(QRectF(0.0, top, label, height), left, row.label)
+            painter.setFont(self.font())
+            for index, each in enumerate(row.cells):
+                self._paint_cell(painter, QRectF(label + index * cell, top, cell, height), each)
+            end = label + len(self._head) * cell + word
+            self._paint_state(painter, QRectF(0.0, top, end, height), row.state)
+
+    def _first_width(self, cell: float) -> float:
+        """Return how far from a cell's left edge its first number ends."""
+        return 0.5 * cell if self._paired else cell - PAIR
+
+    def _paint_cell(self, painter: QPainter, box: QRectF, cell: Cell) -> None:
+        right = RIGHT
+        number = QRectF(box.left(), box.top(), self._first_width(box.width()), box.height())
+        painter.setPen(self._look.colour("warning" if cell.over else "ink"))
+        painter.drawText(number, right, cell.text)
+        if cell.over:  # a line below: the number is beyond its limit, in any colour
+            width = QFontMetricsF(self.font()).horizontalAdvance(cell.text)
+            base = number.center().y() + QFontMetricsF(self.font()).ascent() / 2.0 + 1.5
+            painter.drawLine(
+                round(number.right() - width), round(base), round(number.right()), round(base)
+            )
+        if cell.was:
+            painter.setPen(self._look.colour("muted"))
+            painter.setFont(self._small())
+            painter.drawText(
+                QRectF(
+                    number.right(), box.top(), box.width() - number.width() - PAIR, box.height()
+                ),
+                right,
+                cell.was,
+            )
+            painter.setFont(self.font())
+
+    def _small(self) -> QFont:
+        small = QFont(self.font())
+        small.setPointSizeF(SMALLER * small.pointSizeF())
+        return small
+
+    def _paint_state(self, painter: QPainter, box: QRectF, state: State) -> None:
+        if state is State.NONE:
+            return
+        colour = self._look.colour(TONES[state])
+        # A long word reaches to the left over the last numbers, which a broken row has not.
+        left = box.right() - QFontMetricsF(self.font()).horizontalAdvance(state.value) - MARK
+        _, _, word = self._columns()
+        left = min(left, box.right() - word + GAP)
+        size = 8.0
+        mark = QRectF(left, box.center().y() - size / 2.0, size, size)
+        draw_mark(painter, mark, state, colour)
+        painter.setPen(colour)
+        text = QRectF(left + MARK, box.top(), box.right() - left, box.height())
+        painter.drawText(
+            text, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, state.value
+        )
+
+    def _shade(self) -> QColor:
+        shade = self._look.colour("accent")
+        shade.setAlpha(40)
+        return shade
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Go from row to row."""
+        assert event is not None
+        move = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}.get(Qt.Key(event.key()), 0)
+        if not move or not self._rows:
+            super().keyPressEvent(event)
+            return
+        self._chosen = min(max(self._chosen + move, 0), len(self._rows) - 1)
+        self.setAccessibleDescription(self._rows[self._chosen].spoken)
+        self.update()
+
+    def event(self, event: QEvent | None) -> bool:
+        """Say more of the number under the pointer."""
+        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+            QToolTip.showText(event.globalPos(), self.help_at(event.pos().x(), event.pos().y()))
+            return True
+        return super().event(event)
+
+    def help_at(self, x: float, y: float) -> str:
+        """Return what is said of the number at a place of the widget."""
+        label, cell, _ = self._columns()
+        number = int(y / self._row_height()) - 1
+        column = int((x - label) // cell)
+        if 0 <= number < len(self._rows) and 0 <= column < len(self._rows[number].cells):
+            return self._rows[number].cells[column].help
+        return ""

@@ -1,0 +1,187 @@
+"""The card that pins what flies now as a regression."""
+
+from pathlib import Path
+
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QGuiApplication
+from PyQt6.QtWidgets import (
+    QCheckBox,
+    QFileDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from workbench.analyst.questions import Pin, Question
+from workbench.analyst.replies import Pinned
+from workbench.gui.style import set_class
+from workbench.gui.tuning.axes import find_axis
+from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
+from workbench.gui.tuning.number_field import buddy
+from workbench.gui.tuning.pin_text import name_fault, regress_command, spec_path
+from workbench.gui.tuning.trial import Trial
+from workbench.gui.units import unit_for
+from workbench.gui.workspace import Workspace
+
+FOLDER = "tuning/pin_folder"
+"""Where the last folder is kept."""
+
+
+class PinCard(Card):
+    """Writes a spec and its baseline that `workbench regress` flies.
+
+    Args:
+        workspace: analysis, preferences and colours.
+        trial: what is tried; what flies is pinned.
+        parent: whose life it shares.
+    """
+
+    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
+        super().__init__("Pin as regression", parent)
+        self._analysis, self._trial = workspace.analysis, trial
+        self._preferences = workspace.preferences
+        self._asked: Pin | None = None
+        self._sure: Path | None = None
+        self.name = QLineEdit("my-step")
+        kept = str(workspace.preferences.store.value(FOLDER, "") or Path.cwd())
+        self.folder = QLineEdit(kept)
+        self.browse = QToolButton()
+        self.browse.setText("…")
+        self.browse.setAccessibleName("Choose a folder")
+        self.margins = QCheckBox("Hold the &margins of all loops, too")
+        self.margins.setChecked(True)
+        self.what = wrapped()
+        self.button = QPushButton("Write")
+        self.fault = wrapped("bad")
+        self.paths = Sentence()
+        self.command = QLineEdit()
+        self.command.setReadOnly(True)
+        self.copy = QPushButton("&Copy")
+        self.copy.setToolTip("Copy the command")
+        self._lay_out()
+        self.name.textChanged.connect(self._show_state)
+        self.folder.textChanged.connect(self._show_state)
+        self.browse.clicked.connect(self._browse)
+        self.button.clicked.connect(self.write)
+        self.copy.clicked.connect(self._copy)
+        trial.changed.connect(self._show_state)
+        self._analysis.pinned.connect(self._hear)
+        self._analysis.refused.connect(self._hear_refusal)
+        self._show_state()
+        self._show_result(None)
+
+    @property
+    def path(self) -> Path:
+        """Where the spec is written."""
+        return spec_path(self.folder.text(), self.name.text()).absolute()
+
+    def begin(self) -> None:
+        """Wait for no answer about another vehicle."""
+        self._asked = None
+        self._show_state()
+
+    def write(self) -> None:
+        """Write the regression; ask first where there is one already."""
+        step, path = self._trial.step, self.path
+        if step is None or not self.button.isEnabled():
+            return
+        if path.exists() and self._sure != path:
+            self._sure = path
+            self.said.say(f"{path.name} exists: press again to overwrite it.", "warning")
+            self._label_button()
+            return
+        self._sure = None
+        self._preferences.store.setValue(FOLDER, self.folder.text())
+        self._asked = Pin(path, self._trial.flown, step, self.margins.isChecked())
+        self.said.say("Flying the baseline …")
+        self._show_result(None)
+        self._analysis.ask(self._asked)
+        self._show_state()
+
+    def _hear(self, pinned: Pinned) -> None:
+        self._asked = None
+        self.said.say("Written.", "good")
+        self._show_result(pinned)
+        self._show_state()
+
+    def _hear_refusal(self, question: Question, said: str) -> None:
+        if isinstance(question, Pin) and self._asked is not None:
+            self._asked = None
+            self.said.say(said, "bad")
+            self._show_state()
+
+    def _show_result(self, pinned: Pinned | None) -> None:
+        for widget in (self.paths, self.command, self.copy, self._command_label):
+            widget.setVisible(pinned is not None)
+        if pinned is not None:
+            written = f"{pinned.spec.name} and {pinned.baseline.name} in {pinned.spec.parent}"
+            self.paths.say(written)
+            self.paths.setToolTip(f"{pinned.said}\n{pinned.spec}\n{pinned.baseline}")
+            self.command.setText(regress_command(pinned.spec))
+            self.command.setCursorPosition(0)
+
+    def _show_state(self) -> None:
+        if self._sure is not None and self._sure != self.path:
+            self._sure = None
+            self.said.say("")
+        fault, step = name_fault(self.name.text()), self._trial.step
+        set_class(self.name, "bad" if fault else "")
+        if step is None:
+            fault = fault or "A chirp cannot be pinned: choose a step."
+        self.fault.setText(f"✕ {fault}" if fault else "")
+        self.fault.setVisible(bool(fault))
+        if step is not None:
+            unit = unit_for(find_axis(step.axis).unit, self._preferences)
+            self.what.setText(
+                f"Pins the gains that fly with a step of {unit.text(step.amplitude)} along "
+                f"{step.axis} for {step.duration:g} s: its numbers as limits, its curve as a band."
+            )
+        busy = self._asked is not None
+        self.button.setEnabled(not fault and bool(self._trial.flown) and not busy)
+        self._label_button()
+
+    def _label_button(self) -> None:
+        self.button.setText("Over&write it" if self._sure is not None else "&Write")
+        set_class(self.button, "danger" if self._sure is not None else "primary")
+
+    def _browse(self) -> None:
+        dialog = QFileDialog(self, "Folder for the regression", self.folder.text())
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.setOption(QFileDialog.Option.ShowDirsOnly)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.fileSelected.connect(self.folder.setText)
+        dialog.open()
+
+    def _copy(self) -> None:
+        clipboard = QGuiApplication.clipboard()
+        if clipboard is not None:
+            clipboard.setText(self.command.text())
+
+    def _lay_out(self) -> None:
+        self.body.addWidget(self.what)
+        grid = QGridLayout()
+        grid.setSpacing(SPACING)
+        grid.addWidget(buddy("&Name", self.name), 0, 0)
+        grid.addWidget(self.name, 0, 1, 1, 2)
+        grid.addWidget(buddy("&Folder", self.folder), 1, 0)
+        grid.addWidget(self.folder, 1, 1)
+        grid.addWidget(self.browse, 1, 2)
+        self.body.addLayout(grid)
+        self.body.addWidget(self.fault)
+        self.body.addWidget(self.margins)
+        line = QHBoxLayout()
+        line.addStretch(1)
+        line.addWidget(self.button)
+        self.body.addLayout(line)
+        self.body.addWidget(self.paths)
+        self._command_label: QLabel = buddy("Command that &runs it", self.command)
+        self.body.addWidget(self._command_label)
+        end = QHBoxLayout()
+        end.addWidget(self.command, 1)
+        end.addWidget(self.copy)
+        self.body.addLayout(end)
+        self.body.addStretch(1)

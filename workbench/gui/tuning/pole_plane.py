@@ -1,0 +1,211 @@
+"""The upper half of the pole plane, with lines of equal damping and frequency."""
+
+import math
+from collections.abc import Sequence
+
+from PyQt6.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import (
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PyQt6.QtWidgets import QSizePolicy, QWidget
+
+from workbench.gui.charts.ticks import round_step
+from workbench.gui.theme import Look
+from workbench.gui.tuning.pole_points import Pole
+
+DAMPINGS = (0.2, 0.4, 0.6, 0.8)
+RIGHT = 0.14
+"""Share of the width right of the imaginary axis."""
+SIZE = 4.5
+"""Half the size of a pole [px]."""
+NEAR = 14.0
+"""A pole this near to the pointer is read [px]."""
+SPANS = (2.0, 2000.0)
+"""Shortest and longest way to the left that can be shown [1/s]."""
+
+
+class PolePlane(QWidget):
+    """Shows poles: hollow ones fly, filled ones are proposed, crosses are unstable.
+
+    Args:
+        look: colours.
+    """
+
+    read = pyqtSignal(str)
+    """The pole under the pointer in words, "" for none."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._poles: tuple[Pole, ...] = ()
+        self._span = 40.0
+        self._chosen: Pole | None = None
+        self.setMinimumHeight(110)
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAccessibleName("Pole plane: left and right go from pole to pole, + and − zoom")
+        look.changed.connect(self.update)
+
+    @property
+    def poles(self) -> tuple[Pole, ...]:
+        """What is shown."""
+        return self._poles
+
+    @property
+    def span(self) -> float:
+        """Way to the left that is shown [1/s]."""
+        return self._span
+
+    def sizeHint(self) -> QSize:
+        """Return a comfortable size."""
+        return QSize(320, 220)
+
+    def show_poles(self, poles: Sequence[Pole]) -> None:
+        """Show these."""
+        self._poles = tuple(poles)
+        self.update()
+
+    def zoom(self, factor: float) -> None:
+        """Show so many times as much of the plane."""
+        self._span = min(max(self._span * factor, SPANS[0]), SPANS[1])
+        self.update()
+
+    def place(self, pole: Pole) -> QPointF:
+        """Return where a pole stands in the widget."""
+        box, scale = self._box(), self._scale()
+        x = box.left() + (1.0 - RIGHT) * box.width() + pole.value.real * scale
+        return QPointF(x, box.bottom() - pole.value.imag * scale)
+
+    def _box(self) -> QRectF:
+        line = float(self.fontMetrics().height())
+        return QRectF(4.0, 4.0, self.width() - 8.0, self.height() - line - 6.0)
+
+    def _scale(self) -> float:
+        """Return pixels for 1/s, the same along both axes: angles say the damping."""
+        return (1.0 - RIGHT) * self._box().width() / self._span
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint the grid and the poles."""
+        painter = QPainter(self)
+        box = self._box()
+        painter.fillRect(box, self._look.colour("field"))
+        painter.setClipRect(QRectF(0.0, box.top(), self.width(), self.height()))
+        self._paint_grid(painter, box)
+        painter.setClipRect(box)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for pole in self._poles:
+            self._paint_pole(painter, pole)
+
+    def _paint_grid(self, painter: QPainter, box: QRectF) -> None:
+        colour = self._look.colour
+        scale, zero = self._scale(), box.left() + (1.0 - RIGHT) * box.width()
+        unstable = colour("bad")
+        unstable.setAlpha(22)
+        painter.fillRect(QRectF(zero, box.top(), box.right() - zero, box.height()), unstable)
+        painter.setPen(QPen(colour("line"), 1))
+        high = box.height() / scale
+        painter.save()
+        painter.setClipRect(box)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        reach = math.hypot(self._span, high)
+        for damping in DAMPINGS:
+            way = QPointF(-damping * reach * scale, -math.sqrt(1.0 - damping**2) * reach * scale)
+            painter.drawLine(QPointF(zero, box.bottom()), QPointF(zero, box.bottom()) + way)
+        step = round_step(self._span, 4)
+        rings = [step * each for each in range(1, math.ceil(reach / step))]
+        for ring in rings:
+            painter.drawEllipse(QPointF(zero, box.bottom()), ring * scale, ring * scale)
+        painter.restore()
+        painter.setPen(colour("muted"))
+        painter.drawLine(QPointF(zero, box.top()), QPointF(zero, box.bottom()))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        line = self.fontMetrics().height()
+        for ring in rings:
+            x = zero - ring * scale
+            if x > box.left() + 12.0:
+                text = QRectF(x - 40.0, box.bottom() + 1.0, 80.0, line)
+                painter.drawText(text, Qt.AlignmentFlag.AlignHCenter, f"−{ring:g}")
+        unit = QRectF(zero, box.bottom() + 1.0, box.right() - zero, line)
+        painter.drawText(unit, Qt.AlignmentFlag.AlignRight, "1/s")
+        for damping in DAMPINGS:
+            self._paint_damping(painter, box, zero, damping)
+
+    def _paint_damping(self, painter: QPainter, box: QRectF, zero: float, damping: float) -> None:
+        """Write a damping ratio where its line leaves the picture."""
+        rise = math.sqrt(1.0 - damping**2) / damping
+        x = zero - box.height() / rise
+        line = self.fontMetrics().height()
+        if x >= box.left() + 2.0:
+            place = QRectF(x - 13.0, box.top(), 26.0, line)
+        else:
+            y = box.bottom() - (zero - box.left()) * rise
+            place = QRectF(box.left() + 2.0, y, 26.0, line)
+        painter.drawText(place, Qt.AlignmentFlag.AlignHCenter, f"{damping:g}")
+
+    def _paint_pole(self, painter: QPainter, pole: Pole) -> None:
+        at = self.place(pole)
+        colour = self._look.colour("accent" if pole.proposed else "muted")
+        if not pole.is_stable:
+            colour = self._look.colour("bad")
+            painter.setPen(QPen(colour, 2.2 if pole.proposed else 1.2))
+            painter.drawLine(at + QPointF(-SIZE, -SIZE), at + QPointF(SIZE, SIZE))
+            painter.drawLine(at + QPointF(-SIZE, SIZE), at + QPointF(SIZE, -SIZE))
+        else:
+            painter.setPen(QPen(colour, 1.5))
+            painter.setBrush(colour if pole.proposed else Qt.BrushStyle.NoBrush)
+            size = 0.75 * SIZE if pole.proposed else SIZE + 1.0
+            painter.drawEllipse(at, size, size)
+        if pole == self._chosen:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(self._look.colour("ink"), 1))
+            painter.drawEllipse(at, 2.2 * SIZE, 2.2 * SIZE)
+
+    def _choose(self, pole: Pole | None) -> None:
+        if pole != self._chosen:
+            self._chosen = pole
+            said = pole.text if pole is not None else ""
+            self.setAccessibleDescription(said)
+            self.read.emit(said)
+            self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Read the pole under the pointer."""
+        assert event is not None
+        here = event.position()
+        ways = [
+            (math.hypot(here.x() - at.x(), here.y() - at.y()), index)
+            for index, at in enumerate(map(self.place, self._poles))
+        ]
+        way, index = min(ways, default=(NEAR + 1.0, 0))
+        self._choose(self._poles[index] if way <= NEAR else None)
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        """Zoom."""
+        assert event is not None
+        self.zoom(0.8 if event.angleDelta().y() > 0 else 1.25)
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Go from pole to pole, or zoom."""
+        assert event is not None
+        key = Qt.Key(event.key())
+        if key in (Qt.Key.Key_Plus, Qt.Key.Key_Minus, Qt.Key.Key_Equal):
+            self.zoom(1.25 if key is Qt.Key.Key_Minus else 0.8)
+        elif key in (Qt.Key.Key_Left, Qt.Key.Key_Right) and self._poles:
+            move = -1 if key is Qt.Key.Key_Left else 1
+            order = sorted(self._poles, key=lambda pole: (pole.value.real, pole.value.imag))
+            at = order.index(self._chosen) + move if self._chosen in order else len(order) - 1
+            self._choose(order[at % len(order)])
+        else:
+            super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Paint anew."""
+        self.update()

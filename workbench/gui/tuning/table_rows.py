@@ -1,0 +1,55 @@
+"""Rows of a table of numbers, apart from how it is painted."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class State(Enum):
+    """What a row says besides its numbers: a word, and a shape that stands for it."""
+
+    NONE = ""
+    GOOD = "ok"
+    OVER = "over"
+    LOW = "low"
+    MISSED = "missed"
+    BROKEN = "unstable"
+    WAITING = "…"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A number in a table.
+
+    Attributes:
+        text: the number that counts.
+        was: what it is to be compared with, "" for nothing.
+        over: whether it is beyond its limit.
+        help: about it, for a tool tip.
+    """
+
+    text: str
+    was: str = ""
+    over: bool = False
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table: a name, numbers and a word.
+
+    Attributes:
+        label: its name.
+        cells: its numbers.
+        state: what they come to.
+        strong: whether it is named above the table.
+    """
+
+    label: str
+    cells: tuple[Cell, ...]
+    state: State = State.NONE
+    strong: bool = False
+
+    @property
+    def spoken(self) -> str:
+        """The row in words, for who hears it."""
+        return f"{self.label}: {', '.join(cell.text for cell in self.cells)} {self.state.value}"
