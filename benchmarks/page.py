@@ -26,8 +26,11 @@ HEADINGS = {
     "lidar": "Lidar",
     "live_sensors": "Sensors",
     "live_flight": "Live flight beside a screen",
+    "analyst": "Margins while a slider moves",
     "link_age": "Watchers of a live flight",
     "link_hold": "From the last command to the hold",
+    "log": "Logs",
+    "app": "The app",
     "executor": "Flights on more machines",
     "start_up": "Start-up",
     "memory": "Memory",
@@ -41,8 +44,7 @@ With {versions}.
 
 Look at ratios: they are taken turn by turn within the run, where absolute figures are those of one
 machine on one day. A figure is a median with its quartiles, or with the least and the largest where
-there were less than four turns. The same figures are in `performance.json`. The screens of the app
-are not there yet; theirs come with them.
+there were less than four turns. The same figures are in `performance.json`.
 
 ![Flights a second](performance.png)
 """
