@@ -19,8 +19,8 @@ setup: ## make .venv and check the system's libraries; redone only where somethi
 	@$(BIN)/python tools/check_system.py
 
 run: setup ## open the app; without a screen, fly the published steps and write out/
-	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench gui; fi
-	@$(BIN)/workbench reproduce --output out
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench gui; \
+	else $(BIN)/workbench reproduce --output out; fi
 
 test: export QT_QPA_PLATFORM = offscreen
 test: setup ## lint, types and tests

@@ -36,15 +36,19 @@ MAY_IMPORT = {
     "frames": "errors plant recording",
     "systems": "errors cache plant link",
     "samples": "",
-    "diagram": "errors resources parameters scenario sensors_config samples plant systems link",
+    "diagram": "errors resources parameters scenario sensors_config samples plant systems link "
+    "instant",
+    "built_flight": "errors configured gains parameters script scenario plant systems diagram "
+    "vehicle_parameters",
     "snapshot": "systems",
     "observation": "diagram snapshot systems",
     "configured": "errors resources scenario plant",
-    "live_context": "errors parameters vehicle_parameters scenario plant systems diagram",
+    "live_context": "errors parameters vehicle_parameters scenario plant systems diagram instant",
     "script": "scenario systems",
     "pilot_numbers": "errors",
-    "session": "errors configured recording samples snapshot observation live_context script gains "
-    "parameters pilot_numbers vehicle_parameters scenario plant systems diagram link",
+    "session": "errors configured recording samples snapshot observation live_context script "
+    "parameters pilot_numbers vehicle_parameters scenario plant systems diagram link instant "
+    "built_flight",
     "live": "errors resources pilot_numbers vehicle_parameters parameters scenario plant systems "
     "snapshot recording samples session link flight_log instant excitation",
     "ros_messages": "errors link",
@@ -54,14 +58,17 @@ MAY_IMPORT = {
     "monitor": "errors link",
     "gateways": "errors link ros_messages",
     "open_loop": "errors configured live_context recording scenario plant systems diagram",
-    "design": "errors resources sensors_config yaml_files cache recording gains gain_rule "
-    "parameters vehicle_parameters configured scenario plant systems diagram session",
+    "design": "errors atomic_write resources instant response_metrics sensors_config yaml_files "
+    "cache recording gains gain_rule parameters vehicle_parameters configured scenario plant "
+    "systems diagram session",
+    "response_metrics": "",
     "excitation": "errors",
     "instant": "",
     "analyst": "errors configured scenario parameters gains live plant session instant excitation "
     "design",
     "gui": "errors resources atomic_write parameters sensors_config scenario gain_files gain_diff "
-    "gain_history plant systems snapshot link live instant excitation analyst flight_log",
+    "gain_history plant systems snapshot link live instant excitation analyst flight_log "
+    "response_metrics",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
     "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
     "session open_loop design live link flight_log monitor gateways",

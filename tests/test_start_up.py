@@ -129,3 +129,15 @@ def test_loading_the_session_does_not_look_through_the_stack():
     code = "import inspect; inspect.stack = None; import workbench.session, workbench.diagram.core"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_app_leaves_drake_to_other_processes():
+    """The window is there before Drake would be, and no search holds the interpreter's lock."""
+    code = (
+        "import sys, importlib, workbench.gui.app; from workbench.gui.screen_table import SCREENS; "
+        "[importlib.import_module(row.path) for row in SCREENS]; print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    heavy = {"pydrake", "numba", "scipy", "matplotlib", "control"}
+    assert not heavy & set(done.stdout.split())

@@ -4,7 +4,6 @@ import argparse
 import os
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands.display import check_display
 from workbench.commands.options import NO_SENSORS, add_command
 from workbench.errors import WorkbenchError
 from workbench.gui.first_flight import DEFAULT_SCENARIO
@@ -62,6 +61,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Refuse what is wrong, then open the window."""
+    from workbench.commands.display import check_display  # loads sockets, that few commands need
     from workbench.gui.screen_table import find_screen
 
     named = (args.scenario, args.model, args.world, args.gains, args.sensors, args.demo or None)

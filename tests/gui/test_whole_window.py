@@ -1,0 +1,135 @@
+"""All screens in the real window, before a flight out of a can: what holds for each of them."""
+
+import time
+
+import numpy as np
+import pytest
+from PyQt6.QtCore import QEvent, QObject, Qt
+from PyQt6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QComboBox,
+    QLabel,
+    QLineEdit,
+    QSlider,
+    QToolButton,
+)
+
+from workbench.gui.main_window import MainWindow
+from workbench.gui.screen_table import SCREENS
+from workbench.gui.style import apply_style
+
+NAMES = [row.name for row in SCREENS]
+LONGEST_SLOT = 0.016
+"""At the 99th percentile, of the processor, so that a busy machine fails nothing [s]."""
+CONTROLS = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
+
+
+class Windows(QObject):
+    """Takes note of every widget that is shown as a window of its own."""
+
+    def __init__(self):
+        super().__init__()
+        self.seen = []
+
+    def eventFilter(self, receiver, event):
+        if event.type() == QEvent.Type.Show and receiver.isWidgetType() and receiver.isWindow():
+            self.seen.append(type(receiver).__name__)
+        return False
+
+
+@pytest.fixture
+def play(workspace, canned, monkeypatch):
+    """Show a view of the canned flight, with what was sampled until then."""
+
+    def show(index):
+        view = canned.views[index]
+        monkeypatch.setattr(workspace.flight, "_view", view)
+        if index == 0:
+            workspace.flight.begun.emit(view)
+        workspace.flight.streamed.emit(list(canned.published[index]))
+        workspace.flight.viewed.emit(view)
+
+    return show
+
+
+@pytest.fixture
+def windows(qapp):
+    made = Windows()
+    qapp.installEventFilter(made)
+    yield made
+    qapp.removeEventFilter(made)
+
+
+@pytest.fixture
+def window(qapp, qtbot, workspace, windows, play):
+    made = MainWindow(workspace, first="home", view3d=False)
+    qtbot.addWidget(made)
+    made.resize(1280, 720)
+    apply_style(qapp, workspace.look)
+    made.show()
+    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=30_000)
+    for name in NAMES:
+        made.stack.screen_of(name)
+    for index in range(60):
+        play(index)
+    yield made
+    made.close()
+
+
+def test_there_is_one_window(window, windows, qapp):
+    for name in NAMES:
+        window.show_screen(name)
+        qapp.processEvents()
+    assert windows.seen == ["MainWindow"]
+
+
+def test_every_control_has_a_name(window, qapp):
+    buddies = {label.buddy() for label in window.findChildren(QLabel)}
+    for name in NAMES:
+        window.show_screen(name)
+        qapp.processEvents()
+        for control in window.stack.current.findChildren(CONTROLS):
+            if not control.isVisible() or control.focusPolicy() is Qt.FocusPolicy.NoFocus:
+                continue
+            if isinstance(control.parent(), QAbstractSpinBox | QComboBox):
+                continue  # part of a control that has a name
+            named = control.accessibleName() or control in buddies or control.focusProxy()
+            text = control.text() if isinstance(control, QAbstractButton) else ""
+            assert named or text, f"{name}: {type(control).__name__} in {control.parent()}"
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_no_text_of_a_button_or_label_is_cut(window, workspace, theme, qapp):
+    workspace.preferences.set("theme", theme)
+    for name in NAMES:
+        window.show_screen(name)
+        qapp.processEvents()
+        for each in window.findChildren((QLabel, QAbstractButton)):
+            if each.isVisible() and not type(each).__name__.startswith("Elided"):
+                assert text_width(each) <= each.width(), f"{name}: '{each.text()}'"
+
+
+def text_width(each):
+    """Return the width of a plain text that stands in one line, 0 for any other [px]."""
+    if isinstance(each, QLabel) and (each.wordWrap() or "<" in each.text()):
+        return 0
+    if isinstance(each, QToolButton) and not each.icon().isNull():
+        if each.toolButtonStyle() is Qt.ToolButtonStyle.ToolButtonIconOnly:
+            return 0
+    return each.fontMetrics().horizontalAdvance(each.text().replace("&", ""))
+
+
+def test_a_frame_leaves_time_for_the_next(window, play, qapp):
+    for name in NAMES:
+        window.show_screen(name)
+        for index in range(60, 80):
+            play(index)
+            qapp.processEvents()
+        took = []
+        for index in range(80, 180):
+            began = time.thread_time()
+            play(index)
+            qapp.processEvents()
+            took.append(time.thread_time() - began)
+        assert np.percentile(took, 99) < LONGEST_SLOT, name

@@ -1,0 +1,171 @@
+"""Write pictures of every screen of the app: `python tools/app_pictures.py [FOLDER]`.
+
+Each screen, light and dark, at 1280 x 720 and, as a 4K desktop shows it, at 3840 x 2160, before a
+real flight, into FOLDER (default out/screens). With `--docs` it writes those of README and
+docs/app.md instead.
+"""
+
+import argparse
+import io
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # before Qt is imported
+
+from PIL import Image
+from PyQt6.QtCore import QBuffer, QSettings
+from PyQt6.QtWidgets import QApplication
+
+from workbench.gui.app import make_app, make_workspace
+from workbench.gui.main_window import MainWindow
+from workbench.gui.preferences import Preferences
+from workbench.gui.screen_table import SCREENS
+from workbench.gui.style import apply_style
+from workbench.link.server.config import ServerConfig
+from workbench.live.choice import Choice
+from workbench.systems.mode import FlightMode
+
+ROOT = Path(__file__).resolve().parent.parent
+SMALL, LARGE = (1280, 720), (1920, 1080)
+"""Of the window; the large one with two points a pixel, as a 4K desktop has it."""
+THEMES = ("light", "dark")
+COLOURS = 256
+CHOICE = Choice(
+    world="obstacle_field",
+    sensors=("imu", "gps", "lidar", "barometer", "range_finder", "depth_camera"),
+)
+LONG = 120.0
+"""For a slow machine [s]."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A picture for the docs: its file, screen and theme, and whether 3-D stands beside."""
+
+    file: str
+    screen: str
+    theme: str
+    beside: bool
+
+
+DOCS = (
+    Shot("app.png", "home", "light", True),
+    *(Shot(f"app-{row.name}.png", row.name, "light", False) for row in SCREENS),
+    Shot("app-tuning-dark.png", "tuning", "dark", False),
+)
+
+
+class Photographer:
+    """The app, brought to a state that is worth a picture."""
+
+    def __init__(self, application: QApplication, *, view3d: bool) -> None:
+        self._application = application
+        self._folder = tempfile.TemporaryDirectory(prefix="app-pictures")
+        store = QSettings(f"{self._folder.name}/kept.ini", QSettings.Format.IniFormat)
+        self.workspace = make_workspace(Preferences(store))
+        self.window = MainWindow(self.workspace, first="home", view3d=view3d)
+        self.window.desk.fly(CHOICE)
+        apply_style(application, self.workspace.look)
+        self.window.show()
+        self.until(lambda: self.workspace.flight.is_flying)
+
+    def run(self, seconds: float) -> None:
+        """Let the app live for a time [s]."""
+        end = time.monotonic() + seconds
+        self.until(lambda: time.monotonic() > end)
+
+    def until(self, so: Callable[[], bool]) -> None:
+        """Let the app live until something is so."""
+        end = time.monotonic() + LONG
+        while not so() and time.monotonic() < end:
+            self._application.processEvents()
+            time.sleep(0.002)
+
+    def prepare(self) -> None:
+        """Fly some way, be watched, try a gain, and excite the drone."""
+        flight = self.workspace.flight
+        flight.order(lambda live: live.serve(ServerConfig(port=0)))
+        flight.order(lambda live: live.go_to([3.0, 1.5, 1.8]))
+        self.run(4.0)
+        flight.order(lambda live: live.go_to([1.0, 3.0, 1.5]))
+        self.run(4.0)
+        flight.order(lambda live: live.request("hold"))
+        self.window.show_screen("tuning")
+        tuning = self.window.stack.screen_of("tuning")
+        self.until(lambda: bool(tuning.desk.flown))
+        self.until(lambda: self.workspace.flight.view.snapshot.mode is FlightMode.HOVERING)
+        self.run(2.0)
+        tuning.excitation.button.click()
+        self.run(6.0)
+        tuning.desk.propose("kp_velocity_x", 0.7 * tuning.desk.flown["kp_velocity_x"])
+        self.run(5.0)
+
+    def take(self, screen: str, theme: str, size: tuple[int, int], beside: bool) -> Image.Image:
+        """Return a picture of a screen."""
+        self.workspace.preferences.set("theme", theme)
+        self.window.resize(*size)
+        if self.window.view3d.isVisibleTo(self.window) is not beside:
+            self.window.actions_by_name["view_3d"].trigger()
+        self.window.show_screen(screen)
+        self.run(8.0 if beside else 1.5)
+        buffer = QBuffer()
+        buffer.open(QBuffer.OpenModeFlag.WriteOnly)
+        self.window.grab().save(buffer, "PNG")
+        return Image.open(io.BytesIO(bytes(buffer.data())))
+
+    def close(self) -> None:
+        """End the app."""
+        self.window.close()
+        self._folder.cleanup()
+
+
+def main() -> None:
+    """Take all pictures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=Path("out/screens"))
+    parser.add_argument("--docs", action="store_true", help="write docs/app*.png")
+    parser.add_argument("--large", action="store_true", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    photographer = Photographer(make_app(), view3d=arguments.docs)
+    try:
+        photographer.prepare()
+        if arguments.docs:
+            take_for_docs(photographer)
+        else:
+            take_all(photographer, arguments.folder, LARGE if arguments.large else SMALL)
+    finally:
+        photographer.close()
+    if not arguments.docs and not arguments.large:
+        environment = os.environ | {"QT_SCALE_FACTOR": "2"}  # read when Qt starts
+        command = [sys.executable, __file__, str(arguments.folder), "--large"]
+        subprocess.run(command, env=environment, check=True)
+
+
+def take_for_docs(photographer: Photographer) -> None:
+    """Write the pictures of README and docs."""
+    for shot in DOCS:
+        picture = photographer.take(shot.screen, shot.theme, SMALL, shot.beside)
+        path = ROOT / "docs" / shot.file
+        picture.convert("RGB").quantize(COLOURS).save(path, optimize=True)
+        print(path.name)
+
+
+def take_all(photographer: Photographer, folder: Path, size: tuple[int, int]) -> None:
+    """Write pictures of all screens."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for theme in THEMES:
+        for row in SCREENS:
+            picture = photographer.take(row.name, theme, size, beside=False)
+            path = folder / f"{row.name}-{theme}-{picture.width}x{picture.height}.png"
+            picture.save(path)
+            print(path)
+
+
+if __name__ == "__main__":
+    main()
