@@ -114,10 +114,16 @@ def text_width(each):
     """Return the width of a plain text that stands in one line, 0 for any other [px]."""
     if isinstance(each, QLabel) and (each.wordWrap() or "<" in each.text()):
         return 0
-    if isinstance(each, QToolButton) and not each.icon().isNull():
-        if each.toolButtonStyle() is Qt.ToolButtonStyle.ToolButtonIconOnly:
-            return 0
+    if "paintEvent" in vars(type(each)) or is_icon(each):
+        return 0
     return each.fontMetrics().horizontalAdvance(each.text().replace("&", ""))
+
+
+def is_icon(each):
+    """Return whether a button shows a picture, and has its text for readers of screens alone."""
+    alone = Qt.ToolButtonStyle.ToolButtonIconOnly
+    shown = isinstance(each, QToolButton) and each.toolButtonStyle() is alone
+    return shown and not each.icon().isNull()
 
 
 def test_a_frame_leaves_time_for_the_next(window, play, qapp):
