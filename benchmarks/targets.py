@@ -82,6 +82,12 @@ def _watchers(figures: Figures, beside: str) -> Any:
     return next(each for each in ages if (each["clients"], each["beside"]) == ("eight", beside))
 
 
+def _screen(name: str, column: str) -> Callable[[Figures], Any]:
+    return lambda figures: next(
+        each[column] for each in figures["app"]["screens"] if each["screen"] == name
+    )
+
+
 TARGETS = (
     Target(
         "flight core over the floor with turning propellers, speed",
@@ -207,5 +213,47 @@ TARGETS = (
         0,
         False,
         lambda figures: sum(each["late"] for each in figures["link_hold"]["rows"]),
+    ),
+    Target(
+        "frames a second of the app with twelve curves",
+        50,
+        True,
+        _screen("visualization", "frames"),
+    ),
+    Target(
+        "real-time factor of the flight beside them",
+        0.99,
+        True,
+        _screen("visualization", "real_time_factor"),
+    ),
+    Target(
+        "the app's slots on the slowest of its screens, 99th percentile, ms",
+        16,
+        False,
+        lambda figures: max(each["slot_99"] for each in figures["app"]["screens"]),
+    ),
+    Target(
+        "a moved gain in the flight, over a control period, 99th percentile, ms",
+        20,
+        False,
+        lambda figures: figures["app"]["gains"][0]["effect_99"],
+    ),
+    Target(
+        "margins of all loops while a gain moves, a second",
+        20,
+        True,
+        lambda figures: figures["app"]["gains"][0]["judged"],
+    ),
+    Target(
+        "the app's window from the command on, s",
+        3,
+        False,
+        lambda figures: figures["app"]["starts"][0]["window"],
+    ),
+    Target(
+        "its first flight, s",
+        5,
+        False,
+        lambda figures: figures["app"]["starts"][0]["flight"],
     ),
 )

@@ -11,8 +11,10 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +29,7 @@ from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.style import apply_style
+from workbench.link import Client
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
 from workbench.systems.mode import FlightMode
@@ -38,7 +41,7 @@ THEMES = ("light", "dark")
 COLOURS = 256
 CHOICE = Choice(
     world="obstacle_field",
-    sensors=("imu", "gps", "lidar", "barometer", "range_finder", "depth_camera"),
+    sensors=("imu", "gps", "lidar", "barometer", "range_finder"),
 )
 LONG = 120.0
 """For a slow machine [s]."""
@@ -66,6 +69,7 @@ class Photographer:
 
     def __init__(self, application: QApplication, *, view3d: bool) -> None:
         self._application = application
+        self._stack = ExitStack()
         self._folder = tempfile.TemporaryDirectory(prefix="app-pictures")
         store = QSettings(f"{self._folder.name}/kept.ini", QSettings.Format.IniFormat)
         self.workspace = make_workspace(Preferences(store))
@@ -91,10 +95,11 @@ class Photographer:
         """Fly some way, be watched, try a gain, and excite the drone."""
         flight = self.workspace.flight
         flight.order(lambda live: live.serve(ServerConfig(port=0)))
-        flight.order(lambda live: live.go_to([3.0, 1.5, 1.8]))
-        self.run(4.0)
-        flight.order(lambda live: live.go_to([1.0, 3.0, 1.5]))
-        self.run(4.0)
+        self.until(lambda: flight.view.network.server is not None)
+        self._watch(flight.view.network.server.address)
+        for place in ([-1.5, 0.8, 1.8], [-2.0, -0.6, 1.4], [-1.0, 0.0, 1.5]):
+            flight.order(lambda live, place=place: live.go_to(place))
+            self.run(3.5)
         flight.order(lambda live: live.request("hold"))
         self.window.show_screen("tuning")
         tuning = self.window.stack.screen_of("tuning")
@@ -102,9 +107,18 @@ class Photographer:
         self.until(lambda: self.workspace.flight.view.snapshot.mode is FlightMode.HOVERING)
         self.run(2.0)
         tuning.excitation.button.click()
-        self.run(6.0)
-        tuning.desk.propose("kp_velocity_x", 0.7 * tuning.desk.flown["kp_velocity_x"])
         self.run(5.0)
+        tuning.desk.propose("kp_velocity_x", 0.7 * tuning.desk.flown["kp_velocity_x"])
+        self.run(3.5)
+        tuning.excitation.button.click()
+        self.run(1.0)
+
+    def _watch(self, address: str) -> None:
+        """Let two clients watch, as on an afternoon in the laboratory."""
+        for name in ("ground station", "logger"):
+            client = Client(address, name=name)
+            self._stack.enter_context(client)
+            threading.Thread(target=lambda each=client: [None for _ in each], daemon=True).start()
 
     def take(self, screen: str, theme: str, size: tuple[int, int], beside: bool) -> Image.Image:
         """Return a picture of a screen."""
@@ -113,14 +127,22 @@ class Photographer:
         if self.window.view3d.isVisibleTo(self.window) is not beside:
             self.window.actions_by_name["view_3d"].trigger()
         self.window.show_screen(screen)
+        pause = self.window.actions_by_name["pause"]
+        if beside:  # without a graphics card, the picture alone would take all the machine
+            pause.trigger()
         self.run(8.0 if beside else 1.5)
+        self.window.actions_by_name["dismiss"].trigger()
+        self.run(0.3)
         buffer = QBuffer()
         buffer.open(QBuffer.OpenModeFlag.WriteOnly)
         self.window.grab().save(buffer, "PNG")
+        if beside:
+            pause.trigger()
         return Image.open(io.BytesIO(bytes(buffer.data())))
 
     def close(self) -> None:
         """End the app."""
+        self._stack.close()
         self.window.close()
         self._folder.cleanup()
 

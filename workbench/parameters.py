@@ -179,6 +179,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     *map(_rotor, range(1, MOST_ROTORS + 1)),
 )
 
+_BY_NAME = {parameter.name: parameter for parameter in PARAMETERS}
+
 
 def find_parameter(name: str, where: str = "") -> Parameter:
     """Return the row of a name.
@@ -190,9 +192,8 @@ def find_parameter(name: str, where: str = "") -> Parameter:
     Raises:
         WorkbenchError: if there is none.
     """
-    for parameter in PARAMETERS:
-        if parameter.name == name:
-            return parameter
+    if name in _BY_NAME:
+        return _BY_NAME[name]
     error = unknown_name("parameter", name, [parameter.name for parameter in PARAMETERS])
     raise WorkbenchError(f"{where}{error}")
 

@@ -151,6 +151,19 @@ def test_a_search_is_stopped_and_keeps_its_best(own):
     assert analyst.ask(Weigh({}, STEP)).result(ENOUGH).weights  # what is asked later is not stopped
 
 
+def test_nothing_waits_for_a_search_or_is_stopped_with_it(own):
+    analyst, told = own
+    tuned = analyst.ask(Tune({}, HARD))
+    heard(told)
+    weighed = analyst.ask(Weigh({}, STEP))
+    assert weighed.result(ENOUGH).weights
+    assert not tuned.done()
+    weighed = analyst.ask(Weigh({}, STEP))
+    analyst.stop()
+    assert weighed.result(ENOUGH).weights
+    assert tuned.result(ENOUGH).stopped
+
+
 def test_closing_in_the_middle_of_a_search_leaves_nothing_within_two_seconds():
     threads, sockets = set(threading.enumerate()), len(open_sockets())
     told = []
@@ -193,7 +206,7 @@ def test_it_ends_with_its_caller():
         "analyst = Analyst(Scenario(), {}, told.append)\n"
         f"analyst.ask(Tune({{}}, {HARD!r}))\n"
         "while not told: time.sleep(0.01)\n"
-        "print(analyst.pids[1], flush=True)\n"
+        "print(analyst.pids[2], flush=True)\n"
         "time.sleep(600)\n"
     )
     caller = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)

@@ -66,6 +66,17 @@ def test_the_numbers_are_in_it_and_limits_have_room_on_both_sides(pinned):
     assert said["margins"]["roll"]["crossover"][0] < said["margins"]["roll"]["crossover"][1]
 
 
+def test_who_stops_it_at_the_last_moment_finds_no_file(tmp_path):
+    def stop(share):
+        if share == 1.0:
+            raise WorkbenchError("it was stopped")
+
+    path = tmp_path / "a.spec.yaml"
+    with pytest.raises(WorkbenchError, match="stopped"):
+        pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False, progress=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_profile_beside_the_model_may_change_later(tmp_path):
     """The model's own gains.yaml is edited after the pin: the pinned step still flies as it did."""
     model = tmp_path / "models" / "drone"

@@ -117,7 +117,7 @@ def test_what_comes_in_streams_is_refused_beside_it_and_the_rest_in_the_banner_t
 def test_nothing_starts_before_it_is_needed_and_the_same_flight_keeps_it(qtbot, analysis, heard):
     scenario, settings = Scenario(), {"kp_roll": 200.0}
     analysis.begin(scenario, settings)
-    assert analysis.pids == (None, None)
+    assert analysis.pids == (None, None, None)
     analysis.ask(Judge({}))
     qtbot.waitUntil(lambda: len(heard.judged) == 1, timeout=ENOUGH)
     before = analysis.pids
@@ -177,6 +177,24 @@ def test_a_killed_analyst_is_told_and_asked_again(qtbot, analysis, heard):
     qtbot.waitUntil(
         lambda: bool(heard.judged) and heard.judged[-1].gains == {"kd_roll": 22.0}, timeout=ENOUGH
     )
+
+
+def test_an_analyst_that_has_given_up_is_another_one_once_the_scenario_is_opened_again(
+    qtbot, analysis, heard
+):
+    analysis.begin(Scenario(), {})
+    killed = {None}
+    while not heard.refused or "open the scenario again" not in heard.refused[-1][1]:
+        said = len(heard.refused)
+        analysis.ask(Judge({}))
+        if len(killed) <= 3:
+            qtbot.waitUntil(lambda: analysis.pids[0] not in killed, timeout=ENOUGH)
+            killed.add(analysis.pids[0])
+            os.kill(analysis.pids[0], signal.SIGKILL)
+        qtbot.waitUntil(lambda said=said: len(heard.refused) > said, timeout=ENOUGH)
+    analysis.begin(Scenario(), {})
+    analysis.ask(Judge({}))
+    qtbot.waitUntil(lambda: bool(heard.judged), timeout=ENOUGH)
 
 
 def test_it_loads_nothing_heavy():

@@ -128,12 +128,13 @@ def test_the_flight_s_own_remedies_have_buttons():
         assert any(words in remedy.lower() for words, _ in REMEDIES), remedy
 
 
-def test_failures_go_once_it_flies_again(banner, workspace):
+def test_failures_go_once_another_flight_begins_and_not_with_a_pause(banner, workspace, canned):
     workspace.notices.fail("the flight broke off")
     workspace.notices.inform("a note")
-    workspace.flight.phase_changed.emit(Phase.FLYING)
-    assert banner.shown.what == "a note"
-    workspace.flight.phase_changed.emit(Phase.BROKEN)
+    for phase in (Phase.PAUSED, Phase.FLYING):
+        workspace.flight.phase_changed.emit(phase)
+        assert banner.shown.what == "the flight broke off"
+    workspace.flight.begun.emit(canned.views[0])
     assert banner.shown.what == "a note"
 
 

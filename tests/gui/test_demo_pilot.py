@@ -67,17 +67,21 @@ def test_it_flies_the_round_again_and_again(pilot, orders):
 
 
 @pytest.mark.parametrize(
-    ("mode", "place"),
-    [(FlightMode.CRUISING, None), (FlightMode.LANDING, ROUND[0]), (FlightMode.OFF, ROUND[0])],
+    ("mode", "place", "why"),
+    [
+        (FlightMode.CRUISING, None, "somebody else flies"),
+        (FlightMode.LANDING, ROUND[0], "the drone lands"),
+        (FlightMode.OFF, ROUND[0], "the drone lands"),
+    ],
 )
-def test_it_leaves_the_drone_to_whoever_else_flies(pilot, orders, told, mode, place):
+def test_it_leaves_the_drone_to_whoever_else_flies(pilot, orders, told, mode, place, why):
     take_off(pilot)
     pilot.show(mode, 5.0, place)
     pilot.show(FlightMode.HOVERING, 50.0, place)
     assert pilot.is_over
     assert len(orders) == 2
     assert [notice.what for notice in told] == [
-        "the demo has ended, as somebody else flies; a reset begins it again"
+        f"the demo has ended, as {why}; a reset begins it again"
     ]
 
 
@@ -87,6 +91,18 @@ def test_a_reset_begins_it_again(pilot, orders, workspace, canned):
     workspace.flight.begun.emit(canned.views[0])
     take_off(pilot)
     assert orders[2:] == orders[:2]
+
+
+def test_it_flies_in_no_other_scenario(pilot, orders, workspace, canned):
+    first = canned.views[0]
+    other = dataclasses.replace(first, scenario=dataclasses.replace(first.scenario, world="empty"))
+    for view in (first, other):
+        workspace.flight.begun.emit(view)
+    pilot.show(FlightMode.OFF, 0.0)
+    assert orders == []
+    workspace.flight.begun.emit(first)
+    pilot.show(FlightMode.OFF, 0.0)
+    assert orders == [("request", "take_off")]
 
 
 def test_a_pause_is_waited_for(pilot, orders):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from workbench.errors import WorkbenchError
 from workbench.gui.flight_model import of_last_flight
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
@@ -53,6 +54,45 @@ def test_after_a_reset_only_samples_of_the_new_flight_are_shown(canned):
 def test_without_a_flight_an_order_is_a_sentence(workspace, told):
     workspace.flight.order(lambda live: live.pause())
     assert "nothing flies" in told[0].what
+
+
+def test_a_reset_is_noticed_where_time_stands_at_the_start(workspace, heard, qtbot):
+    begun, _ = heard
+    flight = workspace.flight
+    flight.fly(Choice("hover"), draw=False)
+    flight.order(lambda live: live.pause())
+    flight.order(lambda live: live.reset())
+    qtbot.waitUntil(lambda: bool(begun) and begun[-1].snapshot.time == 0.0, timeout=START)
+    before = len(begun)
+    flight.order(lambda live: live.reset())
+    qtbot.waitUntil(lambda: len(begun) > before, timeout=START)
+    assert begun[-1].snapshot.time == 0.0
+    assert begun[-1].phase is Phase.PAUSED
+
+
+def test_what_a_flight_refuses_that_was_replaced_is_not_told(workspace, heard, told, qtbot):
+    begun, _ = heard
+    flight, refused = workspace.flight, []
+    flight.fly(Choice("hover"), draw=False)
+    flight.order(lambda live: live.set("max_tilt", 0.3))
+    flight.order(lambda live: live.set("max_tilt", 0.3), None, refused.append)
+    flight.fly(Choice("hover"), draw=False)
+    qtbot.waitUntil(lambda: bool(begun and refused), timeout=START)
+    assert refused == ["the flight is closed"]
+    assert told == []
+
+
+def test_a_flight_that_gets_no_process_takes_the_place_of_the_one_before(
+    workspace, heard, told, monkeypatch
+):
+    def refuse(*_, **__):
+        raise WorkbenchError("no process can be started")
+
+    workspace.flight.fly(Choice("hover"), draw=False)
+    monkeypatch.setattr("workbench.gui.flight_model.LiveFlight", refuse)
+    workspace.flight.fly(Choice("hover"), draw=False)
+    assert workspace.flight.view.phase is Phase.ENDED
+    assert [each.what for each in told] == ["no process can be started"]
 
 
 def test_what_cannot_be_flown_is_told_and_the_next_flies(workspace, heard, told, qtbot):

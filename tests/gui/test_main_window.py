@@ -21,6 +21,7 @@ from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.live.network_orders import NetworkView
 from workbench.resources import find_scenario
+from workbench.scenario import Scenario, SensorsConfig
 from workbench.systems.mode import FlightMode
 
 FLYING = 60_000
@@ -165,6 +166,29 @@ def test_a_screen_that_cannot_be_made_is_a_page_and_a_notice(opened, rows, told,
     assert window.stack.name == "home"
 
 
+def test_a_screen_that_fails_as_it_begins_is_made_once(opened, rows, show, canned, monkeypatch):
+    class Stumbling(Page):
+        made = 0
+
+        def __init__(self, workspace, parent=None):
+            super().__init__(workspace, parent)
+            Stumbling.made += 1
+
+        def begin(self, view):
+            raise RuntimeError("not this flight")
+
+    module = sys.modules["workbench.gui.light_page"]
+    monkeypatch.setattr(module, "Stumbling", Stumbling, raising=False)
+    window = opened(first="home", rows=(rows[0], dataclasses.replace(rows[1], kind="Stumbling")))
+    window.stack._ahead = []
+    show(canned.views[0])
+    with pytest.raises(RuntimeError):
+        window.show_screen("server")
+    window.show_screen("server")
+    assert Stumbling.made == 1
+    assert window.stack.name == "server"
+
+
 def test_a_missing_module_is_a_page_and_a_notice(opened, rows, told):
     gone = dataclasses.replace(rows[4], module="nowhere.screen")
     opened(rows=(*rows[:4], gone, rows[5]), first="tuning")
@@ -218,7 +242,12 @@ class Asked:
 def flown(workspace, monkeypatch):
     """What the window wants to fly."""
     choices = []
-    monkeypatch.setattr(workspace.flight, "fly", lambda choice, draw: choices.append(choice))
+
+    def fly(choice, draw):
+        workspace.flight.what = choice
+        choices.append(choice)
+
+    monkeypatch.setattr(workspace.flight, "fly", fly)
     return choices
 
 
@@ -265,6 +294,15 @@ def test_a_dropped_log_goes_to_the_charts(opened, tmp_path):
     assert window.stack.current.heard[-1] == "log flight.mcap"
 
 
+def test_a_world_that_is_opened_after_a_set_up_keeps_the_rest_of_it(opened, flown):
+    window = opened()
+    window.desk.fly(Scenario(duration=7.0, sensors=SensorsConfig(use=["imu"])))
+    window.desk.fly_world("room")
+    window.desk.fly_model("cf2x")
+    assert (flown[1].duration, flown[1].world, flown[1].sensors.use) == (7.0, "room", ["imu"])
+    assert (flown[2].world, flown[2].vehicle.model) == ("room", "cf2x")
+
+
 def test_what_cannot_be_opened_is_a_notice(opened, told, tmp_path):
     window = opened()
     letter = tmp_path / "letter.txt"
@@ -304,6 +342,11 @@ def test_ctrl_0_hides_the_3d_view_and_that_is_kept(opened, qtbot):
     assert not window.view3d.isVisible()
     window.close()
     assert not opened(view3d=True).view3d.isVisible()
+
+
+def test_a_start_without_3d_leaves_the_next_one_its_view(opened):
+    opened(view3d=False).close()
+    assert opened(view3d=True).view3d.isVisible()
 
 
 @pytest.mark.parametrize(
@@ -360,6 +403,18 @@ def test_a_log_that_ends_by_itself_is_told_and_the_flight_goes_on(opened, show, 
     assert not window.actions_by_name["record"].isChecked()
 
 
+def test_a_log_that_ends_with_its_flight_is_kept_and_told(opened, show, canned, told):
+    """A reset goes on in the next file; a flight that is over, or dead, records no more."""
+    window = opened()
+    first = dataclasses.replace(canned.views[0], network=NetworkView(log="/tmp/a.mcap"))
+    second = dataclasses.replace(first, network=NetworkView(log="/tmp/a-2.mcap"))
+    for view in (first, second, second.ended("the flight's process was killed")):
+        show(view)
+    assert not window.recorder.is_recording
+    assert not window.actions_by_name["record"].isChecked()
+    assert [each.what for each in told] == ["recorded /tmp/a.mcap", "recorded /tmp/a-2.mcap"]
+
+
 def test_log_names_suit_file_systems():
     from datetime import datetime
 
@@ -407,7 +462,7 @@ def test_closing_ends_the_screens_once(opened):
 
 def test_a_flight_from_the_first_key_to_the_last(opened, qtbot, workspace, told, tmp_path):
     window = opened(first="home")
-    window.desk.draws = False
+    window.workspace.flight.draws = False
     window.desk.fly(Choice("network"))
     view = lambda: workspace.flight.view  # noqa: E731
     qtbot.waitUntil(lambda: view().phase is Phase.FLYING, timeout=FLYING)

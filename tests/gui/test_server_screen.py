@@ -254,3 +254,25 @@ def wrong_login(address):
             return False
     except WorkbenchError:
         return True
+
+
+@pytest.fixture
+def own(qapp, tmp_path):
+    """A flight of the test's own."""
+    made = Bench(tmp_path)
+    made.flight.fly(Choice("hover"), draw=False)
+    yield made
+    made.close()
+
+
+def test_a_server_that_another_flight_ends_says_so(own, qtbot):
+    own.screen.show()
+    own.screen.form.lines["port"].setText("0")
+    own.press(own.screen.start_button)
+    qtbot.waitUntil(lambda: own.running is Running.LISTENING, timeout=LONG)
+    own.flight.fly(Choice("hover"), draw=False)
+    assert own.screen.said.text() == "The server has ended with its flight: start it again."
+    qtbot.waitUntil(lambda: own.flight.is_flying, timeout=LONG)
+    assert own.running is Running.FAILED
+    own.press(own.screen.start_button)
+    qtbot.waitUntil(lambda: own.running is Running.LISTENING, timeout=LONG)

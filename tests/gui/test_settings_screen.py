@@ -114,12 +114,16 @@ def test_a_limit_is_ordered_kept_and_ordered_again_for_the_same_vehicle(
     qtbot.keyClicks(box, "3")
     qtbot.keyClick(box, Qt.Key.Key_Return)
     assert live.orders == [("max_speed", 3.0)]
-    screen.begin(canned.views[0])
+    again = SettingsScreen(workspace)  # of the next start
+    qtbot.addWidget(again)
+    again.begin(canned.views[0])
     assert live.orders == [("max_speed", 3.0)] * 2
     assert "max_speed" in told[-1].what
+    again.begin(canned.views[0])  # a reset: the limit holds, and nothing is told
+    assert live.orders == [("max_speed", 3.0)] * 3 and len(told) == 1
     other = replace(canned.views[0], vehicle=replace(canned.views[0].vehicle, name="another"))
-    screen.begin(other)
-    assert len(live.orders) == 2
+    again.begin(other)
+    assert len(live.orders) == 3
 
 
 def test_a_limit_that_a_flight_has_not_is_greyed(screen, live, canned):
@@ -157,6 +161,8 @@ def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qt
     assert begun[0].world == "room"
     assert begun[0].script == canned.views[0].scenario.script
     kept = last_setup(workspace.preferences.store)
+    assert not kept.exists()  # nobody knows yet whether it flies
+    screen.begin(replace(canned.views[0], scenario=begun[0]))
     qtbot.waitUntil(kept.exists)
     qtbot.waitUntil(lambda: not any(t.name == "keeping a set-up" for t in threading.enumerate()))
     assert load_scenario(kept) == begun[0]

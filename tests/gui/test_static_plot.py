@@ -97,3 +97,17 @@ def test_an_empty_plot_says_so(workspace, qtbot):
     plot.grab()
     assert plot.canvas.scene.hint == "Fly a step to see its response"
     assert "no curves" in plot.accessibleDescription()
+
+
+def test_what_is_set_together_is_drawn_once(plot, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(plot.canvas, "show_scene", drawn.append)
+    with plot.together():
+        plot.set_curve("flown", TIME, 2.0 * TIME)
+        plot.set_curve("predicted", TIME, 3.0 * TIME)
+        plot.remove_curve("command")
+        plot.set_window(0.0, 1.0)
+    assert len(drawn) == 1
+    assert len(drawn[0].lines) == 2
+    assert drawn[0].right == 1.0
+    assert "predicted" in plot.accessibleDescription()

@@ -21,6 +21,7 @@ class Web(QWidget):
 
     def __init__(self):
         super().__init__()
+        self.setAcceptDrops(True)  # as the web engine does
         self.went = []
 
     def setUrl(self, url):
@@ -74,6 +75,15 @@ def test_the_page_is_opened_once_there_is_a_flight(panel, show, drawn, qtbot, lo
     show(drawn)
     qtbot.waitUntil(lambda: bool(loaded) and loaded[0].went == [PAGE], timeout=5000)
     assert panel.said == ""
+
+
+def test_a_file_that_is_dropped_on_the_picture_is_left_to_the_window(
+    panel, show, drawn, qtbot, loaded
+):
+    show(drawn)
+    panel.show()
+    qtbot.waitUntil(lambda: bool(loaded))
+    assert not loaded[0].acceptDrops()
 
 
 def test_hidden_it_loads_nothing(panel, show, drawn, qtbot, loaded):

@@ -225,6 +225,19 @@ def test_a_reset_begins_again_and_forgets_the_script():
     assert_equal_to_the_bit(in_one_run(flown.scenario), flown.recording)
 
 
+def test_a_report_tells_a_flight_from_the_one_before_a_reset_at_any_time():
+    bench = Bench()
+    bench.obey(Hold.PAUSE)
+    numbers = []
+    for _ in range(2):
+        bench.obey(Hold.RESET)  # time stands at 0
+        report = bench.letters.sent[-2]
+        assert isinstance(report, Report)
+        assert report.snapshot.time == 0.0
+        numbers.append(report.flight)
+    assert numbers == [2, 3]
+
+
 def test_a_pause_holds_time_and_flying_on_moves_it():
     bench = Bench()
     bench.fly(0.125)

@@ -4,9 +4,11 @@ import dataclasses
 import os
 import pickle
 import signal
+import socket
 import subprocess
 import sys
 import time
+import urllib.parse
 import urllib.request
 from pathlib import Path
 
@@ -188,6 +190,14 @@ def test_meshcat_draws_from_the_process(flight):
     assert url.startswith("http://localhost:")
     with urllib.request.urlopen(url, timeout=ENOUGH) as page:
         assert b"meshcat" in page.read().lower()
+
+
+def test_only_this_machine_sees_the_page(flight):
+    """All of 127.0.0.0/8 is this machine; who listens everywhere is reached at all of it."""
+    port = urllib.parse.urlsplit(flight.latest().url).port
+    socket.create_connection(("127.0.0.1", port), ENOUGH).close()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.2", port), ENOUGH)
 
 
 def test_a_scenario_that_cannot_be_built_is_a_sentence():

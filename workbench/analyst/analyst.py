@@ -26,8 +26,10 @@ from workbench.scenario import Scenario
 
 QUICK = (Judge, Predict, DrawMap, FindRanges)
 """What is answered while a slider moves, by a process of its own."""
-SLOW = (Fork, Weigh, Tune, Pin)
+SLOW = (Fork, Weigh, Pin)
 """What takes seconds."""
+LONG = (Tune,)
+"""What takes minutes, for which nothing else is to wait."""
 QUICK_NICENESS, SLOW_NICENESS = 3, 10
 """A flight beside them must keep its time."""
 
@@ -37,10 +39,10 @@ def _ignore(_: Searched) -> None:
 
 
 class Analyst:
-    """Judges gains of a scenario's vehicle beside its flight, in two processes.
+    """Judges gains of a scenario's vehicle beside its flight, in three processes.
 
-    Each is started at its first question, and again at the next one after it has died. No method
-    but `close` ever waits.
+    One is quick, one is slow, and one searches. Each is started at its first question, and again at
+    the next one after it has died. No method but `close` ever waits.
 
     Args:
         scenario: whose vehicle is judged, with its variation and rates; where a whole flight is
@@ -57,9 +59,9 @@ class Analyst:
     ) -> None:
         self.scenario = copy.deepcopy(scenario)
         self.settings = dict(settings)
-        self._quick, self._slow = (
+        self._quick, self._slow, self._searching = (
             Assistant(Begin(self.scenario, self.settings, niceness), progress)
-            for niceness in (QUICK_NICENESS, SLOW_NICENESS)
+            for niceness in (QUICK_NICENESS, SLOW_NICENESS, SLOW_NICENESS)
         )
         self._lock = threading.Lock()
         self._closed = False
@@ -67,9 +69,15 @@ class Analyst:
         self._clerk = ThreadPoolExecutor(1, thread_name_prefix="analyst's clerk")
 
     @property
-    def pids(self) -> tuple[int | None, int | None]:
-        """Numbers of the quick and of the slow process, None before they are started."""
-        return self._quick.pid, self._slow.pid
+    def pids(self) -> tuple[int | None, int | None, int | None]:
+        """Numbers of the quick, slow and searching process, None before they are started."""
+        return self._quick.pid, self._slow.pid, self._searching.pid
+
+    @property
+    def has_given_up(self) -> bool:
+        """Whether a process died so often that questions to it are refused from now on."""
+        assistants = (self._quick, self._slow, self._searching)
+        return any(each.has_given_up for each in assistants)
 
     def ask(self, question: Question) -> "Future[Any]":
         """Ask; the Future has the reply, or a WorkbenchError that says why there is none.
@@ -82,23 +90,27 @@ class Analyst:
             return self._pass_on(self._quick, question)
         if isinstance(question, SLOW):
             return self._pass_on(self._slow, question)
+        if isinstance(question, LONG):
+            return self._pass_on(self._searching, question)
         return failed(f"{question!r:.60} is no question: ask one of workbench.analyst.questions")
 
     def warm_up(self) -> None:
-        """Start the quick process, so that the first question finds it ready."""
+        """Start the quick and the slow process, so that the first questions find them ready."""
         self._give(self._quick.warm_up)
+        self._give(self._slow.warm_up)
 
     def stop(self) -> None:
-        """End a search soon, and keep its best; give other long work up."""
-        self._give(self._slow.stop)
+        """End a search soon, and keep its best."""
+        self._give(self._searching.stop)
 
     def close(self) -> None:
-        """Kill both processes, and wait until they are gone; the last call."""
+        """Kill the processes, and wait until they are gone; the last call."""
         with self._lock:
             self._closed = True
         self._clerk.shutdown()
         self._quick.close()
         self._slow.close()
+        self._searching.close()
 
     def _pass_on(self, assistant: Assistant, question: Question) -> "Future[Any]":
         """Let a question be asked, and return what the reply will be."""

@@ -39,6 +39,11 @@ class Assistant:
         """Number of the process, None before the first."""
         return self._line.pid if self._line else None
 
+    @property
+    def has_given_up(self) -> bool:
+        """Whether no further process is begun, as too many have ended."""
+        return self._deaths >= MOST_DEATHS
+
     def ask(self, question: Question) -> "Future[Any]":
         """Ask, and return what the reply will be; a process is begun if there is none."""
         try:
@@ -78,9 +83,9 @@ class Assistant:
             if line is not None and line.ended:
                 self._deaths = 1 if line.answered else self._deaths + 1
                 self._line = None
-                if self._deaths >= MOST_DEATHS:
+                if self.has_given_up:
                     self._last = line.ended
-            if self._deaths >= MOST_DEATHS:
+            if self.has_given_up:
                 raise WorkbenchError(
                     f"the analyst has failed {MOST_DEATHS} times: {self._last}: open the "
                     "scenario again"

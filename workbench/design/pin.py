@@ -129,7 +129,7 @@ def pin_step(
         for file, text in files.items():  # the spec last: it must not stand alone
             write_atomically(file, text)
         _prove(path)
-    tell(1.0)
+        tell(1.0)  # who stops it here wants none of these files
     return Pinned(
         spec=path,
         gains=profile,

@@ -82,15 +82,15 @@ class Analysis(QObject):
         self._progressed.connect(self._show_progress, queued)  # type: ignore[call-arg]
 
     @property
-    def pids(self) -> tuple[int | None, int | None]:
-        """Numbers of the quick and of the slow process, None where there is none yet."""
-        return self._analyst.pids if self._analyst is not None else (None, None)
+    def pids(self) -> tuple[int | None, int | None, int | None]:
+        """Numbers of the quick, slow and searching process, None where there is none yet."""
+        return self._analyst.pids if self._analyst is not None else (None, None, None)
 
     def begin(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
         """Judge another vehicle from now on; what is asked before is forgotten.
 
         Nothing is started before the first question, and nothing is forgotten where scenario and
-        settings are as they were.
+        settings are as they were, unless the analyst has given up.
 
         Args:
             scenario: that is flown.
@@ -98,7 +98,8 @@ class Analysis(QObject):
         """
         present = self._analyst
         if present is not None:
-            if (present.scenario, present.settings) == (scenario, dict(settings)):
+            same = (present.scenario, present.settings) == (scenario, dict(settings))
+            if same and not present.has_given_up:
                 return
             self._end(present)
         token = self._token = object()
@@ -107,7 +108,7 @@ class Analysis(QObject):
         )
 
     def warm_up(self) -> None:
-        """Start the process that answers quick questions; as when a screen is shown that asks."""
+        """Start the processes that answer, as when a screen is shown that asks."""
         if self._analyst is not None:
             self._analyst.warm_up()
 
@@ -124,7 +125,7 @@ class Analysis(QObject):
         analyst.ask(question).add_done_callback(lambda done: self._hear(analyst, question, done))
 
     def stop(self) -> None:
-        """End a search soon, and keep its best; end any other long work."""
+        """End a search soon, and keep its best."""
         if self._analyst is not None:
             self._analyst.stop()
 

@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from PyQt6.QtCore import QCoreApplication, Qt, QTimer
 from PyQt6.QtWidgets import QApplication
 
+from workbench.errors import WorkbenchError
 from workbench.gui.analysis import Analysis
 from workbench.gui.crash import CrashGuard
 from workbench.gui.demo import DemoPilot
-from workbench.gui.first_flight import first_flight
+from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.main_window import MainWindow
 from workbench.gui.notices import Notices
@@ -43,7 +44,7 @@ def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: b
     guard.install()
     window = MainWindow(workspace, first=screen, view3d=view3d)
     try:
-        first = choice or first_flight(workspace.preferences.store)
+        first = choice or _first(workspace)
         window.desk.fly(first)  # its process loads Drake while the window is painted
         apply_style(app, workspace.look)
         window.show()
@@ -55,6 +56,15 @@ def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: b
     finally:
         window.close()
         guard.uninstall()
+
+
+def _first(workspace: Workspace) -> Choice:
+    """Return what is flown where nothing was named."""
+    try:
+        return first_flight(workspace.preferences.store)
+    except WorkbenchError as error:
+        workspace.notices.warn(str(error), "The default scenario flies instead.")
+        return Choice(DEFAULT_SCENARIO)
 
 
 def make_app() -> QApplication:

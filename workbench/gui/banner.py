@@ -22,7 +22,7 @@ from workbench.gui.icons import icon, picture
 from workbench.gui.notices import Notice, Severity
 from workbench.gui.style import set_class
 from workbench.gui.workspace import Workspace
-from workbench.live.messages import Phase
+from workbench.live.view import LiveView
 
 TICK = 1000
 """Between two looks whether a notice has been shown long enough [ms]."""
@@ -82,7 +82,7 @@ class Banner(QFrame):
         self._timer.setInterval(TICK)
         self._timer.timeout.connect(self._expire)
         workspace.notices.told.connect(self.add)
-        workspace.flight.phase_changed.connect(self._hear_phase)
+        workspace.flight.begun.connect(self._forget_failures)
         workspace.look.changed.connect(self._show)
         self.hide()
 
@@ -108,10 +108,10 @@ class Banner(QFrame):
         self._queue.dismiss()
         self._show()
 
-    def _hear_phase(self, phase: Phase) -> None:
-        if phase is Phase.FLYING:
-            self._queue.forget_failures()
-            self._show()
+    def _forget_failures(self, _: LiveView) -> None:
+        """Forget what is over with the flight before; a pause that ends mends nothing."""
+        self._queue.forget_failures()
+        self._show()
 
     def _expire(self) -> None:
         before = len(self._queue)

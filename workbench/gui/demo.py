@@ -6,6 +6,7 @@ from workbench.gui.flight_model import FlightModel
 from workbench.gui.notices import Notices
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
+from workbench.scenario import Scenario
 from workbench.systems.mode import FlightMode
 
 SCENARIO = "network"
@@ -21,7 +22,7 @@ FOLLOWS = slice(4, 8)
 
 
 class DemoPilot(QObject):
-    """Flies until anybody else does; a reset lets it begin again.
+    """Flies until anybody else does; a reset lets it begin again, another scenario ends it.
 
     Args:
         flight: which it flies.
@@ -34,7 +35,8 @@ class DemoPilot(QObject):
     ) -> None:
         super().__init__(parent)
         self._flight, self._notices = flight, notices
-        self._begin()
+        self._scenario: Scenario | None = None
+        self._prepare()
         flight.begun.connect(self._begin)
         flight.viewed.connect(self._follow)
 
@@ -43,7 +45,14 @@ class DemoPilot(QObject):
         """Whether somebody else flies."""
         return self._over
 
-    def _begin(self, _view: LiveView | None = None) -> None:
+    def _begin(self, view: LiveView) -> None:
+        """Begin with the first flight, and again with each of the same scenario."""
+        self._prepare()
+        if self._scenario is None:
+            self._scenario = view.scenario
+        self._over = view.scenario != self._scenario  # its places may be inside of obstacles
+
+    def _prepare(self) -> None:
         self._over = self._took_off = self._waits = False
         self._leg = 0
         self._due = self._in_force = 0.0
@@ -58,8 +67,10 @@ class DemoPilot(QObject):
         if mode is FlightMode.OFF and not self._took_off:
             self._took_off = self._waits = True
             self._flight.order(lambda live: live.request("take_off"), self._go_on)
-        elif mode in (FlightMode.OFF, FlightMode.LANDING) or self._is_disturbed(view):
-            self._end()
+        elif mode in (FlightMode.OFF, FlightMode.LANDING):
+            self._end("the drone lands")
+        elif self._is_disturbed(view):
+            self._end("somebody else flies")
         elif now >= self._due:
             self._fly_leg(now)
 
@@ -80,6 +91,6 @@ class DemoPilot(QObject):
         assert view.snapshot
         return bool(self._reference) and view.snapshot.reference[FOLLOWS] != self._reference
 
-    def _end(self) -> None:
+    def _end(self, why: str) -> None:
         self._over = True
-        self._notices.inform("the demo has ended, as somebody else flies; a reset begins it again")
+        self._notices.inform(f"the demo has ended, as {why}; a reset begins it again")

@@ -12,9 +12,24 @@ DEFAULT_SCENARIO = "network"
 
 
 def first_flight(store: "QSettings") -> "Choice":
-    """Return what was set up by hand last, or the default."""
+    """Return what was set up by hand last, or the default.
+
+    Raises:
+        WorkbenchError: if what was set up needs a file that is gone; it is forgotten then.
+    """
+    from workbench.errors import WorkbenchError
     from workbench.gui.settings.last_setup import last_setup
     from workbench.live.choice import Choice
+    from workbench.yaml_files import read_yaml
 
     kept = last_setup(store)
-    return Choice(str(kept)) if kept.is_file() else Choice(DEFAULT_SCENARIO)
+    if not kept.is_file():
+        return Choice(DEFAULT_SCENARIO)
+    try:
+        said = read_yaml(kept).data
+        vehicle = said.get("vehicle", {})
+        Choice(str(kept), vehicle.get("model", ""), said.get("world", "")).check()
+    except (WorkbenchError, AttributeError, TypeError) as error:
+        kept.unlink(missing_ok=True)
+        raise WorkbenchError(f"what was flown last cannot be flown again: {error}") from error
+    return Choice(str(kept))

@@ -1,8 +1,8 @@
 """What the buttons of the top bar do to the flight."""
 
-import dataclasses
+from dataclasses import replace
 
-from PyQt6.QtCore import QObject, pyqtSignal
+from PyQt6.QtCore import QObject
 
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.preferences import Preferences
@@ -10,13 +10,14 @@ from workbench.live.choice import Choice
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
+from workbench.scenario import Scenario, VehicleConfig
 from workbench.systems.mode import FlightMode
 
 _ON_GROUND = (FlightMode.OFF, FlightMode.ARMED)
 
 
 class FlightDesk(QObject):
-    """Gives the flight its orders, and knows what to fly again once it has ended.
+    """Gives the flight its orders.
 
     Args:
         flight: which is ordered.
@@ -24,28 +25,16 @@ class FlightDesk(QObject):
         parent: whose life it shares.
     """
 
-    chosen = pyqtSignal(object)
-    """The `Choice` that is flown from now on."""
-
     def __init__(
         self, flight: FlightModel, preferences: Preferences, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
         self._flight = flight
         self._preferences = preferences
-        self._choice = Choice()
-        self.draws = True
 
-    @property
-    def choice(self) -> Choice:
-        """What is flown."""
-        return self._choice
-
-    def fly(self, choice: Choice) -> None:
+    def fly(self, what: Choice | Scenario) -> None:
         """End the present flight and begin another."""
-        self._choice = choice
-        self._flight.fly(choice, draw=self.draws and self._preferences.switch("draw_3d"))
-        self.chosen.emit(choice)
+        self._flight.fly(what, draw=self._preferences.switch("draw_3d"))
 
     def fly_scenario(self, path: str) -> None:
         """Fly a scenario, with its own drone and world."""
@@ -53,11 +42,16 @@ class FlightDesk(QObject):
 
     def fly_model(self, path: str) -> None:
         """Fly another drone; its sensors have other names, so all that it has measure."""
-        self.fly(dataclasses.replace(self._choice, model=path, gains="", sensors=("all",)))
+        now = self._flight.what
+        if isinstance(now, Choice):
+            self.fly(replace(now, model=path, gains="", sensors=("all",)))
+        else:
+            sensors = replace(now.sensors, use=["all"])
+            self.fly(replace(now, vehicle=VehicleConfig(model=path), sensors=sensors))
 
     def fly_world(self, path: str) -> None:
         """Fly in another world."""
-        self.fly(dataclasses.replace(self._choice, world=path))
+        self.fly(replace(self._flight.what, world=path))
 
     def arm(self) -> None:
         """Let the rotors idle."""

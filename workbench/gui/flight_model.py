@@ -30,6 +30,10 @@ class FlightModel(QObject):
     Args:
         notices: where refusals and ends are told.
         parent: whose life it shares.
+
+    Attributes:
+        draws: whether any flight is drawn in 3-D.
+        what: is flown, or was last.
     """
 
     begun = pyqtSignal(object)
@@ -44,6 +48,8 @@ class FlightModel(QObject):
     def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._notices = notices
+        self.draws = True
+        self.what: Choice | Scenario = Choice()
         self._live: LiveFlight | None = None
         self._again: Callable[[], None] = self._say_nothing_flies
         self._view = LiveView()
@@ -74,10 +80,12 @@ class FlightModel(QObject):
     ) -> None:
         """End the present flight and begin another."""
         self.end()
+        self.what = choice
         self._again = partial(self.fly, choice, settings, draw=draw)
         try:
-            self._live = LiveFlight(choice, settings, draw=draw, stream=True)
+            self._live = LiveFlight(choice, settings, draw=draw and self.draws, stream=True)
         except WorkbenchError as error:
+            self._show(LiveView().ended(str(error)))
             self._notices.fail(str(error), "Close other programs, then open the scenario again.")
             return
         self._show(self._live.latest())
@@ -116,12 +124,19 @@ class FlightModel(QObject):
         Args:
             give: gives it.
             done: hears the answer, in this thread, once `view` shows the effect.
-            refused: hears why it was refused; without it the banner tells.
+            refused: hears why it was refused; without it the banner tells, unless another flight
+                has taken its place by then.
         """
-        if self._live is not None:
-            self._answers.expect(give(self._live), done, refused)
+        live = self._live
+        if live is not None:
+            tell = refused or partial(self._tell_refusal, live)
+            self._answers.expect(give(live), done, tell)
         else:
             (refused or self._notices.warn)(NOTHING)
+
+    def _tell_refusal(self, live: LiveFlight, said: str) -> None:
+        if live is self._live:
+            self._notices.warn(said)
 
     def _say_nothing_flies(self) -> None:
         self._notices.warn(NOTHING)
@@ -163,7 +178,7 @@ def began_anew(before: LiveView, view: LiveView) -> bool:
         return False
     if before.snapshot is None or before.vehicle is not view.vehicle:
         return True
-    return view.snapshot.time < before.snapshot.time
+    return view.flight != before.flight
 
 
 def of_last_flight(published: list[Published], view: LiveView) -> list[Published]:

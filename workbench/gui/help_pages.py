@@ -1,5 +1,6 @@
 """The pages of the Help menu: all keys, and what this is."""
 
+from collections.abc import Iterable
 from html import escape
 
 from PyQt6.QtCore import Qt
@@ -13,10 +14,21 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.actions import FILE, FLIGHT, HELP, MENUS, VIEW, ActionRow, rows_of
+from workbench.gui.actions import FILE, FLIGHT, HELP, MENUS, VIEW, rows_of
+from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
 
 LONGEST_KEY = "Ctrl+Shift+W  "
 COLUMNS = ((FILE, VIEW), (FLIGHT, HELP))
+WORDS = 268
+"""Width of what a key does: three columns fit into 1280 [px]."""
+TUNING_KEYS = (
+    ("Ctrl+E", "Start or stop the excitation."),
+    ("Ctrl+F", "Search the parameters."),
+    ("Arrows", "Move the slider; with Shift in large steps, with Ctrl in small ones."),
+    ("Enter", "Fly what is proposed, where gains fly on Enter."),
+    ("Ctrl+Return", "Fly what was doubted, all the same."),
+    ("Esc", "Put back what is proposed and does not fly."),
+)
 ABOUT = (
     "<b>Drake drone workbench</b><br>Design a multirotor and its controller on Drake: fly it, "
     "watch it, and tune it while it flies.<br><br>Free software under the GNU General Public "
@@ -35,14 +47,18 @@ class KeysPage(QDialog):
         super().__init__(parent)
         self.setWindowTitle("Keys")
         columns = QHBoxLayout()
-        columns.setSpacing(36)
+        columns.setSpacing(24)
         for menus in COLUMNS:
             column = QVBoxLayout()
             for menu in (menu for menu in MENUS if menu in menus):
-                column.addLayout(_table(menu))
+                column.addLayout(_table(menu.replace("&", ""), _keys_of(menu)))
                 column.addSpacing(12)
             column.addStretch(1)
             columns.addLayout(column)
+        tuning = QVBoxLayout()
+        tuning.addLayout(_table("Tuning", _tuning_keys()))
+        tuning.addStretch(1)
+        columns.addLayout(tuning)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(22, 18, 22, 14)
         layout.addLayout(columns)
@@ -69,27 +85,35 @@ class AboutPage(QDialog):
         layout.addWidget(_close_button(self))
 
 
-def _table(menu: str) -> QGridLayout:
-    """Return the keys of a menu in two columns."""
+def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
+    """Return keys and what they do in two columns."""
     grid = QGridLayout()
     grid.setHorizontalSpacing(16)
     grid.setVerticalSpacing(3)
-    heading = QLabel(menu.replace("&", ""))
-    heading.setProperty("class", "heading")
-    grid.addWidget(heading, 0, 0, 1, 2)
-    keyed = [row for row in rows_of(menu) if row.shortcut]
-    for at, row in enumerate(keyed, start=1):
-        grid.addWidget(_key(row), at, 0)
-        words = QLabel(row.help)
+    title = QLabel(heading)
+    title.setProperty("class", "heading")
+    grid.addWidget(title, 0, 0, 1, 2)
+    for at, (shortcut, help) in enumerate(keys, start=1):
+        grid.addWidget(_key(shortcut), at, 0, Qt.AlignmentFlag.AlignTop)
+        words = QLabel(help)
+        words.setWordWrap(True)
+        words.setFixedWidth(WORDS)
         grid.addWidget(words, at, 1)
-    key = QLabel(LONGEST_KEY)
-    grid.setColumnMinimumWidth(0, key.sizeHint().width())
+    grid.setColumnMinimumWidth(0, QLabel(LONGEST_KEY).sizeHint().width())
     grid.setColumnStretch(1, 1)
     return grid
 
 
-def _key(row: ActionRow) -> QLabel:
-    key = QLabel(f"<b>{escape(row.shortcut)}</b>")
+def _keys_of(menu: str) -> list[tuple[str, str]]:
+    return [(row.shortcut, row.help) for row in rows_of(menu) if row.shortcut]
+
+
+def _tuning_keys() -> list[tuple[str, str]]:
+    return [(row.shortcut, row.help) for row in PROFILE_ACTIONS] + list(TUNING_KEYS)
+
+
+def _key(shortcut: str) -> QLabel:
+    key = QLabel(f"<b>{escape(shortcut)}</b>")
     key.setTextFormat(Qt.TextFormat.RichText)
     return key
 

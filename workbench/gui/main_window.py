@@ -59,7 +59,7 @@ class MainWindow(QMainWindow):
         super().__init__()
         self.workspace = workspace
         self.desk = FlightDesk(workspace.flight, workspace.preferences, self)
-        self.desk.draws = view3d
+        workspace.flight.draws = view3d
         store = workspace.preferences.store
         self._state = WindowState(store)
         self.recent = RecentFiles(store, self)
@@ -257,7 +257,10 @@ class MainWindow(QMainWindow):
         if not self._closed:
             self._closed = True
             screen = self.stack.name or self._first
-            beside = self.view3d.isVisibleTo(self)
+            # a start without 3-D says nothing about the next one
+            beside = (
+                self.view3d.isVisibleTo(self) if self.workspace.flight.draws else self._state.beside
+            )
             self._state.save(self, self.splitter, screen, beside=beside)
             self.hide()
             self._end_log()

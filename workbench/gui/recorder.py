@@ -12,6 +12,7 @@ from workbench.gui.log_folder import log_folder
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.live.flight import LiveFlight
+from workbench.live.network_orders import NetworkView
 from workbench.live.view import LiveView
 
 LOOK = 500
@@ -93,22 +94,32 @@ class Recorder(QObject):
         if path == self._path:
             return
         before, self._path = self._path, path
-        if path and not before:
+        if path:
             self._since = time.monotonic()
             self._timer.start()
-        elif not path:
+        else:
             self._timer.stop()
-            if not self._stopping and before and view.network.said:
-                remedy = "The flight goes on. Choose another folder in Settings, then record again."
-                self._notices.fail(f"recording has ended: {view.network.said}", remedy)
+        if before and not self._stopping:
+            self._tell_end(before, view.network)
         self.changed.emit()
+
+    def _tell_end(self, ended: str, network: NetworkView) -> None:
+        """Tell of a log that nobody stopped: its flight is over, or the disk is full."""
+        if network.log or not network.said:
+            self._keep(ended)
+            return
+        remedy = "The flight goes on. Choose another folder in Settings, then record again."
+        self._notices.fail(f"recording has ended: {network.said}", remedy)
 
     def _ended(self, path: str) -> None:
         self._stopping = False
         if path:
-            self._notices.inform(f"recorded {path}")
-            self.recorded.emit(path)
+            self._keep(path)
         self.changed.emit()
+
+    def _keep(self, path: str) -> None:
+        self._notices.inform(f"recorded {path}")
+        self.recorded.emit(path)
 
     def _refuse(self, said: str) -> None:
         self._stopping = False

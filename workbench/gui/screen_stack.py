@@ -130,11 +130,11 @@ class ScreenStack(QStackedWidget):
         else:
             self._screens[row.name] = screen
             page = screen
-            view = self._workspace.flight.view
-            if view.snapshot is not None:
-                screen.begin(view)
         self._pages[row.name] = page
         self.addWidget(page)
+        view, made = self._workspace.flight.view, self._screens.get(row.name)
+        if made is not None and view.snapshot is not None:
+            made.begin(view)
         return page
 
     def _begin(self, view: LiveView) -> None:

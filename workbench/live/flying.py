@@ -37,6 +37,7 @@ from workbench.live.stream import NoStream, Stream
 from workbench.live.values import parameter_values
 from workbench.scenario import Action
 from workbench.session import Session
+from workbench.snapshot import Snapshot
 from workbench.systems.bridge import Bridge
 
 REPORT_PERIOD = 1 / 60
@@ -59,6 +60,9 @@ class Flying:
         outbox: where answers and reports go.
         now: tells the wall time [s].
         stream: where everything that is published goes.
+
+    Attributes:
+        shown: told of every snapshot that is reported.
     """
 
     def __init__(
@@ -82,6 +86,9 @@ class Flying:
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
         self._shown = self._network.view
         self._broken = ""
+        self._flight = 1
+        self._seen = session.snapshot()
+        self.shown: Callable[[Snapshot], None] = lambda snapshot: None
         self._next_report = now()
 
     def run(self, inbox: Connection, wanted: Callable[[], bool]) -> None:
@@ -139,10 +146,14 @@ class Flying:
         self._shown = self._network.view
         paused = Phase.PAUSED if self._clock.paused else Phase.FLYING
         phase = Phase.BROKEN if self._broken else paused
-        snapshot, pace = self._session.snapshot(), self._clock.pace(now)
+        if not self._broken:  # of what broke, nothing can be computed any more
+            self._seen = self._session.snapshot()
+        snapshot, pace = self._seen, self._clock.pace(now)
         self._stream.flush()
-        exciting = self._exciter.exciting
-        self._outbox.show(Report(phase, self._broken, snapshot, pace, self._shown, exciting))
+        exciting, flight = self._exciter.exciting, self._flight
+        report = Report(phase, self._broken, snapshot, pace, self._shown, exciting, flight)
+        self._outbox.show(report)
+        self.shown(snapshot)
 
     def _obey(self, order: Order) -> Answer | Refusal | Later:
         try:
@@ -192,6 +203,7 @@ class Flying:
 
     def _reset(self) -> None:
         self._session.reset()
+        self._flight += 1
         self._exciter.drop()
         self._network.begin()
         self._broken = ""

@@ -198,7 +198,8 @@ class Started:
 class Report:
     """The present: where the flight is, a sentence where it is broken, its network, and more.
 
-    `exciting` is the excitation that is flown, None while none is.
+    `exciting` is the excitation that is flown, None while none is; `flight` counts the flights that
+    this process has begun, one at its start and one with every reset.
     """
 
     phase: Phase
@@ -207,6 +208,7 @@ class Report:
     pace: Pace
     network: NetworkView
     exciting: Exciting | None
+    flight: int
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ class LiveView:
         remarks: on what was read and built.
         network: who watches and who commands.
         exciting: the excitation that is flown, None while none is.
+        flight: its number in its process; a reset begins the next one.
     """
 
     phase: Phase = Phase.STARTING
@@ -44,11 +45,12 @@ class LiveView:
     remarks: tuple[str, ...] = ()
     network: NetworkView = NetworkView()
     exciting: Exciting | None = None
+    flight: int = 0
 
     def after(self, message: object) -> "LiveView":
         """Return the view once a message was heard; itself where that changes nothing."""
         match message:
-            case Report(phase, said, snapshot, pace, network, exciting):
+            case Report(phase, said, snapshot, pace, network, exciting, flight):
                 return dataclasses.replace(
                     self,
                     phase=phase,
@@ -57,6 +59,7 @@ class LiveView:
                     pace=pace,
                     network=network,
                     exciting=exciting,
+                    flight=flight,
                 )
             case Started(vehicle, values, url, scenario, topics):
                 return dataclasses.replace(
@@ -70,4 +73,6 @@ class LiveView:
 
     def ended(self, said: str) -> "LiveView":
         """Return the view of the flight that has ended, and why."""
-        return dataclasses.replace(self, phase=Phase.ENDED, said=said, exciting=None)
+        return dataclasses.replace(
+            self, phase=Phase.ENDED, said=said, network=NetworkView(), exciting=None
+        )

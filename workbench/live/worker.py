@@ -4,6 +4,7 @@ It ends when it is told to, or when its caller does.
 """
 
 import logging
+import math
 import os
 import sys
 import time
@@ -63,8 +64,9 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     Raises:
         WorkbenchError: if it cannot be built.
     """
-    from pydrake.geometry import Meshcat
+    from pydrake.geometry import Meshcat, MeshcatParams
 
+    from workbench.live.chase_camera import ChaseCamera
     from workbench.live.choice import Choice
     from workbench.live.flying import Flying
     from workbench.live.stream import NoStream, Stream
@@ -78,7 +80,9 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     logger.setLevel(logging.INFO)
     logger.addHandler(_Teller(outbox))
     with sentences("the flight could not be built"):
-        meshcat = Meshcat() if begin.draw else None
+        # left to itself, Meshcat shows the flight to the whole network
+        params = MeshcatParams(host="localhost", show_stats_plot=False)
+        meshcat = Meshcat(params) if begin.draw else None
         bridge = Bridge()
         wanted_flight = begin.scenario
         scenario = wanted_flight.load() if isinstance(wanted_flight, Choice) else wanted_flight
@@ -93,6 +97,9 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     outbox.post(Started(session.vehicle, values, url, scenario, session.topics))
     stream = Stream(outbox) if begin.stream else NoStream()
     flying = Flying(session, bridge, begin.settings, outbox, time.perf_counter, stream)
+    if meshcat:
+        reach = max(math.dist((0.0, 0.0, 0.0), rotor.p_BR) for rotor in session.vehicle.rotors)
+        flying.shown = ChaseCamera(meshcat, reach).follow
     flying.run(connection, wanted)
 
 

@@ -8,6 +8,8 @@ from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
 from workbench.live.view import LiveView
 
+ENDED_WITH_FLIGHT = "the server has ended with its flight: start it again"
+
 
 class ServerControl(QObject):
     """One server, of the present flight.
@@ -75,7 +77,8 @@ class ServerControl(QObject):
         """Notice a server that has ended by itself, or with its flight."""
         if self._flight.live is not self._served:
             self._served = self._flight.live
-            self._wanted, self._failure, self._listened = Wanted.NOTHING, "", False
+            self._failure = ENDED_WITH_FLIGHT if self._listened else ""
+            self._wanted, self._listened = Wanted.NOTHING, False
             self.changed.emit()
         listens = view.network.server is not None
         if self._listened and not listens and self._wanted is Wanted.NOTHING:

@@ -147,5 +147,5 @@ class Folder(QWidget):
 
 
 def decimals_of(span: float) -> int:
-    """Return how many decimals show a thousandth of a range, or better."""
-    return min(MOST_DECIMALS, max(1, 3 - math.floor(math.log10(span))))
+    """Return how many decimals show a thousandth of a range."""
+    return min(MOST_DECIMALS, max(1, 2 - math.floor(math.log10(span))))

@@ -15,7 +15,7 @@ from workbench.gui.settings.flight_setup import (
 from workbench.gui.settings.row import Row
 from workbench.live.view import LiveView
 from workbench.resources import list_worlds
-from workbench.scenario import Scenario
+from workbench.scenario import SLOWEST, Scenario
 
 
 class FlightForm(QWidget):
@@ -68,7 +68,11 @@ class FlightForm(QWidget):
 
     def scenario(self) -> Scenario:
         """Return the scenario that is flown, with what is described in it."""
-        return self.setup.scenario(self._base or Scenario())
+        base, setup = self._base or Scenario(), self.setup
+        made = setup.scenario(base)
+        if self._flown is not None and setup.sensors == self._flown.sensors:
+            made.sensors.use = list(base.sensors.use)  # which may name one of several of a kind
+        return made
 
     def begin(self, view: LiveView) -> None:
         """Show what flies."""
@@ -112,16 +116,15 @@ class FlightForm(QWidget):
             box.toggled.connect(self._show_changes)
             self._sensors_layout.addWidget(box)
 
-    def _rates(self) -> tuple[float, float, float, float]:
-        step, *periods = (box.currentData() or 0.0 for box in self._periods.values())
-        control, mode, record = periods
-        return (step, control, mode, record)
+    def _rates(self) -> tuple[float, float, float]:
+        step, control, mode = (box.currentData() or 0.0 for box in self._periods.values())
+        return (step, control, mode)
 
     def _show_rates(self, step: float, *periods: float) -> None:
         """Offer steps, and periods that are whole numbers of them."""
         boxes = list(self._periods.values())
         _offer(boxes[0], sorted({*STEPS, step}), step)
-        limits = (0.05, 0.25, 0.25)
+        limits = (SLOWEST["control_period"], SLOWEST["mode_period"])
         for box, period, most in zip(boxes[1:], periods, limits, strict=True):
             offered = {step * factor for factor in FACTORS if step * factor <= most} | {period}
             _offer(box, sorted(offered), period)
@@ -148,7 +151,7 @@ class FlightForm(QWidget):
         self.edited.emit()
 
 
-def _rest(setup: FlightSetup) -> tuple[bool, int, tuple[float, float, float, float]]:
+def _rest(setup: FlightSetup) -> tuple[bool, int, tuple[float, float, float]]:
     return setup.noise, setup.seed, setup.rates
 
 

@@ -10,7 +10,6 @@ RATES = {
     "physics_step": ("Physics step", "Between two steps of the simulation."),
     "control_period": ("Control period", "Between two updates of the controller."),
     "mode_period": ("Mode period", "Between two looks of the flight mode."),
-    "record_period": ("Record period", "Between two rows of what is recorded."),
 }
 """Label and help of each period."""
 FACTORS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
@@ -35,7 +34,7 @@ class FlightSetup:
     sensors: tuple[str, ...]
     noise: bool
     seed: int
-    rates: tuple[float, float, float, float]
+    rates: tuple[float, float, float]
 
     def scenario(self, base: Scenario) -> Scenario:
         """Return a scenario with this in place of its own."""
@@ -44,7 +43,7 @@ class FlightSetup:
         made.sensors = dataclasses.replace(
             made.sensors, use=list(self.sensors), noise=self.noise, seed=self.seed
         )
-        made.rates = Rates(*self.rates)
+        made.rates = Rates(*self.rates, record_period=self.rates[1])
         return made
 
 
@@ -62,7 +61,7 @@ def setup_of(scenario: Scenario, kinds: tuple[str, ...]) -> FlightSetup:
         sensors=kinds if "all" in use else use,
         noise=scenario.sensors.noise,
         seed=scenario.sensors.seed,
-        rates=(rates.physics_step, rates.control_period, rates.mode_period, rates.record_period),
+        rates=(rates.physics_step, rates.control_period, rates.mode_period),
     )
 
 

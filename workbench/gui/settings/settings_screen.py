@@ -15,14 +15,20 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.answers import Answers
 from workbench.gui.preference_table import PREFERENCES
 from workbench.gui.screen import Screen
 from workbench.gui.settings.flight_form import FlightForm
+from workbench.gui.settings.last_setup import keep_setup
 from workbench.gui.settings.limit_rows import limit_rows
 from workbench.gui.settings.preference_rows import PreferenceRow
 from workbench.gui.settings.row import Row
 from workbench.gui.workspace import Workspace
+from workbench.link.backplane import Published
+from workbench.link.drone_topics import PARAMETERS
 from workbench.live.view import LiveView
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Scenario
 
 WIDEST = 900
 """Lines longer than this are hard to follow [px]."""
@@ -64,6 +70,7 @@ class SettingsScreen(Screen):
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(workspace, parent)
+        self._answers = Answers(workspace.notices.warn, self)
         self._search = QLineEdit()
         self._search.setPlaceholderText("Search settings")
         self._search.setAccessibleName("Search settings")
@@ -71,6 +78,8 @@ class SettingsScreen(Screen):
         self._search.textChanged.connect(self._find)
         self._none = QLabel("No setting has these words.")
         self._none.hide()
+        self._to_keep: Scenario | None = None
+        self._vehicle: Vehicle | None = None
         self._limits = limit_rows(workspace)
         self._form = FlightForm()
         self._form.edited.connect(self._show_edited)
@@ -86,29 +95,40 @@ class SettingsScreen(Screen):
             Group("Limits", self._limits, "They act at once, and are kept for each vehicle."),
             Group("The flight", self._form.rows, "Another flight begins with what is set here."),
         ]
+        workspace.flight.streamed.connect(self._follow)
         self._lay_out()
         self._show_edited()
 
     def begin(self, view: LiveView) -> None:
         """Show what flies, and set the limits that were kept for it."""
         self._form.begin(view)
+        if self._to_keep is not None and view.scenario == self._to_keep:  # it can be flown
+            self._answers.expect(keep_setup(self.workspace.preferences.store, self._to_keep))
+            self._to_keep = None
         vehicle = view.vehicle.name if view.vehicle else ""
         kept = [row.name for row in self._limits if row.begin(vehicle, view.values)]
-        if kept:
+        anew, self._vehicle = view.vehicle is not self._vehicle, view.vehicle
+        if kept and anew:
             names = ", ".join(kept)
             self.workspace.notices.inform(f"Your limits from last time hold again: {names}.")
 
-    def show_view(self, view: LiveView) -> None:
-        """Follow parameters that others change."""
-        said = self.workspace.signals.newest("parameters")
-        for row in self._limits:
-            if said and said.get("name") == row.name:
-                row.show_value(float(said["value"]))  # type: ignore[arg-type]
+    def _follow(self, published: list[Published]) -> None:
+        """Follow limits that others change."""
+        topic = next((t for t in self.workspace.flight.view.topics if t.id == PARAMETERS), None)
+        if topic is None:
+            return
+        for each in published:
+            for number, payload in each.payloads:
+                if number == PARAMETERS:
+                    said = topic.unpack(payload)
+                    for row in self._limits:
+                        if row.name == said["name"]:
+                            row.show_value(float(said["value"]))  # type: ignore[arg-type]
 
     def _lay_out(self) -> None:
         column = QWidget()
         inside = QVBoxLayout(column)
-        inside.setContentsMargins(0, 0, 8, 8)
+        inside.setContentsMargins(8, 0, 8, 8)
         inside.setSpacing(12)
         for group in self._groups:
             inside.addWidget(group)
@@ -122,9 +142,13 @@ class SettingsScreen(Screen):
         area.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         area.setWidget(column)
         top = QHBoxLayout()
-        self._search.setMaximumWidth(WIDEST)
-        top.addWidget(self._search)
+        top.setContentsMargins(8, 0, 16, 0)  # in line with the cards below
+        self._search.setMaximumWidth(WIDEST - 16)
+        top.addStretch(1)
+        top.addWidget(self._search, 1000)
+        top.addStretch(1)
         layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 8, 0, 0)
         layout.addLayout(top)
         layout.addWidget(area, 1)
 
@@ -136,5 +160,7 @@ class SettingsScreen(Screen):
         self._fly.setEnabled(self._form.is_changed)
 
     def _begin_flight(self) -> None:
+        scenario = self._form.scenario()
         draw = self.workspace.preferences.switch("draw_3d")
-        self.workspace.flight.fly(self._form.scenario(), draw=draw)
+        self._to_keep = scenario
+        self.workspace.flight.fly(scenario, draw=draw)

@@ -97,6 +97,7 @@ class View3d(QWidget):
             self._missing = str(error)
         else:
             self._web.setAccessibleName("Meshcat")
+            self._web.setAcceptDrops(False)  # files are for the window; the page would show them
             self._layout.addWidget(self._web)
             self._open()
         self._show()
