@@ -66,7 +66,7 @@ MAY_IMPORT = {
     "instant": "",
     "analyst": "errors configured scenario parameters gains live plant session instant excitation "
     "design",
-    "gui": "errors resources atomic_write parameters sensors_config scenario gain_files gain_diff "
+    "gui": "errors resources yaml_files atomic_write parameters sensors_config scenario gain_files gain_diff "
     "gain_history plant systems snapshot link live instant excitation analyst flight_log "
     "response_metrics",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "

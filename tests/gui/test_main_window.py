@@ -1,6 +1,7 @@
 """The window: screens, keys, files that are dropped, what is kept, and its end."""
 
 import dataclasses
+import gc
 import importlib
 import sys
 import types
@@ -128,6 +129,14 @@ def test_the_side_bar_shows_the_screens(opened, qtbot):
 def test_all_screens_are_made_while_nothing_is_to_do(opened, qtbot):
     window = opened()
     qtbot.waitUntil(lambda: window.stack.count() == len(SCREENS), timeout=10_000)
+
+
+def test_the_collector_passes_over_what_lives_as_long_as_the_window(opened, qtbot):
+    gc.unfreeze()
+    window = opened(first="home")
+    qtbot.waitUntil(lambda: gc.get_freeze_count() > 0, timeout=10_000)
+    assert window.isVisible()
+    gc.unfreeze()
 
 
 def test_the_screen_that_is_left_lets_go_and_only_the_seen_one_is_shown(opened, show, canned):

@@ -124,6 +124,7 @@ def test_a_limit_is_ordered_kept_and_ordered_again_for_the_same_vehicle(
     other = replace(canned.views[0], vehicle=replace(canned.views[0].vehicle, name="another"))
     again.begin(other)
     assert len(live.orders) == 3
+    qtbot.wait(20)  # the last answers arrive
 
 
 def test_a_limit_that_a_flight_has_not_is_greyed(screen, live, canned):

@@ -22,6 +22,7 @@ from workbench.gui.recorder import Recorder
 from workbench.gui.screen_stack import ScreenStack
 from workbench.gui.screen_table import SCREENS, ScreenRow
 from workbench.gui.side_bar import SideBar
+from workbench.gui.spare_collector import spare_collector
 from workbench.gui.top_bar.top_bar import TopBar
 from workbench.gui.view3d.view3d_panel import View3d
 from workbench.gui.window_state import WindowState
@@ -154,6 +155,7 @@ class MainWindow(QMainWindow):
         flight.begun.connect(self._show_title)
         flight.phase_changed.connect(lambda phase: self._show_possible(flight.view))
         self.recorder.changed.connect(self._show_recording)
+        self.stack.completed.connect(spare_collector)
         self.stack.switched.connect(self.side_bar.mark)
         self.workspace.preferences.changed.connect(lambda name: self._show_theme())
         self._able: frozenset[str] | None = None

@@ -23,6 +23,8 @@ class ScreenStack(QStackedWidget):
         parent: in which it stands.
     """
 
+    completed = pyqtSignal()
+    """All screens were made in advance."""
     switched = pyqtSignal(str)
     """Name of the screen that is seen now."""
 
@@ -116,6 +118,8 @@ class ScreenStack(QStackedWidget):
         self._ahead = [name for name in self._ahead if name not in ready[:1]]
         for name in ready[:1]:
             self._make(self._row(name))
+            if not self._ahead:
+                self.completed.emit()
 
     def _make(self, row: ScreenRow) -> QWidget:
         """Return a screen's page, which is made at first, or says why it cannot be."""

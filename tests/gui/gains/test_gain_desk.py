@@ -6,6 +6,7 @@ from workbench.analyst.questions import FindRanges, Judge
 from workbench.analyst.replies import Judged
 from workbench.errors import WorkbenchError
 from workbench.gain_files import load_gains
+from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_state import Mark
 
 NAME = "kp_velocity_x"
@@ -146,6 +147,67 @@ def test_on_enter_nothing_flies_before_apply(bench, workspace):
     bench.desk.apply()
     assert bench.flight.given == [(NAME, 4.0)]
     assert bench.desk.said() == "1 gain tried, not kept"
+
+
+def test_an_answer_flies_nothing_that_was_proposed_after_it_was_entered(bench, workspace):
+    workspace.preferences.set("apply_gains", "on Enter")
+    bench.desk.propose(NAME, 4.0)
+    bench.desk.apply()
+    entered = bench.analysis.asked[-1]
+    bench.desk.propose(NAME, 30.0)
+    bench.analysis.judged.emit(Judged(entered.gains, (), None, True, ""))
+    assert bench.flight.given == []
+    assert bench.desk.unflown == (NAME,)
+
+
+def test_a_doubt_about_other_gains_cannot_be_confirmed(bench, workspace):
+    workspace.preferences.set("apply_gains", "on Enter")
+    bench.desk.propose("kp_roll", 900.0)
+    bench.desk.apply()
+    bench.analysis.judge(stable=False)
+    bench.desk.propose("kp_roll", 2000.0)
+    assert bench.desk.doubt == ""
+    bench.desk.confirm()
+    assert bench.flight.given == []
+
+
+def test_what_is_left_of_doubted_gains_is_judged_anew(bench):
+    bench.desk.adopt({NAME: 4.0, "kp_roll": 900.0}, "a search")
+    bench.analysis.judge(stable=False)
+    bench.desk.back(["kp_roll"])
+    assert bench.analysis.asked[-1].gains["kp_roll"] == 150.0
+    bench.analysis.judge(stable=True)
+    assert bench.flight.given == [(NAME, 4.0)]
+    assert bench.desk.doubt == ""
+
+
+def test_undo_takes_a_doubt_about_what_was_entered_back(bench, workspace):
+    workspace.preferences.set("apply_gains", "on Enter")
+    bench.desk.propose(NAME, 4.0)
+    bench.desk.propose("kp_roll", 900.0)
+    bench.desk.apply()
+    bench.analysis.judge(stable=False)
+    bench.desk.undo()
+    assert bench.desk.doubt == ""
+    bench.desk.confirm()
+    assert bench.flight.given == []
+
+
+def test_a_change_by_a_client_lets_doubted_gains_be_judged_anew(bench):
+    bench.desk.propose(NAME, 4.0)
+    bench.analysis.judge(stable=False)
+    bench.flight.publish(2.0, kp_roll=140.0)
+    assert bench.analysis.asked[-1].gains["kp_roll"] == 140.0
+    assert bench.analysis.asked[-1].gains[NAME] == 4.0
+
+
+def test_before_any_flight_a_value_is_refused_in_a_sentence(bench, workspace, qtbot):
+    desk = GainDesk(bench.flight, bench.analysis, workspace.preferences, workspace.notices)
+    with qtbot.waitSignal(desk.complained) as complaint:
+        desk.propose(NAME, 4.0)
+    assert complaint.args[0] == NAME
+    assert "begin a flight" in complaint.args[1]
+    desk.close()
 
 
 def test_revert_orders_the_whole_kept_set_without_asking_anybody(bench):

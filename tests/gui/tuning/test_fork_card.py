@@ -141,3 +141,18 @@ def test_nobody_looks_into_the_future_unseen(ghost, desk_room, desk):
     ghost.set_seen(False)
     desk.propose("kp_pitch", 300.0)
     assert desk_room.analysis.of(Fork) == []
+
+
+def test_the_branch_that_was_flown_is_kept_whatever_is_chosen_next(card, desk_room, desk, qtbot):
+    desk.propose("kp_pitch", 150.0)
+    desk.store("B")
+    desk.propose("kp_pitch", 300.0)
+    press(qtbot, card.button)
+    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    card.other.setCurrentIndex(card.other.findData("B"))
+    card.refresh()
+    assert card.keep.text() == "&Keep proposed"
+    press(qtbot, card.button)
+    desk_room.analysis.refused.emit(desk_room.analysis.of(Fork)[-1], "too long")
+    press(qtbot, card.keep)
+    assert desk.proposed["kp_pitch"] == 300.0

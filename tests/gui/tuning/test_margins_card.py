@@ -4,6 +4,7 @@ from PyQt6.QtCore import Qt
 
 from workbench.analyst.questions import Judge
 from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.limit_table import MARGIN_LIMITS
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.margins_card import MarginsCard
 from workbench.gui.tuning.table_rows import State
@@ -133,3 +134,54 @@ def test_arrows_read_row_after_row(card, desk_room, judge, qtbot):
     for _ in range(2):
         qtbot.keyClick(card.table, Qt.Key.Key_Down)
     assert card.table.accessibleDescription().startswith("vel. y: 12.0")
+
+
+def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(
+    card, desk_room, judge, make_loop
+):
+    card.judgement.follow(FLOWN, FLOWN)
+    desk_room.analysis.judged.emit(judge(FLOWN))
+    card.judgement.follow(PROPOSED, FLOWN)
+    desk_room.analysis.refused.emit(desk_room.analysis.of(Judge)[-1], "its process has died")
+    assert card.said.whole == "Of earlier gains: its process has died"
+    card.judgement.follow(FLOWN, FLOWN)
+    assert card.said.whole.startswith("Weakest")
+
+
+def test_margins_of_earlier_gains_say_so_when_the_analyst_is_slow(card, desk_room, judge, qtbot):
+    card.judgement.follow(FLOWN, FLOWN)
+    desk_room.analysis.judged.emit(judge(FLOWN))
+    card.judgement.follow(PROPOSED, FLOWN)
+    assert card.said.whole.startswith("Weakest")
+    qtbot.waitUntil(lambda: card.said.whole.startswith("Of earlier gains"), timeout=10000)
+    desk_room.analysis.judged.emit(judge(PROPOSED))
+    assert card.said.whole.startswith("Weakest")
+
+
+def test_what_is_broken_is_compared_with_nothing(card, desk_room, judge, make_loop):
+    card.judgement.follow(FLOWN, FLOWN)
+    desk_room.analysis.judged.emit(judge(FLOWN))
+    card.judgement.follow(PROPOSED, FLOWN)
+    desk_room.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", stable=False)))
+    assert {cell.was for cell in row(card, "pitch").cells} == {""}
+
+
+def test_a_margin_that_is_no_number_keeps_no_limit():
+    for limit in MARGIN_LIMITS:
+        assert limit.text(float("nan")) == "–"
+        assert not limit.keeps(float("nan"), 0.0)
+
+
+def test_only_the_rows_that_have_changed_are_painted(
+    card, desk_room, judge, make_loop, monkeypatch
+):
+    card.judgement.follow(FLOWN, FLOWN)
+    less = make_loop("pitch", phase_margin=1.0)
+    desk_room.analysis.judged.emit(judge(FLOWN, less))
+    card.judgement.follow(PROPOSED, FLOWN)
+    painted = []
+    monkeypatch.setattr(card.table, "update", lambda *parts: painted.append(parts))
+    desk_room.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", phase_margin=0.9)))
+    assert len(painted) == 1
+    (box,) = painted[0]
+    assert box.height() < 2 * card.table.fontMetrics().height() + 10

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from workbench.excitation import Excitation, Exciting, Shape
-from workbench.gui.tuning.response_history import GHOSTS, ResponseHistory
+from workbench.gui.tuning.response_history import GHOSTS, ResponseHistory, Round
 from workbench.gui.tuning.trace import Trace
 
 STEP = Excitation("x", Shape.STEP, 1.0, 1.0, repeats=True)
@@ -82,3 +82,10 @@ def test_gains_of_a_round_are_those_at_its_beginning(history):
     history.begin(Exciting(STEP, 10.0, 1), gains)
     gains["kp_pitch"] = 1.0
     assert history.round.gains["kp_pitch"] == 225.0
+
+
+def test_the_next_edge_of_a_round_is_known():
+    flown = Round(Excitation("x", Shape.STEP, 1.0, 2.0), 10.0, {})
+    assert flown.next_edge(10.5) == 12.0
+    assert flown.next_edge(12.0) == 14.0
+    assert flown.next_edge(13.0) == 14.0

@@ -70,3 +70,11 @@ def test_steps_begin_where_the_command_jumps(shape):
         assert part.begin in excitation.edges
         assert excitation.command(part.begin + 0.01) == part.level
         assert excitation.command(part.end - 0.01) == part.level
+
+
+def test_a_step_that_lacks_a_sample_is_not_measured_yet():
+    part = StepPart(0.0, 2.0, 0.0, 1.0)
+    whole = trace_of(swinging(2.0))
+    assert whole.time[-1] == 2.0
+    assert measure_step(whole.between(0, len(whole) - 1), part) is None
+    assert measure_step(whole, part) is not None

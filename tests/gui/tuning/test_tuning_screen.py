@@ -1,13 +1,14 @@
 import dataclasses
 
 import control
+import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from workbench.analyst.questions import Judge, Predict, Step
-from workbench.excitation import Exciting, Shape
-from workbench.gui.tuning.response_plot import ASKED, FLOWN, PREDICTED
+from workbench.excitation import Excitation, Exciting, Shape
+from workbench.gui.tuning.response_plot import ASKED, FLOWN, FUTURE, PREDICTED
 from workbench.gui.tuning.table_rows import State
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.live.choice import Choice
@@ -174,3 +175,28 @@ def test_a_real_flight_is_excited_measured_and_judged(workspace, qtbot):
     assert numbers.overshoot == pytest.approx(info["Overshoot"])
     assert 0.2 < numbers.rise_time < 0.5
     screen.close_screen()
+
+
+def test_a_prediction_that_is_refused_leaves_none_of_earlier_gains(
+    screen, desk_room, judge, predict, qtbot
+):
+    answer(screen, judge, predict, qtbot)
+    assert PREDICTED in screen.response.plot.plot.names
+    screen.desk.propose("kp_velocity_x", 7.0)
+    qtbot.waitUntil(lambda: len(desk_room.analysis.of(Predict)) == 2)
+    desk_room.analysis.refused.emit(desk_room.analysis.of(Predict)[-1], "its process has died")
+    assert PREDICTED not in screen.response.plot.plot.names
+    assert screen.response.said.whole == "No prediction: its process has died"
+    assert screen.response.table.rows[0].cells[1].text == "–"
+
+
+def test_what_lies_ahead_is_shown_as_far_as_its_command_holds(screen):
+    card = screen.response
+    card.history.begin(Exciting(Excitation("x", Shape.STEP, 1.0, 2.0, True), 10.0, 1), {})
+    time = 11.0 + np.linspace(0.0, 5.0, 501)
+    card.show_ahead(time, np.zeros(501))
+    assert FUTURE in card.plot.plot.names
+    shown = card.plot.plot._curves[FUTURE].time
+    assert (shown[0], shown[-1]) == pytest.approx((1.0, 2.0))
+    card.show_ahead(time - 2.0, np.zeros(501))  # from before the round began
+    assert FUTURE not in card.plot.plot.names

@@ -42,9 +42,15 @@ class Background:
         painter.setPen(QPen(self._look.colour("line"), 0))
         painter.drawRect(plot)
         if not scene.lines and scene.hint:
-            painter.setPen(self._look.colour("muted"))
-            flags = _CENTRE | Qt.TextFlag.TextWordWrap
-            painter.drawText(plot.adjusted(12, 0, -12, 0), int(flags), scene.hint)
+            self._paint_hint(painter, scene.hint, plot.adjusted(12, 0, -12, 0))
+
+    def _paint_hint(self, painter: QPainter, hint: str, room: QRectF) -> None:
+        """Say what is to be done, on a ground that hides the grid."""
+        flags = int(_CENTRE | Qt.TextFlag.TextWordWrap)
+        painter.setPen(self._look.colour("muted"))
+        place = painter.boundingRect(room, flags, hint)
+        painter.fillRect(place.adjusted(-6, -3, 6, 3), self._look.colour("field"))
+        painter.drawText(room, flags, hint)
 
     def _paint_time(self, painter: QPainter, scene: Scene, layout: Layout) -> None:
         plot, line = layout.plot, painter.fontMetrics().height()
@@ -81,7 +87,7 @@ class Background:
             painter.drawText(place, flags, text)
         name = " ".join(part for part in (axis.label, axis.unit.symbol) if part)
         painter.setPen(self._look.colour("ink"))
-        top = plot.top() - line - 4
+        top = plot.top() - 1.5 * line - 2  # clear of the uppermost number
         if index % 2 == 0:
             left = 5.0 if index >= 2 or axis.label else box.left() + 5
             width = 260.0 if axis.label else box.width() - 10

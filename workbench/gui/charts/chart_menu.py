@@ -1,4 +1,4 @@
-"""The menu of a strip chart."""
+"""The menus of charts."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -7,6 +7,7 @@ from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import QMenu
 
 if TYPE_CHECKING:
+    from workbench.gui.charts.plot import StaticPlot
     from workbench.gui.charts.strip_chart import StripChart
 
 
@@ -34,6 +35,18 @@ def make_menu(chart: "StripChart") -> QMenu:
             _add(curves, curve.label, "", _toggle(chart, index), curve.visible)
     for action in chart.extra_actions:
         menu.addAction(action)
+    return menu
+
+
+def make_plot_menu(plot: "StaticPlot") -> QMenu:
+    """Return the menu of a plot that stands still; it is gone once it is closed."""
+    menu = QMenu(plot)
+    menu.aboutToHide.connect(menu.deleteLater)
+    _add(menu, "Show all", "", lambda _: plot.show_all())
+    _add(menu, "Copy picture", "", lambda _: plot.copy_picture())
+    _add(menu, "Copy data", "", lambda _: plot.copy_data())
+    _add(menu, "Save picture (PNG)", "", lambda _: plot.save_picture())
+    _add(menu, "Save data (CSV)", "", lambda _: plot.save_data())
     return menu
 
 

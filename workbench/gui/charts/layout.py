@@ -74,8 +74,8 @@ def make_layout(size: QSize, metrics: QFontMetrics, axes: int) -> Layout:
     left, right = max(1, (axes + 1) // 2) * width, (axes // 2) * width
     plot = QRectF(
         left,
-        line + 6.0,
+        1.5 * line + 4.0,
         max(20.0, size.width() - left - right - gutter),
-        max(20.0, size.height() - 2.0 * line - 14.0),
+        max(20.0, size.height() - 2.5 * line - 12.0),
     )
     return Layout(plot, width, gutter)

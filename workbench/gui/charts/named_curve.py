@@ -28,6 +28,12 @@ class NamedCurve:
     colour: int
     visible: bool
 
+    def cut(self, left: float, right: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the samples from a time to another [s], and one more at either side."""
+        first = max(0, int(np.searchsorted(self.time, left)) - 1)
+        last = int(np.searchsorted(self.time, right, side="right")) + 1
+        return self.time[first:last], self.values[first:last]
+
     def toggled(self) -> "NamedCurve":
         """Return it hidden, or shown again."""
         return dataclasses.replace(self, visible=not self.visible)

@@ -1,14 +1,16 @@
 """A plot of finished curves from time 0 on, as responses laid over each other."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from PyQt6.QtCore import QPoint
 from PyQt6.QtGui import QContextMenuEvent
-from PyQt6.QtWidgets import QMenu, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QVBoxLayout, QWidget
 
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.charts.chart_head import ChartHead
+from workbench.gui.charts.chart_menu import make_plot_menu
 from workbench.gui.charts.copies import Copies
 from workbench.gui.charts.curve_set import Extent
 from workbench.gui.charts.curve_style import CurveStyle
@@ -45,6 +47,7 @@ class StaticPlot(QWidget):
         self._ends: tuple[float, float] | None = None
         self._cut: tuple[float, float] | None = None
         self._hint = "Nothing to show yet"
+        self._holds = 0
         self._copies = Copies(workspace, self)
         self.head = ChartHead(workspace.look)
         self.head.hide_pause()
@@ -63,6 +66,18 @@ class StaticPlot(QWidget):
         self.head.legend.toggled.connect(self._toggle)
         self.head.menu_wanted.connect(self._open_menu)
         workspace.preferences.changed.connect(self._on_preference)
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Let what is set within be drawn once, at the end."""
+        self._holds += 1
+        try:
+            yield
+        finally:
+            self._holds -= 1
+            if not self._holds:
+                self._describe()
+                self.redraw()
 
     def set_curve(
         self,
@@ -159,14 +174,16 @@ class StaticPlot(QWidget):
         self._copies.save_data(self._columns(), self.head.title)
 
     def redraw(self) -> None:
-        """Draw anew."""
+        """Draw anew; within `together`, later."""
+        if self._holds:
+            return
         left, right = self._time_ends()
         layout = self.canvas.layout_for(1)
         columns = self.canvas.columns_for(layout)
         extent, lines, look = Extent(), [], self._workspace.look
         for number, each in enumerate(self._curves.values(), 1):
             if each.visible:
-                time, values = Peaks().reduce(*_cut(each, left, right), left, right, columns)
+                time, values = Peaks().reduce(*each.cut(left, right), left, right, columns)
                 values = extent.take(values)
                 curves = look.colours.curves
                 colour = look.colours.command
@@ -184,7 +201,7 @@ class StaticPlot(QWidget):
     def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
         """Offer what can be done."""
         if event is not None:
-            self._make_menu().popup(event.globalPos())
+            make_plot_menu(self).popup(event.globalPos())
 
     def _columns(self) -> tuple[Column, ...]:
         return tuple(
@@ -263,25 +280,12 @@ class StaticPlot(QWidget):
         self._curves[name] = self._curves[name].toggled()
         self.redraw()
 
-    def _make_menu(self) -> QMenu:
-        menu = QMenu(self)
-        menu.aboutToHide.connect(menu.deleteLater)
-        for text, do in (
-            ("Show all", self.show_all),
-            ("Copy picture", self.copy_picture),
-            ("Copy data", self.copy_data),
-            ("Save picture (PNG)", self.save_picture),
-            ("Save data (CSV)", self.save_data),
-        ):
-            action = menu.addAction(text)
-            if action is not None:
-                action.triggered.connect(do)
-        return menu
-
     def _open_menu(self, place: QPoint) -> None:
-        self._make_menu().popup(place)
+        make_plot_menu(self).popup(place)
 
     def _describe(self) -> None:
+        if self._holds:
+            return
         self.setAccessibleName(f"Plot {self.head.title}".strip())
         names = ", ".join(self._curves) or "no curves"
         self.setAccessibleDescription(f"{self._y_label} of {names}, over {self._x_label}".strip())
@@ -289,10 +293,3 @@ class StaticPlot(QWidget):
     def _on_preference(self, name: str) -> None:
         if name.endswith("_unit"):
             self.redraw()
-
-
-def _cut(curve: NamedCurve, left: float, right: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the samples that are seen, and one more at either side."""
-    first = max(0, int(np.searchsorted(curve.time, left)) - 1)
-    last = int(np.searchsorted(curve.time, right, side="right")) + 1
-    return curve.time[first:last], curve.values[first:last]

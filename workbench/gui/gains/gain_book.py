@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 
+from workbench.errors import WorkbenchError
 from workbench.gain_diff import GainChange, diff_gains
 from workbench.gui.gains.flown_values import FlownValues
 from workbench.gui.gains.gain_orders import GainOrders
 from workbench.gui.gains.gain_rows import flight_rows, in_profile
 from workbench.gui.gains.stability import same_loops
 from workbench.live.view import LiveView
-from workbench.parameters import Parameter
+from workbench.parameters import Parameter, find_parameter
 
 Values = Mapping[str, float]
 
@@ -42,6 +43,16 @@ class GainBook:
         self.profile_names = tuple(row.name for row in self.rows if in_profile(row))
         self.proposed = dict(view.values)
         self.kept = self.profile(view.values)
+
+    def check(self, name: str, value: float) -> float:
+        """Return a value that a parameter may have.
+
+        Raises:
+            WorkbenchError: if the flight has no such parameter, or the table refuses the value.
+        """
+        if name not in self.proposed:
+            raise WorkbenchError(f"nothing that flies has {name}: begin a flight first")
+        return find_parameter(name).check(value)
 
     def profile(self, values: Values) -> dict[str, float]:
         """Return those of all values that belong to the vehicle."""

@@ -115,7 +115,7 @@ class GainDesk(GainState):
             value: in SI units; one that the table refuses changes nothing but a sentence.
         """
         try:
-            value = find_parameter(name).check(value)
+            value = self._book.check(name, value)
         except WorkbenchError as error:
             self._complain(name, str(error))
             return
@@ -123,6 +123,8 @@ class GainDesk(GainState):
         self._put({each: value for each in names}, gain_label(find_parameter(name)).words)
         if self.is_at_once:
             self.apply()
+        else:
+            self._clear_doubt()  # what was entered is not what is proposed any more
 
     def adopt(self, values: Values, what: str) -> None:
         """Try many values in one step, in either mode: a profile, or what a search has found.
@@ -168,10 +170,12 @@ class GainDesk(GainState):
         self._put({name: self._book.wanted(name) for name in chosen}, "back to what flies")
         if not self.unflown:
             self._clear_doubt()
+        elif self._is_undecided:
+            self.apply()
 
     def keep(self) -> None:
         """Let what flies be what `revert` brings back."""
-        self._book.kept = {name: self._book.wanted(name) for name in self.profile_names}
+        self._book.kept = self._wanted
         self._undo.settle()
         self.state_changed.emit()
 
@@ -227,35 +231,26 @@ class GainDesk(GainState):
 
     def save(self, path: Path, origin: str) -> None:
         """Write what flies to a gain file, with a sentence on where it comes from."""
-        self.profiles.save(path, origin, self._book.profile(self._book.all_wanted))
+        self.profiles.save(path, origin, self._wanted)
 
     def as_yaml(self) -> str:
         """Return what flies as a gain file's text."""
-        gains = self._book.profile(self._book.all_wanted)
-        return write_text(GainFile(self.profiles.vehicle, "copied while flying", gains))
+        return write_text(GainFile(self.profiles.vehicle, "copied while flying", self._wanted))
 
     def close(self) -> None:
         """Wait for what is being read or written; the last call."""
         self.profiles.close()
 
-    def _put(self, values: Values, what: str, flown: bool = False) -> None:
-        """Propose values as a step of undo."""
-        before = {name: self._book.proposed[name] for name in values}
-        self._undo.push(what, before, values, flown)
-        self._show(values)
-
-    def _show(self, values: Values) -> None:
-        changed = [name for name, value in values.items() if self.proposed[name] != value]
-        self._book.proposed.update(values)
-        self._forgive(values)
-        self._tell_proposed(changed)
+    @property
+    def _wanted(self) -> dict[str, float]:
+        return self._book.profile(self._book.all_wanted)
 
     def _return_to(self, values: Values, flown: bool) -> None:
         """Propose values of the undo stack."""
         self._show({name: value for name, value in values.items() if name in self._book.proposed})
         if flown or self.is_at_once:
             self.apply()
-        elif not self.unflown:
+        else:
             self._clear_doubt()
 
     def _fly(self, names: Iterable[str]) -> None:
@@ -288,10 +283,12 @@ class GainDesk(GainState):
     def _follow(self, before: Values) -> None:
         """Show what the flight has now; what is being tried stays proposed."""
         changed, shown = self._book.follow(before)
-        if shown:
-            self._put(shown, FOREIGN, flown=True)
         if not changed:
             return
+        if shown:
+            self._put(shown, FOREIGN, flown=True)
+        if judged_names(shown) and self._is_undecided:
+            self.apply()  # what is judged or doubted has changed with it
         self.flown_changed.emit(changed)
         if judged_names(changed):
             self._judge.look_for_ranges(self.flown)

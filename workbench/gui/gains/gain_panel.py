@@ -142,9 +142,10 @@ class GainPanel(QWidget):
         self._show_values([name])
 
     def _show_ranges(self) -> None:
+        fresh = self._desk.ranges_fresh
         for name, row in self.rows.items():
             if is_gain(row.row) and name in self._desk.proposed:
-                row.show_range()
+                row.show_range(self._desk.stable_range(name), fresh)
 
     def _show_start(self) -> None:
         """Show another flight's start, in units and colours as they are now."""
@@ -176,7 +177,7 @@ class GainPanel(QWidget):
         for title in GAIN_GROUPS:
             group = self._make_group(title, gains, title != CLOSED)
             column.addWidget(group)
-        self._more = GainGroup(MORE, False)
+        self._more = GainGroup(MORE, False, self)
         self._more.heading.clicked.connect(self._make_more)
         column.addWidget(self._more)
         column.addStretch()
@@ -197,7 +198,7 @@ class GainPanel(QWidget):
         self._more.add([self._make_group(title, rest, True) for title in titles])
 
     def _make_group(self, title: str, rows: Iterable[Parameter], is_open: bool) -> GainGroup:
-        group = GainGroup(title, is_open)
+        group = GainGroup(title, is_open, self)  # shown without a parent it would be a window
         made = [
             GainRow(self._workspace, self._desk, row)
             for row in rows

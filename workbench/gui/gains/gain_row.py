@@ -43,6 +43,8 @@ class GainRow(QWidget):
         self._label = gain_label(row)
         self._mark = Mark.KEPT
         self._seen: tuple[float, float, float] | None = None
+        self._stable: tuple[float, float] | None = None
+        self._fresh = False
         self.slider = GainSlider(workspace.look, self)
         self.field = GainField(self)
         self.mark = QLabel(self)
@@ -110,11 +112,18 @@ class GainRow(QWidget):
         self.mark.setToolTip("" if mark is Mark.KEPT else said)
         self.reset.setEnabled(proposed != self._desk.start[name])
 
-    def show_range(self) -> None:
-        """Show where the loop is stable."""
-        stable = self._desk.stable_range(self.row.name)
+    def show_range(self, stable: tuple[float, float] | None, fresh: bool) -> None:
+        """Show where the loop is stable.
+
+        Args:
+            stable: least and largest value, in SI; None where they are not known.
+            fresh: whether they are those of the gains that fly.
+        """
+        if (stable, fresh) == (self._stable, self._fresh):
+            return
+        self._stable, self._fresh = stable, fresh
         places = (self._scale.place(stable[0]), self._scale.place(stable[1])) if stable else None
-        self.slider.show_stable(places, self._desk.ranges_fresh)
+        self.slider.show_stable(places, fresh)
         self._say_names()
 
     def complain(self, said: str) -> None:
@@ -178,11 +187,11 @@ class GainRow(QWidget):
         """Say name, unit, range and help to those who point, and to those who listen."""
         row, words = self.row, self._label.words
         limits = self._limits()
-        stable = self._desk.stable_range(row.name)
+        stable = self._stable
         lines = [f"{row.name}: {row.help}", f"limits {limits}"]
         lines.append(f"▲ at the start {self._text(self._desk.start[row.name])}")
         if stable:
-            old = "" if self._desk.ranges_fresh else ", with earlier gains"
+            old = "" if self._fresh else ", with earlier gains"
             lines.append(f"┃ stable {self._text(stable[0])} to {self._text(stable[1])}{old}")
         for part, kind in ((self.slider, "slider"), (self.field, "value")):
             part.setAccessibleName(f"{words} {kind}, {limits}")

@@ -146,6 +146,11 @@ class GainState(QObject):
         """Return the stable values of a gain, the others as they were; None if none is known."""
         return self._judge.ranges.stable.get(name) if self._judge.ranges else None
 
+    @property
+    def _is_undecided(self) -> bool:
+        """Whether something is entered that is judged still, or doubted."""
+        return bool(self.doubt) or self._judge.is_asking
+
     def difference(self) -> tuple[GainChange, ...]:
         """Return what is proposed otherwise than it was kept, from the kept values on."""
         return self._book.difference()
@@ -164,6 +169,18 @@ class GainState(QObject):
         if tried:
             said.append(f"{_count(tried)} tried, not kept")
         return "; ".join(said) or "Flown = kept"
+
+    def _put(self, values: Values, what: str, flown: bool = False) -> None:
+        """Propose values as a step of undo."""
+        before = {name: self._book.proposed[name] for name in values}
+        self._undo.push(what, before, values, flown)
+        self._show(values)
+
+    def _show(self, values: Values) -> None:
+        changed = [name for name, value in values.items() if self.proposed[name] != value]
+        self._book.proposed.update(values)
+        self._forgive(values)
+        self._tell_proposed(changed)
 
     def _tell_proposed(self, names: Iterable[str]) -> None:
         for name in names:

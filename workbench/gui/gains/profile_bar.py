@@ -20,6 +20,7 @@ from workbench.gui.gains.gain_dialogs import ask_to_load, ask_to_save
 from workbench.gui.gains.gain_slots import SLOTS
 from workbench.gui.gains.offer_list import OfferList
 from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
+from workbench.gui.server.elided_label import ElidedLabel
 from workbench.gui.style import set_class
 from workbench.gui.workspace import Workspace
 
@@ -57,8 +58,9 @@ class ProfileBar(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self.actions_by_name = self._make_actions()
         self.buttons: dict[str, QToolButton] = {}
+        self._said: dict[str, str] = {}
         self.name = QLabel(self)
-        self.state = QLabel(self)
+        self.state = ElidedLabel(self)
         self.offer = OfferList(desk.profiles, workspace.preferences, self)
         self._lay_out()
         desk.state_changed.connect(self._show)
@@ -97,6 +99,9 @@ class ProfileBar(QWidget):
             self._say(f"compare_{slot}", f"{does} slot {slot}")
 
     def _say(self, name: str, said: str) -> None:
+        if self._said.get(name) == said:
+            return
+        self._said[name] = said
         shortcut = self.actions_by_name[name].shortcut().toString()
         self.buttons[name].setToolTip(f"{said} ({shortcut})")
         self.buttons[name].setAccessibleName(said.strip())

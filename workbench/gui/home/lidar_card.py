@@ -34,7 +34,7 @@ class LidarCard(Card):
         self._watch = watch
         self._cloud = b""
         self.ring = LidarRing(look, self)
-        lines = [Line("Nearest", "m"), Line("Bearing"), Line("Side"), Line("Free way", "m")]
+        lines = [Line("Nearest", "m"), Line("To the left"), Line("Side"), Line("Free way", "m")]
         self.table = Readout(
             look, "Nearest obstacle", lines, widest="\N{MINUS SIGN}888.88", parent=self
         )
@@ -52,7 +52,7 @@ class LidarCard(Card):
     def use_units(self, units: ShownUnits) -> None:
         """Show units and numbers."""
         super().use_units(units)
-        self.table.set_line(1, Line("Bearing", units.angle.unit.symbol))
+        self.table.set_line(1, Line("To the left", units.angle.unit.symbol))
 
     def place_parts(self, body: QRectF) -> None:
         """Put the ring on the left, or above."""

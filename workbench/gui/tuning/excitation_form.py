@@ -51,14 +51,14 @@ class ExcitationChoice:
 
 
 def reach_text(excitation: Excitation) -> str:
-    """Return how far the command leads the drone from where it is, in words; "" for yaw."""
+    """Return how far the command leads the drone along its axis, in words; "" for yaw."""
     axis = find_axis(excitation.axis)
     if axis.place is None or excitation.shape is Shape.CHIRP:
         return ""
     share = 1.0 if excitation.shape is Shape.STEP else 0.5
     way = excitation.amplitude * excitation.period * share
-    each = " a round" if excitation.shape is Shape.STEP and excitation.repeats else ""
-    return f"Flies {abs(way):.1f} m along {'−' if way < 0.0 else ''}{axis.name}{each}"
+    each = excitation.shape is Shape.STEP and excitation.repeats
+    return f"{way:.1f} m {'a round' if each else f'along {axis.name}'}".replace("-", "−")
 
 
 def load_choice(store: QSettings) -> ExcitationChoice:

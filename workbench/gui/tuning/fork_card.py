@@ -42,7 +42,9 @@ class ForkCard(Card):
         self._flight, self._analysis, self._trial = workspace.flight, workspace.analysis, trial
         self._busy = False
         self._asked: Fork | None = None
-        self._gains: Mapping[str, float] = {}
+        self._other = Branch(PROPOSED, {})
+        self._flown: Mapping[str, float] = {}
+        self._words = ""
         self._forked: Forked | None = None
         self._axis = "x"
         self.other, self.quantity = QComboBox(), QComboBox()
@@ -101,7 +103,7 @@ class ForkCard(Card):
         """Fork the flight at its present instant."""
         if self._busy:
             return
-        self._gains = self._other_gains()
+        self._other = Branch(self._name(), self._other_gains())
         self._set_busy(True)
         self._flight.order(lambda live: live.instant(), self._ask, self._refuse)
 
@@ -111,8 +113,7 @@ class ForkCard(Card):
         duration = self.duration.si
         if step is not None:
             step = Step(step.axis, step.amplitude, duration)
-        other = self._name()
-        branches = (Branch(NOW, self._trial.flown), Branch(other, self._gains))
+        branches = (Branch(NOW, self._trial.flown), self._other)
         self._asked = Fork(instant, branches, duration, step)
         self._analysis.ask(self._asked)
 
@@ -122,7 +123,9 @@ class ForkCard(Card):
             branch.name for branch in asked.branches
         ]:
             return
-        self._asked, self._forked = None, forked
+        now, other = asked.branches
+        self._asked, self._forked, self._flown = None, forked, other.gains
+        self._words = gains_text(other.gains, now.gains)
         self._set_busy(False)
         self._draw()
 
@@ -136,6 +139,11 @@ class ForkCard(Card):
         self.said.say(said, "warning")
 
     def _draw(self) -> None:
+        with self.plot.together():
+            self._draw_branches()
+        self._show_state()
+
+    def _draw_branches(self) -> None:
         self.plot.clear()
         if self._forked is None:
             return
@@ -151,11 +159,10 @@ class ForkCard(Card):
         if lost:
             self.said.say("; ".join(lost), "bad")
         else:
-            self.said.say(f"{self._name()}: {gains_text(self._gains, self._trial.flown)}")
-        self._show_state()
+            self.said.say(f"{self._branch}: {self._words}")
 
     def _keep(self) -> None:
-        self._trial.adopt(self._gains, "a branch of a fork")
+        self._trial.adopt(self._flown, "a branch of a fork")
 
     def _drop(self) -> None:
         self._trial.desk.back()
@@ -163,6 +170,11 @@ class ForkCard(Card):
 
     def _name(self) -> str:
         return self.other.currentText() or PROPOSED
+
+    @property
+    def _branch(self) -> str:
+        """Name of the branch that was flown, and can be kept; before, of the one that would be."""
+        return self._forked.branches[-1].name if self._forked is not None else self._name()
 
     def _other_gains(self) -> dict[str, float]:
         chosen = self.other.currentData()
@@ -184,7 +196,7 @@ class ForkCard(Card):
         done = self._forked is not None and not self._busy
         self.keep.setEnabled(done)
         self.drop.setEnabled(done)
-        self.keep.setText(f"&Keep {self._name()}")
+        self.keep.setText(f"&Keep {self._branch}")
 
     def _lay_out(self) -> None:
         grid = QGridLayout()

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from PyQt6.QtCore import QObject, pyqtSignal
+from PyQt6.QtCore import QObject, QTimer, pyqtSignal
 
 from workbench.analyst.questions import Judge, Question
 from workbench.analyst.replies import Judged, Reply
@@ -10,6 +10,8 @@ from workbench.gui.analysis import Analysis
 from workbench.gui.tuning.controller_gains import controller_gains
 from workbench.gui.tuning.follower import Follower
 
+LATE = 500
+"""From then on it is said that a judgement is of earlier gains [ms]."""
 KEPT = 32
 """Judgements that are remembered."""
 Gains = Mapping[str, float]
@@ -37,7 +39,22 @@ class Judgement(QObject):
         self._follower.refused.connect(self._hear_refusal)
         analysis.judged.connect(self._hear)
         self._gains: tuple[Gains, Gains] = ({}, {})
+        self._wait = QTimer(self)
+        self._wait.setSingleShot(True)
+        self._wait.setInterval(LATE)
+        self._wait.timeout.connect(self._tell_late)
         self.clear()
+
+    @property
+    def caveat(self) -> str:
+        """Why `proposed` is not of the gains that are proposed, "" where it is."""
+        if self.proposed is None or self._is_fresh or not (self.said or self._is_late):
+            return ""
+        return f"Of earlier gains: {self.said or 'the analyst is busy.'}"
+
+    @property
+    def _is_fresh(self) -> bool:
+        return self.proposed is not None and _key(self.proposed.gains) == _key(self._gains[0])
 
     def clear(self) -> None:
         """Forget all: another flight begins."""
@@ -45,6 +62,8 @@ class Judgement(QObject):
         self.proposed: Judged | None = None
         self.flown: Judged | None = None
         self.said = ""
+        self._is_late = False
+        self._wait.stop()
         self._follower.forget()
         self.changed.emit()
 
@@ -53,6 +72,10 @@ class Judgement(QObject):
         self._gains = controller_gains(proposed), controller_gains(flown)
         self._ask()
         self._show()
+        if self._is_fresh:
+            self._come_in_time()
+        elif not self._wait.isActive():
+            self._wait.start()
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while somebody looks."""
@@ -73,6 +96,7 @@ class Judgement(QObject):
         if not self._show() and _key(judged.gains) != _key(self._gains[1]):
             self.proposed = judged  # on the way of a slider: the newest there is
             self.changed.emit()
+        self._come_in_time()
         self._ask()
 
     def _show(self) -> bool:
@@ -85,6 +109,20 @@ class Judgement(QObject):
             self.flown = flown or self.flown
             self.changed.emit()
         return proposed is not None
+
+    def _come_in_time(self) -> None:
+        """Take note that there is an answer; while gains still move, the next one is waited for."""
+        if self._is_fresh:
+            self._wait.stop()
+        else:
+            self._wait.start()
+        if self._is_late or (self.said and self._is_fresh):
+            self._is_late, self.said = False, ""
+            self.changed.emit()
+
+    def _tell_late(self) -> None:
+        self._is_late = True
+        self.changed.emit()
 
     def _hear_refusal(self, said: str) -> None:
         self.said = said

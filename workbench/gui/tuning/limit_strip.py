@@ -8,6 +8,7 @@ from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
 from PyQt6.QtWidgets import QSizePolicy, QWidget
 
+from workbench.gui.charts.strokes import polygon_of
 from workbench.gui.theme import Look
 from workbench.gui.tuning.marks import TONES, draw_mark
 from workbench.gui.tuning.table_rows import State
@@ -134,4 +135,4 @@ class LimitStrip(QWidget):
         times = use.time[:size:skip] / self._length
         x = chart.left() + np.clip(times, 0.0, 1.0) * chart.width()
         y = chart.bottom() - peaks / ROOM * chart.height()
-        return QPolygonF([QPointF(*each) for each in zip(x.tolist(), y.tolist(), strict=True)])
+        return polygon_of(np.column_stack((x, y)))

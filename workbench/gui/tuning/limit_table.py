@@ -38,6 +38,8 @@ class Limit:
 
     def shown(self, value: float) -> float:
         """Return a number as it is shown."""
+        if math.isnan(value):
+            return value
         if self.unit == "dB":
             return self.factor * (20.0 * math.log10(value) if value > 0.0 else -math.inf)
         return value * self.factor

@@ -89,6 +89,7 @@ class MapCard(Card):
     def set_seen(self, seen: bool) -> None:
         """Ask only while the map is seen."""
         self._follower.set_seen(seen)
+        self._say_waiting()
 
     def _follow(self) -> None:
         step = self._trial.step
@@ -111,8 +112,11 @@ class MapCard(Card):
         else:
             self.said.say("")
             self._follower.ask(DrawMap(gains, x, y, self.number.currentData(), step))
-            if self._follower.is_waiting:
-                self.said.say("Drawing …")
+            self._say_waiting()
+
+    def _say_waiting(self) -> None:
+        if self._follower.is_waiting:
+            self.said.say("Drawing …")
 
     def _show(self, mapped: Mapped) -> None:
         self.view.show_map(mapped)

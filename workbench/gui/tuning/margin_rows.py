@@ -20,7 +20,7 @@ def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[
         limit_of: gives a limit by its name, as shown.
     """
     old = {loop.name: loop for loop in before.loops} if before is not None else {}
-    weakest = weakest_loop(now, limit_of)
+    weakest = weakest_loop(now, limit_of) if now.stable else None  # else all are alike
     return tuple(_row(loop, old.get(loop.name), weakest, limit_of) for loop in now.loops)
 
 
@@ -35,7 +35,8 @@ def margins_headline(judged: Judged, limit_of: LimitOf) -> str:
     """Return how stable gains are, in a sentence."""
     loop = weakest_loop(judged, limit_of)
     if not judged.stable:
-        return judged.said or "The closed loop is unstable with these gains."
+        said = judged.said or "the closed loop is unstable with these gains."
+        return said[0].upper() + said[1:]
     if loop is None:
         return "No loop is closed."
     name = loop_label(loop.name)
@@ -67,7 +68,9 @@ def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, o
     for limit in MARGIN_LIMITS:
         value = getattr(loop, limit.name)
         text = limit.text(value) if loop.stable else "–"
-        was = limit.text(getattr(old, limit.name)) if old is not None else text
+        # What is broken has no numbers, and so nothing to compare.
+        compared = old is not None and loop.stable
+        was = limit.text(getattr(old, limit.name)) if compared else text
         was = was if was != text else ""  # only what changes is compared
         over = loop.stable and not _keeps(loop, limit, of)
         cells.append(Cell(text, was, over, _help(loop, limit)))

@@ -55,9 +55,12 @@ class MarginsCard(Card):
             self.said.say(self._judgement.said or "Not known yet: the analyst is asked.")
             self.table.set_rows(())
             return
-        self.said.say(margins_headline(now, self._limits.value), self._tone(now))
         other = before if before is not None and before is not now else None
         self.table.set_rows(margin_rows(now, other, self._limits.value))
+        if caveat := self._judgement.caveat:
+            self.said.say(caveat, "warning")
+        else:
+            self.said.say(margins_headline(now, self._limits.value), self._tone(now))
 
     def _tone(self, now: Judged) -> str:
         if not now.stable:

@@ -53,5 +53,5 @@ def headline(rows: tuple[Row, ...]) -> str:
     if over:
         return f"Over the limit: {', '.join(over)}."
     if any(row.cells[1].over for row in rows):
-        return "Flown keeps all limits; predicted does not."
+        return "Only the prediction is over."
     return "The step keeps all limits."

@@ -3,7 +3,17 @@
 from collections.abc import Sequence
 
 from PyQt6.QtCore import QEvent, QRectF, QSize, Qt
-from PyQt6.QtGui import QColor, QFont, QFontMetricsF, QHelpEvent, QKeyEvent, QPainter, QPaintEvent
+from PyQt6.QtGui import (
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QHelpEvent,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QRegion,
+    QResizeEvent,
+)
 from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from workbench.gui.theme import Look
@@ -16,10 +26,12 @@ MARK = 13.0
 PAIR = 2.0
 """Room to the right of a number [px]."""
 RIGHT = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
-SMALLER = 0.88
+SMALLER = 0.8
 """Size of what a number was, of the number's."""
 WIDEST = 130.0
 """Width of a cell [px]: the eye must not lose its row."""
+FIRST = 0.54
+"""Share of a cell that the first of two numbers beside each other has."""
 ROOMIEST = 24.0
 """Height of a row [px]."""
 
@@ -47,6 +59,8 @@ class NumberTable(QWidget):
         self._wide = False
         self._chosen = -1
         self._expected = 1
+        self._widths: tuple[float, float, float] | None = None
+        self._measure()
         self.setAccessibleName(title)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
@@ -63,11 +77,20 @@ class NumberTable(QWidget):
             return
         if len(rows) != len(self._rows):
             self.updateGeometry()
+        before, wide = self._rows, self._wide
         self._rows = rows
         self._wide = any(row.state is State.MISSED for row in rows)
+        if wide is self._wide and [row.label for row in before] == [row.label for row in rows]:
+            changed = [number for number, row in enumerate(rows) if row != before[number]]
+        else:
+            changed = []  # the columns are others, and so is all
+            self._widths = None
         self._chosen = min(self._chosen, len(rows) - 1)
         self.setAccessibleDescription("; ".join(row.spoken for row in rows))
-        self.update()
+        for number in changed:
+            self.update(self._row_box(number).toAlignedRect())
+        if not changed:
+            self.update()
 
     def expect(self, rows: int) -> None:
         """Take room for so many rows before they are known."""
@@ -87,12 +110,47 @@ class NumberTable(QWidget):
     def _lines(self) -> int:
         return 1 + max(len(self._rows), self._expected)
 
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Follow another font."""
+        if event is not None and event.type() == QEvent.Type.FontChange:
+            self._measure()
+        super().changeEvent(event)
+
+    def _measure(self) -> None:
+        """Make the fonts, and what is measured with them, once."""
+        self._metrics = QFontMetricsF(self.font())
+        self._small, self._strong = QFont(self.font()), QFont(self.font())
+        self._small.setPointSizeF(SMALLER * self.font().pointSizeF())
+        self._strong.setWeight(QFont.Weight.DemiBold)
+        self._widths = None
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Divide another width."""
+        self._widths = None
+        super().resizeEvent(event)
+
     def _row_height(self) -> float:
-        return min(ROOMIEST, self.height() / self._lines())
+        roomiest = 2.2 * self._metrics.height() if self._is_stacked else ROOMIEST
+        return min(roomiest, self.height() / self._lines())
+
+    @property
+    def _is_stacked(self) -> bool:
+        """Whether the second number of a cell stands below the first: side by side none fits."""
+        _, cell, _ = self._columns()
+        return self._paired and cell < self._metrics.horizontalAdvance("000000")
+
+    def _row_box(self, number: int) -> QRectF:
+        height = self._row_height()
+        return QRectF(0.0, (number + 1) * height, self.width(), height)
 
     def _columns(self) -> tuple[float, float, float]:
-        """Return the widths of the labels, of a cell, and of the word."""
-        metrics = QFontMetricsF(self.font())
+        """Return the widths of the labels, of a cell, and of the word; they are measured once."""
+        if self._widths is None:
+            self._widths = self._measure_columns()
+        return self._widths
+
+    def _measure_columns(self) -> tuple[float, float, float]:
+        metrics = self._metrics
         labels = [self._widest, *(row.label for row in self._rows)]
         label = max(metrics.horizontalAdvance(each) for each in labels) + GAP
         word = metrics.horizontalAdvance(State.MISSED.value if self._wide else "over") + MARK + GAP
@@ -100,73 +158,69 @@ class NumberTable(QWidget):
         return label, min(cell, WIDEST), word
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint all rows."""
+        """Paint the head, and the rows that have changed."""
         painter = QPainter(self)
+        seen = event.region() if event is not None else QRegion(self.rect())
         label, cell, word = self._columns()
         height = self._row_height()
         colour = self._look.colour
-        strong = QFont(self.font())
-        strong.setWeight(QFont.Weight.DemiBold)
-        right = RIGHT
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         painter.setPen(colour("muted"))
-        painter.setFont(self._small() if self._paired else self.font())
-        for index, text in enumerate(self._head):
-            painter.drawText(QRectF(label + index * cell, 0.0, cell - PAIR, height), right, text)
+        painter.setFont(self._small if self._paired else self.font())
+        for index, text in enumerate(self._head if seen.boundingRect().top() <= height else ()):
+            words = text.replace(" ", "\n") if self._is_stacked else text
+            painter.drawText(QRectF(label + index * cell, 0.0, cell - PAIR, height), RIGHT, words)
         painter.setFont(self.font())
         painter.setPen(colour("line"))
         painter.drawLine(0, round(height), self.width(), round(height))
         for number, row in enumerate(self._rows):
+            if not seen.intersects(self._row_box(number).toAlignedRect()):
+                continue
             top = (number + 1) * height
             if number == self._chosen and self.hasFocus():
                 painter.fillRect(QRectF(0.0, top, self.width(), height), self._shade())
-            painter.setFont(strong if row.strong else self.font())
+            painter.setFont(self._strong if row.strong else self.font())
             painter.setPen(colour("ink" if row.strong else "muted"))
             painter.drawText(QRectF(0.0, top, label, height), left, row.label)
             painter.setFont(self.font())
-            for index, each in enumerate(row.cells):
+            broken = row.state is State.BROKEN  # its word needs the room of the last cell
+            for index, each in enumerate(row.cells[:-1] if broken else row.cells):
                 self._paint_cell(painter, QRectF(label + index * cell, top, cell, height), each)
             end = label + len(self._head) * cell + word
             self._paint_state(painter, QRectF(0.0, top, end, height), row.state)
 
     def _first_width(self, cell: float) -> float:
         """Return how far from a cell's left edge its first number ends."""
-        return 0.5 * cell if self._paired else cell - PAIR
+        return FIRST * cell if self._paired and not self._is_stacked else cell - PAIR
 
     def _paint_cell(self, painter: QPainter, box: QRectF, cell: Cell) -> None:
-        right = RIGHT
         number = QRectF(box.left(), box.top(), self._first_width(box.width()), box.height())
+        second = QRectF(
+            number.right(), box.top(), box.right() - number.right() - PAIR, box.height()
+        )
+        if self._is_stacked and cell.was:
+            number.setHeight(0.55 * box.height())
+            second = number.translated(0.0, 0.47 * box.height())
         painter.setPen(self._look.colour("warning" if cell.over else "ink"))
-        painter.drawText(number, right, cell.text)
+        painter.drawText(number, RIGHT, cell.text)
         if cell.over:  # a line below: the number is beyond its limit, in any colour
-            width = QFontMetricsF(self.font()).horizontalAdvance(cell.text)
-            base = number.center().y() + QFontMetricsF(self.font()).ascent() / 2.0 + 1.5
+            width = self._metrics.horizontalAdvance(cell.text)
+            base = number.center().y() + self._metrics.ascent() / 2.0 + 1.5
             painter.drawLine(
                 round(number.right() - width), round(base), round(number.right()), round(base)
             )
         if cell.was:
             painter.setPen(self._look.colour("muted"))
-            painter.setFont(self._small())
-            painter.drawText(
-                QRectF(
-                    number.right(), box.top(), box.width() - number.width() - PAIR, box.height()
-                ),
-                right,
-                cell.was,
-            )
+            painter.setFont(self._small)
+            painter.drawText(second, RIGHT, cell.was)
             painter.setFont(self.font())
-
-    def _small(self) -> QFont:
-        small = QFont(self.font())
-        small.setPointSizeF(SMALLER * small.pointSizeF())
-        return small
 
     def _paint_state(self, painter: QPainter, box: QRectF, state: State) -> None:
         if state is State.NONE:
             return
         colour = self._look.colour(TONES[state])
         # A long word reaches to the left over the last numbers, which a broken row has not.
-        left = box.right() - QFontMetricsF(self.font()).horizontalAdvance(state.value) - MARK
+        left = box.right() - self._metrics.horizontalAdvance(state.value) - MARK
         _, _, word = self._columns()
         left = min(left, box.right() - word + GAP)
         size = 8.0

@@ -89,14 +89,15 @@ class PinCard(Card):
         step, path = self._trial.step, self.path
         if step is None or not self.button.isEnabled():
             return
-        if path.exists() and self._sure != path:
+        sure = self._sure == path
+        if path.exists() and not sure:
             self._sure = path
             self.said.say(f"{path.name} exists: press again to overwrite it.", "warning")
             self._label_button()
             return
         self._sure = None
         self._preferences.store.setValue(FOLDER, self.folder.text())
-        self._asked = Pin(path, self._trial.flown, step, self.margins.isChecked())
+        self._asked = Pin(path, self._trial.flown, step, self.margins.isChecked(), sure)
         self.said.say("Flying the baseline …")
         self._show_result(None)
         self._analysis.ask(self._asked)

@@ -10,6 +10,7 @@ from PyQt6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
+    QPixmap,
     QResizeEvent,
     QWheelEvent,
 )
@@ -46,6 +47,7 @@ class PolePlane(QWidget):
         self._poles: tuple[Pole, ...] = ()
         self._span = 40.0
         self._chosen: Pole | None = None
+        self._grid, self._grid_key = QPixmap(), tuple[object, ...]()
         self.setMinimumHeight(110)
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -69,7 +71,11 @@ class PolePlane(QWidget):
 
     def show_poles(self, poles: Sequence[Pole]) -> None:
         """Show these."""
+        if tuple(poles) == self._poles:
+            return
         self._poles = tuple(poles)
+        if self._chosen not in self._poles:
+            self._choose(None)
         self.update()
 
     def zoom(self, factor: float) -> None:
@@ -95,13 +101,29 @@ class PolePlane(QWidget):
         """Paint the grid and the poles."""
         painter = QPainter(self)
         box = self._box()
-        painter.fillRect(box, self._look.colour("field"))
-        painter.setClipRect(QRectF(0.0, box.top(), self.width(), self.height()))
-        self._paint_grid(painter, box)
+        ratio = self.devicePixelRatioF()
+        key = (self.width(), self.height(), ratio, self._span, self._look.is_dark, self.font())
+        if key != self._grid_key:
+            self._grid_key = key
+            self._grid = self._draw_grid(box, ratio)
+        painter.drawPixmap(0, 0, self._grid)
         painter.setClipRect(box)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for pole in self._poles:
             self._paint_pole(painter, pole)
+
+    def _draw_grid(self, box: QRectF, ratio: float) -> QPixmap:
+        """Return what stands still behind the poles; it is painted once."""
+        grid = QPixmap(self.size() * ratio)
+        grid.setDevicePixelRatio(ratio)
+        grid.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(grid)
+        painter.setFont(self.font())
+        painter.fillRect(box, self._look.colour("field"))
+        painter.setClipRect(QRectF(0.0, box.top(), self.width(), self.height()))
+        self._paint_grid(painter, box)
+        painter.end()
+        return grid
 
     def _paint_grid(self, painter: QPainter, box: QRectF) -> None:
         colour = self._look.colour

@@ -36,7 +36,9 @@ class PolesCard(Card):
         now, flown = self._judgement.proposed, self._judgement.flown
         before = flown.poles if flown is not None and flown is not now else None
         self.plane.show_poles(shown_poles(before, now.poles if now is not None else None))
-        if now is not None:
+        if caveat := self._judgement.caveat:
+            self.said.say(caveat, "warning")
+        elif now is not None:
             self.said.say(poles_headline(now.poles), "muted" if now.stable else "bad")
         else:
             self.said.say(self._judgement.said or "Not known yet.")

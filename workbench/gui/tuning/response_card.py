@@ -30,6 +30,8 @@ from workbench.parameters import defaults
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
 """Between two pictures of what is being flown [s]."""
+EDGE = 1e-6
+"""Times that differ by less are the same [s]."""
 LONGEST_STEP = 30.0
 """That is predicted [s]."""
 
@@ -65,6 +67,7 @@ class ResponseCard(Card):
         self._units: dict[str, Unit] = {}
         self._histories = {axis.name: ResponseHistory(self._take) for axis in AXES}
         self._predicted: Predicted | None = None
+        self._refusal = ""
         self._ahead = np.empty(0), np.empty(0)
         self._drawn: tuple[object, ...] = ()
         self._still = False
@@ -109,7 +112,7 @@ class ResponseCard(Card):
         self._view = view
         for history in self._histories.values():
             history.clear()
-        self._predicted = None
+        self._predicted, self._refusal = None, ""
         self._ahead = np.empty(0), np.empty(0)
         self._forget_drawn()
         self.plan(self._choice)
@@ -138,7 +141,13 @@ class ResponseCard(Card):
 
     def show_predicted(self, predicted: Predicted | None) -> None:
         """Show what the proposed gains would do."""
-        self._predicted = predicted
+        self._predicted, self._refusal = predicted, ""
+        self._show_prediction()
+        self._show_numbers()
+
+    def refuse_predicted(self, said: str) -> None:
+        """Say why what the proposed gains would do is not known; what was known is of others."""
+        self._predicted, self._refusal = None, said
         self._show_prediction()
         self._show_numbers()
 
@@ -158,7 +167,8 @@ class ResponseCard(Card):
         if flown is None or not self.history.is_running or not len(time):
             self.plot.show_future()
         else:
-            seen = (time >= flown.begun) & (time <= flown.end)
+            seen = (time >= flown.begun) & (time <= flown.next_edge(float(time[0])))
+            seen &= time[0] >= flown.begun - EDGE  # else it knows nothing of this round's command
             self.plot.show_future(time[seen] - flown.begun, values[seen])
 
     def _parts(self) -> tuple[StepPart, ...]:
@@ -180,10 +190,11 @@ class ResponseCard(Card):
         rounds = (history.round, history.ghosts)
         if rounds != self._drawn or not self._drawn:
             self._drawn, self._still, self._shown_at = rounds, False, -1.0
-            self.plot.show_plan(self._choice.excitation, history)
-            self.plot.show_ghosts(history.ghosts, self._gains)
-            self._show_ahead()
-            self._show_prediction()
+            with self.plot.plot.together():
+                self.plot.show_plan(self._choice.excitation, history)
+                self.plot.show_ghosts(history.ghosts, self._gains)
+                self._show_ahead()
+                self._show_prediction()
         if self._still or (history.is_running and 0.0 <= now - self._shown_at < FRAME):
             return
         self._shown_at = now
@@ -236,5 +247,7 @@ class ResponseCard(Card):
             return "A chirp has no step to measure.", "muted"
         if self._predicted is not None and self._predicted.lost:
             return "With the proposed gains the drone would be lost.", "bad"
+        if self._refusal:
+            return f"No prediction: {self._refusal}", "warning"
         over = any(row.state is State.OVER for row in rows)
         return headline(rows), "warning" if over else "muted"

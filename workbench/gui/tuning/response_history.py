@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from workbench.analyst.replies import StepNumbers
-from workbench.excitation import Excitation, Exciting
+from workbench.excitation import LATE, Excitation, Exciting
 from workbench.gui.tuning.rounds import StepPart, step_parts
 from workbench.gui.tuning.step_measure import measure_step
 from workbench.gui.tuning.trace import Trace
@@ -38,6 +38,11 @@ class Round:
     def end(self) -> float:
         """Simulated time at which it is over [s]."""
         return self.begun + self.excitation.round_time
+
+    def next_edge(self, time: float) -> float:
+        """Return when the command jumps next after a simulated time, or the round ends [s]."""
+        edges = (self.begun + edge for edge in self.excitation.edges)
+        return min((edge for edge in edges if edge > time + LATE), default=self.end)
 
     @property
     def parts(self) -> tuple[StepPart, ...]:

@@ -17,7 +17,7 @@ from workbench.gui.tuning.rounds import StepPart
 from workbench.gui.tuning.trace import Trace
 from workbench.gui.workspace import Workspace
 
-FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "next 5 s", "command"
+FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
 _NOTHING = np.empty(0)
 
 

@@ -9,6 +9,8 @@ from workbench.response_metrics import response_metrics
 
 FEWEST = 8
 """Samples of a step that has numbers."""
+SAME = 1e-6
+"""Times that differ by less are the same [s]."""
 
 
 def measure_step(trace: Trace, part: StepPart) -> StepNumbers | None:
@@ -18,7 +20,7 @@ def measure_step(trace: Trace, part: StepPart) -> StepNumbers | None:
         trace: of the round, from its edge on.
         part: the step in it.
     """
-    if not len(trace) or trace.time[-1] < part.end - 0.02:
+    if not len(trace) or trace.time[-1] < part.end - SAME:
         return None
     flown = trace.until(part.end).since(part.begin)
     if len(flown) < FEWEST or part.jump == 0.0:

@@ -119,6 +119,7 @@ class TuningScreen(Screen):
     def showEvent(self, event: QShowEvent | None) -> None:
         """Ask again: somebody looks."""
         super().showEvent(event)
+        self.workspace.analysis.warm_up()
         self._set_seen()
 
     def hideEvent(self, event: QHideEvent | None) -> None:
@@ -130,6 +131,7 @@ class TuningScreen(Screen):
         self.trial.changed.connect(self._soon.start)
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self.response.show_predicted)
+        self._predictor.refused.connect(self.response.refuse_predicted)
         self.ghost.seen_ahead.connect(self.response.show_ahead)
         self.tabs.currentChanged.connect(lambda _: self._set_seen())
 

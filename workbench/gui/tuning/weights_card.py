@@ -64,6 +64,7 @@ class WeightsCard(Card):
     def set_seen(self, seen: bool) -> None:
         """Ask only while the bars are seen."""
         self._follower.set_seen(seen)
+        self._say_waiting()
 
     def _follow(self) -> None:
         if self._weighed is not None and self._weighed.gains != self._trial.proposed:
@@ -76,8 +77,11 @@ class WeightsCard(Card):
             self.said.say("A chirp has no step to measure.")
         elif gains:
             self._follower.ask(Weigh(gains, step))
-            if self._follower.is_waiting:
-                self.said.say("Flying a few hundred steps …")
+            self._say_waiting()
+
+    def _say_waiting(self) -> None:
+        if self._follower.is_waiting:
+            self.said.say("Flying a few hundred steps …")
 
     def _take(self, weighed: Weighed) -> None:
         self._weighed = weighed

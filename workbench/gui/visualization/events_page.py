@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QShowEvent
 from PyQt6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -32,6 +33,7 @@ class EventsPage(QWidget):
         super().__init__(parent)
         self._look = workspace.look
         self._list = EventList()
+        self._at_end = True
         self.hint = QLabel(
             "Nothing has happened yet: take-off, landing, warnings and changed "
             "parameters will stand here."
@@ -69,10 +71,19 @@ class EventsPage(QWidget):
             return
         self.hint.hide()
         bar = self.table.verticalScrollBar()
-        at_end = bar is not None and bar.value() >= bar.maximum()
+        if self.isVisible():
+            self._at_end = bar is not None and bar.value() >= bar.maximum()
         for event in found:
             self._append(event)
-        if at_end:
+        self._follow()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Show the newest, which were not scrolled to while nobody looked: that lays out all."""
+        super().showEvent(event)
+        self._follow()
+
+    def _follow(self) -> None:
+        if self._at_end and self.isVisible():
             self.table.scrollToBottom()
 
     @property
