@@ -66,9 +66,9 @@ MAY_IMPORT = {
     "instant": "",
     "analyst": "errors configured scenario parameters gains live plant session instant excitation "
     "design",
-    "gui": "errors resources yaml_files atomic_write parameters sensors_config scenario gain_files gain_diff "
-    "gain_history plant systems snapshot link live instant excitation analyst flight_log "
-    "response_metrics",
+    "gui": "errors resources yaml_files atomic_write parameters sensors_config scenario "
+    "gain_files gain_diff gain_history plant systems snapshot link live instant excitation "
+    "analyst flight_log response_metrics",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
     "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
     "session open_loop design live link flight_log monitor gateways",
