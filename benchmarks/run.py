@@ -88,6 +88,8 @@ def _plain(rows: Any) -> Any:
     """Return rows as JSON has them."""
     if isinstance(rows, list | tuple):
         return [_plain(row) for row in rows]
+    if isinstance(rows, dict):
+        return {name: _plain(each) for name, each in rows.items()}
     return dataclasses.asdict(rows)
 
 

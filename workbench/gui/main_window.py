@@ -14,6 +14,7 @@ from workbench.gui.banner import Banner
 from workbench.gui.camera import Camera
 from workbench.gui.flight_desk import FlightDesk, possible
 from workbench.gui.help_pages import AboutPage, KeysPage
+from workbench.gui.interpreter import spare_collector, take_short_turns
 from workbench.gui.menus import RECENT, RecentMenu, fill_menus
 from workbench.gui.opener import Opener
 from workbench.gui.opening import FileKind
@@ -22,7 +23,6 @@ from workbench.gui.recorder import Recorder
 from workbench.gui.screen_stack import ScreenStack
 from workbench.gui.screen_table import SCREENS, ScreenRow
 from workbench.gui.side_bar import SideBar
-from workbench.gui.spare_collector import spare_collector
 from workbench.gui.top_bar.top_bar import TopBar
 from workbench.gui.view3d.view3d_panel import View3d
 from workbench.gui.window_state import WindowState
@@ -58,6 +58,7 @@ class MainWindow(QMainWindow):
         view3d: bool = True,
     ) -> None:
         super().__init__()
+        take_short_turns()
         self.workspace = workspace
         self.desk = FlightDesk(workspace.flight, workspace.preferences, self)
         workspace.flight.draws = view3d
