@@ -106,7 +106,8 @@ def bench(flown, qtbot):
     qtbot.waitUntil(flown.window.isActiveWindow, timeout=LONG)
     qtbot.waitUntil(lambda: flown.snapshot is not None, timeout=LONG)
     if flown.snapshot.mode is FlightMode.OFF:
-        assert flown.screen.state_bar.state.text() == ON_THE_GROUND
+        state = flown.screen.state_bar.state
+        qtbot.waitUntil(lambda: state.text() == ON_THE_GROUND, timeout=LONG)
         QTest.mouseClick(flown.screen.state_bar.take_off, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: flown.snapshot.mode is FlightMode.HOVERING, timeout=LONG)
     flown.screen.setFocus()
