@@ -244,7 +244,9 @@ def test_a_client_flies_until_a_stick_is_moved(bench, qtbot):
     qtbot.waitUntil(lambda: bool(addresses), timeout=LONG)
     lost, leave = threading.Event(), threading.Event()
     client = threading.Thread(target=fly_until_lost, args=(addresses[0], lost, leave))
-    flight.order(lambda live: live.give_back())
+    given: list[float] = []
+    flight.order(lambda live: live.give_back(), done=given.append)
+    qtbot.waitUntil(lambda: bool(given), timeout=LONG)  # a client that asks earlier is refused
     client.start()
     try:
         qtbot.waitUntil(lambda: bar.control.text().startswith("tuner flies"), timeout=LONG)
