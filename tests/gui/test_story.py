@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import threading
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -96,8 +97,27 @@ class Pilot:
         return self.snapshot.mode
 
 
+@dataclass(frozen=True)
+class Belongings:
+    """What this process has: processes, sockets and threads."""
+
+    children: set[int]
+    sockets: set[str]
+    threads: set[threading.Thread]
+
+
+def belongings() -> Belongings:
+    return Belongings(children(), sockets(), set(threading.enumerate()))
+
+
 @pytest.fixture
-def window(qapp, qtbot, tmp_path):
+def before(qapp) -> Belongings:
+    """Return what there was before the window."""
+    return belongings()
+
+
+@pytest.fixture
+def window(before, qapp, qtbot, tmp_path):
     store = QSettings(str(tmp_path / "kept.ini"), QSettings.Format.IniFormat)
     preferences = Preferences(store)
     preferences.set("log_folder", str(tmp_path))
@@ -111,8 +131,7 @@ def window(qapp, qtbot, tmp_path):
     made.close()
 
 
-def test_from_take_off_to_a_green_regression(window, qtbot, tmp_path):
-    children_before, sockets_before = children(), sockets()
+def test_from_take_off_to_a_green_regression(before, window, qtbot, tmp_path):
     pilot = Pilot(qtbot, window)
     failures = []
     window.workspace.notices.told.connect(
@@ -140,10 +159,10 @@ def test_from_take_off_to_a_green_regression(window, qtbot, tmp_path):
     log = Path(pilot.flight.view.network.log)
 
     window.close()
-    assert children() <= children_before
-    assert sockets() <= sockets_before
-    names = [each.name for each in threading.enumerate() if each is not threading.main_thread()]
-    assert not [name for name in names if not name.startswith("Dummy")]
+    after = belongings()
+    assert after.children <= before.children
+    assert after.sockets <= before.sockets
+    assert after.threads <= before.threads
     assert failures == []
 
     saved = load_gains(gains)
