@@ -20,7 +20,7 @@ from workbench.gui.banner_queue import BannerQueue
 from workbench.gui.crash import CrashNotice
 from workbench.gui.icons import icon, picture
 from workbench.gui.notices import Notice, Severity
-from workbench.gui.style import set_class
+from workbench.gui.style import dressed, set_class
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 
@@ -59,21 +59,17 @@ class Banner(QFrame):
         self._actions = actions
         self._queue = BannerQueue()
         self._shape = QLabel()
-        self._word = QLabel()
-        self._word.setProperty("class", "heading")
+        self._word = dressed(QLabel(), "heading")
         self._what = QLabel()
         self._what.setWordWrap(True)
         self._what.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._remedy = QLabel()
-        self._remedy.setProperty("class", "muted")
+        self._remedy = dressed(QLabel(), "muted")
         self._remedy.setWordWrap(True)
-        self._more = QLabel()
-        self._more.setProperty("class", "muted")
+        self._more = dressed(QLabel(), "muted")
         self._offers: list[QPushButton] = []
         self._copy = QPushButton("&Copy details")
         self._copy.clicked.connect(self._copy_details)
-        self._close = QToolButton()
-        self._close.setProperty("class", "quiet compact")
+        self._close = dressed(QToolButton(), "quiet compact")
         self._close.setAccessibleName("Dismiss the notice, Ctrl+Shift+D")
         self._close.setToolTip("Dismiss (Ctrl+Shift+D)")
         self._close.clicked.connect(self.dismiss)

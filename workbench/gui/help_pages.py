@@ -16,6 +16,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.gui.actions import FILE, FLIGHT, HELP, MENUS, VIEW, rows_of
 from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
+from workbench.gui.style import dressed
 
 LONGEST_KEY = "Ctrl+Shift+W  "
 COLUMNS = ((FILE, VIEW), (FLIGHT, HELP))
@@ -90,8 +91,7 @@ def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
     grid = QGridLayout()
     grid.setHorizontalSpacing(16)
     grid.setVerticalSpacing(3)
-    title = QLabel(heading)
-    title.setProperty("class", "heading")
+    title = dressed(QLabel(heading), "heading")
     grid.addWidget(title, 0, 0, 1, 2)
     for at, (shortcut, help) in enumerate(keys, start=1):
         grid.addWidget(_key(shortcut), at, 0, Qt.AlignmentFlag.AlignTop)

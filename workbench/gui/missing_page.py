@@ -3,6 +3,8 @@
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
+from workbench.gui.style import dressed
+
 
 class MissingPage(QWidget):
     """A sentence in the middle.
@@ -15,10 +17,8 @@ class MissingPage(QWidget):
 
     def __init__(self, title: str, said: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        heading = QLabel(title)
-        heading.setProperty("class", "title")
-        words = QLabel(said)
-        words.setProperty("class", "muted")
+        heading = dressed(QLabel(title), "title")
+        words = dressed(QLabel(said), "muted")
         words.setWordWrap(True)
         layout = QVBoxLayout(self)
         layout.addStretch(1)

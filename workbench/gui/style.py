@@ -1,7 +1,7 @@
 """The app's style sheet and palette, made of the colours of `Look`.
 
 What a widget is for is said by its property `class`, several with spaces between, as in
-`label.setProperty("class", "heading")`:
+`dressed(QLabel(text), "heading")`:
 
 - frames: `card` (what belongs together, on its own ground), `strip` (a bar across the window)
 - labels: `title` (of a screen), `heading` (of a card), `muted` (captions, units), `value` (a number
@@ -17,6 +17,7 @@ does not.
 """
 
 from pathlib import Path
+from typing import TypeVar
 
 from PyQt6.QtGui import QColor, QFont, QPalette
 from PyQt6.QtWidgets import QApplication, QWidget
@@ -27,6 +28,7 @@ from workbench.gui.theme import Colours, Look
 PICTURES = Path(__file__).parent / "pictures"
 SMALLEST_TEXT = 9.5
 """Below this size digits are hard to tell apart [pt]."""
+Widget = TypeVar("Widget", bound=QWidget)
 
 
 def apply_style(app: QApplication, look: Look) -> None:
@@ -43,6 +45,12 @@ def restyle(widget: QWidget) -> None:
     assert style is not None
     style.unpolish(widget)
     style.polish(widget)
+
+
+def dressed(widget: Widget, name: str) -> Widget:
+    """Give a new widget its class, and return it."""
+    widget.setProperty("class", name)
+    return widget
 
 
 def set_class(widget: QWidget, name: str) -> None:

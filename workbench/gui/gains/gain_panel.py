@@ -20,12 +20,14 @@ from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_group import GainGroup
 from workbench.gui.gains.gain_row import GainRow
 from workbench.gui.gains.gain_rows import GAIN_GROUPS, gain_label, is_gain
+from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
 from workbench.parameters import Parameter
 
 CLOSED = "Limits"
 """This group is closed at first, so that the gains stand without scrolling."""
 MORE = "More parameters"
+NOTHING = "Nothing flies yet: open a scenario to tune its gains."
 COMPACT = """
 GainField { min-height: 16px; padding: 1px 5px; }
 GainField:focus, GainField[class~="bad"] { padding: 0 4px; }
@@ -67,8 +69,7 @@ class GainPanel(QWidget):
         self.linked.setToolTip("Let gains of x and y move together; linking moves none yet")
         self.linked.setChecked(desk.linked)
         self.doubt = DoubtBar(desk, self)
-        self.nothing = QLabel("Nothing flies yet: open a scenario to tune its gains.", self)
-        self.nothing.setProperty("class", "muted")
+        self.nothing = dressed(QLabel(NOTHING, self), "muted")
         self.nothing.setWordWrap(True)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._area = QScrollArea(self)

@@ -10,7 +10,7 @@ from workbench.gui.gains.gain_scale import GainScale, decimals, rounded
 from workbench.gui.gains.gain_slider import GainSlider
 from workbench.gui.gains.gain_state import Mark
 from workbench.gui.gains.gain_step import StepSize
-from workbench.gui.style import set_class
+from workbench.gui.style import dressed, set_class
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 from workbench.parameters import Parameter
@@ -52,13 +52,11 @@ class GainRow(QWidget):
         self.reset.setText("↺")
         self.reset.setProperty("class", "quiet compact")
         self.reset.setFixedWidth(24)
-        self.complaint = QLabel(self)
-        self.complaint.setProperty("class", "bad")
+        self.complaint = dressed(QLabel(self), "bad")
         self.complaint.setWordWrap(True)
         self.complaint.hide()
         self._name = QLabel(self)
-        self._unit_shown = QLabel(self)
-        self._unit_shown.setProperty("class", "muted")
+        self._unit_shown = dressed(QLabel(self), "muted")
         self._name.setBuddy(self.field)
         self._lay_out()
         for part in (self.slider, self.field):

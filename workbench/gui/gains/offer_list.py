@@ -19,6 +19,7 @@ from workbench.gui.gains.gain_rows import gain_label
 from workbench.gui.gains.profile_desk import ProfileDesk
 from workbench.gui.gains.profiles import Offer, percent_text
 from workbench.gui.preferences import Preferences
+from workbench.gui.style import dressed
 from workbench.gui.units import unit_for
 from workbench.parameters import find_parameter
 
@@ -52,8 +53,7 @@ class OfferList(QFrame):
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.fly = QPushButton(self)
-        self.fly.setProperty("class", "primary")
+        self.fly = dressed(QPushButton(self), "primary")
         self.none = QPushButton("&Tick none", self)
         self.back = QPushButton("Take &nothing", self)
         self._lay_out()

@@ -14,6 +14,7 @@ from PyQt6.QtWidgets import (
 from workbench.gui.joystick.curve_view import CurveView
 from workbench.gui.preference_table import find_preference
 from workbench.gui.preferences import Preferences
+from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.units import Unit, unit_for
 
@@ -54,14 +55,12 @@ class HandlingPanel(QWidget):
         grid.setColumnStretch(1, 1)
         for line, name in enumerate(NAMES):
             self._add(grid, line, name)
-        defaults = QPushButton("Defaults", self)
-        defaults.setProperty("class", "quiet compact")
+        defaults = dressed(QPushButton("Defaults", self), "quiet compact")
         defaults.setToolTip("Give all five their defaults.")
         defaults.setAccessibleName("Give the sticks their default handling")
         defaults.clicked.connect(self._reset)
         grid.setRowStretch(len(NAMES) + 1, 1)
-        heading = QLabel("Feel of the sticks", self)
-        heading.setProperty("class", "heading")
+        heading = dressed(QLabel("Feel of the sticks", self), "heading")
         top = QHBoxLayout()
         top.addWidget(heading)
         top.addStretch(1)

@@ -14,6 +14,7 @@ from workbench.gui.joystick.stick_pad import LEFT_STICK, RIGHT_STICK, StickPad
 from workbench.gui.joystick.texts import KEYS_HELP, MODE_HELP, say_pad
 from workbench.gui.page import fit_page
 from workbench.gui.screen import Screen
+from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 
@@ -47,7 +48,7 @@ class JoystickScreen(Screen):
         self.right_pad = StickPad(RIGHT_STICK, look, self)
         self.response = ResponseView(look, preferences, self)
         self.handling = HandlingPanel(preferences, look, self)
-        self._pad_line = _muted("", self)
+        self._pad_line = dressed(QLabel("", self), "muted")
         self._pad_line.setWordWrap(True)
         self._keys = KeyWatcher(
             self, self._press, self._let_go_key, self.pilot.keyboard.release_all
@@ -131,17 +132,17 @@ class JoystickScreen(Screen):
         sticks.setSpacing(16)
         sticks.addWidget(self.left_pad, 1)
         sticks.addWidget(self.right_pad, 1)
-        flying = _card(self)
+        flying = dressed(QFrame(self), "card")
         column = QVBoxLayout(flying)
         column.setContentsMargins(16, 12, 16, 12)
         column.addLayout(sticks, 1)
-        column.addWidget(_muted(MODE_HELP, self))
-        answer = _card(self)
+        column.addWidget(dressed(QLabel(MODE_HELP, self), "muted"))
+        answer = dressed(QFrame(self), "card")
         rows = QVBoxLayout(answer)
         rows.setContentsMargins(16, 12, 16, 12)
-        rows.addWidget(_heading("Command and answer", self))
+        rows.addWidget(dressed(QLabel("Command and answer", self), "heading"))
         rows.addWidget(self.response, 1)
-        feel = _card(self)
+        feel = dressed(QFrame(self), "card")
         form = QVBoxLayout(feel)
         form.setContentsMargins(16, 12, 16, 12)
         form.addWidget(self.handling, 1)
@@ -154,28 +155,10 @@ class JoystickScreen(Screen):
         grid.addWidget(feel, 2, 0, 1, 2)
         hints = QVBoxLayout()
         hints.setSpacing(2)
-        hints.addWidget(_muted(KEYS_HELP, self))
+        hints.addWidget(dressed(QLabel(KEYS_HELP, self), "muted"))
         hints.addWidget(self._pad_line)
         grid.addLayout(hints, 3, 0, 1, 2)
         grid.setRowStretch(1, 1)
         grid.setColumnStretch(0, 3)
         grid.setColumnStretch(1, 2)
         fit_page(self, grid)
-
-
-def _card(parent: QWidget) -> QFrame:
-    frame = QFrame(parent)
-    frame.setProperty("class", "card")
-    return frame
-
-
-def _heading(text: str, parent: QWidget) -> QLabel:
-    label = QLabel(text, parent)
-    label.setProperty("class", "heading")
-    return label
-
-
-def _muted(text: str, parent: QWidget) -> QLabel:
-    label = QLabel(text, parent)
-    label.setProperty("class", "muted")
-    return label

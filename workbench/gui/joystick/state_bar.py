@@ -11,7 +11,7 @@ from workbench.gui.joystick.standing import (
     say_control,
     say_state,
 )
-from workbench.gui.style import set_class
+from workbench.gui.style import dressed, set_class
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 
@@ -29,11 +29,9 @@ class StateBar(QFrame):
         super().__init__(parent)
         self._pilot, self._workspace = pilot, workspace
         self.setProperty("class", "card")
-        self.state = QLabel(self)
-        self.state.setProperty("class", "value")
+        self.state = dressed(QLabel(self), "value")
         self.state.setWordWrap(True)
-        self.control = QLabel(self)
-        self.control.setProperty("class", "muted")
+        self.control = dressed(QLabel(self), "muted")
         self.control.setWordWrap(True)
         self.take_off = self._button("Take off", "take off", "primary")
         self.take_over = self._button(

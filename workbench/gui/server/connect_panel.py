@@ -6,6 +6,7 @@ from PyQt6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QPushBu
 
 from workbench.gui.server.code_view import CodeView
 from workbench.gui.server.connect_line import connect_line, reachable_address
+from workbench.gui.style import dressed
 from workbench.link.backplane import ServerStatus
 from workbench.link.page_address import PageAddress
 from workbench.link.server.config import ServerConfig
@@ -34,8 +35,7 @@ class ConnectPanel(QWidget):
         self.texts: dict[str, QLineEdit] = {}
         self.copies: dict[str, QPushButton] = {}
         self.code = CodeView(self)
-        self.hint = QLabel(NOT_YET, self)
-        self.hint.setProperty("class", "muted")
+        self.hint = dressed(QLabel(NOT_YET, self), "muted")
         self.hint.setWordWrap(True)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self._known: tuple[str, str] = ("", "")
@@ -83,8 +83,7 @@ class ConnectPanel(QWidget):
         text.setAccessibleName(f"{label}, to copy")
         before = QLabel(label, self)
         before.setBuddy(text)
-        copy = QPushButton("Copy", self)
-        copy.setProperty("class", "compact")
+        copy = dressed(QPushButton("Copy", self), "compact")
         copy.setAccessibleName(f"Copy the {name}")
         copy.setEnabled(False)
         copy.clicked.connect(lambda: _copy(text.text()))

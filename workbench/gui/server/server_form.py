@@ -22,7 +22,7 @@ from workbench.gui.server.fields import (
     read_fields,
     written_faults,
 )
-from workbench.gui.style import set_class
+from workbench.gui.style import dressed, set_class
 from workbench.link.authentication import write_tokens
 
 AFTER_TYPING = 250
@@ -144,8 +144,7 @@ class ServerForm(QWidget):
         line.setAccessibleName(f"{label.replace('&', '')}: {help}")
         before = QLabel(label, self)
         before.setBuddy(line)
-        fault = QLabel(self)
-        fault.setProperty("class", "bad")
+        fault = dressed(QLabel(self), "bad")
         fault.setWordWrap(True)
         fault.hide()
         self.lines[name], self._faults[name] = line, fault
@@ -175,8 +174,7 @@ class ServerForm(QWidget):
             self._grid.addLayout(buttons, place[0] or 0, 2)
 
     def _button(self, text: str, name: str) -> QPushButton:
-        button = QPushButton(text, self)
-        button.setProperty("class", "compact")
+        button = dressed(QPushButton(text, self), "compact")
         button.setAccessibleName(name)
         self._buttons.append(button)
         return button

@@ -18,7 +18,7 @@ from workbench.gui.server.refusals_panel import RefusalsPanel
 from workbench.gui.server.server_control import ServerControl
 from workbench.gui.server.server_form import ServerForm
 from workbench.gui.server.server_state import Running
-from workbench.gui.style import set_class
+from workbench.gui.style import dressed, set_class
 from workbench.gui.workspace import Workspace
 from workbench.live.network_orders import NetworkView
 from workbench.live.view import LiveView
@@ -111,7 +111,7 @@ class ServerScreen(Screen):
         self.form.let_write(idle or state.running is Running.NO_FLIGHT)
 
     def _lay_out(self) -> None:
-        top = _card(self)
+        top = dressed(QFrame(self), "card")
         bar = QHBoxLayout(top)
         bar.setContentsMargins(16, 8, 16, 8)
         bar.setSpacing(12)
@@ -137,23 +137,16 @@ class ServerScreen(Screen):
     def _titled(self, text: str, widget: QWidget) -> QFrame:
         """Return a card with a heading."""
         frame = _around(widget, self)
-        heading = QLabel(text, frame)
-        heading.setProperty("class", "heading")
+        heading = dressed(QLabel(text, frame), "heading")
         layout = frame.layout()
         assert isinstance(layout, QVBoxLayout)
         layout.insertWidget(0, heading)
         return frame
 
 
-def _card(parent: QWidget) -> QFrame:
-    frame = QFrame(parent)
-    frame.setProperty("class", "card")
-    return frame
-
-
 def _around(widget: QWidget, parent: QWidget) -> QFrame:
     """Return a card with a widget in it."""
-    frame = _card(parent)
+    frame = dressed(QFrame(parent), "card")
     layout = QVBoxLayout(frame)
     layout.setContentsMargins(16, 10, 16, 10)
     layout.setSpacing(6)

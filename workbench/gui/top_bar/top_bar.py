@@ -18,6 +18,7 @@ from workbench.gui.actions import find_row
 from workbench.gui.flight_desk import FlightDesk
 from workbench.gui.icons import icon
 from workbench.gui.recorder import Recorder
+from workbench.gui.style import dressed
 from workbench.gui.top_bar.mode_badge import ModeBadge
 from workbench.gui.top_bar.speed_box import SpeedBox
 from workbench.gui.top_bar.status_strip import StatusStrip
@@ -113,8 +114,7 @@ class TopBar(QFrame):
         for name in HOLDING:
             row.addWidget(self._make_button(name, with_text=False))
         row.addSpacing(10)
-        label = QLabel("Sp&eed")
-        label.setProperty("class", "muted")
+        label = dressed(QLabel("Sp&eed"), "muted")
         label.setBuddy(self.speed)
         row.addWidget(label)
         row.addWidget(self.speed)

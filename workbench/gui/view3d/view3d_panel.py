@@ -9,6 +9,7 @@ from PyQt6.QtGui import QDesktopServices
 from PyQt6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
 
 from workbench.errors import WorkbenchError
+from workbench.gui.style import dressed
 from workbench.gui.view3d.web_engine import load_web_view
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase
@@ -48,8 +49,7 @@ class View3d(QWidget):
         self._url = ""
         self._slow_since = math.inf
         self._told_slow = False
-        self._words = QLabel()
-        self._words.setProperty("class", "muted")
+        self._words = dressed(QLabel(), "muted")
         self._words.setWordWrap(True)
         self._words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
