@@ -1,22 +1,17 @@
 """Pictures drawn by a process of their own."""
 
-import importlib
-import multiprocessing
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from workbench.design.executor.local_processes import without_interrupts
 from workbench.errors import WorkbenchError
+from workbench.live.process import ChildProcess
 
 
 class Drawer:
     """Loads matplotlib in another process while the flight is computed, and draws there.
 
-    That is a second or so less to wait for, where there is a second core. It is spawned, as
-    Drake's threads do not survive a fork.
+    That is a second or so less to wait for, where there is a second core.
 
     Args:
         module: that has the function which draws.
@@ -24,24 +19,25 @@ class Drawer:
     """
 
     def __init__(self, module: str, function: str) -> None:
-        self._draws = module, function
-        self._pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
-        with without_interrupts():
-            self._pool.submit(_load, module)
+        self._process = ChildProcess("workbench.commands.drawing", "picture")
+        self._process.connection.send((module, function))
 
     def png(self, what: Any, to: Path) -> None:
         """Draw it and write the picture.
 
         Raises:
-            WorkbenchError: if the process was ended from outside.
+            WorkbenchError: if it cannot be written, or the process was ended from outside.
         """
         try:
-            self._pool.submit(_draw, *self._draws, what, to).result()
-        except BrokenProcessPool as error:
+            self._process.connection.send((what, to))
+            error = self._process.connection.recv()
+        except (EOFError, OSError) as gone:  # nobody is at the other end
             raise WorkbenchError(
-                "the process that draws was ended from outside, perhaps for want of memory: close "
-                "other programs, or add --no-plots"
-            ) from error
+                f"{self._process.cause()}: close other programs if it was for want of memory, or "
+                "add --no-plots"
+            ) from gone
+        if error is not None:
+            raise error
 
     def __enter__(self) -> Self:
         return self
@@ -52,16 +48,6 @@ class Drawer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Let it end; after a failure the command says so first, and waits at its very end."""
-        self._pool.shutdown(wait=kind is None, cancel_futures=True)
-
-
-def _load(module: str) -> None:
-    importlib.import_module("matplotlib.backends.backend_agg")
-    importlib.import_module(module)
-
-
-def _draw(module: str, function: str, what: Any, to: Path) -> None:
-    from workbench.design.plots import write_png
-
-    write_png(getattr(importlib.import_module(module), function)(what), to)
+        """End it; whatever was drawn is written."""
+        self._process.end(0.0)
+        self._process.release()
