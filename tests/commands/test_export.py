@@ -68,7 +68,7 @@ def test_parquet_without_pyarrow_is_refused(refused, log, out, monkeypatch):
 
 
 def test_parquet_has_units_in_its_metadata(run, log, out):
-    parquet = pytest.importorskip("pyarrow.parquet")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="install the extra `parquet` to try it")
     assert run("export", log, "--format", "parquet", "--output", out).code == 0
     table = parquet.read_table(out / "velocity_data.parquet")
     assert table.schema.field("v_x").metadata == {b"unit": b"m/s"}

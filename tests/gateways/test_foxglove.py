@@ -6,6 +6,7 @@ import json
 import math
 import struct
 
+import aiohttp
 import pytest
 
 from workbench.errors import WorkbenchError
@@ -14,8 +15,7 @@ from workbench.link.address import Address
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.sample import Sample
 
-pytest.importorskip("foxglove")
-aiohttp = pytest.importorskip("aiohttp")
+pytest.importorskip("foxglove", reason="install the extra `foxglove` to try it")
 
 TOPICS = {
     topic.name: topic
