@@ -58,17 +58,18 @@ MAY_IMPORT = {
     "monitor": "errors link",
     "gateways": "errors link ros_messages",
     "open_loop": "errors configured live_context recording scenario plant systems diagram",
-    "design": "errors atomic_write resources instant response_metrics sensors_config yaml_files "
-    "cache recording gains gain_rule parameters vehicle_parameters configured scenario plant "
-    "systems diagram session",
+    "design": "errors atomic_write resources instant flown_branch response_metrics sensors_config "
+    "yaml_files cache recording gains gain_rule parameters vehicle_parameters configured scenario "
+    "plant systems diagram session",
     "response_metrics": "",
     "excitation": "errors",
     "instant": "",
+    "flown_branch": "",
     "analyst": "errors configured scenario parameters gains live plant session instant excitation "
-    "design",
+    "flown_branch design",
     "gui": "errors resources yaml_files atomic_write parameters sensors_config scenario "
     "gain_files gain_diff gain_history plant systems snapshot link live instant excitation "
-    "analyst flight_log response_metrics",
+    "analyst flight_log response_metrics flown_branch",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
     "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
     "session open_loop design live link flight_log monitor gateways",

@@ -1,7 +1,7 @@
 """How a flight goes on from an instant, each branch with gains of its own."""
 
 from workbench.analyst.questions import Fork
-from workbench.analyst.replies import Flown, Forked
+from workbench.analyst.replies import Forked
 from workbench.analyst.subject import Subject
 from workbench.analyst.work import Work, Working
 
@@ -16,18 +16,4 @@ def fork(subject: Subject, question: Fork, work: Work) -> Working:
         lambda: work.stopped,
     )
     work.check()
-    yield Forked(
-        tuple(
-            Flown(
-                name=each.name,
-                time=each.time,
-                velocity=each.velocity,
-                yaw_rate=each.yaw_rate,
-                position=each.position,
-                tilt=each.tilt,
-                rotor_use=each.rotor_use,
-                lost=each.lost,
-            )
-            for each in flown
-        )
-    )
+    yield Forked(flown)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.analyst.questions import DrawMap, Gains, Step
+from workbench.flown_branch import FlownBranch
 
 
 @dataclass(frozen=True)
@@ -201,35 +202,10 @@ class Tuned:
 
 
 @dataclass(frozen=True)
-class Flown:
-    """One branch of a fork as it would be flown.
-
-    Attributes:
-        name: of the branch.
-        time: simulated (N) [s].
-        velocity: in W (N, 3) [m/s].
-        yaw_rate: (N) [rad/s].
-        position: in W (N, 3) [m].
-        tilt: (N) [rad].
-        rotor_use: largest share of any rotor's speed limit (N).
-        lost: why the flight was lost, "" if it was not.
-    """
-
-    name: str
-    time: np.ndarray
-    velocity: np.ndarray
-    yaw_rate: np.ndarray
-    position: np.ndarray
-    tilt: np.ndarray
-    rotor_use: np.ndarray
-    lost: str
-
-
-@dataclass(frozen=True)
 class Forked:
     """All branches of a fork."""
 
-    branches: tuple[Flown, ...]
+    branches: tuple[FlownBranch, ...]
 
 
 @dataclass(frozen=True)

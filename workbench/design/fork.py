@@ -3,13 +3,13 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from workbench.design.lost import find_loss
 from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
+from workbench.flown_branch import FlownBranch
 from workbench.instant import Instant
 from workbench.parameters import checked
 from workbench.scenario import Scenario
@@ -18,7 +18,7 @@ from workbench.session import Session
 
 AXES = ("x", "y", "z", "yaw")
 LONGEST = 120.0
-"""Flown of a branch [s]."""
+"""FlownBranch of a branch [s]."""
 SLICE = 0.25
 """After which it is asked whether to go on [s]."""
 
@@ -47,31 +47,6 @@ class Step(Protocol):
         """In m/s or rad/s."""
 
 
-@dataclass(frozen=True)
-class Flown:
-    """One branch as it would be flown; it ends where the flight is lost.
-
-    Attributes:
-        name: of the branch.
-        time: simulated (N) [s]; the first is the instant's, or the next at which is recorded.
-        velocity: in W (N, 3) [m/s].
-        yaw_rate: (N) [rad/s].
-        position: in W (N, 3) [m].
-        tilt: (N) [rad].
-        rotor_use: largest share of any rotor's speed limit (N).
-        lost: why the flight was lost, "" if it was not.
-    """
-
-    name: str
-    time: np.ndarray
-    velocity: np.ndarray
-    yaw_rate: np.ndarray
-    position: np.ndarray
-    tilt: np.ndarray
-    rotor_use: np.ndarray
-    lost: str
-
-
 class Forker:
     """Flies forks of one scenario's flights, and keeps what it has built for the next one.
 
@@ -96,7 +71,7 @@ class Forker:
         duration: float,
         step: Step | None = None,
         stop: Callable[[], bool] | None = None,
-    ) -> tuple[Flown, ...]:
+    ) -> tuple[FlownBranch, ...]:
         """Fly every branch from an instant on.
 
         Args:
@@ -151,12 +126,12 @@ class Forker:
             return str(error)
         return ""
 
-    def _flown(self, name: str, broken: str) -> Flown:
+    def _flown(self, name: str, broken: str) -> FlownBranch:
         """Return what was flown until it was lost, if it was."""
         recording = self._session.recording()
         loss = find_loss(recording)
         kept = recording.time < loss.time if loss else np.full(len(recording.time), True)
-        return Flown(
+        return FlownBranch(
             name=name,
             time=recording.time[kept],
             velocity=recording.v_WB[kept],
@@ -175,7 +150,7 @@ def fly_fork(
     duration: float,
     step: Step | None = None,
     stop: Callable[[], bool] | None = None,
-) -> tuple[Flown, ...]:
+) -> tuple[FlownBranch, ...]:
     """Fly every branch from an instant on, once; see `Forker`, which is quicker the second time."""
     return Forker(scenario).fly(instant, branches, duration, step, stop)
 

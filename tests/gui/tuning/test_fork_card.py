@@ -3,7 +3,8 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.analyst.questions import Fork, Step
-from workbench.analyst.replies import Flown, Forked
+from workbench.analyst.replies import Forked
+from workbench.flown_branch import FlownBranch
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.ghost import NAME, Ghost
 
@@ -11,8 +12,8 @@ STEP = Step("x", 1.0, 2.0)
 TIME = 30.0 + np.linspace(0.0, 5.0, 50)
 
 
-def branch(name: str, speed: float, lost: str = "") -> Flown:
-    return Flown(
+def branch(name: str, speed: float, lost: str = "") -> FlownBranch:
+    return FlownBranch(
         name=name,
         time=TIME,
         velocity=np.full((50, 3), speed),
@@ -100,13 +101,13 @@ def test_a_lost_branch_says_why(card, desk_room, qtbot):
     press(qtbot, card.button)
     lost = branch("proposed", 9.0, lost="it tumbled")
     desk_room.analysis.forked.emit(Forked((branch("now", 1.0), lost)))
-    assert card.said.whole == "proposed: it tumbled"
+    assert card.said.text() == "proposed: it tumbled"
 
 
 def test_a_refusal_lets_it_be_tried_again(card, desk_room, qtbot):
     press(qtbot, card.button)
     desk_room.analysis.refused.emit(desk_room.analysis.of(Fork)[-1], "too long")
-    assert card.said.whole == "too long"
+    assert card.said.text() == "too long"
     assert card.button.isEnabled()
 
 

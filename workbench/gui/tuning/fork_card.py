@@ -9,6 +9,7 @@ from workbench.analyst.questions import Branch, Fork, Question, Step
 from workbench.analyst.replies import Forked
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.style import dressed
 from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.controller_gains import controller_gains
 from workbench.gui.tuning.fork_curves import QUANTITIES
@@ -57,8 +58,7 @@ class ForkCard(Card):
         self.with_step = QCheckBox("With a s&tep")
         self.with_step.setChecked(True)
         self.with_step.setToolTip("The step of the excitation is asked for at once")
-        self.button = QPushButton("&Fork now")
-        self.button.setProperty("class", "primary")
+        self.button = dressed(QPushButton("&Fork now"), "primary")
         self.plot = StaticPlot(workspace)
         self.plot.set_hint("Fork: both go on from this instant")
         self.keep = QPushButton("&Keep proposed")

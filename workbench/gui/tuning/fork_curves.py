@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analyst.replies import Flown
+from workbench.flown_branch import FlownBranch
 from workbench.gui.tuning.axes import find_axis
 
 
@@ -20,17 +20,17 @@ class Quantity:
     """
 
     label: str
-    values: Callable[[Flown, str], np.ndarray]
+    values: Callable[[FlownBranch, str], np.ndarray]
     unit_of: Callable[[str], str]
 
 
-def velocity(flown: Flown, axis: str) -> np.ndarray:
+def velocity(flown: FlownBranch, axis: str) -> np.ndarray:
     """Return the velocity along an axis [m/s], or the yaw rate [rad/s]."""
     place = find_axis(axis).place
     return flown.yaw_rate if place is None else flown.velocity[:, place]
 
 
-def way(flown: Flown, axis: str) -> np.ndarray:
+def way(flown: FlownBranch, axis: str) -> np.ndarray:
     """Return the way flown along an axis since the fork [m]; in all, for yaw."""
     place = find_axis(axis).place
     moved = flown.position - flown.position[:1]

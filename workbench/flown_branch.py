@@ -1,0 +1,30 @@
+"""How a flight would go on from an instant, as curves; no Drake, so that screens may have it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class FlownBranch:
+    """One branch of a forked flight as it would be flown; it ends where the flight is lost.
+
+    Attributes:
+        name: of the branch.
+        time: simulated (N) [s]; the first is the instant's, or the next at which is recorded.
+        velocity: in W (N, 3) [m/s].
+        yaw_rate: (N) [rad/s].
+        position: in W (N, 3) [m].
+        tilt: (N) [rad].
+        rotor_use: largest share of any rotor's speed limit (N).
+        lost: why the flight was lost, "" if it was not.
+    """
+
+    name: str
+    time: np.ndarray
+    velocity: np.ndarray
+    yaw_rate: np.ndarray
+    position: np.ndarray
+    tilt: np.ndarray
+    rotor_use: np.ndarray
+    lost: str
