@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Mapping
 
+from workbench.gui.parameter_reader import ParameterReader
 from workbench.link.backplane import Published
-from workbench.link.drone_topics import PARAMETERS
 from workbench.link.topics import Topic
 
 
@@ -17,7 +17,7 @@ class FlownValues:
     def __init__(self) -> None:
         self.start: dict[str, float] = {}
         self.values: dict[str, float] = {}
-        self._topic: Topic | None = None
+        self._reader = ParameterReader()
         self._told: dict[str, float] = {}
         self._time = 0.0
 
@@ -25,7 +25,7 @@ class FlownValues:
         """Begin with the values of a new flight."""
         self.start = dict(start)
         self.values = dict(start)
-        self._topic = next((each for each in topics if each.id == PARAMETERS), None)
+        self._reader.begin(topics)
         self._told = {}
         self._time = 0.0
 
@@ -34,35 +34,28 @@ class FlownValues:
         told = self._told if self._time < _JUST_BEGUN else {}
         self.values = self.start | {name: self.values[name] for name in told}
 
-    def confirm(self, name: str, value: float, time: float) -> bool:
-        """Take an answer: the value is flown from a simulated time [s] on.
+    def confirm(self, values: Mapping[str, float], time: float) -> None:
+        """Take an answer: values are flown from a simulated time [s] on.
 
-        Returns:
-            Whether it counts; not where the flight has told of a later change already.
+        One does not count where the flight has told of a later change already.
         """
-        if name not in self.values or self._told.get(name, -1.0) >= time - _SAME_TIME:
-            return False
-        self.values[name] = value
-        return True
+        for name, value in values.items():
+            if name in self.values and self._told.get(name, -1.0) < time - _SAME_TIME:
+                self.values[name] = value
 
     def hear(self, published: Iterable[Published]) -> set[str]:
         """Take what was published; return the names of which something was told."""
-        if self._topic is None:
-            return set()
         heard = set()
         for each in published:
             time = each.t_ns * 1e-9
             if time < self._time - _SAME_TIME:  # the flight began anew
                 self._told = {}
             self._time = time
-            for number, payload in each.payloads:
-                if number == PARAMETERS:
-                    told = self._topic.unpack(payload)
-                    name, value = str(told["name"]), told["value"]
-                    if name in self.values and isinstance(value, float):
-                        self.values[name] = value
-                        self._told[name] = time
-                        heard.add(name)
+            for change in self._reader.read((each,)):
+                if change.name in self.values:
+                    self.values[change.name] = change.value
+                    self._told[change.name] = time
+                    heard.add(change.name)
         return heard
 
 

@@ -4,6 +4,7 @@ import struct
 from collections.abc import Iterable
 
 from workbench.gui.instruments.ring_scan import RingScan
+from workbench.gui.parameter_reader import ParameterReader
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
@@ -23,7 +24,7 @@ class StreamWatch:
         self.cloud = b""
         self._rotors = b""
         self._values: dict[str, float] = {}
-        self._packer = struct.Struct("")
+        self._reader = ParameterReader()
         self._defaults = {row.name: row.default for row in PARAMETERS}
 
     def begin(self, view: LiveView) -> None:
@@ -32,8 +33,7 @@ class StreamWatch:
         self.cloud = self._rotors = b""
         clouds = [topic for topic in view.topics if topic.id == drone_topics.LIDAR_CLOUD]
         self.scan = RingScan(clouds[0]) if clouds else None
-        parameters = [topic for topic in view.topics if topic.id == drone_topics.PARAMETERS]
-        self._packer = parameters[0].packer if parameters else struct.Struct("")
+        self._reader.begin(view.topics)
 
     def hear(self, published: Iterable[Published]) -> None:
         """Take what was published, in the order of time."""
@@ -43,9 +43,7 @@ class StreamWatch:
                     self.cloud = payload
                 elif number == drone_topics.ROTORS:
                     self._rotors = payload
-                elif number == drone_topics.PARAMETERS and len(payload) == self._packer.size:
-                    name, value = self._packer.unpack(payload)
-                    self._values[name.rstrip(b"\0").decode("utf-8", "replace")] = value
+            self._values |= {change.name: change.value for change in self._reader.read((each,))}
 
     def value(self, name: str) -> float:
         """Return a live parameter's present value, or its default in a flight without it."""

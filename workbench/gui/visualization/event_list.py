@@ -4,8 +4,10 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from workbench.gui.parameter_reader import ParameterReader
 from workbench.link.backplane import Published
-from workbench.link.topics import PREFIX, Topic
+from workbench.link.drone_topics import EVENTS
+from workbench.link.topics import Topic
 
 MOST = 2000
 """Events that are kept; then the oldest go."""
@@ -33,33 +35,30 @@ class EventList:
     def __init__(self) -> None:
         self.events: deque[Event] = deque(maxlen=MOST)
         self._events: Topic | None = None
-        self._parameters: Topic | None = None
+        self._reader = ParameterReader()
 
     def begin(self, topics: Iterable[Topic]) -> None:
         """Forget all: a flight begins."""
         self.events.clear()
-        by_name = {topic.name: topic for topic in topics}
-        self._events = by_name.get(f"{PREFIX}events")
-        self._parameters = by_name.get(f"{PREFIX}parameters")
+        flown = tuple(topics)
+        self._events = next((topic for topic in flown if topic.id == EVENTS), None)
+        self._reader.begin(flown)
 
     def add(self, published: Iterable[Published]) -> list[Event]:
         """Take what was published; return what of it are events."""
         found = []
         for each in published:
             for number, payload in each.payloads:
-                for topic in (self._events, self._parameters):
-                    if topic is not None and topic.id == number:
-                        found.append(_event(topic, each.t_ns * 1e-9, payload))
+                if number == EVENTS and self._events is not None:
+                    found.append(_event(self._events, each.t_ns * 1e-9, payload))
+            for change in self._reader.read((each,)):
+                found.append(Event(change.time, "parameter", f"{change.name} = {change.value:g}"))
         self.events.extend(found)
         return found
 
 
 def _event(topic: Topic, time: float, payload: bytes) -> Event:
     values = topic.unpack(payload)
-    if "said" in values:
-        severity = values["severity"]
-        assert isinstance(severity, int)
-        return Event(time, SEVERITIES[min(max(severity, 0), 2)], str(values["said"]))
-    value = values["value"]
-    assert isinstance(value, float)
-    return Event(time, "parameter", f"{values['name']} = {value:g}")
+    severity = values["severity"]
+    assert isinstance(severity, int)
+    return Event(time, SEVERITIES[min(max(severity, 0), 2)], str(values["said"]))
