@@ -265,8 +265,7 @@ class Session:
 
     def act(self, action: Action) -> None:
         """Do what a script's action says, now; `at` says nothing here."""
-        for name, value in action.set.items():
-            self.set(name, value)
+        self._set_all(action.set)
         if action.request is not None:
             self.request(action.request, action.height)
         if action.velocity is not None or action.yaw_rate is not None:

@@ -163,6 +163,7 @@ def test_what_comes_over_needs_no_drake(paused):
         (lambda f: f.set("kp_roll", float("nan")), ("kp_roll", "nan")),
         (lambda f: f.set("kp_roll", "much"), ("kp_roll", "'much'")),
         (lambda f: f.set("kp_roll", 1e9), ("kp_roll", "2500")),
+        (lambda f: f.set_all({"kp_roll": 50.0, "kp_pitch": 1e9}), ("kp_pitch", "2500")),
         (lambda f: f.command("abc"), ("velocity", "'abc'")),
         (lambda f: f.command([1e7, 0, 0]), ("velocity", "1e+06")),
         (lambda f: f.command(yaw_rate=object()), ("yaw rate",)),

@@ -23,8 +23,7 @@ PARAMETERS_TOPIC = next(topic for topic in TOPICS if topic.id == PARAMETERS)
 class Ordered:
     """An order that the fake flight was given."""
 
-    name: str
-    value: float
+    values: dict[str, float]
     done: object
     refused: object
 
@@ -45,9 +44,9 @@ class FakeFlight(QObject):
 
     def order(self, give, done=None, refused=None) -> None:
         asked = []
-        give(SimpleNamespace(set=lambda name, value: asked.append((name, value)) or Future()))
-        self.given += asked
-        self.waiting.append(Ordered(*asked[0], done, refused))
+        give(SimpleNamespace(set_all=lambda values: asked.append(dict(values)) or Future()))
+        self.given += asked[0].items()
+        self.waiting.append(Ordered(asked[0], done, refused))
         if self.at_once:
             self.answer()
 

@@ -187,8 +187,7 @@ class GainDesk(GainState):
         self._refusal = ""
         before = {name: self.proposed[name] for name in self.kept}
         self._book.proposed.update(self.kept)
-        for name, value in self.kept.items():
-            self._orders.insist(name, value)
+        self._orders.insist(dict(self.kept))
         self._undo.settle()
         self._undo.push("revert", before, self.kept, flown=True)
         self._clear_doubt()
@@ -254,8 +253,7 @@ class GainDesk(GainState):
             self._clear_doubt()
 
     def _fly(self, names: Iterable[str]) -> None:
-        for name in tuple(names):
-            self._orders.give(name, self._book.proposed[name])
+        self._orders.give({name: self._book.proposed[name] for name in names})
 
     def _fly_all(self) -> None:
         self._fly(self.unflown)
@@ -263,16 +261,20 @@ class GainDesk(GainState):
         self._clear_doubt()
         self.state_changed.emit()
 
-    def _confirmed(self, name: str, value: float, time: float) -> None:
+    def _confirmed(self, values: Values, time: float) -> None:
         before = dict(self.flown)
-        if self._book.flown.confirm(name, value, time):
-            self._follow(before)
+        self._book.flown.confirm(values, time)
+        self._follow(before)
 
-    def _refused(self, name: str, value: float, said: str) -> None:
-        self._complain(name, said)
-        if said != self._refusal:  # a flight that is broken refuses all of a set
+    def _refused(self, values: Values, said: str) -> None:
+        for name in values:
+            self._complain(name, said)
+        if said != self._refusal:  # a flight that is broken refuses whatever comes
             self._refusal = said
-            self._notices.warn(f"{name} stays at {self.flown[name]:g}: {said}.")
+            name, *others = values
+            stays = f"{name} stays at {self.flown[name]:g}"
+            whole = f"{stays}, and {len(others)} more as they are" if others else stays
+            self._notices.warn(f"{whole}: {said}.")
         self.state_changed.emit()
 
     def _hear(self, published: list[Published]) -> None:

@@ -1,17 +1,22 @@
 """Orders to give parameters values: of each the newest wins, and the flight is never flooded."""
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
 
 from workbench.gui.flight_model import FlightModel
 
-Confirmed = Callable[[str, float, float], None]
-"""Hears a parameter's name, its value, and from which simulated time on [s] it is flown."""
-Refused = Callable[[str, float, str], None]
-"""Hears a parameter's name, the value that is not flown, and why."""
+Values = Mapping[str, float]
+Confirmed = Callable[[Values, float], None]
+"""Hears values by name, and from which simulated time on [s] they are flown."""
+Refused = Callable[[Values, str], None]
+"""Hears values by name that are not flown, and why."""
 
 
 class GainOrders:
-    """Gives the flight orders; while one for a parameter is not answered, the next one waits.
+    """Gives the flight sets of values, each of which comes into force at one step.
+
+    While an order for one of its parameters is not answered, the next set waits, and later ones
+    with it.
 
     Args:
         flight: that gets them.
@@ -22,7 +27,7 @@ class GainOrders:
     def __init__(self, flight: FlightModel, confirmed: Confirmed, refused: Refused) -> None:
         self._flight = flight
         self._confirmed, self._refused = confirmed, refused
-        self._asked: dict[str, int] = {}
+        self._asked: Counter[str] = Counter()
         self._last: dict[str, float] = {}
         self._waiting: dict[str, float] = {}
         self._flights = 0
@@ -31,7 +36,7 @@ class GainOrders:
         """Return the value that was asked for last, None once all is answered."""
         if name in self._waiting:
             return self._waiting[name]
-        return self._last[name] if name in self._asked else None
+        return self._last[name] if self._asked[name] else None
 
     def begin(self) -> None:
         """Forget what was asked of another flight."""
@@ -39,37 +44,37 @@ class GainOrders:
         self._waiting.clear()
         self._flights += 1
 
-    def give(self, name: str, value: float) -> None:
-        """Let the flight have a value, once it has answered the order before."""
-        if name in self._asked:
-            self._waiting[name] = value
-        else:
-            self._send(name, value)
+    def give(self, values: Values) -> None:
+        """Let the flight have values, once it has answered earlier orders for them."""
+        if any(self.wanted(name) is not None for name in values):
+            self._waiting |= values
+        elif values:
+            self._send(values)
 
-    def insist(self, name: str, value: float) -> None:
-        """Let the flight have a value, whatever became of the order before."""
-        self._waiting.pop(name, None)
-        self._send(name, value)
+    def insist(self, values: Values) -> None:
+        """Let the flight have values, whatever became of the orders before."""
+        for name in values:
+            self._waiting.pop(name, None)
+        self._send(values)
 
-    def _send(self, name: str, value: float) -> None:
+    def _send(self, values: Values) -> None:
         flight = self._flights
-        self._last[name] = value
-        self._asked[name] = self._asked.get(name, 0) + 1
+        self._last |= values
+        self._asked.update(values.keys())
         self._flight.order(
-            lambda live: live.set(name, value),
-            done=lambda time: self._answered(flight, name, value, time, ""),
-            refused=lambda said: self._answered(flight, name, value, 0.0, said),
+            lambda live: live.set_all(values),
+            done=lambda time: self._answered(flight, values, time, ""),
+            refused=lambda said: self._answered(flight, values, 0.0, said),
         )
 
-    def _answered(self, flight: int, name: str, value: float, time: float, said: str) -> None:
+    def _answered(self, flight: int, values: Values, time: float, said: str) -> None:
         if flight != self._flights:
             return  # of a flight that is over
-        self._asked[name] -= 1
-        if not self._asked[name]:
-            del self._asked[name]
-        if name not in self._asked and name in self._waiting:
-            self._send(name, self._waiting.pop(name))
+        self._asked.subtract(values.keys())
+        if self._waiting and not any(self._asked[name] for name in self._waiting):
+            waiting, self._waiting = self._waiting, {}
+            self._send(waiting)
         if said:
-            self._refused(name, value, said)
+            self._refused(values, said)
         else:
-            self._confirmed(name, value, time)
+            self._confirmed(values, time)

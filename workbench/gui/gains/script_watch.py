@@ -49,7 +49,7 @@ class ScriptWatch(QObject):
     def _ask(self, name: str) -> None:
         self._flight.order(
             lambda live: live.get(name),
-            done=lambda value: self._confirmed(name, value, math.inf),  # it is the present one
+            done=lambda value: self._confirmed({name: value}, math.inf),  # it is the present one
         )
 
 
