@@ -14,9 +14,9 @@ from workbench.gui.joystick.keyboard_sticks import KeyboardSticks
 from workbench.gui.joystick.piloting import NOTHING, Handling, Wish
 from workbench.gui.joystick.stick_curve import StickCurve
 from workbench.gui.joystick.sticks import NEUTRAL, Stick, Sticks
+from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
 from workbench.link.backplane import Hand, Published
-from workbench.link.drone_topics import PARAMETERS
 from workbench.live.view import LiveView
 
 PERIOD = 16
@@ -67,6 +67,7 @@ class Pilot(QObject):
         self.handling = read_handling(preferences)
         self._mouse: dict[str, Stick] = {}
         self._gate, self._courier = Gate(), Courier(self._send, time.monotonic)
+        self._reader = ParameterReader()
         self._listens_to_pads = False
         self._looked = time.monotonic()
         self._timer = QTimer(self)
@@ -99,6 +100,7 @@ class Pilot(QObject):
         self._courier.forget()
         self._gate.close()
         self.limits = FlightLimits().after(view.values)
+        self._reader.begin(view.topics)
         self.changed.emit()
 
     def listen_to_pads(self, listens: bool) -> None:
@@ -106,6 +108,7 @@ class Pilot(QObject):
         if listens and not self._listens_to_pads:
             self._gate.close()
         self._listens_to_pads = listens
+        self.look()
 
     def hold_stick(self, side: str, stick: Stick | None) -> None:
         """Move the left or right stick with the mouse; None lets go of it."""
@@ -116,12 +119,12 @@ class Pilot(QObject):
         self.look()
 
     def release(self) -> None:
-        """Let go of everything, and let the drone stop at once."""
+        """Let go of everything, and let the drone stop at once; a pad must be centred first."""
         self._mouse.clear()
         self.keyboard.release_all()
         self._gate.close()
         self._courier.stop()
-        self._show(NEUTRAL, NOTHING, self.barred, Device.NONE)
+        self.look()
 
     def give_back(self) -> None:
         """Let clients ask for control again."""
@@ -185,19 +188,11 @@ class Pilot(QObject):
 
     def _hear(self, published: list[Published]) -> None:
         """Take note of limits that are changed in flight."""
-        for each in published:
-            for number, payload in each.payloads:
-                if number == PARAMETERS:
-                    self._hear_parameter(payload)
-
-    def _hear_parameter(self, payload: bytes) -> None:
-        for topic in self._flight.view.topics:
-            if topic.id == PARAMETERS:
-                said = topic.unpack(payload)
-                limits = self.limits.after({str(said["name"]): float(str(said["value"]))})
-                if limits != self.limits:
-                    self.limits = limits
-                    self.changed.emit()
+        told = {change.name: change.value for change in self._reader.read(published)}
+        limits = self.limits.after(told)
+        if limits != self.limits:
+            self.limits = limits
+            self.changed.emit()
 
 
 def barrier_of(flight: FlightModel) -> str:

@@ -8,18 +8,13 @@ from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QLineEdit, QMainWindow, QPushButton, QVBoxLayout, QWidget
 
-from workbench.gui.analysis import Analysis
-from workbench.gui.flight_model import FlightModel
 from workbench.gui.joystick.game_pad import PadButton, PadReading
 from workbench.gui.joystick.gate import CENTRE, NO_FLIGHT, ON_THE_GROUND, PAUSED
 from workbench.gui.joystick.joystick_screen import JoystickScreen
 from workbench.gui.joystick.pilot import Device
 from workbench.gui.joystick.sticks import NEUTRAL, Stick, Sticks
-from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
-from workbench.gui.signals import Signals
-from workbench.gui.theme import Look
-from workbench.gui.workspace import Workspace
+from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.backplane import Hand
 from workbench.link.server.config import ServerConfig
@@ -35,18 +30,10 @@ class Bench:
     """A window with the screen and a field beside it, over a flight of its own."""
 
     def __init__(self, folder):
-        preferences = Preferences(QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat))
-        notices = Notices()
+        store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
+        self.workspace = make_workspace(Preferences(store))
         self.told = []
-        notices.told.connect(self.told.append)
-        self.workspace = Workspace(
-            flight=FlightModel(notices),
-            signals=Signals(),
-            analysis=Analysis(notices),
-            preferences=preferences,
-            notices=notices,
-            look=Look(preferences),
-        )
+        self.workspace.notices.told.connect(self.told.append)
         self.flight = self.workspace.flight
         self.screen = JoystickScreen(self.workspace)
         self.pilot = self.screen.pilot
@@ -84,8 +71,7 @@ class Bench:
         self.screen.release()
         self.window.close()
         self.screen.close_screen()
-        self.flight.close()
-        self.workspace.analysis.close()
+        self.workspace.close()
 
 
 @pytest.fixture(scope="module")
@@ -251,6 +237,8 @@ def test_a_client_flies_until_a_stick_is_moved(bench, qtbot):
     try:
         qtbot.waitUntil(lambda: bar.control.text().startswith("tuner flies"), timeout=LONG)
         assert bar.take_over.isVisible()
+        # a stick that moves before the pilot has seen the client counts as held all along
+        qtbot.waitUntil(lambda: bench.pilot._gate._hand is Hand.CLIENT, timeout=LONG)
         bench.hold(bench.screen.right_pad, 0.0, 0.4)
         qtbot.waitUntil(lambda: flight.view.network.control.hand is Hand.OPERATOR, timeout=LONG)
         qtbot.waitUntil(lambda: math.hypot(*bench.asked[:2]) > 1.0, timeout=LONG)
