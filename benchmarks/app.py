@@ -28,11 +28,11 @@ from app_watchdog import WatchedApplication
 from PyQt6.QtCore import QSettings
 from spread import Spread, number, spread, text
 
-from workbench.gui.app import make_workspace
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.style import apply_style
+from workbench.gui.workspace import make_workspace
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import PARAMETERS
 from workbench.live.choice import Choice

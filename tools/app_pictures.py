@@ -24,11 +24,12 @@ from PIL import Image
 from PyQt6.QtCore import QBuffer, QSettings
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.app import make_app, make_workspace
+from workbench.gui.app import make_app
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.style import apply_style
+from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice

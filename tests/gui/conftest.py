@@ -7,13 +7,8 @@ from dataclasses import dataclass, replace
 import pytest
 from PyQt6.QtCore import QSettings
 
-from workbench.gui.analysis import Analysis
-from workbench.gui.flight_model import FlightModel
-from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
-from workbench.gui.signals import Signals
-from workbench.gui.theme import Look
-from workbench.gui.workspace import Workspace
+from workbench.gui.workspace import make_workspace
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase
 from workbench.live.values import parameter_values
@@ -68,21 +63,9 @@ def canned() -> Canned:
 def workspace(qapp, tmp_path):
     """A workspace without a flight; settings go to a folder of the test's own."""
     store = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
-    preferences = Preferences(store)
-    notices = Notices()
-    made = Workspace(
-        flight=FlightModel(notices),
-        signals=Signals(),
-        analysis=Analysis(notices),
-        preferences=preferences,
-        notices=notices,
-        look=Look(preferences),
-    )
-    made.flight.begun.connect(lambda view: made.signals.begin(view.topics))
-    made.flight.streamed.connect(made.signals.add)
+    made = make_workspace(Preferences(store))
     yield made
-    made.flight.close()
-    made.analysis.close()
+    made.close()
 
 
 @pytest.fixture

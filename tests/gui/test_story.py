@@ -18,10 +18,10 @@ from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
 from workbench.flight_log.record import read_log
 from workbench.gain_files import load_gains
-from workbench.gui.app import make_workspace
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import apply_style
+from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.backplane import Hand
 from workbench.live.choice import Choice

@@ -1,6 +1,5 @@
 """The analyst as screens see it: they ask, and hear by signals; nobody waits."""
 
-import threading
 from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any
@@ -22,6 +21,7 @@ from workbench.analyst.questions import (
 from workbench.analyst.replies import Reply, Searched
 from workbench.analyst.superseded import SupersededError
 from workbench.gui.answers import Answers
+from workbench.gui.errands import Errands
 from workbench.gui.notices import Notices
 from workbench.scenario import Scenario
 
@@ -67,7 +67,7 @@ class Analysis(QObject):
         self._answers = Answers(notices.warn, self)
         self._analyst: Analyst | None = None
         self._token = object()
-        self._closing: list[threading.Thread] = []
+        self._errands = Errands()
         self._tell = {
             Judge: self.judged,
             FindRanges: self.ranges_found,
@@ -101,7 +101,7 @@ class Analysis(QObject):
             same = (present.scenario, present.settings) == (scenario, dict(settings))
             if same and not present.has_given_up:
                 return
-            self._end(present)
+            self._errands.run(present.close)
         token = self._token = object()
         self._analyst = Analyst(
             scenario, settings, lambda searched: self._progressed.emit(token, searched)
@@ -135,8 +135,7 @@ class Analysis(QObject):
         analyst, self._analyst = self._analyst, None
         if analyst is not None:
             analyst.close()
-        for thread in self._closing:
-            thread.join()
+        self._errands.close()
 
     def _hear(self, analyst: Analyst, question: Question, done: "Future[Any]") -> None:
         """Pass an answer on, in whatever thread it came; a dropped question has none."""
@@ -164,10 +163,3 @@ class Analysis(QObject):
         self.refused.emit(question, said)
         if not isinstance(question, STREAMED):
             self._notices.warn(said)
-
-    def _end(self, analyst: Analyst) -> None:
-        """End an analyst's processes in the background."""
-        self._closing = [thread for thread in self._closing if thread.is_alive()]
-        closing = threading.Thread(target=analyst.close, name="closing an analyst")
-        self._closing.append(closing)
-        closing.start()

@@ -9,20 +9,13 @@ from PyQt6.QtCore import QCoreApplication, Qt, QTimer
 from PyQt6.QtWidgets import QApplication
 
 from workbench.errors import WorkbenchError
-from workbench.gui.analysis import Analysis
 from workbench.gui.crash import CrashGuard
 from workbench.gui.demo import DemoPilot
 from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight
-from workbench.gui.flight_model import FlightModel
 from workbench.gui.main_window import MainWindow
-from workbench.gui.notices import Notices
-from workbench.gui.preferences import Preferences
-from workbench.gui.signals import Signals
 from workbench.gui.style import apply_style
-from workbench.gui.theme import Look
-from workbench.gui.workspace import Workspace
+from workbench.gui.workspace import Workspace, make_workspace
 from workbench.live.choice import Choice
-from workbench.live.view import LiveView
 
 ORGANISATION, NAME = "drake-drone-workbench", "workbench"
 BEAT = 200
@@ -78,34 +71,6 @@ def make_app() -> QApplication:
     app = QApplication(sys.argv[:1])
     app.setApplicationDisplayName("")  # the window's title says it
     return app
-
-
-def make_workspace(preferences: Preferences | None = None) -> Workspace:
-    """Return what the screens share, put together.
-
-    Args:
-        preferences: those of the user where not given.
-    """
-    preferences = preferences or Preferences()
-    notices = Notices()
-    workspace = Workspace(
-        flight=FlightModel(notices),
-        signals=Signals(),
-        analysis=Analysis(notices),
-        preferences=preferences,
-        notices=notices,
-        look=Look(preferences),
-    )
-    workspace.flight.begun.connect(lambda view: _begin(workspace, view))
-    workspace.flight.streamed.connect(workspace.signals.add)
-    return workspace
-
-
-def _begin(workspace: Workspace, view: LiveView) -> None:
-    """Let series and analyst follow the flight that has begun."""
-    workspace.signals.begin(view.topics)
-    if view.scenario is not None:
-        workspace.analysis.begin(view.scenario, view.values)
 
 
 @contextmanager

@@ -1,6 +1,5 @@
 """The flight that the app shows: begun, replaced and ended, looked at sixty times a second."""
 
-import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
@@ -11,6 +10,7 @@ from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
 from workbench.errors import WorkbenchError
 from workbench.gui.answers import Answers, Done, Refused
+from workbench.gui.errands import Errands
 from workbench.gui.notices import Notices
 from workbench.link.backplane import Published
 from workbench.live.choice import Choice
@@ -54,7 +54,7 @@ class FlightModel(QObject):
         self._again: Callable[[], None] = self._say_nothing_flies
         self._view = LiveView()
         self._answers = Answers(lambda said: notices.warn(said), self)
-        self._closing: list[threading.Thread] = []
+        self._errands = Errands()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(PERIOD)
@@ -99,19 +99,14 @@ class FlightModel(QObject):
         """End the flight, if there is one, in the background."""
         live, self._live = self._live, None
         self._timer.stop()
-        if live is None:
-            return
-        self._closing = [thread for thread in self._closing if thread.is_alive()]
-        closing = threading.Thread(target=live.close, name="closing a flight")
-        self._closing.append(closing)
-        closing.start()
+        if live is not None:
+            self._errands.run(live.close)
 
     def close(self) -> None:
         """End the flight and wait until its process is gone; the last call."""
         self.end()
         self._answers.close()
-        for thread in self._closing:
-            thread.join()
+        self._errands.close()
 
     def order(
         self,

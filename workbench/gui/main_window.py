@@ -68,7 +68,7 @@ class MainWindow(QMainWindow):
         self.recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices, self)
         self.recorder.recorded.connect(lambda path: self.recent.add(FileKind.LOG, path))
         self.opener = Opener(self.desk, self.recent, workspace.notices, self._show_log, self)
-        self._camera = Camera(self, workspace.preferences, workspace.notices)
+        self._camera = Camera(self, workspace)
         self.actions_by_name = make_actions(self, self._handlers())
         self.side_bar = SideBar(self.actions_by_name, workspace.look)
         self.top_bar = TopBar(workspace, self.actions_by_name, self.desk, self.recorder)
@@ -269,9 +269,8 @@ class MainWindow(QMainWindow):
             self._end_log()
             self.stack.close_screens()
             self.view3d.close_view()
-            self.workspace.analysis.close()
-            self.workspace.flight.close()
             self._camera.close()
+            self.workspace.close()
         super().closeEvent(event)
 
     def _end_log(self) -> None:

@@ -1,13 +1,16 @@
 """What all screens share."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 from workbench.gui.analysis import Analysis
+from workbench.gui.errands import Errands
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
+from workbench.live.view import LiveView
 
 
 @dataclass(frozen=True)
@@ -21,6 +24,7 @@ class Workspace:
         preferences: kept between starts.
         notices: where anything that went wrong is told.
         look: colours and sizes, light or dark.
+        errands: what is written to files in the background.
     """
 
     flight: FlightModel
@@ -29,3 +33,37 @@ class Workspace:
     preferences: Preferences
     notices: Notices
     look: Look
+    errands: Errands = field(default_factory=Errands)
+
+    def close(self) -> None:
+        """End what was started, and wait until it is gone; the last call."""
+        self.analysis.close()
+        self.flight.close()
+        self.errands.close()
+
+
+def make_workspace(preferences: Preferences | None = None) -> Workspace:
+    """Return what the screens share, put together: series and analyst follow the flight.
+
+    Args:
+        preferences: those of the user where not given.
+    """
+    preferences = preferences or Preferences()
+    notices = Notices()
+    workspace = Workspace(
+        flight=FlightModel(notices),
+        signals=Signals(),
+        analysis=Analysis(notices),
+        preferences=preferences,
+        notices=notices,
+        look=Look(preferences),
+    )
+    workspace.flight.begun.connect(partial(_begin, workspace))
+    workspace.flight.streamed.connect(workspace.signals.add)
+    return workspace
+
+
+def _begin(workspace: Workspace, view: LiveView) -> None:
+    workspace.signals.begin(view.topics)
+    if view.scenario is not None:
+        workspace.analysis.begin(view.scenario, view.values)

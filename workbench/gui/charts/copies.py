@@ -1,5 +1,7 @@
 """Copies and files of what a chart shows."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PyQt6.QtCore import QObject
@@ -9,6 +11,7 @@ from PyQt6.QtWidgets import QWidget
 from workbench.gui.answers import Answers
 from workbench.gui.charts.saving import file_for, save_image, save_table
 from workbench.gui.charts.table_text import Column, table_text
+from workbench.gui.log_folder import log_folder
 from workbench.gui.workspace import Workspace
 
 
@@ -42,14 +45,20 @@ class Copies(QObject):
     def save_picture(self, widget: QWidget, title: str) -> None:
         """Write a widget as a picture (PNG) to the folder for logs."""
         image = widget.grab().toImage()
-        self._answers.expect(save_image(image, self._file(title, "png")), self._saved)
+        self._run(partial(save_image, image, self._file(title, "png")))
 
     def save_data(self, columns: tuple[Column, ...], title: str) -> None:
         """Write samples (CSV), in SI, to the folder for logs."""
-        self._answers.expect(save_table(columns, self._file(title, "csv")), self._saved)
+        kept = tuple(
+            Column(each.label, each.unit, each.time.copy(), each.values.copy()) for each in columns
+        )
+        self._run(partial(save_table, kept, self._file(title, "csv")))
+
+    def _run(self, save: Callable[[], Path]) -> None:
+        self._answers.expect(self._workspace.errands.run(save), self._saved)
 
     def _file(self, title: str, suffix: str) -> Path:
-        return file_for(self._workspace.preferences.text("log_folder"), title, suffix)
+        return file_for(log_folder(self._workspace.preferences), title, suffix)
 
     def _saved(self, path: Path) -> None:
         self._workspace.notices.inform(f"Saved {path}")

@@ -7,7 +7,7 @@ from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.gain_files import GainFile, load_gains, save_gains
 from workbench.gui.answers import Answers
-from workbench.gui.gains.background import Background
+from workbench.gui.errands import Errands
 from workbench.gui.gains.profiles import CLIPBOARD, Offer, make_offer, read_own, read_text
 from workbench.gui.notices import Notices
 from workbench.live.view import LiveView
@@ -45,7 +45,7 @@ class ProfileDesk(QObject):
     ) -> None:
         super().__init__(parent)
         self._present, self._adopt, self._notices = present, adopt, notices
-        self._background = Background()
+        self._errands = Errands()
         self._answers = Answers(lambda said: notices.warn(said), self)
         self._vehicle: Vehicle | None = None
         self._start: Values = {}
@@ -116,18 +116,18 @@ class ProfileDesk(QObject):
         """
         profile = GainFile(self.vehicle, origin, dict(values))
         self._answers.expect(
-            self._background.run(lambda: save_gains(path, profile)),
+            self._errands.run(lambda: save_gains(path, profile)),
             done=lambda written: self._saved(path, written),
         )
 
     def close(self) -> None:
         """Wait for what is being read or written; the last call."""
         self._answers.close()
-        self._background.close()
+        self._errands.close()
 
     def _read(self, name: str, read: Callable[[], GainFile]) -> None:
         self._answers.expect(
-            self._background.run(read), done=lambda file: self._make_offer(name, file)
+            self._errands.run(read), done=lambda file: self._make_offer(name, file)
         )
 
     def _make_offer(self, name: str, file: GainFile) -> None:

@@ -1,7 +1,5 @@
 """The scenario that was set up by hand last, kept for the next start."""
 
-import threading
-from concurrent.futures import Future
 from pathlib import Path
 
 from PyQt6.QtCore import QSettings
@@ -17,19 +15,18 @@ def last_setup(store: QSettings) -> Path:
     return Path(store.fileName()).parent / NAME
 
 
-def keep_setup(store: QSettings, scenario: Scenario) -> "Future[Path]":
-    """Write it in the background; the answer is its path."""
-    path, answer = last_setup(store), Future[Path]()
+def keep_setup(path: Path, scenario: Scenario) -> None:
+    """Write it, and make the folder where there is none.
 
-    def write() -> None:
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            save_scenario(scenario, path)
-            answer.set_result(path)
-        except OSError as error:
-            answer.set_exception(WorkbenchError(f"{path}: cannot be written: {error.strerror}"))
-        except WorkbenchError as error:
-            answer.set_exception(error)
+    Args:
+        path: from `last_setup`.
+        scenario: to be flown at the next start.
 
-    threading.Thread(target=write, name="keeping a set-up").start()
-    return answer
+    Raises:
+        WorkbenchError: it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_scenario(scenario, path)
+    except OSError as error:
+        raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error

@@ -1,12 +1,13 @@
 """Reads a log in a process of its own and tells when it is there."""
 
-import threading
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.errors import WorkbenchError
+from workbench.gui.errands import Errands
 from workbench.gui.visualization.log_messages import LogContents, Progress, ReadLog, Refused
 from workbench.live.process import ChildProcess
 
@@ -26,7 +27,7 @@ class LogReader(QObject):
         super().__init__(parent)
         self._number = 0
         self._process: ChildProcess | None = None
-        self._threads: list[threading.Thread] = []
+        self._errands = Errands()
         queued = Qt.ConnectionType.QueuedConnection
         self._heard.connect(self._deliver, queued)  # type: ignore[call-arg]
 
@@ -44,12 +45,7 @@ class LogReader(QObject):
             self.refused.emit(str(error))
             return
         self._process = process
-        self._threads = [each for each in self._threads if each.is_alive()]
-        thread = threading.Thread(
-            target=self._listen, args=(self._number, process, path), name="reading a log"
-        )
-        self._threads.append(thread)
-        thread.start()
+        self._errands.run(partial(self._listen, self._number, process, path))
 
     def stop(self) -> None:
         """Read no further."""
@@ -61,8 +57,7 @@ class LogReader(QObject):
     def close(self) -> None:
         """Stop, and wait until nothing is left of it; the last call."""
         self.stop()
-        for thread in self._threads:
-            thread.join()
+        self._errands.close()
 
     def _listen(self, number: int, process: ChildProcess, path: Path) -> None:
         """Hear the process, in a thread, until it has said all."""

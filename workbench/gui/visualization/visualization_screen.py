@@ -13,6 +13,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.log_folder import log_folder
 from workbench.gui.screen import Screen
 from workbench.gui.style import set_class
 from workbench.gui.visualization.camera_page import CameraPage
@@ -149,7 +150,7 @@ class VisualizationScreen(Screen):
 
     def _ask(self) -> None:
         """Ask for a log; nothing waits for the answer."""
-        folder = self.workspace.preferences.text("log_folder") or str(Path.cwd())
+        folder = str(log_folder(self.workspace.preferences))
         dialog = QFileDialog(self, "Open log", folder, "Logs (*.mcap);;All files (*)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda name: self.open_log(Path(name)))

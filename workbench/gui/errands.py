@@ -1,22 +1,24 @@
-"""Work on files that no slot may wait for."""
+"""Work that no slot may wait for, such as on files and on what takes a while to end."""
 
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any
+from typing import TypeVar
+
+Value = TypeVar("Value")
 
 
-class Background:
-    """Runs work in short-lived threads."""
+class Errands:
+    """Runs each piece of work in a short-lived thread of its own."""
 
     def __init__(self) -> None:
         self._threads: list[threading.Thread] = []
 
-    def run(self, work: Callable[[], Any]) -> "Future[Any]":
+    def run(self, work: Callable[[], Value]) -> "Future[Value]":
         """Begin work, and return what its result will be."""
-        future: Future[Any] = Future()
+        future: Future[Value] = Future()
         self._threads = [each for each in self._threads if each.is_alive()]
-        thread = threading.Thread(target=_work, args=(work, future), name="gain file")
+        thread = threading.Thread(target=_work, args=(work, future), name="errand")
         self._threads.append(thread)
         thread.start()
         return future
@@ -27,7 +29,7 @@ class Background:
             thread.join()
 
 
-def _work(work: Callable[[], Any], future: "Future[Any]") -> None:
+def _work(work: Callable[[], Value], future: "Future[Value]") -> None:
     try:
         result = work()
     except Exception as error:  # whoever asked is told
