@@ -22,6 +22,7 @@ class Preferences(QObject):
     def __init__(self, store: QSettings | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.store = store or QSettings()
+        self._values: dict[str, PreferenceValue] = {}
 
     def number(self, name: str) -> float:
         """Return a preference that is a number, in SI units."""
@@ -47,6 +48,7 @@ class Preferences(QObject):
         value = row.check(value)
         if value != self._get(row):
             self.store.setValue(f"{GROUP}/{name}", value)
+            self._values[name] = value
             self.changed.emit(name)
 
     def reset(self, name: str) -> None:
@@ -54,7 +56,13 @@ class Preferences(QObject):
         self.set(name, find_preference(name).default)
 
     def _get(self, row: Preference) -> PreferenceValue:
-        """Return what is kept, or the default where that is nothing sensible."""
+        """Return what is kept; the store is asked once, as that takes a while."""
+        if row.name not in self._values:
+            self._values[row.name] = self._read(row)
+        return self._values[row.name]
+
+    def _read(self, row: Preference) -> PreferenceValue:
+        """Return what the store has, or the default where that is nothing sensible."""
         kept = self.store.value(f"{GROUP}/{row.name}", row.default)
         try:
             return row.read(kept)

@@ -17,16 +17,18 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.units import Unit
+from workbench.gui.preferences import Preferences
+from workbench.gui.units import unit_for
 
 MOST_DECIMALS = 6
 
 
 class NumberBox(QDoubleSpinBox):
-    """A number in SI, shown in another unit.
+    """A number in SI, shown in the unit that the user prefers now.
 
     Args:
-        unit: how it is shown.
+        preferences: say which unit that is.
+        si: the number's own unit, as the tables have it.
         minimum: in SI.
         maximum: in SI.
         label: for the accessible name.
@@ -35,28 +37,50 @@ class NumberBox(QDoubleSpinBox):
 
     def __init__(
         self,
-        unit: Unit,
+        preferences: Preferences,
+        si: str,
         minimum: float,
         maximum: float,
         label: str,
         changed: Callable[[float], None],
     ) -> None:
         super().__init__()
-        self._unit = unit
-        low, high = unit.shown(minimum), unit.shown(maximum)
+        self._preferences, self._si, self._label = preferences, si, label
+        self._ends = minimum, maximum
+        self._value = minimum
+        self._changed = changed
+        self.setKeyboardTracking(False)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._show_unit()
+        self.valueChanged.connect(self._take)
+        preferences.changed.connect(self._follow)
+
+    def show_value(self, value: float) -> None:
+        """Show a value in SI, and tell nobody."""
+        self._value = value
+        self.blockSignals(True)
+        self.setValue(self._unit.shown(value))
+        self.blockSignals(False)
+
+    def _take(self, shown: float) -> None:
+        self._value = self._unit.read(shown)
+        self._changed(self._value)
+
+    def _follow(self, name: str) -> None:
+        if unit_for(self._si, self._preferences) != self._unit:
+            self._show_unit()
+
+    def _show_unit(self) -> None:
+        """Show value and range in the unit that is preferred now, and tell nobody."""
+        self._unit = unit = unit_for(self._si, self._preferences)
+        low, high = map(unit.shown, self._ends)
+        self.blockSignals(True)
         self.setDecimals(decimals_of(high - low))
         self.setRange(low, high)
         self.setSingleStep(10.0 ** (math.floor(math.log10(high - low)) - 2))
         self.setSuffix(f" {unit.symbol}" if unit.symbol else "")
-        self.setKeyboardTracking(False)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAccessibleName(f"{label}, {low:g} to {high:g} {unit.symbol}".rstrip())
-        self.valueChanged.connect(lambda shown: changed(unit.read(shown)))
-
-    def show_value(self, value: float) -> None:
-        """Show a value in SI, and tell nobody."""
-        self.blockSignals(True)
-        self.setValue(self._unit.shown(value))
+        self.setAccessibleName(f"{self._label}, {low:g} to {high:g} {unit.symbol}".rstrip())
+        self.setValue(unit.shown(self._value))
         self.blockSignals(False)
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 from workbench.gui.settings.controls import NumberBox
 from workbench.gui.settings.row import Row
-from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 from workbench.parameters import Parameter, find_parameter
 
@@ -35,9 +34,15 @@ class LimitRow(Row):
 
     def __init__(self, workspace: Workspace, parameter: Parameter) -> None:
         self._workspace, self._parameter = workspace, parameter
-        unit = unit_for(parameter.unit, workspace.preferences)
         label = words(parameter.name)
-        self._box = NumberBox(unit, parameter.minimum, parameter.maximum, label, self._set)
+        self._box = NumberBox(
+            workspace.preferences,
+            parameter.unit,
+            parameter.minimum,
+            parameter.maximum,
+            label,
+            self._set,
+        )
         super().__init__(label, f"{parameter.help[0].upper()}{parameter.help[1:]}.", self._box)
         self.reset.clicked.connect(self._forget)
         self._start = parameter.default

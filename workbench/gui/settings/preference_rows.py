@@ -1,14 +1,12 @@
 """A row of the Settings screen for each row of the table of preferences."""
 
 import math
-from functools import partial
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
 from workbench.gui.preference_table import Preference, PreferenceValue
 from workbench.gui.settings.controls import Choices, Folder, NumberBox, Switch
 from workbench.gui.settings.row import Row
-from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 
 
@@ -49,13 +47,13 @@ class PreferenceRow(Row):
             self.show_present()
 
     def _make(self, workspace: Workspace) -> Switch | NumberBox | Choices | Folder:
-        row, change = self.preference, partial(self._set)
+        row, change = self.preference, self._set
         if isinstance(row.default, bool):
             return Switch(change)
         if isinstance(row.default, float):
             assert math.isfinite(row.maximum - row.minimum)
-            unit = unit_for(row.unit, workspace.preferences)
-            return NumberBox(unit, row.minimum, row.maximum, row.label, change)
+            preferences = workspace.preferences
+            return NumberBox(preferences, row.unit, row.minimum, row.maximum, row.label, change)
         if row.choices:
             return Choices(row.choices, change)
         return Folder(row.label, str(Path.cwd()), change)

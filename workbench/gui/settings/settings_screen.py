@@ -1,6 +1,7 @@
 """The Settings screen: what the user prefers, what bounds the flight, and what it is built from."""
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import groupby
 
 from PyQt6.QtCore import Qt
@@ -16,16 +17,17 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.answers import Answers
+from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preference_table import PREFERENCES
 from workbench.gui.screen import Screen
 from workbench.gui.settings.flight_form import FlightForm
-from workbench.gui.settings.last_setup import keep_setup
+from workbench.gui.settings.last_setup import keep_setup, last_setup
 from workbench.gui.settings.limit_rows import limit_rows
 from workbench.gui.settings.preference_rows import PreferenceRow
 from workbench.gui.settings.row import Row
+from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
 from workbench.link.backplane import Published
-from workbench.link.drone_topics import PARAMETERS
 from workbench.live.view import LiveView
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario
@@ -42,8 +44,7 @@ class Group(QFrame):
         self.setProperty("class", "card")
         self.rows = rows
         layout = QVBoxLayout(self)
-        title = QLabel(heading)
-        title.setProperty("class", "heading")
+        title = dressed(QLabel(heading), "heading")
         layout.addWidget(title)
         if note:
             label = QLabel(note)
@@ -81,10 +82,10 @@ class SettingsScreen(Screen):
         self._to_keep: Scenario | None = None
         self._vehicle: Vehicle | None = None
         self._limits = limit_rows(workspace)
+        self._reader = ParameterReader()
         self._form = FlightForm()
         self._form.edited.connect(self._show_edited)
-        self._fly = QPushButton("Fly with these")
-        self._fly.setProperty("class", "primary")
+        self._fly = dressed(QPushButton("Fly with these"), "primary")
         self._fly.setAccessibleDescription("Ends the present flight and begins another")
         self._fly.clicked.connect(self._begin_flight)
         self._groups = [
@@ -102,8 +103,11 @@ class SettingsScreen(Screen):
     def begin(self, view: LiveView) -> None:
         """Show what flies, and set the limits that were kept for it."""
         self._form.begin(view)
+        self._reader.begin(view.topics)
         if self._to_keep is not None and view.scenario == self._to_keep:  # it can be flown
-            self._answers.expect(keep_setup(self.workspace.preferences.store, self._to_keep))
+            path = last_setup(self.workspace.preferences.store)
+            keep = partial(keep_setup, path, self._to_keep)
+            self._answers.expect(self.workspace.errands.run(keep))
             self._to_keep = None
         vehicle = view.vehicle.name if view.vehicle else ""
         kept = [row.name for row in self._limits if row.begin(vehicle, view.values)]
@@ -114,16 +118,10 @@ class SettingsScreen(Screen):
 
     def _follow(self, published: list[Published]) -> None:
         """Follow limits that others change."""
-        topic = next((t for t in self.workspace.flight.view.topics if t.id == PARAMETERS), None)
-        if topic is None:
-            return
-        for each in published:
-            for number, payload in each.payloads:
-                if number == PARAMETERS:
-                    said = topic.unpack(payload)
-                    for row in self._limits:
-                        if row.name == said["name"]:
-                            row.show_value(float(said["value"]))  # type: ignore[arg-type]
+        for change in self._reader.read(published):
+            for row in self._limits:
+                if row.name == change.name:
+                    row.show_value(change.value)
 
     def _lay_out(self) -> None:
         column = QWidget()

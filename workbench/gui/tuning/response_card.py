@@ -64,7 +64,6 @@ class ResponseCard(Card):
         self._choice = choice
         self._view = LiveView()
         self._gains: Mapping[str, float] = {}
-        self._units: dict[str, Unit] = {}
         self._histories = {axis.name: ResponseHistory(self._take) for axis in AXES}
         self._predicted: Predicted | None = None
         self._refusal = ""
@@ -181,8 +180,6 @@ class ResponseCard(Card):
 
     def _forget_drawn(self) -> None:
         self._drawn, self._still, self._shown_at = (), False, -1.0
-        preferences = self._workspace.preferences
-        self._units = {si: unit_for(si, preferences) for si in ("rad", "m/s", "rad/s")}
 
     def _draw(self, now: float) -> None:
         """Draw what has changed: the flown curve thirty times a second, the rest once a round."""
@@ -218,16 +215,17 @@ class ResponseCard(Card):
             return
         axis = find_axis(self._choice.axis)
         values = {**defaults(), **self._view.values, **self._gains}
+        preferences = self._workspace.preferences
         speed = "yaw rate" if axis.place is None else "speed"
         uses = (
-            Use("tilt", trace.time, trace.tilt, values["max_tilt"], self._units["rad"]),
+            Use("tilt", trace.time, trace.tilt, values["max_tilt"], unit_for("rad", preferences)),
             Use("rotor use", trace.time, trace.rotor_use, 1.0, PERCENT),
             Use(
                 speed,
                 trace.time,
                 trace.response,
                 values[axis.limit],
-                self._units[axis.unit],
+                unit_for(axis.unit, preferences),
                 1,
             ),
         )
