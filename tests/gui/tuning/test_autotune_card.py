@@ -81,7 +81,7 @@ def test_stop_keeps_the_best(card, desk_room, qtbot):
     press(qtbot, card.stop)
     assert desk_room.analysis.stopped == 1
     desk_room.analysis.tuned.emit(tuned(met=False, stopped=True))
-    assert card.said.whole == "Stopped: the best so far."
+    assert card.said.text() == "Stopped: the best so far."
 
 
 def test_before_and_after_stand_side_by_side(card, desk_room, qtbot):
@@ -91,7 +91,7 @@ def test_before_and_after_stand_side_by_side(card, desk_room, qtbot):
     assert [cell.text for cell in card.table.rows[0].cells] == ["0.5 s", "0.38 s"]
     assert card.plot.names == ("before", "after")
     assert card.axis.count() == 2
-    assert "at odds" in card.remarks.whole
+    assert "at odds" in card.remarks.text()
 
 
 def test_accepted_gains_fly_as_one_step_of_undo(card, desk_room, desk, qtbot):

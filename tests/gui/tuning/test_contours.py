@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from workbench.gui.tuning.colour_scale import scale_colours
 from workbench.gui.tuning.contours import contour_levels, contour_segments, value_range
 
 
@@ -38,9 +37,3 @@ def test_a_few_values_far_away_do_not_hide_the_others():
 
 def test_a_map_of_nothing_has_no_range():
     assert value_range(np.full((3, 3), np.nan)) == (0.0, 0.0)
-
-
-def test_lightness_rises_all_along_the_scale():
-    colours = scale_colours(np.linspace(0.0, 1.0, 50)) / 255.0
-    linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
-    assert np.all(np.diff(linear @ [0.2126, 0.7152, 0.0722]) > 0.0)

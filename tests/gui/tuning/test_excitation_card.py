@@ -83,7 +83,7 @@ def test_nothing_is_no_amplitude(card):
 def test_on_the_ground_it_offers_to_take_off(card, desk_room, flying, qtbot):
     card.show_view(in_mode(flying, FlightMode.OFF))
     assert not card.button.isEnabled()
-    assert card.said.whole == "The drone must hover: take off."
+    assert card.said.text() == "The drone must hover: take off."
     qtbot.mouseClick(card.take_off, Qt.MouseButton.LeftButton)
     assert desk_room.flight.orders.given == [("request", "take_off")]
     card.show_view(in_mode(flying, FlightMode.HOVERING))
@@ -94,12 +94,12 @@ def test_on_the_ground_it_offers_to_take_off(card, desk_room, flying, qtbot):
 def test_nothing_can_be_started_before_there_is_a_flight(desk_room, qtbot):
     card = ExcitationCard(desk_room)
     qtbot.addWidget(card)
-    assert card.said.whole == "Nothing flies yet."
+    assert card.said.text() == "Nothing flies yet."
     assert not card.button.isEnabled()
 
 
 def test_it_says_how_far_the_drone_will_go(card):
-    assert card.said.whole == "2.0 m a round"
+    assert card.said.text() == "2.0 m a round"
 
 
 def test_what_is_changed_while_it_runs_is_flown(card, desk_room, flying):

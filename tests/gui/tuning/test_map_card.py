@@ -72,7 +72,7 @@ def test_arrows_and_enter_propose_too(card, desk_room, desk, qtbot):
     card.view.setFocus()
     qtbot.keyClick(card.view, Qt.Key.Key_Right)
     qtbot.keyClick(card.view, Qt.Key.Key_Up)
-    assert card.reading.whole == "kp_velocity_x 7, kp_pitch 300: 10 %"
+    assert card.reading.text() == "kp_velocity_x 7, kp_pitch 300: 10 %"
     qtbot.keyClick(card.view, Qt.Key.Key_Return)
     assert (desk.proposed["kp_velocity_x"], desk.proposed["kp_pitch"]) == (7.0, 300.0)
 
@@ -80,14 +80,14 @@ def test_arrows_and_enter_propose_too(card, desk_room, desk, qtbot):
 def test_a_lost_flight_is_hatched_and_called_lost(card, desk_room, qtbot):
     desk_room.analysis.mapped.emit(mapped(desk_room.analysis.of(DrawMap)[-1]))
     qtbot.mouseMove(card.view, card.view.place_of(10.0, 400.0).toPoint())
-    assert card.reading.whole.endswith(": lost")
+    assert card.reading.text().endswith(": lost")
 
 
 def test_two_equal_gains_make_no_map(card, desk_room, qtbot):
     asked = len(desk_room.analysis.asked)
     card.upwards.setCurrentIndex(card.across.currentIndex())
     card.upwards.activated.emit(card.upwards.currentIndex())
-    assert card.said.whole == "Choose two gains that are not the same."
+    assert card.said.text() == "Choose two gains that are not the same."
     assert len(desk_room.analysis.asked) == asked
 
 

@@ -62,7 +62,7 @@ def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(
     desk_room.analysis.judged.emit(judge(FLOWN, low))
     assert row(card, "pitch").state is State.LOW
     assert [cell.over for cell in row(card, "pitch").cells] == [False, False, True, False, False]
-    assert card.said.whole == "Weakest: pitch, phase 30.0° (≥ 45°)"
+    assert card.said.text() == "Weakest: pitch, phase 30.0° (≥ 45°)"
     assert row(card, "pitch").strong
 
 
@@ -85,7 +85,7 @@ def test_an_unstable_loop_is_named_in_a_sentence_and_has_no_numbers(
     card.judgement.follow(FLOWN, FLOWN)
     broken = make_loop("roll", stable=False)
     desk_room.analysis.judged.emit(judge(FLOWN, broken, said="The roll loop is unstable."))
-    assert card.said.whole == "The roll loop is unstable."
+    assert card.said.text() == "The roll loop is unstable."
     assert row(card, "roll").state is State.BROKEN
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
 
@@ -143,19 +143,19 @@ def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(
     desk_room.analysis.judged.emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     desk_room.analysis.refused.emit(desk_room.analysis.of(Judge)[-1], "its process has died")
-    assert card.said.whole == "Of earlier gains: its process has died"
+    assert card.said.text() == "Of earlier gains: its process has died"
     card.judgement.follow(FLOWN, FLOWN)
-    assert card.said.whole.startswith("Weakest")
+    assert card.said.text().startswith("Weakest")
 
 
 def test_margins_of_earlier_gains_say_so_when_the_analyst_is_slow(card, desk_room, judge, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
     desk_room.analysis.judged.emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    assert card.said.whole.startswith("Weakest")
-    qtbot.waitUntil(lambda: card.said.whole.startswith("Of earlier gains"), timeout=10000)
+    assert card.said.text().startswith("Weakest")
+    qtbot.waitUntil(lambda: card.said.text().startswith("Of earlier gains"), timeout=10000)
     desk_room.analysis.judged.emit(judge(PROPOSED))
-    assert card.said.whole.startswith("Weakest")
+    assert card.said.text().startswith("Weakest")
 
 
 def test_what_is_broken_is_compared_with_nothing(card, desk_room, judge, make_loop):

@@ -38,7 +38,7 @@ def test_paths_and_the_command_are_shown_and_copied(card, desk_room, qtbot, tmp_
     press(qtbot, card.button)
     spec = tmp_path / "my-step.spec.yaml"
     desk_room.analysis.pinned.emit(Pinned(spec, tmp_path / "my-step.baseline", "Holds a step."))
-    assert card.paths.whole == f"my-step.spec.yaml and my-step.baseline in {tmp_path}"
+    assert card.paths.text() == f"my-step.spec.yaml and my-step.baseline in {tmp_path}"
     assert str(spec) in card.paths.toolTip()
     assert card.command.text() == f"workbench regress {spec}"
     press(qtbot, card.copy)
@@ -49,7 +49,7 @@ def test_overwriting_takes_a_second_press(card, desk_room, qtbot, tmp_path):
     (tmp_path / "my-step.spec.yaml").write_text("mine")
     press(qtbot, card.button)
     assert desk_room.analysis.of(Pin) == []
-    assert card.said.whole == "my-step.spec.yaml exists: press again to overwrite it."
+    assert card.said.text() == "my-step.spec.yaml exists: press again to overwrite it."
     press(qtbot, card.button)
     assert len(desk_room.analysis.of(Pin)) == 1
 
@@ -66,7 +66,7 @@ def test_another_name_is_asked_about_anew(card, desk_room, qtbot, tmp_path):
 def test_a_refusal_is_told_beside_the_button(card, desk_room, qtbot):
     press(qtbot, card.button)
     desk_room.analysis.refused.emit(desk_room.analysis.of(Pin)[0], "the disk is full")
-    assert card.said.whole == "the disk is full"
+    assert card.said.text() == "the disk is full"
     assert card.button.isEnabled()
 
 

@@ -97,7 +97,7 @@ def test_a_lost_prediction_is_told(screen, desk_room, predict, qtbot):
     qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Predict)))
     asked = desk_room.analysis.of(Predict)[-1]
     desk_room.analysis.predicted.emit(predict(asked.gains, asked.step, lost=True))
-    assert screen.response.said.whole == "With the proposed gains the drone would be lost."
+    assert screen.response.said.text() == "With the proposed gains the drone would be lost."
     assert PREDICTED not in screen.response.plot.plot.names
 
 
@@ -132,7 +132,7 @@ def test_nothing_is_asked_while_the_screen_is_not_seen(screen, desk_room, judge,
 def test_a_chirp_has_nothing_to_predict(screen):
     screen.excitation.shape.activated.emit(tuple(Shape).index(Shape.CHIRP))
     assert screen.trial.step is None
-    assert screen.response.said.whole == "A chirp has no step to measure."
+    assert screen.response.said.text() == "A chirp has no step to measure."
     assert not screen.pin.button.isEnabled()
 
 
@@ -186,7 +186,7 @@ def test_a_prediction_that_is_refused_leaves_none_of_earlier_gains(
     qtbot.waitUntil(lambda: len(desk_room.analysis.of(Predict)) == 2)
     desk_room.analysis.refused.emit(desk_room.analysis.of(Predict)[-1], "its process has died")
     assert PREDICTED not in screen.response.plot.plot.names
-    assert screen.response.said.whole == "No prediction: its process has died"
+    assert screen.response.said.text() == "No prediction: its process has died"
     assert screen.response.table.rows[0].cells[1].text == "–"
 
 

@@ -58,4 +58,4 @@ def test_old_bars_say_that_they_are_old(card, desk_room, trial, desk, qtbot):
     qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Weigh)))
     desk_room.analysis.weighed.emit(Weighed(trial.proposed, STEP, {}))
     desk.propose("kp_pitch", 333.0)
-    assert card.said.whole == "Of the gains before; new ones follow …"
+    assert card.said.text() == "Of the gains before; new ones follow …"

@@ -15,12 +15,12 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_dialogs import ask_to_load, ask_to_save
 from workbench.gui.gains.gain_slots import SLOTS
 from workbench.gui.gains.offer_list import OfferList
 from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
-from workbench.gui.server.elided_label import ElidedLabel
 from workbench.gui.style import set_class
 from workbench.gui.workspace import Workspace
 

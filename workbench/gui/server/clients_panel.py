@@ -12,10 +12,11 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.server.clients_model import COLUMNS, ClientsModel
 from workbench.gui.server.clients_table import ClientsTable
-from workbench.gui.server.elided_label import ElidedLabel
+from workbench.gui.style import dressed
 from workbench.link.authority import NOBODY_YET
 from workbench.link.backplane import ControlState, Hand
 from workbench.live.network_orders import NetworkView
@@ -50,8 +51,7 @@ class ClientsPanel(QWidget):
         self.take_over.clicked.connect(lambda: flight.order(lambda live: live.take_over()))
         self.give_back.clicked.connect(lambda: flight.order(lambda live: live.give_back()))
         self.disconnect_button.clicked.connect(self._disconnect)
-        heading = QLabel("Clients", self)
-        heading.setProperty("class", "heading")
+        heading = dressed(QLabel("Clients", self), "heading")
         heading.setBuddy(self.table)
         top = QHBoxLayout()
         top.setSpacing(8)

@@ -3,8 +3,9 @@
 from PyQt6.QtCore import QTime
 from PyQt6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
 
-from workbench.gui.server.elided_label import ElidedLabel
+from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.server.refusal_log import LONGEST, RefusalLog, say_counts
+from workbench.gui.style import dressed
 from workbench.link.backplane import ServerStatus
 
 
@@ -20,8 +21,7 @@ class RefusalsPanel(QWidget):
         super().__init__(parent)
         self._log = RefusalLog()
         self._served = False
-        heading = QLabel("Refusals", self)
-        heading.setProperty("class", "heading")
+        heading = dressed(QLabel("Refusals", self), "heading")
         self.counts = ElidedLabel(say_counts({}), self)
         self.counts.setProperty("class", "muted")
         self.list = QPlainTextEdit(self)

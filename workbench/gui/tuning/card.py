@@ -1,10 +1,9 @@
 """A card: what belongs together, on its own ground, with a heading."""
 
-from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
-from workbench.gui.style import set_class
+from workbench.gui.elided_label import ElidedLabel
+from workbench.gui.style import dressed, set_class
 
 SPACING = 6
 
@@ -26,8 +25,7 @@ class Card(QFrame):
         super().__init__(parent)
         self.setProperty("class", "card")
         self.setAccessibleName(title)
-        heading = QLabel(title)
-        heading.setProperty("class", "heading")
+        heading = dressed(QLabel(title), "heading")
         self.said = Sentence()
         self.head = QHBoxLayout()
         self.head.setSpacing(SPACING)
@@ -39,42 +37,20 @@ class Card(QFrame):
         self.body.addLayout(self.head)
 
 
-class Sentence(QLabel):
-    """A sentence that takes the room there is, and has its whole text as tool tip."""
+class Sentence(ElidedLabel):
+    """A sentence that takes the room there is, in the colour of what it says."""
 
     def __init__(self, tone: str = "muted") -> None:
         super().__init__()
         self.setProperty("class", tone)
-        self.setWordWrap(False)
-        self.setMinimumWidth(40)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.setTextInteractionFlags(Qt.TextInteractionFlag.NoTextInteraction)
-        self._whole = ""
-
-    @property
-    def whole(self) -> str:
-        """What is said, in full."""
-        return self._whole
 
     def say(self, text: str, tone: str = "muted") -> None:
         """Say something, as muted, good, warning or bad."""
         set_class(self, tone)
-        if text != self._whole:
-            self._whole = text
-            self.setToolTip(text)
+        if text != self.text():
+            self.setText(text)
             self.setAccessibleName(text)
-            self._fit()
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Fit the text anew."""
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        metrics = self.fontMetrics()
-        self.setText(
-            metrics.elidedText(self._whole, Qt.TextElideMode.ElideRight, max(40, self.width()))
-        )
 
 
 def wrapped(tone: str = "muted") -> QLabel:

@@ -7,7 +7,7 @@ from PyQt6.QtGui import QKeySequence, QShortcut
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QPushButton, QWidget
 
 from workbench.excitation import Shape
-from workbench.gui.style import set_class
+from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.axes import AXES, find_axis
 from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.excitation_form import (
@@ -60,8 +60,7 @@ class ExcitationCard(Card):
         self.period.set_range(Unit("s"), *PERIODS)
         self.repeats = QCheckBox("&Repeat")
         self.repeats.setToolTip("Begin again when it is over, until it is stopped")
-        self.button = QPushButton("Start")
-        self.button.setProperty("class", "primary")
+        self.button = dressed(QPushButton("Start"), "primary")
         self.take_off = QPushButton("Take off")
         self.take_off.setToolTip("The drone must fly before it can be excited")
         self.take_off.setVisible(False)
@@ -90,7 +89,7 @@ class ExcitationCard(Card):
         """Show what can be done now."""
         running = view.exciting is not None
         mode = view.snapshot.mode if view.snapshot is not None else FlightMode.OFF
-        if running != self._running or mode is not self._mode or not self.said.whole:
+        if running != self._running or mode is not self._mode or not self.said.text():
             self._running, self._mode = running, mode
             self._show_state(view)
 

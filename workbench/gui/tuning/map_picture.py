@@ -2,11 +2,12 @@
 
 import numpy as np
 from PyQt6.QtCore import QPointF, QRectF, Qt
-from PyQt6.QtGui import QBrush, QColor, QFont, QFontMetrics, QImage, QPainter, QPen
+from PyQt6.QtGui import QBrush, QColor, QFont, QFontMetrics, QPainter, QPen
 
 from workbench.analyst.replies import Mapped
+from workbench.gui.charts.colour_map import colour_table, colours_of
+from workbench.gui.charts.colour_scale import image_of
 from workbench.gui.theme import Look
-from workbench.gui.tuning.colour_scale import scale_colours
 from workbench.gui.tuning.contours import Segment, contour_levels, contour_segments, value_range
 from workbench.gui.tuning.map_grid import MapGrid
 
@@ -33,13 +34,9 @@ class MapPicture:
         """Paint it all."""
         values = self._mapped.values
         low, high = value_range(values)
-        shares = np.nan_to_num((values - low) / max(high - low, 1e-12))
-        colours = np.ascontiguousarray(scale_colours(shares)[::-1])
-        rows, columns = values.shape
-        form = QImage.Format.Format_RGB888
-        painter.drawImage(
-            self._grid.box, QImage(colours.tobytes(), columns, rows, 3 * columns, form)
-        )
+        known = np.where(np.isfinite(values), values, low)
+        colours = colours_of(known, low, high, colour_table())
+        painter.drawImage(self._grid.box, image_of(colours[::-1]))
         self._hatch(painter, self._grid.box)
         self._paint_lines(painter)
         self._paint_axes(painter, self._grid.box)

@@ -4,6 +4,7 @@ from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtWidgets import QDoubleSpinBox, QLabel, QWidget
 
+from workbench.gui.style import dressed
 from workbench.gui.units import Unit
 
 
@@ -66,8 +67,7 @@ class NumberField(QDoubleSpinBox):
 
 def buddy(text: str, widget: QWidget, help: str = "") -> QLabel:
     """Return a label with a mnemonic that leads to a widget; name the widget where it has none."""
-    label = QLabel(text)
-    label.setProperty("class", "muted")
+    label = dressed(QLabel(text), "muted")
     label.setBuddy(widget)
     if not widget.accessibleName():
         widget.setAccessibleName(text.replace("&", ""))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QCompleter, QLabel, QLineEdit, QVBoxLayout, QWidget
 
-from workbench.gui.style import set_class
+from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import wrapped
 from workbench.gui.tuning.wish_text import completions, what_is_wrong
 
@@ -81,8 +81,7 @@ class WishLines(QWidget):
         self._box.setContentsMargins(0, 0, 0, 0)
         self._box.setSpacing(3)
         self.lines: list[WishLine] = []
-        label = QLabel("&Wishes")
-        label.setProperty("class", "muted")
+        label = dressed(QLabel("&Wishes"), "muted")
         self._box.addWidget(label)
         for wish in wishes:
             self._add(wish)

@@ -7,10 +7,10 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from workbench.gui.charts.colour_map import colour_table
+from workbench.gui.charts.colour_scale import image_of
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.style import set_class
-from workbench.gui.visualization.colour_map import colour_table
-from workbench.gui.visualization.colour_scale import image_of
 from workbench.gui.visualization.depth_picture import (
     colour_words,
     depth_colours,

@@ -8,6 +8,7 @@ from PyQt6.QtGui import QKeyEvent, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import QFrame, QGridLayout, QVBoxLayout, QWidget
 
 from workbench.gui.charts.strip_chart import StripChart
+from workbench.gui.style import dressed
 from workbench.gui.visualization.board_layout import MOST_CHARTS, Board, ChartSpec
 from workbench.gui.visualization.chart_pane import ChartPane
 from workbench.gui.visualization.series_source import SeriesSource
@@ -167,8 +168,7 @@ class ChartBoard(QWidget):
             pane.remove_signal(pane.spec.signals[-1])
 
     def _add(self, spec: ChartSpec) -> None:
-        card = QFrame(self)
-        card.setProperty("class", "card")
+        card = dressed(QFrame(self), "card")
         pane = ChartPane(self._workspace, spec, self._source)
         self._write_times(pane)
         box = QVBoxLayout(card)

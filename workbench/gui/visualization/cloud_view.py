@@ -17,12 +17,12 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import QSizePolicy, QWidget
 
+from workbench.gui.charts.colour_map import colour_table, colours_of
+from workbench.gui.charts.colour_scale import image_of, paint_scale
 from workbench.gui.charts.strokes import polygon_of
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.theme import Look
 from workbench.gui.visualization.cloud import SIDE, SLANTED, TOP, Viewpoint, paint_points
-from workbench.gui.visualization.colour_map import colour_table, colours_of
-from workbench.gui.visualization.colour_scale import image_of, paint_scale
 
 TURN = math.radians(10.0)
 """By one key."""

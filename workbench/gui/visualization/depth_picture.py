@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.gui.charts.colour_map import colours_of
 from workbench.gui.charts.ticks import number_text, round_step
-from workbench.gui.visualization.colour_map import colours_of
 
 TOO_NEAR = 0xFF000000
 BEYOND = 0xFF8A8F98

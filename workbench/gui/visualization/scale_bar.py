@@ -5,8 +5,8 @@ from PyQt6.QtCore import QRectF
 from PyQt6.QtGui import QPainter, QPaintEvent
 from PyQt6.QtWidgets import QWidget
 
+from workbench.gui.charts.colour_scale import paint_scale
 from workbench.gui.theme import Look
-from workbench.gui.visualization.colour_scale import paint_scale
 from workbench.gui.visualization.depth_picture import DepthScale
 
 
