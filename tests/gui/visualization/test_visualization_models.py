@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from workbench.gui.charts.colour_map import colour_table, colours_of
 from workbench.gui.visualization.cloud import TOP, Viewpoint, paint_points, rays_from
 from workbench.gui.visualization.cloud_page import turned
-from workbench.gui.visualization.colour_map import colour_table, colours_of
 from workbench.gui.visualization.depth_picture import (
     BEYOND,
     TOO_NEAR,
@@ -79,6 +79,9 @@ def test_colours_get_brighter_all_the_way():
     table = colour_table()
     light = [0.2126 * (c >> 16 & 255) + 0.7152 * (c >> 8 & 255) + 0.0722 * (c & 255) for c in table]
     assert (np.diff(np.array(light, dtype=float)) > -0.6).all()
+    lanes = np.stack([table >> 16 & 255, table >> 8 & 255, table & 255], axis=-1)[::5] / 255.0
+    linear = np.where(lanes <= 0.04045, lanes / 12.92, ((lanes + 0.055) / 1.055) ** 2.4)
+    assert np.all(np.diff(linear @ [0.2126, 0.7152, 0.0722]) > 0.0)  # relative luminance, sRGB
     assert colours_of(np.array([-5.0, 9.0]), 0.0, 1.0, table).tolist() == [table[0], table[-1]]
 
 

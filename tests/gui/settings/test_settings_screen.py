@@ -1,6 +1,5 @@
 """Settings by keyboard and mouse; limits and set-ups reach the flight as orders."""
 
-import threading
 from concurrent.futures import Future
 from dataclasses import replace
 
@@ -71,6 +70,17 @@ def test_a_typed_number_is_kept_in_si(screen, workspace, qtbot):
     assert row_of(screen, "stick_yaw_rate").reset.isEnabled()
     qtbot.mouseClick(row_of(screen, "stick_yaw_rate").reset, Qt.MouseButton.LeftButton)
     assert workspace.preferences.number("stick_yaw_rate") == 0.4
+
+
+def test_a_number_follows_the_unit_that_is_preferred(screen, workspace):
+    workspace.preferences.set("stick_yaw_rate", 0.5)
+    box = row_of(screen, "stick_yaw_rate").findChild(QAbstractSpinBox)
+    workspace.preferences.set("angle_unit", "radian")
+    assert box.text() == "0.50 rad/s"
+    assert "rad/s" in box.accessibleName()
+    workspace.preferences.set("angle_unit", "degree")
+    assert box.text().startswith("28.6") and box.text().endswith("°/s")
+    assert workspace.preferences.number("stick_yaw_rate") == 0.5
 
 
 def test_a_choice_takes_effect_at_once(screen, workspace, qtbot):
@@ -165,7 +175,7 @@ def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qt
     assert not kept.exists()  # nobody knows yet whether it flies
     screen.begin(replace(canned.views[0], scenario=begun[0]))
     qtbot.waitUntil(kept.exists)
-    qtbot.waitUntil(lambda: not any(t.name == "keeping a set-up" for t in threading.enumerate()))
+    workspace.errands.close()
     assert load_scenario(kept) == begun[0]
 
 

@@ -14,7 +14,6 @@ from workbench.gui.visualization.log_clock import LogClock
 from workbench.gui.visualization.log_names import live_name, si_unit
 from workbench.gui.visualization.log_source import LogSource
 from workbench.gui.visualization.log_worker import contents_of
-from workbench.gui.visualization.visualization_screen import VisualizationScreen
 from workbench.link.backplane import Sampled
 
 LIMIT = 60_000
@@ -34,23 +33,10 @@ def log(canned, tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def screen(workspace, canned, qtbot):
-    made = VisualizationScreen(workspace)
-    qtbot.addWidget(made)
-    made.resize(1190, 600)
-    made.show()
-    qtbot.waitExposed(made)
-    workspace.signals.begin(canned.views[0].topics)
-    made.begin(canned.views[0])
-    yield made
-    made.close_screen()
-
-
-@pytest.fixture
-def shown(screen, log, qtbot):
-    screen.open_log(log)
-    qtbot.waitUntil(lambda: screen.shows_log, timeout=LIMIT)
-    return screen
+def shown(begun, log, qtbot):
+    begun.open_log(log)
+    qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
+    return begun
 
 
 def test_series_are_those_of_the_flight_by_the_same_names(canned, workspace, log):
@@ -146,30 +132,30 @@ def test_the_live_flight_does_not_disturb_a_log(shown, canned):
 @pytest.mark.parametrize(
     ("content", "said"), [(b"not a log at all", "no MCAP file"), (b"", "empty")]
 )
-def test_what_is_no_log_is_refused_with_a_sentence(screen, told, qtbot, tmp_path, content, said):
+def test_what_is_no_log_is_refused_with_a_sentence(begun, told, qtbot, tmp_path, content, said):
     path = tmp_path / "other.mcap"
     path.write_bytes(content)
-    screen.open_log(path)
+    begun.open_log(path)
     qtbot.waitUntil(lambda: bool(told), timeout=LIMIT)
     assert said in told[0].what
-    assert not screen.shows_log
-    assert not screen.is_reading
+    assert not begun.shows_log
+    assert not begun.is_reading
 
 
-def test_reading_can_be_cancelled(screen, log):
-    screen.open_log(log)
-    assert screen.is_reading
-    assert screen.cancel.isVisible()
-    QTest.mouseClick(screen.cancel, Qt.MouseButton.LeftButton)
-    assert not screen.is_reading
-    assert not screen.cancel.isVisible()
+def test_reading_can_be_cancelled(begun, log):
+    begun.open_log(log)
+    assert begun.is_reading
+    assert begun.cancel.isVisible()
+    QTest.mouseClick(begun.cancel, Qt.MouseButton.LeftButton)
+    assert not begun.is_reading
+    assert not begun.cancel.isVisible()
 
 
-def test_the_newest_of_two_logs_wins(screen, log, told, qtbot, tmp_path):
+def test_the_newest_of_two_logs_wins(begun, log, told, qtbot, tmp_path):
     (tmp_path / "bad.mcap").write_bytes(b"nothing")
-    screen.open_log(tmp_path / "bad.mcap")
-    screen.open_log(log)
-    qtbot.waitUntil(lambda: screen.shows_log, timeout=LIMIT)
+    begun.open_log(tmp_path / "bad.mcap")
+    begun.open_log(log)
+    qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
     assert told == []
 
 

@@ -23,18 +23,11 @@ from workbench.link.backplane import Published
 
 
 @pytest.fixture
-def screen(workspace, canned, qtbot):
-    made = VisualizationScreen(workspace)
-    qtbot.addWidget(made)
-    made.resize(1190, 600)
-    made.show()
-    qtbot.waitExposed(made)
-    workspace.signals.begin(canned.views[0].topics)
-    made.begin(canned.views[0])
+def screen(begun, workspace, canned):
+    """The screen at the end of the flight."""
     workspace.flight.streamed.emit([each for some in canned.published for each in some])
-    made.show_view(canned.views[-1])
-    yield made
-    made.close_screen()
+    begun.show_view(canned.views[-1])
+    return begun
 
 
 def titles(screen):

@@ -9,15 +9,10 @@ from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
 from workbench.errors import WorkbenchError
-from workbench.gui.analysis import Analysis
-from workbench.gui.flight_model import FlightModel
-from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.gui.server.server_screen import ServerScreen
 from workbench.gui.server.server_state import Running
-from workbench.gui.signals import Signals
-from workbench.gui.theme import Look
-from workbench.gui.workspace import Workspace
+from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.authentication import read_tokens
 from workbench.link.backplane import Hand
@@ -32,17 +27,9 @@ class Bench:
 
     def __init__(self, folder):
         store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
-        preferences, notices = Preferences(store), Notices()
+        self.workspace = make_workspace(Preferences(store))
         self.folder, self.told = folder, []
-        notices.told.connect(self.told.append)
-        self.workspace = Workspace(
-            flight=FlightModel(notices),
-            signals=Signals(),
-            analysis=Analysis(notices),
-            preferences=preferences,
-            notices=notices,
-            look=Look(preferences),
-        )
+        self.workspace.notices.told.connect(self.told.append)
         self.flight = self.workspace.flight
         self.screen = ServerScreen(self.workspace)
         self.screen.resize(760, 600)
@@ -65,8 +52,7 @@ class Bench:
     def close(self):
         self.screen.close_screen()
         self.screen.close()
-        self.flight.close()
-        self.workspace.analysis.close()
+        self.workspace.close()
 
 
 @pytest.fixture(scope="module")
