@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import Protocol, TypeVar
 
 LONGEST_ECHO = 60
 """Of what was asked for, a sentence repeats so many characters."""
@@ -25,6 +26,35 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     near = get_close_matches(asked, names, n=1)
     hint = f"did you mean '{near[0]}'? " if near else ""
     return WorkbenchError(f"unknown {kind} '{asked}': {hint}known are {', '.join(names)}")
+
+
+class Named(Protocol):
+    """A row of a table."""
+
+    @property
+    def name(self) -> str:
+        """By which it is found."""
+
+
+Row = TypeVar("Row", bound=Named)
+
+
+def find_row(kind: str, name: str, rows: Iterable[Row]) -> Row:
+    """Return the row of a name.
+
+    Args:
+        kind: what the rows are, for the message.
+        name: of the row.
+        rows: to look in.
+
+    Raises:
+        WorkbenchError: if there is none; it says which name is near.
+    """
+    known = tuple(rows)
+    for row in known:
+        if row.name == name:
+            return row
+    raise unknown_name(kind, name, [row.name for row in known])
 
 
 @contextmanager

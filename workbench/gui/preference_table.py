@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.errors import WorkbenchError, find_row, unknown_name
 
 PreferenceValue = float | bool | str
 
@@ -202,7 +202,4 @@ def find_preference(name: str) -> Preference:
     Raises:
         WorkbenchError: if there is none.
     """
-    for row in PREFERENCES:
-        if row.name == name:
-            return row
-    raise unknown_name("preference", name, [row.name for row in PREFERENCES])
+    return find_row("preference", name, PREFERENCES)

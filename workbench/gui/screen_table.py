@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.errors import unknown_name
+from workbench.errors import find_row
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,4 @@ def find_screen(name: str) -> ScreenRow:
     Raises:
         WorkbenchError: if there is none.
     """
-    for row in SCREENS:
-        if row.name == name:
-            return row
-    raise unknown_name("screen", name, [row.name for row in SCREENS])
+    return find_row("screen", name, SCREENS)

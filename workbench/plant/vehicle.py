@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import unknown_name
+from workbench.errors import find_row
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensors import Sensor
@@ -86,7 +86,4 @@ class Vehicle:
         Raises:
             WorkbenchError: if there is no such link.
         """
-        for frame in self.frames:
-            if frame.name == name:
-                return frame
-        raise unknown_name("frame", name, [frame.name for frame in self.frames])
+        return find_row("frame", name, self.frames)

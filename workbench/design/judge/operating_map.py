@@ -14,7 +14,7 @@ from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.modes import least_damping, modes
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.errors import WorkbenchError, find_row
 from workbench.gains import flight_gains
 from workbench.plant.gravity import GRAVITY
 from workbench.scenario import Scenario
@@ -103,10 +103,7 @@ def find_direction(name: str) -> Direction:
     Raises:
         WorkbenchError: if there is none of that name.
     """
-    for direction in DIRECTIONS:
-        if direction.name == name:
-            return direction
-    raise unknown_name("direction of a map", name, [direction.name for direction in DIRECTIONS])
+    return find_row("direction of a map", name, DIRECTIONS)
 
 
 def operating_map(

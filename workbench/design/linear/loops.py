@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from workbench.errors import unknown_name
+from workbench.errors import find_row, unknown_name
 from workbench.systems.loop_points import POINTS
 
 
@@ -55,10 +55,7 @@ def find_loop(name: str) -> Loop:
     Raises:
         WorkbenchError: if there is none of that name.
     """
-    for loop in LOOPS:
-        if loop.name == name:
-            return loop
-    raise unknown_name("loop", name, [loop.name for loop in LOOPS])
+    return find_row("loop", name, LOOPS)
 
 
 def check_point(name: str) -> int:

@@ -13,7 +13,7 @@ from workbench.design.regress.signals import find_signal
 from workbench.design.reproduce import mean_until
 from workbench.design.step_metrics import crossing_time
 from workbench.design.step_response import axis_force, coupling
-from workbench.errors import unknown_name
+from workbench.errors import find_row
 
 HOVER = 0.5
 """What is measured before the edge is a mean over so long [s]."""
@@ -62,10 +62,7 @@ def find_metric(name: str) -> Metric:
     Raises:
         WorkbenchError: if there is none.
     """
-    for metric in METRICS:
-        if metric.name == name:
-            return metric
-    raise unknown_name("metric", name, [metric.name for metric in METRICS])
+    return find_row("metric", name, METRICS)
 
 
 def _t90(flight: Flight) -> float:

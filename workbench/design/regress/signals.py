@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from workbench.design.step_response import unwrapped_yaw
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.errors import WorkbenchError, find_row
 from workbench.parameters import MOST_ROTORS
 from workbench.recording import Recording
 
@@ -27,10 +27,7 @@ def find_signal(name: str) -> Signal:
     Raises:
         WorkbenchError: if there is none.
     """
-    for signal in SIGNALS:
-        if signal.name == name:
-            return signal
-    raise unknown_name("signal", name, [signal.name for signal in SIGNALS])
+    return find_row("signal", name, SIGNALS)
 
 
 def _roll(recording: Recording) -> np.ndarray:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.errors import unknown_name
+from workbench.errors import find_row
 
 ARRIVED = 5.0
 """A step that is farther from its command in the end did not get there [%]."""
@@ -52,10 +52,7 @@ def find_metric(name: str) -> SweepMetric:
     Raises:
         WorkbenchError: if there is none.
     """
-    for metric in (*FLOWN, *MARGINS):
-        if metric.name == name:
-            return metric
-    raise unknown_name("metric", name, [metric.name for metric in (*FLOWN, *MARGINS)])
+    return find_row("metric", name, (*FLOWN, *MARGINS))
 
 
 def cost(metric: SweepMetric, values: np.ndarray, command: float) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from workbench.design.linear.loops import LOOPS
 from workbench.design.step_response import AXES
 from workbench.design.tune.metric import LOOP, METRICS, ROTORS, STEP, Metric, shown, si_value
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.errors import WorkbenchError, find_row, unknown_name
 
 DEFAULT = "default"
 """The origin of a wish that nobody wrote."""
@@ -92,10 +92,7 @@ def merged(wishes: Sequence[Wish]) -> list[Wish]:
 
 
 def _metric(name: str) -> Metric:
-    for metric in METRICS:
-        if metric.name == name:
-            return metric
-    raise unknown_name("metric", name, [metric.name for metric in METRICS])
+    return find_row("metric", name, METRICS)
 
 
 def _subjects(name: str, metric: Metric) -> tuple[str, ...]:

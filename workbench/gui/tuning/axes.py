@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from workbench.errors import unknown_name
+from workbench.errors import find_row
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,4 @@ def find_axis(name: str) -> Axis:
     Raises:
         WorkbenchError: if there is none.
     """
-    for axis in AXES:
-        if axis.name == name:
-            return axis
-    raise unknown_name("axis", name, [axis.name for axis in AXES])
+    return find_row("axis", name, AXES)

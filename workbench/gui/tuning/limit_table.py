@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from workbench.errors import unknown_name
+from workbench.errors import find_row
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,4 @@ def find_limit(name: str) -> Limit:
     Raises:
         WorkbenchError: if there is none.
     """
-    for limit in LIMITS:
-        if limit.name == name:
-            return limit
-    raise unknown_name("limit", name, [limit.name for limit in LIMITS])
+    return find_row("limit", name, LIMITS)
