@@ -69,6 +69,17 @@ def workspace(qapp, tmp_path):
 
 
 @pytest.fixture
+def show(workspace, monkeypatch):
+    """Shows a view as the flight's newest."""
+
+    def show_view(view):
+        monkeypatch.setattr(workspace.flight, "_view", view)
+        workspace.flight.viewed.emit(view)
+
+    return show_view
+
+
+@pytest.fixture
 def told(workspace):
     """All that the workspace told its user."""
     notices = []

@@ -105,6 +105,10 @@ class FakeServer:
         self.connections = 0
         self.listen(0)
 
+    def heard(self, kind: type) -> list[object]:
+        """Return the operations of a kind that clients asked for."""
+        return [each for each in self.operations if isinstance(each, kind)]
+
     def listen(self, port: int) -> None:
         self.listener = socket.create_server(("127.0.0.1", port))
         self.port = self.listener.getsockname()[1]

@@ -38,15 +38,6 @@ def drawn(canned):
 
 
 @pytest.fixture
-def show(workspace, monkeypatch):
-    def show_view(view):
-        monkeypatch.setattr(workspace.flight, "_view", view)
-        workspace.flight.viewed.emit(view)
-
-    return show_view
-
-
-@pytest.fixture
 def loaded():
     return []
 

@@ -1,0 +1,171 @@
+"""The window: keys, what is kept, and its end."""
+
+import gc
+
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QFileDialog, QLineEdit
+
+from workbench.gui.help_pages import KeysPage
+from workbench.live.choice import Choice
+from workbench.live.messages import Phase
+from workbench.systems.mode import FlightMode
+
+FLYING = 60_000
+"""Longest wait for a flight to begin [ms]."""
+
+CTRL = Qt.KeyboardModifier.ControlModifier
+
+
+def test_the_collector_passes_over_what_lives_as_long_as_the_window(opened, qtbot):
+    gc.unfreeze()
+    window = opened(first="home")
+    qtbot.waitUntil(lambda: gc.get_freeze_count() > 0, timeout=10_000)
+    assert window.isVisible()
+    gc.unfreeze()
+
+
+@pytest.mark.parametrize("field", ["number", "line"])
+def test_the_stop_key_works_wherever_the_keyboard_is(opened, qtbot, workspace, field, monkeypatch):
+    window = opened(first="home")
+    asked = []
+    monkeypatch.setattr(workspace.flight, "order", lambda give, *rest: give(Asked(asked)))
+    widget = getattr(window.stack.current, field)
+    widget.setFocus()
+    qtbot.keyClick(widget, Qt.Key.Key_F12)
+    assert asked == [("request", "stop")]
+    window.top_bar.speed.setFocus()
+    qtbot.keyClick(window.top_bar.speed, Qt.Key.Key_F12)
+    assert asked == [("request", "stop")] * 2
+
+
+def test_the_stop_key_works_above_an_open_dialog(opened, qtbot, workspace, monkeypatch):
+    window = opened(first="home")
+    asked = []
+    monkeypatch.setattr(workspace.flight, "order", lambda give, *rest: give(Asked(asked)))
+    window.actions_by_name["open_scenario"].trigger()
+    (dialog,) = window.findChildren(QFileDialog)
+    qtbot.waitExposed(dialog)
+    qtbot.keyClick(dialog.findChild(QLineEdit), Qt.Key.Key_F12)
+    assert asked == [("request", "stop")]
+    dialog.close()
+
+
+class Asked:
+    """A live flight that notes what it is asked for."""
+
+    def __init__(self, asked):
+        self._asked = asked
+
+    def __getattr__(self, name):
+        return lambda *args: self._asked.append((name, *args))
+
+
+def test_what_the_window_showed_is_there_at_the_next_start(opened):
+    window = opened(first="home", view3d=True)
+    window.resize(1024, 700)
+    window.splitter.setSizes([700, 400])
+    sizes = window.splitter.sizes()
+    window.show_screen("settings")
+    window.close()
+    again = opened(view3d=True)
+    assert again.height() == 700  # the test's screen is too narrow for another width
+    assert again.stack.name == "settings"
+    assert again.splitter.sizes() == sizes
+
+
+def test_ctrl_0_hides_the_3d_view_and_that_is_kept(opened, qtbot):
+    window = opened(view3d=True)
+    assert window.view3d.isVisible()
+    qtbot.keyClick(window, Qt.Key.Key_0, CTRL)
+    assert not window.view3d.isVisible()
+    window.close()
+    assert not opened(view3d=True).view3d.isVisible()
+
+
+def test_a_start_without_3d_leaves_the_next_one_its_view(opened):
+    opened(view3d=False).close()
+    assert opened(view3d=True).view3d.isVisible()
+
+
+@pytest.mark.parametrize(
+    ("key", "kept"),
+    [("geometry", "nonsense"), ("screen", "kitchen"), ("beside", "perhaps"), ("splitter", 7)],
+)
+def test_settings_that_make_no_sense_are_passed_over(opened, workspace, key, kept):
+    workspace.preferences.store.setValue(f"window/1/{key}", kept)
+    assert opened(view3d=True).stack.name == "home"
+
+
+def test_the_theme_is_chosen_in_the_menu(opened, workspace):
+    window = opened()
+    window.actions_by_name["theme_dark"].trigger()
+    assert workspace.look.is_dark
+    checked = [
+        name
+        for name in ("theme_system", "theme_light", "theme_dark")
+        if window.actions_by_name[name].isChecked()
+    ]
+    assert checked == ["theme_dark"]
+
+
+def test_the_page_of_keys_lists_every_shortcut(qtbot):
+    from PyQt6.QtWidgets import QLabel
+
+    from workbench.gui.actions import ACTIONS
+
+    page = KeysPage()
+    qtbot.addWidget(page)
+    words = " ".join(label.text() for label in page.findChildren(QLabel))
+    for row in ACTIONS:
+        assert row.shortcut in words
+        assert not row.shortcut or row.help in words
+
+
+def test_leaving_the_window_lets_go(opened, qtbot, qapp):
+    window = opened(first="joystick")
+    window.activateWindow()
+    other = QLineEdit()
+    qtbot.addWidget(other)
+    other.show()
+    other.activateWindow()
+    qtbot.waitUntil(lambda: "release" in window.stack.current.heard, timeout=5000)
+
+
+def test_closing_ends_the_screens_once(opened):
+    window = opened(first="home")
+    home = window.stack.current
+    window.close()
+    window.close()
+    assert home.heard.count("close") == 1
+
+
+def test_a_flight_from_the_first_key_to_the_last(opened, qtbot, workspace, told, tmp_path):
+    window = opened(first="home")
+    window.workspace.flight.draws = False
+    window.desk.fly(Choice("network"))
+    view = lambda: workspace.flight.view  # noqa: E731
+    qtbot.waitUntil(lambda: view().phase is Phase.FLYING, timeout=FLYING)
+    assert window.actions_by_name["take_off"].isEnabled()
+    qtbot.keyClick(window, Qt.Key.Key_R, CTRL | Qt.KeyboardModifier.ShiftModifier)
+    qtbot.waitUntil(lambda: window.recorder.is_recording, timeout=10_000)
+    qtbot.keyClick(window, Qt.Key.Key_F6)
+    qtbot.waitUntil(lambda: view().snapshot.mode is FlightMode.HOVERING, timeout=30_000)
+    qtbot.keyClick(window, Qt.Key.Key_F9)
+    qtbot.waitUntil(lambda: view().phase is Phase.PAUSED, timeout=10_000)
+    stood = view().snapshot.time
+    qtbot.keyClick(window, Qt.Key.Key_F10)
+    qtbot.waitUntil(lambda: view().snapshot.time > stood, timeout=10_000)
+    assert view().snapshot.time - stood == pytest.approx(1 / 128)
+    qtbot.keyClick(window, Qt.Key.Key_F9)
+    qtbot.waitUntil(lambda: view().phase is Phase.FLYING, timeout=10_000)
+    qtbot.keyClick(window, Qt.Key.Key_F12)
+    qtbot.waitUntil(lambda: view().snapshot.mode is FlightMode.OFF, timeout=10_000)
+    qtbot.keyClick(window, Qt.Key.Key_R, CTRL)
+    qtbot.waitUntil(lambda: view().snapshot.time < stood, timeout=10_000)
+    window.close()
+    assert workspace.flight.live is None
+    logs = sorted((tmp_path / "logs").iterdir())
+    assert len(logs) == 2  # a reset begins the next
+    assert all(log.read_bytes().endswith(b"\x89MCAP0\r\n") for log in logs)
+    assert [notice.severity.value for notice in told if notice.severity.value == "failure"] == []

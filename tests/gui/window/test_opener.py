@@ -1,0 +1,94 @@
+"""Files that are opened, dropped, or flown again."""
+
+import pytest
+from PyQt6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PyQt6.QtGui import QDropEvent
+
+from workbench.gui.opening import FileKind
+from workbench.live.choice import Choice
+from workbench.resources import find_scenario
+from workbench.scenario import Scenario, SensorsConfig
+
+
+@pytest.fixture
+def flown(workspace, monkeypatch):
+    """What the window wants to fly."""
+    choices = []
+
+    def fly(choice, draw):
+        workspace.flight.what = choice
+        choices.append(choice)
+
+    monkeypatch.setattr(workspace.flight, "fly", fly)
+    return choices
+
+
+def drop(window, path):
+    mime = QMimeData()
+    mime.setUrls([QUrl.fromLocalFile(str(path))])
+    event = QDropEvent(
+        QPointF(10.0, 10.0),
+        Qt.DropAction.CopyAction,
+        mime,
+        Qt.MouseButton.LeftButton,
+        Qt.KeyboardModifier.NoModifier,
+    )
+    window.dropEvent(event)
+
+
+def test_a_dropped_file_is_flown_for_what_it_is(opened, flown, tmp_path):
+    window = opened()
+    drone, world = tmp_path / "mine.sdf", tmp_path / "park.world"
+    drone.write_text("<sdf/>")
+    world.write_text("<sdf/>")
+    drop(window, find_scenario("windy"))
+    drop(window, world)
+    drop(window, drone)
+    windy = str(find_scenario("windy"))
+    assert flown == [
+        Choice(windy),
+        Choice(windy, world=str(world)),
+        Choice(windy, model=str(drone), world=str(world), sensors=("all",)),
+    ]
+    assert [each.kind for each in window.recent.files()] == [
+        FileKind.MODEL,
+        FileKind.WORLD,
+        FileKind.SCENARIO,
+    ]
+
+
+def test_a_dropped_log_goes_to_the_charts(opened, tmp_path):
+    window = opened(first="home")
+    log = tmp_path / "flight.mcap"
+    log.write_bytes(b"")
+    drop(window, log)
+    assert window.stack.name == "visualization"
+    assert window.stack.current.heard[-1] == "log flight.mcap"
+
+
+def test_a_world_that_is_opened_after_a_set_up_keeps_the_rest_of_it(opened, flown):
+    window = opened()
+    window.desk.fly(Scenario(duration=7.0, sensors=SensorsConfig(use=["imu"])))
+    window.desk.fly_world("room")
+    window.desk.fly_model("cf2x")
+    assert (flown[1].duration, flown[1].world, flown[1].sensors.use) == (7.0, "room", ["imu"])
+    assert (flown[2].world, flown[2].vehicle.model) == ("room", "cf2x")
+
+
+def test_what_cannot_be_opened_is_a_notice(opened, told, tmp_path):
+    window = opened()
+    letter = tmp_path / "letter.txt"
+    letter.write_text("Dear Ada")
+    drop(window, letter)
+    assert "letter.txt cannot be opened" in told[0].what
+    drop(window, tmp_path / "gone.mcap")
+    assert "gone.mcap: no such file" in told[1].what
+
+
+def test_recent_files_fly_again_from_the_menu(opened, flown):
+    window = opened()
+    window.opener.open(FileKind.SCENARIO, find_scenario("hover"))
+    (action,) = window._recent_menu._menu.actions()
+    assert "hover.yaml" in action.text()
+    action.trigger()
+    assert flown == [Choice(str(find_scenario("hover")))] * 2

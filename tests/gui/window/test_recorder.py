@@ -1,0 +1,65 @@
+"""Pictures and logs."""
+
+import dataclasses
+
+from workbench.gui.recorder import log_name, size_text
+from workbench.live.network_orders import NetworkView
+
+
+def test_a_screenshot_goes_to_the_folder_and_is_told(opened, qtbot, told, tmp_path):
+    window = opened()
+    window.actions_by_name["screenshot"].trigger()
+    qtbot.waitUntil(lambda: bool(told), timeout=10_000)
+    (picture,) = (tmp_path / "logs").iterdir()
+    assert told[0].what == f"wrote {picture}"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_folder_that_cannot_be_written_is_a_notice(opened, qtbot, told, workspace, tmp_path):
+    (tmp_path / "file").write_text("")
+    workspace.preferences.set("log_folder", str(tmp_path / "file"))
+    window = opened()
+    window.actions_by_name["screenshot"].trigger()
+    qtbot.waitUntil(lambda: bool(told), timeout=10_000)
+    assert "could not be written" in told[0].what
+    assert "Settings" in told[0].remedy
+    window.recorder.toggle()
+    assert "the folder for logs cannot be made" in told[1].what
+
+
+def test_a_log_that_ends_by_itself_is_told_and_the_flight_goes_on(opened, show, canned, told):
+    window = opened()
+    view = canned.views[0]
+    show(dataclasses.replace(view, network=NetworkView(log="/tmp/a.mcap")))
+    assert window.recorder.is_recording
+    assert window.actions_by_name["record"].isChecked()
+    show(dataclasses.replace(view, network=NetworkView(said="the disk is full")))
+    assert told[0].what == "recording has ended: the disk is full"
+    assert "The flight goes on" in told[0].remedy
+    assert not window.actions_by_name["record"].isChecked()
+
+
+def test_a_log_that_ends_with_its_flight_is_kept_and_told(opened, show, canned, told):
+    """A reset goes on in the next file; a flight that is over, or dead, records no more."""
+    window = opened()
+    first = dataclasses.replace(canned.views[0], network=NetworkView(log="/tmp/a.mcap"))
+    second = dataclasses.replace(first, network=NetworkView(log="/tmp/a-2.mcap"))
+    for view in (first, second, second.ended("the flight's process was killed")):
+        show(view)
+    assert not window.recorder.is_recording
+    assert not window.actions_by_name["record"].isChecked()
+    assert [each.what for each in told] == ["recorded /tmp/a.mcap", "recorded /tmp/a-2.mcap"]
+
+
+def test_log_names_suit_file_systems():
+    from datetime import datetime
+
+    noon = datetime(2026, 3, 4, 12, 30, 5)
+    assert log_name("dh_drone", noon) == "dh_drone-20260304-123005.mcap"
+    assert log_name("a/b: ü", noon) == "a_b_-20260304-123005.mcap"
+    assert [size_text(size) for size in (0, 12_300, 4_560_000, 7_890_000_000)] == [
+        "0 kB",
+        "12 kB",
+        "4.6 MB",
+        "7.89 GB",
+    ]
