@@ -58,18 +58,18 @@ MAY_IMPORT = {
     "monitor": "errors link",
     "gateways": "errors link ros_messages",
     "open_loop": "errors configured live_context recording scenario plant systems diagram",
-    "design": "errors atomic_write resources instant flown_branch response_metrics sensors_config "
+    "design": "errors atomic_write resources instant branches response_metrics sensors_config "
     "yaml_files cache recording gains gain_rule parameters vehicle_parameters configured scenario "
     "plant systems diagram session",
     "response_metrics": "",
     "excitation": "errors",
     "instant": "",
-    "flown_branch": "",
+    "branches": "",
     "analyst": "errors configured scenario parameters gains live plant session instant excitation "
-    "flown_branch design",
+    "branches design",
     "gui": "errors resources yaml_files atomic_write parameters sensors_config scenario "
     "gain_files gain_diff gain_history plant systems snapshot link live instant excitation "
-    "analyst flight_log response_metrics flown_branch",
+    "analyst flight_log response_metrics branches",
     "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
     "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
     "session open_loop design live link flight_log monitor gateways",
@@ -77,7 +77,8 @@ MAY_IMPORT = {
     "cli": "errors commands",
     "pytest_plugin": "errors atomic_write design",
     "__main__": "cli",
-    "__init__": "errors scenario plant diagram session live design gains gain_diff",
+    "__init__": "errors branches excitation scenario plant diagram session live design gains "
+    "gain_diff",
 }
 """What of ours a room may import besides itself. `room/file` is what one file of it may besides."""
 

@@ -8,6 +8,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from workbench.branches import Branch
+    from workbench.design.fork import fly_fork
     from workbench.design.judge.live import live_margins
     from workbench.design.judge.loop_judgement import judge_loops
     from workbench.design.judge.margins import LoopMargins, loop_margins
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from workbench.diagram.core import make_flight_core
     from workbench.diagram.workbench import make_workbench
     from workbench.errors import WorkbenchError
+    from workbench.excitation import Excitation, Shape
     from workbench.gain_diff import diff_gains
     from workbench.gains import (
         GainFile,
@@ -63,7 +66,9 @@ if TYPE_CHECKING:
     from workbench.session import Session
 
 _HOME = {
+    "Branch": "workbench.branches",
     "Changes": "workbench.design.regress.flight",
+    "Excitation": "workbench.excitation",
     "GainFile": "workbench.gains",
     "Judgement": "workbench.design.judge.report",
     "LinearModel": "workbench.design.linear.model",
@@ -75,6 +80,7 @@ _HOME = {
     "Scenario": "workbench.scenario",
     "SensorsConfig": "workbench.scenario",
     "Session": "workbench.session",
+    "Shape": "workbench.excitation",
     "StepResponse": "workbench.design.step_response",
     "SweepRange": "workbench.design.sweep.ranges",
     "SweepTable": "workbench.design.sweep.table",
@@ -87,6 +93,7 @@ _HOME = {
     "diff_gains": "workbench.gain_diff",
     "find_loop": "workbench.design.linear.loops",
     "flight_gains": "workbench.gains",
+    "fly_fork": "workbench.design.fork",
     "fly_step": "workbench.design.step_response",
     "gain_map": "workbench.design.sweep.gain_map",
     "gains_at": "workbench.gains",
@@ -130,7 +137,9 @@ _HOME = {
 }
 
 __all__ = [
+    "Branch",
     "Changes",
+    "Excitation",
     "GainFile",
     "Judgement",
     "LinearModel",
@@ -142,6 +151,7 @@ __all__ = [
     "Scenario",
     "SensorsConfig",
     "Session",
+    "Shape",
     "StepResponse",
     "SweepRange",
     "SweepTable",
@@ -154,6 +164,7 @@ __all__ = [
     "diff_gains",
     "find_loop",
     "flight_gains",
+    "fly_fork",
     "fly_step",
     "gain_map",
     "gains_at",

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.analyst.questions import Branch, Fork, Step
+from workbench.analyst.questions import Fork, Step
 from workbench.analyst.subject import Subject
+from workbench.branches import Branch
 from workbench.errors import WorkbenchError
 from workbench.scenario import Action, Scenario
 from workbench.session import Session

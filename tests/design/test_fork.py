@@ -3,11 +3,11 @@
 import dataclasses
 import math
 import pickle
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
+from workbench.branches import Branch
 from workbench.design.fork import LONGEST, Forker, fly_fork
 from workbench.errors import WorkbenchError
 from workbench.scenario import Action, Scenario, SensorsConfig, Start
@@ -22,12 +22,6 @@ SCENARIO = Scenario(
         Action(at=1.7, yaw_rate=0.2),
     ],
 )
-
-
-@dataclasses.dataclass(frozen=True)
-class Branch:
-    name: str
-    gains: Mapping[str, float]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -160,6 +160,7 @@ def test_what_comes_over_needs_no_drake(paused):
     [
         (lambda f: f.set("kp_rol", 1.0), ("'kp_rol'", "'kp_roll'")),
         (lambda f: f.set(3, 1.0), ("parameter", "3")),
+        (lambda f: f.set([], 1.0), ("parameter", "[]")),
         (lambda f: f.set("kp_roll", float("nan")), ("kp_roll", "nan")),
         (lambda f: f.set("kp_roll", "much"), ("kp_roll", "'much'")),
         (lambda f: f.set("kp_roll", 1e9), ("kp_roll", "2500")),

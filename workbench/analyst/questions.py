@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from workbench.branches import Branch
+
 if TYPE_CHECKING:
     from workbench.instant import Instant
 
@@ -79,14 +81,6 @@ class Tune:
 
     gains: Gains
     wishes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Branch:
-    """One way in which a forked flight goes on: a name and parameter values from now on."""
-
-    name: str
-    gains: Gains
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.analyst.questions import DrawMap, Gains, Step
-from workbench.flown_branch import FlownBranch
+from workbench.branches import FlownBranch
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from workbench.branches import Branch, FlownBranch
 from workbench.design.lost import find_loss
 from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
-from workbench.flown_branch import FlownBranch
 from workbench.instant import Instant
 from workbench.parameters import checked
 from workbench.scenario import Scenario
@@ -18,21 +18,9 @@ from workbench.session import Session
 
 AXES = ("x", "y", "z", "yaw")
 LONGEST = 120.0
-"""FlownBranch of a branch [s]."""
+"""Flown of a branch [s]."""
 SLICE = 0.25
 """After which it is asked whether to go on [s]."""
-
-
-class Branch(Protocol):
-    """One way in which a flight goes on."""
-
-    @property
-    def name(self) -> str:
-        """Of the branch."""
-
-    @property
-    def gains(self) -> Mapping[str, float]:
-        """Values of live parameters that are set at the instant, by name."""
 
 
 class Step(Protocol):

@@ -114,7 +114,7 @@ class LiveFlight:
 
     def set(self, name: str, value: float) -> Future[float]:
         """Give a live parameter a value."""
-        return self.set_all({name: value})
+        return self._make(lambda: Action(set={_text("parameter", name): _number(name, value)}))
 
     def set_all(self, values: Mapping[str, float]) -> Future[float]:
         """Give live parameters values, by name, at one step; if one is refused, all are."""

@@ -4,7 +4,7 @@ from PyQt6.QtCore import Qt
 
 from workbench.analyst.questions import Fork, Step
 from workbench.analyst.replies import Forked
-from workbench.flown_branch import FlownBranch
+from workbench.branches import FlownBranch
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.ghost import NAME, Ghost
 

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QPushButton, QWidget
 
-from workbench.analyst.questions import Branch, Fork, Question, Step
+from workbench.analyst.questions import Fork, Question, Step
 from workbench.analyst.replies import Forked
+from workbench.branches import Branch
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.style import dressed

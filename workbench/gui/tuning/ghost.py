@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analyst.questions import Branch, Fork, Question
+from workbench.analyst.questions import Fork, Question
 from workbench.analyst.replies import Forked
+from workbench.branches import Branch
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.tuning.fork_curves import velocity

@@ -1,8 +1,22 @@
-"""How a flight would go on from an instant, as curves; no Drake, so that screens may have it."""
+"""How a flight may go on from an instant; no Drake, so that screens may have it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One way in which a flight goes on.
+
+    Attributes:
+        name: of the branch.
+        gains: values of live parameters that are set at the instant, by name.
+    """
+
+    name: str
+    gains: Mapping[str, float]
 
 
 @dataclass(frozen=True)
