@@ -1,5 +1,7 @@
 """A real flight behind the model: begun, ordered, broken, replaced and ended."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from workbench.errors import WorkbenchError
@@ -104,3 +106,16 @@ def test_what_cannot_be_flown_is_told_and_the_next_flies(workspace, heard, told,
     workspace.flight.fly(Scenario(), draw=False)
     qtbot.waitUntil(lambda: bool(begun), timeout=START)
     assert workspace.flight.is_flying
+
+
+def test_a_gap_in_what_was_published_is_told_once(workspace, told):
+    live = SimpleNamespace(
+        streamed=lambda: [], latest=lambda: workspace.flight.view, missed=0, close=lambda: None
+    )
+    workspace.flight._live = live
+    for missed in (0, 3, 3):
+        live.missed = missed
+        workspace.flight._look()
+    assert [each.what for each in told] == [
+        "The window stood still for so long that the charts have a gap."
+    ]

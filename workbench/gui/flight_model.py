@@ -55,6 +55,7 @@ class FlightModel(QObject):
         self._view = LiveView()
         self._answers = Answers(lambda said: notices.warn(said), self)
         self._errands = Errands()
+        self._missed = 0
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(PERIOD)
@@ -88,6 +89,7 @@ class FlightModel(QObject):
             self._show(LiveView().ended(str(error)))
             self._notices.fail(str(error), "Close other programs, then open the scenario again.")
             return
+        self._missed = 0
         self._show(self._live.latest())
         self._timer.start()
 
@@ -150,6 +152,16 @@ class FlightModel(QObject):
             self.streamed.emit(published)
         if view is not self._view:
             self._show(view)
+        self._tell_missed(self._live.missed)
+
+    def _tell_missed(self, missed: int) -> None:
+        """Tell that curves have a gap, which they do not show."""
+        if missed > self._missed:
+            self._missed = missed
+            self._notices.warn(
+                "The window stood still for so long that the charts have a gap.",
+                "The flight and its log have none.",
+            )
 
     def _show(self, view: LiveView) -> None:
         before, self._view = self._view, view

@@ -47,6 +47,12 @@ class Exchange:
     Args:
         begin: what to fly.
 
+    Attributes:
+        view: the newest.
+        begun: set once the flight has begun, or has ended before.
+        streamed: what was published and is not taken yet.
+        missed: so much of that was left out.
+
     Raises:
         WorkbenchError: if no process can be started, or that cannot be told to one.
     """
@@ -59,6 +65,7 @@ class Exchange:
         self.view = LiveView()
         self.begun = threading.Event()
         self.streamed: deque[Published] = deque(maxlen=MOST_STREAMED)
+        self.missed = 0
         self._lock = threading.Lock()
         self._waiting: dict[int, Future[Any]] = {}
         self._orders = 0
@@ -125,6 +132,8 @@ class Exchange:
 
     def _hear(self, message: object) -> None:
         if isinstance(message, Streamed):
+            full = len(self.streamed) + len(message.published) - MOST_STREAMED
+            self.missed += message.lost + max(0, full)
             self.streamed.extend(message.published)
             return
         self.view = self.view.after(message)

@@ -95,6 +95,11 @@ class LiveFlight:
         waiting = self._exchange.streamed
         return [waiting.popleft() for _ in range(len(waiting))]
 
+    @property
+    def missed(self) -> int:
+        """How many times are missing in all of `streamed`, as nobody took them soon enough."""
+        return self._exchange.missed
+
     def wait(self, limit: float = 120.0) -> LiveView:
         """Wait until the flight has begun, and return its first view.
 
