@@ -44,7 +44,7 @@ CHOICE = Choice(
 SECONDS = 8.0
 """Of each screen."""
 SETTLING = 2.0
-MOVES = 40
+MOVES = 200
 STARTS = 5
 GAIN = "kp_velocity_x"
 
@@ -176,7 +176,7 @@ class Bench:
             desk.propose(GAIN, start * (1.0 + 0.01 * (move % 2 + 1)))
             self.until(lambda: bool(applied), 10.0)
             took.append(1e-9 * (applied[0] - begun))
-            self.run(0.4)
+            self.run(0.25)
         judged.clear()
         begun = time.perf_counter()
         for move in range(300):

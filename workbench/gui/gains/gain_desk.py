@@ -120,11 +120,13 @@ class GainDesk(GainState):
             self._complain(name, str(error))
             return
         names = [name, partner(name)] if self.linked and partner(name) else [name]
-        self._put({each: value for each in names}, gain_label(find_parameter(name)).words)
+        words = gain_label(find_parameter(name)).words
+        changed = self._put({each: value for each in names}, words)
         if self.is_at_once:
-            self.apply()
+            self.apply()  # first of all: to show it takes longer than to order it
         else:
             self._clear_doubt()  # what was entered is not what is proposed any more
+        self._tell_proposed(changed)
 
     def adopt(self, values: Values, what: str) -> None:
         """Try many values in one step, in either mode: a profile, or what a search has found.
@@ -138,8 +140,10 @@ class GainDesk(GainState):
         """
         good = {name: find_parameter(name).check(value) for name, value in values.items()}
         self._undo.settle()
-        self._put({name: good[name] for name in good if name in self._book.proposed}, what)
+        known = {name: good[name] for name in good if name in self._book.proposed}
+        changed = self._put(known, what)
         self.apply()
+        self._tell_proposed(changed)
 
     def apply(self) -> None:
         """Fly what is proposed, once it is known to be stable."""
@@ -167,11 +171,13 @@ class GainDesk(GainState):
         """
         chosen = tuple(names) or self.unflown
         self._undo.settle()
-        self._put({name: self._book.wanted(name) for name in chosen}, "back to what flies")
+        values = {name: self._book.wanted(name) for name in chosen}
+        changed = self._put(values, "back to what flies")
         if not self.unflown:
             self._clear_doubt()
         elif self._is_undecided:
             self.apply()
+        self._tell_proposed(changed)
 
     def keep(self) -> None:
         """Let what flies be what `revert` brings back."""
@@ -246,11 +252,13 @@ class GainDesk(GainState):
 
     def _return_to(self, values: Values, flown: bool) -> None:
         """Propose values of the undo stack."""
-        self._show({name: value for name, value in values.items() if name in self._book.proposed})
+        known = {name: value for name, value in values.items() if name in self._book.proposed}
+        changed = self._set(known)
         if flown or self.is_at_once:
             self.apply()
         else:
             self._clear_doubt()
+        self._tell_proposed(changed)
 
     def _fly(self, names: Iterable[str]) -> None:
         self._orders.give({name: self._book.proposed[name] for name in names})
@@ -288,7 +296,7 @@ class GainDesk(GainState):
         if not changed:
             return
         if shown:
-            self._put(shown, FOREIGN, flown=True)
+            self._tell_proposed(self._put(shown, FOREIGN, flown=True))
         if judged_names(shown) and self._is_undecided:
             self.apply()  # what is judged or doubted has changed with it
         self.flown_changed.emit(changed)

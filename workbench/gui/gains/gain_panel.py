@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from PyQt6.QtCore import Qt, QTimer
+from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QKeyEvent, QKeySequence, QShortcut, QShowEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
@@ -20,6 +20,7 @@ from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_group import GainGroup
 from workbench.gui.gains.gain_row import GainRow
 from workbench.gui.gains.gain_rows import GAIN_GROUPS, gain_label, is_gain
+from workbench.gui.soon import Soon
 from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
 from workbench.parameters import Parameter
@@ -75,10 +76,7 @@ class GainPanel(QWidget):
         self._area = QScrollArea(self)
         self._area.hide()
         self._lay_out()
-        self._later = QTimer(self)
-        self._later.setSingleShot(True)
-        self._later.setInterval(0)
-        self._later.timeout.connect(self._show_all)
+        self._soon = Soon(self._show_all, self)
         self._connect()
         self._show_all()
 
@@ -115,7 +113,7 @@ class GainPanel(QWidget):
         self.search.textChanged.connect(self._search)
         QShortcut(QKeySequence("Ctrl+F"), self).activated.connect(self.search.setFocus)
         self.linked.toggled.connect(desk.set_linked)
-        desk.state_changed.connect(self._later.start)
+        desk.state_changed.connect(self._soon.ask)
         desk.flown_changed.connect(self._show_values)
         desk.proposed_changed.connect(self._show_value)
         desk.ranges_changed.connect(self._show_ranges)

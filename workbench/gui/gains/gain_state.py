@@ -170,17 +170,18 @@ class GainState(QObject):
             said.append(f"{_count(tried)} tried, not kept")
         return "; ".join(said) or "Flown = kept"
 
-    def _put(self, values: Values, what: str, flown: bool = False) -> None:
-        """Propose values as a step of undo."""
+    def _put(self, values: Values, what: str, flown: bool = False) -> list[str]:
+        """Propose values as a step of undo; return the names of those that are others now."""
         before = {name: self._book.proposed[name] for name in values}
         self._undo.push(what, before, values, flown)
-        self._show(values)
+        return self._set(values)
 
-    def _show(self, values: Values) -> None:
+    def _set(self, values: Values) -> list[str]:
+        """Propose values, and tell nobody but who had complained; return what has changed."""
         changed = [name for name, value in values.items() if self.proposed[name] != value]
         self._book.proposed.update(values)
         self._forgive(values)
-        self._tell_proposed(changed)
+        return changed
 
     def _tell_proposed(self, names: Iterable[str]) -> None:
         for name in names:

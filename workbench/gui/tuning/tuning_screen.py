@@ -1,6 +1,5 @@
 """The tuning screen: gains, excitation, response, margins, and all that helps to choose."""
 
-from PyQt6.QtCore import QTimer
 from PyQt6.QtGui import QHideEvent, QShowEvent
 from PyQt6.QtWidgets import QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
@@ -10,6 +9,7 @@ from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.gui.gains.profile_bar import ProfileBar
 from workbench.gui.screen import Screen
+from workbench.gui.soon import Soon
 from workbench.gui.tuning.arrangement import GAP, Arrangement
 from workbench.gui.tuning.autotune_card import AutoTuneCard
 from workbench.gui.tuning.excitation_card import ExcitationCard
@@ -87,10 +87,7 @@ class TuningScreen(Screen):
         box.setContentsMargins(0, 0, 0, 0)
         box.addWidget(self.arrangement)
         # Gains that are linked, or a whole profile, change one by one: they are asked about once.
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(0)
-        self._soon.timeout.connect(self._ask)
+        self._soon = Soon(self._ask, self)
         self._connect()
         self._plan(self.excitation.choice)
 
@@ -128,7 +125,7 @@ class TuningScreen(Screen):
         self._set_seen()
 
     def _connect(self) -> None:
-        self.trial.changed.connect(self._soon.start)
+        self.trial.changed.connect(self._soon.ask)
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self.response.show_predicted)
         self._predictor.refused.connect(self.response.refuse_predicted)
