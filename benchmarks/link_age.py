@@ -3,15 +3,19 @@
 A flight in real time with its server; eight clients, programs of their own with sockets alone, read
 eight topics of 200 samples a second each and acknowledge every batch. Age is from the sampling of a
 frame of time_data to its reading, by the machine's clock. Then the same with two more: one reads 20
-frames a second, the other one stops reading. All of it runs on this machine's cores, the clients
-too.
+frames a second, the other one stops reading; and, where there is a C compiler, with eight clients
+in C, which wake up faster: what is left is the link's own. All of it runs on this machine's cores,
+the clients too.
 """
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +31,7 @@ SLOW = 20.0
 FLOWN = Scenario(sensors=SensorsConfig(use=["imu"]), rates=Rates(record_period=10.0))
 """With an IMU, as clients subscribe to it too; it keeps no arrays, as `workbench serve` does."""
 CLIENT = Path(__file__).with_name("link_client.py")
+IN_PYTHON = (sys.executable, str(CLIENT))
 
 
 @dataclass(frozen=True)
@@ -101,27 +106,44 @@ class Seen:
 
 
 def measure(seconds: float = SECONDS) -> LinkAgeFigures:
-    """Fly twice: with the eight clients alone, and with two slow ones beside them."""
+    """Fly with the eight clients alone, with two slow ones beside them, and with eight in C."""
     alone, load = _fly(seconds, [])
     beside, load_beside = _fly(seconds, [SLOW, -1.0])
+    in_c = _fly_in_c(seconds)
     eight = _row("eight", "nobody", alone)
     eight_beside = _row("eight", "two slow ones", beside[:CLIENTS])
     slow = _row("reads 20 frames/s", "eight", [beside[CLIENTS]])
     stopped = _row("stops reading", "eight", [beside[CLIENTS + 1]])
     return LinkAgeFigures(
-        [eight, eight_beside, slow, stopped],
+        [eight, eight_beside, slow, stopped, *in_c],
         [load, load_beside],
         eight_beside.age_99 / eight.age_99,
     )
 
 
-def _fly(seconds: float, slow: list[float]) -> tuple[list[Seen], LinkLoadRow]:
+def _fly_in_c(seconds: float) -> list[LinkAgeRow]:
+    """Return the row of eight clients in C, none where there is no compiler."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        return []
+    with tempfile.TemporaryDirectory() as folder:
+        client = f"{folder}/link_client"
+        options = ["-std=c99", "-O2", "-o", client]
+        subprocess.run([compiler, *options, str(CLIENT.with_suffix(".c"))], check=True)
+        seen, _ = _fly(seconds, [], [client])
+    return [_row("eight in C", "nobody", seen)]
+
+
+def _fly(
+    seconds: float, slow: list[float], program: Sequence[str] = IN_PYTHON
+) -> tuple[list[Seen], LinkLoadRow]:
     """Fly with eight clients and some slow ones; return what they saw, and what it cost."""
     with LiveFlight(FLOWN) as flight:
         flight.wait()
         address = flight.serve(ServerConfig(port=0)).result(30.0)
         server = child_of(flight.pid)
-        clients = [_start(address, seconds + WARM_UP, pace) for pace in [0.0] * CLIENTS + slow]
+        paces = [0.0] * CLIENTS + slow
+        clients = [_start(program, address, seconds + WARM_UP, pace) for pace in paces]
         time.sleep(WARM_UP)
         begun, flown = time.perf_counter(), flown_by(flight)
         busy, busy_server = busy_of(flight.pid), busy_of(server)
@@ -137,10 +159,11 @@ def _fly(seconds: float, slow: list[float]) -> tuple[list[Seen], LinkLoadRow]:
     return seen, load
 
 
-def _start(address: str, seconds: float, pace: float) -> subprocess.Popen[bytes]:
+def _start(
+    program: Sequence[str], address: str, seconds: float, pace: float
+) -> subprocess.Popen[bytes]:
     host, _, port = address.rpartition(":")
-    words = [sys.executable, str(CLIENT), host, port, str(seconds), str(pace)]
-    return subprocess.Popen(words, stdout=subprocess.PIPE)
+    return subprocess.Popen([*program, host, port, str(seconds), str(pace)], stdout=subprocess.PIPE)
 
 
 def _row(clients: str, beside: str, seen: list[Seen]) -> LinkAgeRow:
