@@ -69,9 +69,10 @@ def test_all_is_well_with_the_shipped_gains(answer):
 def test_an_unstable_loop_is_named(answer):
     judged = answer(Judge({"kp_roll": 2500.0, "kd_roll": 0.5}))
     assert not judged.stable
-    assert judged.said == "the drone would not be stable: a swing grows through roll"
+    assert judged.said == "unstable: a swing grows through roll"
     assert judged.poles.real.max() > 1.0
     assert not any(each.stable for each in judged.loops)
+    assert [each.name for each in judged.loops if each.growing] == ["roll"]
 
 
 def test_only_a_held_place_may_be_unstable(answer):
@@ -79,7 +80,7 @@ def test_only_a_held_place_may_be_unstable(answer):
     loops = {each.name: each.stable for each in judged.loops}
     if not judged.stable:  # the position loop grows, the velocity loops do not
         assert loops["velocity_z"]
-        assert judged.said.startswith("holding a place would not be stable")
+        assert judged.said.startswith("holding a place is unstable")
 
 
 def test_settings_count_and_a_question_counts_more(answer):

@@ -30,13 +30,16 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
     holding = subject.models.model(subject.gains(question.gains))
     steering = opened_to_steer(holding)
     margins = _margins(steering, hold=False) | _margins(holding, hold=True)
-    loops = tuple(_loop(loop.name, margins[loop.name]) for loop in LOOPS)
+    stable = all(each.stable for each in margins.values())
+    steered = () if stable else growing_loops(steering)
+    held = () if stable or steered else growing_loops(holding)
+    growing = steered + held
     yield Judged(
         gains=question.gains,
-        loops=loops,
+        loops=tuple(_loop(each.name, margins[each.name], each.name in growing) for each in LOOPS),
         poles=shown_poles(holding),
-        stable=all(loop.stable for loop in loops),
-        said=_said(steering, holding, loops),
+        stable=stable,
+        said=_said(steered, held),
     )
 
 
@@ -62,7 +65,7 @@ def _margins(model: LinearModel, *, hold: bool) -> dict[str, LoopMargins]:
     return {loop.name: margins for loop, margins in zip(loops, found, strict=True)}
 
 
-def _loop(name: str, margins: LoopMargins) -> JudgedLoop:
+def _loop(name: str, margins: LoopMargins, growing: bool) -> JudgedLoop:
     return JudgedLoop(
         name=name,
         gain_margin=margins.gain_margin,
@@ -72,18 +75,15 @@ def _loop(name: str, margins: LoopMargins) -> JudgedLoop:
         disk_margin=margins.disk_margin,
         crossover=margins.crossover,
         stable=margins.stable,
+        growing=growing,
     )
 
 
-def _said(steering: LinearModel, holding: LinearModel, loops: tuple[JudgedLoop, ...]) -> str:
+def _said(steered: tuple[str, ...], held: tuple[str, ...]) -> str:
     """Return what is unstable, "" if nothing is."""
-    if all(loop.stable for loop in loops):
-        return ""
-    growing = growing_loops(steering)
-    if growing:
-        return f"the drone would not be stable: a swing grows through {_listed(growing)}"
-    held = growing_loops(holding)
-    return f"holding a place would not be stable: a swing grows through {_listed(held)}"
+    if steered:
+        return f"unstable: a swing grows through {_listed(steered)}"
+    return f"holding a place is unstable: a swing grows through {_listed(held)}" if held else ""
 
 
 def _listed(names: tuple[str, ...]) -> str:

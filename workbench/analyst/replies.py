@@ -25,7 +25,8 @@ class JudgedLoop:
         delay_margin: [s].
         disk_margin: alpha.
         crossover: [rad/s].
-        stable: whether the loop is.
+        stable: whether the closed loop is.
+        growing: whether a mode that grows goes through it.
     """
 
     name: str
@@ -36,6 +37,7 @@ class JudgedLoop:
     disk_margin: float
     crossover: float
     stable: bool
+    growing: bool
 
 
 @dataclass(frozen=True)

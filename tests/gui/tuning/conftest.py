@@ -117,6 +117,7 @@ def loop(name: str, **other) -> JudgedLoop:
         "disk_margin": 1.0,
         "crossover": 10.0,
         "stable": True,
+        "growing": False,
     }
     return JudgedLoop(name=name, **{**values, **other})
 

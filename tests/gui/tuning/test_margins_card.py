@@ -83,11 +83,14 @@ def test_an_unstable_loop_is_named_in_a_sentence_and_has_no_numbers(
     card, desk_room, judge, make_loop
 ):
     card.judgement.follow(FLOWN, FLOWN)
-    broken = make_loop("roll", stable=False)
-    desk_room.analysis.judged.emit(judge(FLOWN, broken, said="The roll loop is unstable."))
+    broken = make_loop("roll", stable=False, growing=True)
+    along = make_loop("pitch", stable=False)
+    desk_room.analysis.judged.emit(judge(FLOWN, broken, along, said="the roll loop is unstable."))
     assert card.said.text() == "The roll loop is unstable."
     assert row(card, "roll").state is State.BROKEN
-    assert {cell.text for cell in row(card, "roll").cells} == {"–"}
+    assert row(card, "pitch").state is State.NONE
+    for name in ("roll", "pitch"):
+        assert {cell.text for cell in row(card, name).cells} == {"–"}
 
 
 def test_proposed_margins_stand_beside_those_that_fly_where_they_differ(

@@ -83,3 +83,19 @@ def test_an_unstable_pole_has_another_shape(plane):
 
     assert changes(disc)
     assert not changes(cross)
+
+
+def test_an_unstable_pole_beyond_the_picture_stands_at_its_edge(plane):
+    right, up, both = Pole(900.0 + 1.0j, True), Pole(0.1 + 900.0j, True), Pole(900.0 + 900.0j, True)
+    inside = plane.rect().adjusted(10, 10, -10, -10)
+    for pole in (right, up, both):
+        assert plane.is_beyond(pole)
+        assert inside.contains(plane.place(pole).toPoint())
+    assert not plane.is_beyond(Pole(0.5 + 5.0j, True))
+    far = Pole(-900.0 + 1.0j, True)  # one that dies at once is of no interest
+    assert not plane.is_beyond(far)
+    assert plane.place(far).x() < 0.0
+    plane.show_poles([right])
+    shown = plane.grab().toImage()
+    plane.show_poles([])
+    assert plane.grab().toImage() != shown

@@ -74,8 +74,8 @@ def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, o
         was = was if was != text else ""  # only what changes is compared
         over = loop.stable and not _keeps(loop, limit, of)
         cells.append(Cell(text, was, over, _help(loop, limit)))
-    if not loop.stable:
-        state = State.BROKEN
+    if not loop.stable:  # then no loop has a margin, but only some are the cause
+        state = State.BROKEN if loop.growing else State.NONE
     else:
         state = State.LOW if any(cell.over for cell in cells) else State.GOOD
     return Row(_short(loop.name), tuple(cells), state, loop is weakest)

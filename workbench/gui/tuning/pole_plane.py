@@ -25,6 +25,8 @@ RIGHT = 0.14
 """Share of the width right of the imaginary axis."""
 SIZE = 4.5
 """Half the size of a pole [px]."""
+EDGE = 14.0
+"""An unstable pole stands at least so far within the picture [px]."""
 NEAR = 14.0
 """A pole this near to the pointer is read [px]."""
 SPANS = (2.0, 2000.0)
@@ -33,6 +35,8 @@ SPANS = (2.0, 2000.0)
 
 class PolePlane(QWidget):
     """Shows poles: hollow ones fly, filled ones are proposed, crosses are unstable.
+
+    An unstable one beyond the picture stands at its edge, with an arrow to where it lies.
 
     Args:
         look: colours.
@@ -84,10 +88,20 @@ class PolePlane(QWidget):
         self.update()
 
     def place(self, pole: Pole) -> QPointF:
-        """Return where a pole stands in the widget."""
+        """Return where a pole stands in the widget; an unstable one never leaves the picture."""
         box, scale = self._box(), self._scale()
         x = box.left() + (1.0 - RIGHT) * box.width() + pole.value.real * scale
-        return QPointF(x, box.bottom() - pole.value.imag * scale)
+        y = box.bottom() - pole.value.imag * scale
+        if not pole.is_stable:
+            x, y = min(x, box.right() - EDGE), max(y, box.top() + EDGE)
+        return QPointF(x, y)
+
+    def is_beyond(self, pole: Pole) -> bool:
+        """Return whether a pole lies farther out than it stands."""
+        box, scale = self._box(), self._scale()
+        zero = box.left() + (1.0 - RIGHT) * box.width()
+        right, up = (box.right() - EDGE - zero) / scale, (box.height() - EDGE) / scale
+        return not pole.is_stable and (pole.value.real > right or pole.value.imag > up)
 
     def _box(self) -> QRectF:
         line = float(self.fontMetrics().height())
@@ -179,6 +193,8 @@ class PolePlane(QWidget):
             painter.setPen(QPen(colour, 2.2 if pole.proposed else 1.2))
             painter.drawLine(at + QPointF(-SIZE, -SIZE), at + QPointF(SIZE, SIZE))
             painter.drawLine(at + QPointF(-SIZE, SIZE), at + QPointF(SIZE, -SIZE))
+            if self.is_beyond(pole):
+                self._paint_arrow(painter, at, pole)
         else:
             painter.setPen(QPen(colour, 1.5))
             painter.setBrush(colour if pole.proposed else Qt.BrushStyle.NoBrush)
@@ -188,6 +204,15 @@ class PolePlane(QWidget):
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.setPen(QPen(self._look.colour("ink"), 1))
             painter.drawEllipse(at, 2.2 * SIZE, 2.2 * SIZE)
+
+    def _paint_arrow(self, painter: QPainter, at: QPointF, pole: Pole) -> None:
+        """Show that it lies farther out, and where."""
+        zero = QPointF(self._box().left() + (1.0 - RIGHT) * self._box().width(), at.y())
+        right = pole.value.real * self._scale() > at.x() - zero.x() + 1.0
+        tip = at + (QPointF(EDGE - 1.0, 0.0) if right else QPointF(0.0, 1.0 - EDGE))
+        for side in (-1.0, 1.0):
+            back = QPointF(-4.0, 4.0 * side) if right else QPointF(4.0 * side, 4.0)
+            painter.drawLine(tip, tip + back)
 
     def _choose(self, pole: Pole | None) -> None:
         if pole != self._chosen:
