@@ -89,19 +89,19 @@ class PolePlane(QWidget):
 
     def place(self, pole: Pole) -> QPointF:
         """Return where a pole stands in the widget; an unstable one never leaves the picture."""
-        box, scale = self._box(), self._scale()
-        x = box.left() + (1.0 - RIGHT) * box.width() + pole.value.real * scale
-        y = box.bottom() - pole.value.imag * scale
-        if not pole.is_stable:
-            x, y = min(x, box.right() - EDGE), max(y, box.top() + EDGE)
-        return QPointF(x, y)
+        box, at = self._box(), self._exact(pole)
+        if pole.is_stable:
+            return at
+        return QPointF(min(at.x(), box.right() - EDGE), max(at.y(), box.top() + EDGE))
 
     def is_beyond(self, pole: Pole) -> bool:
         """Return whether a pole lies farther out than it stands."""
+        return self.place(pole) != self._exact(pole)
+
+    def _exact(self, pole: Pole) -> QPointF:
+        """Return where a pole lies, within the picture or not."""
         box, scale = self._box(), self._scale()
-        zero = box.left() + (1.0 - RIGHT) * box.width()
-        right, up = (box.right() - EDGE - zero) / scale, (box.height() - EDGE) / scale
-        return not pole.is_stable and (pole.value.real > right or pole.value.imag > up)
+        return QPointF(_zero(box) + pole.value.real * scale, box.bottom() - pole.value.imag * scale)
 
     def _box(self) -> QRectF:
         line = float(self.fontMetrics().height())
@@ -141,7 +141,7 @@ class PolePlane(QWidget):
 
     def _paint_grid(self, painter: QPainter, box: QRectF) -> None:
         colour = self._look.colour
-        scale, zero = self._scale(), box.left() + (1.0 - RIGHT) * box.width()
+        scale, zero = self._scale(), _zero(box)
         unstable = colour("bad")
         unstable.setAlpha(22)
         painter.fillRect(QRectF(zero, box.top(), box.right() - zero, box.height()), unstable)
@@ -207,8 +207,7 @@ class PolePlane(QWidget):
 
     def _paint_arrow(self, painter: QPainter, at: QPointF, pole: Pole) -> None:
         """Show that it lies farther out, and where."""
-        zero = QPointF(self._box().left() + (1.0 - RIGHT) * self._box().width(), at.y())
-        right = pole.value.real * self._scale() > at.x() - zero.x() + 1.0
+        right = self._exact(pole).x() > at.x()
         tip = at + (QPointF(EDGE - 1.0, 0.0) if right else QPointF(0.0, 1.0 - EDGE))
         for side in (-1.0, 1.0):
             back = QPointF(-4.0, 4.0 * side) if right else QPointF(4.0 * side, 4.0)
@@ -256,3 +255,8 @@ class PolePlane(QWidget):
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Paint anew."""
         self.update()
+
+
+def _zero(box: QRectF) -> float:
+    """Return where the imaginary axis stands in the picture."""
+    return box.left() + (1.0 - RIGHT) * box.width()
