@@ -101,7 +101,7 @@ class Analysis(QObject):
             same = (present.scenario, present.settings) == (scenario, dict(settings))
             if same and not present.has_given_up:
                 return
-            self._errands.run(present.close)
+            self._errands.do(present.close)
         token = self._token = object()
         self._analyst = Analyst(
             scenario, settings, lambda searched: self._progressed.emit(token, searched)

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from typing import TypeVar
 
 Value = TypeVar("Value")
@@ -17,11 +18,15 @@ class Errands:
     def run(self, work: Callable[[], Value]) -> "Future[Value]":
         """Begin work, and return what its result will be."""
         future: Future[Value] = Future()
+        self.do(partial(_work, work, future))
+        return future
+
+    def do(self, work: Callable[[], object]) -> None:
+        """Begin work without a result; what it raises is a fault of ours, and shown as such."""
         self._threads = [each for each in self._threads if each.is_alive()]
-        thread = threading.Thread(target=_work, args=(work, future), name="errand")
+        thread = threading.Thread(target=work, name="errand")
         self._threads.append(thread)
         thread.start()
-        return future
 
     def close(self) -> None:
         """Wait until all is done; the last call."""

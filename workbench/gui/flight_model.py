@@ -102,7 +102,7 @@ class FlightModel(QObject):
         live, self._live = self._live, None
         self._timer.stop()
         if live is not None:
-            self._errands.run(live.close)
+            self._errands.do(live.close)
 
     def close(self) -> None:
         """End the flight and wait until its process is gone; the last call."""

@@ -45,7 +45,7 @@ class LogReader(QObject):
             self.refused.emit(str(error))
             return
         self._process = process
-        self._errands.run(partial(self._listen, self._number, process, path))
+        self._errands.do(partial(self._listen, self._number, process, path))
 
     def stop(self) -> None:
         """Read no further."""
