@@ -20,6 +20,7 @@ from workbench.gui.tuning.number_table import NumberTable
 from workbench.gui.tuning.response_history import ResponseHistory
 from workbench.gui.tuning.response_plot import ResponsePlot
 from workbench.gui.tuning.rounds import StepPart, step_parts
+from workbench.gui.tuning.step_measure import SAME
 from workbench.gui.tuning.table_rows import Row, State
 from workbench.gui.tuning.trace import Trace, take_trace
 from workbench.gui.units import Unit, unit_for
@@ -30,8 +31,6 @@ from workbench.parameters import defaults
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
 """Between two pictures of what is being flown [s]."""
-EDGE = 1e-6
-"""Times that differ by less are the same [s]."""
 LONGEST_STEP = 30.0
 """That is predicted [s]."""
 
@@ -167,7 +166,7 @@ class ResponseCard(Card):
             self.plot.show_future()
         else:
             seen = (time >= flown.begun) & (time <= flown.next_edge(float(time[0])))
-            seen &= time[0] >= flown.begun - EDGE  # else it knows nothing of this round's command
+            seen &= time[0] >= flown.begun - SAME  # else it knows nothing of this round's command
             self.plot.show_future(time[seen] - flown.begun, values[seen])
 
     def _parts(self) -> tuple[StepPart, ...]:
