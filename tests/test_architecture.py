@@ -1,10 +1,9 @@
-"""Who may import whom, how large a file may grow, and what a bare import may load.
+"""Who may import whom, and what a bare import may load.
 
 A room is a name directly under `workbench`: a folder or a single file.
 """
 
 import ast
-import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -95,10 +94,6 @@ NEVER_HERE = {
 """Packages that a room does without."""
 
 NOWHERE = {"pydrake.all": "it loads all of Drake, slowly: import the modules in use"}
-
-MEDIAN_LINES = 125
-MOST_LINES = 320
-
 
 def find_violations(package: Path) -> list[str]:
     """Return a sentence for each import that breaks a rule, and for each unknown room."""
@@ -245,15 +240,3 @@ def test_a_bare_import_stays_light(module):
     assert done.returncode == 0, done.stderr
     heavy = {"pydrake", "PyQt6", "matplotlib", "scipy", "control"} & set(done.stdout.split())
     assert not heavy, f"`import {module}` also loads {', '.join(sorted(heavy))}"
-
-
-def test_files_are_small():
-    lines = {
-        path.relative_to(ROOT).as_posix(): len(path.read_text().splitlines())
-        for path in PACKAGE.rglob("*.py")
-    }
-    sizes = [f"{count} {name}" for name, count in sorted(lines.items(), key=lambda x: -x[1])]
-    large = [f"{name} has {count} lines" for name, count in lines.items() if count > MOST_LINES]
-    assert not large, f"more than {MOST_LINES} lines, split: {'; '.join(large)}"
-    median = statistics.median(lines.values())
-    assert median <= MEDIAN_LINES, f"half the files have over {median} lines: {sizes[:10]}"
