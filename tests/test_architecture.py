@@ -95,6 +95,7 @@ NEVER_HERE = {
 
 NOWHERE = {"pydrake.all": "it loads all of Drake, slowly: import the modules in use"}
 
+
 def find_violations(package: Path) -> list[str]:
     """Return a sentence for each import that breaks a rule, and for each unknown room."""
     found = []
