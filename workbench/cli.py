@@ -88,6 +88,7 @@ def _parser() -> argparse.ArgumentParser:
         lidar_trial,
         linearize,
         monitor,
+        new,
         params,
         plot,
         regress,
@@ -110,6 +111,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, help="print the version and stop")
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
     listed = (
+        new,
         inspect,
         frames,
         hover,

@@ -1,0 +1,143 @@
+"""`workbench new`: a data sheet becomes a description that flies, or a sentence says why not."""
+
+import math
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+
+from workbench.plant.description import read_description
+from workbench.plant.loading import load_vehicle
+
+F450 = ("--mass", "1.4kg", "--diagonal", "450mm", "--propeller", "10x4.5")
+STRONG = ("--max-thrust", "850g")
+
+
+def test_a_data_sheet_becomes_a_description(run, tmp_path):
+    target = tmp_path / "f450.urdf.xacro"
+    said = run("new", tmp_path / "f450", *F450, *STRONG, "--battery", "4S 5000mAh", "--json")
+    assert (said.code, said.err) == (0, f"workbench: wrote {target}\n")
+    told = said.json
+    vehicle = load_vehicle(target)
+    assert not read_description(target).remarks
+    assert vehicle.mass == pytest.approx(1.4)
+    assert [math.hypot(*rotor.p_BR[:2]) for rotor in vehicle.rotors] == pytest.approx([0.225] * 4)
+    thrusts = [rotor.max_thrust for rotor in vehicle.rotors]
+    assert thrusts == pytest.approx([0.85 * 9.80665] * 4)
+    for figure in told["figures"]:
+        assert figure["source"]
+    values = {figure["name"]: figure["value"] for figure in told["figures"]}
+    assert vehicle.inertia.diagonal() == pytest.approx([values["ixx"]] * 2 + [values["izz"]])
+    first = vehicle.rotors[0]
+    assert first.motor_constant == pytest.approx(values["motor_constant"])
+    assert first.moment_constant == pytest.approx(values["moment_constant"])
+    assert first.max_rot_velocity == pytest.approx(values["max_speed"])
+    assert first.time_constant_up == pytest.approx(values["time_constant"])
+    assert told["thrust_to_weight"] == pytest.approx(vehicle.thrust_to_weight)
+    assert 600.0 < told["hover_time"] < 2400.0
+    assert told["next"] == f"workbench hover --model {target}"
+
+
+@pytest.mark.parametrize(
+    ("layout", "rotors"),
+    [("x", 4), ("plus", 4), ("x", 6), ("plus", 8), ("coaxial", 6), ("coaxial", 8)],
+)
+def test_every_layout_can_be_controlled(run, tmp_path, layout, rotors):
+    """`load_vehicle` refuses what its rotors cannot control; each pair has opposite turns."""
+    words = ("--mass", "4kg", "--arm", "0.4m", "--propeller", "12x4", "--max-thrust", "2kg")
+    target = tmp_path / "mine.xacro"
+    assert run("new", target, *words, "--rotors", rotors, "--layout", layout).code == 0
+    vehicle = load_vehicle(target)
+    front = [rotor for rotor in vehicle.rotors if abs(rotor.p_BR[1]) < 1e-9 < rotor.p_BR[0]]
+    assert len(vehicle.rotors) == rotors
+    assert len(front) == (1 if layout == "plus" else 0)
+    assert sum(rotor.direction for rotor in vehicle.rotors) == 0
+    assert max(vehicle.hover_speeds) == pytest.approx(min(vehicle.hover_speeds))
+
+
+def test_a_thrust_curve_counts_more_than_coefficients(run, write, tmp_path):
+    """Thrust 1e-5 w² and torque 2 % of it, in g and N m, with a column that is not read."""
+    speeds = [3000, 6000, 9000]
+    thrusts = [1e-5 * (rpm * math.pi / 30.0) ** 2 for rpm in speeds]
+    rows = [
+        f"{r},{t / 0.00980665!r},{0.02 * t!r},warm" for r, t in zip(speeds, thrusts, strict=True)
+    ]
+    curve = write("curve.csv", "\n".join(["rpm, thrust_g, torque_Nm, note", *rows]))
+    assert run("new", tmp_path / "a", *F450, "--thrust-curve", curve).code == 0
+    rotor = load_vehicle(tmp_path / "a.urdf.xacro").rotors[0]
+    assert rotor.motor_constant == pytest.approx(1e-5, rel=1e-5)
+    assert rotor.moment_constant == pytest.approx(0.02, rel=1e-5)
+    assert rotor.max_rot_velocity == pytest.approx(300.0 * math.pi, rel=1e-5)
+
+
+def test_an_estimate_is_replaced_in_the_file(run, tmp_path):
+    assert run("new", tmp_path / "a", *F450, *STRONG).code == 0
+    path = tmp_path / "a.urdf.xacro"
+    before = load_vehicle(path)
+    path.write_text(path.read_text().replace('name="mass" value="1.4"', 'name="mass" value="2.8"'))
+    assert load_vehicle(path).inertia == pytest.approx(2.0 * before.inertia)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "--mass is missing: give the all-up mass with battery, as 1.4kg"),
+        (("--mass", "1400"), "is 1400 kg, and of a multirotor 0.005 to 500 kg"),
+        (("--mass", "1,4kg"), "is no number with a unit: write it as 1.2kg or 1200g"),
+        (("--mass", "-1kg"), "expected one argument"),
+        (("--mass", "1.4lightyears"), "has no known unit (these are kg, g, lb, oz)"),
+        (("--mass", "nan"), "is no number with a unit"),
+        ((*F450, "--arm", "1m"), "not allowed with argument --diagonal"),
+        (F450, "nothing says how strong the motors are"),
+        ((*F450, "--motor-kv", "920KV"), "nothing says how strong the motors are"),
+        ((*F450, *STRONG, "--propeller", "15x5"), "propellers of 0.381 m touch each other"),
+        ((*F450, *STRONG, "--propeller", "4.5x10"), "is none: write diameter x pitch"),
+        ((*F450, *STRONG, "--rotors", "5"), "5 rotors cannot be laid out as x: it is for 4, 6"),
+        ((*F450, *STRONG, "--motor-mass", "400g"), "leave too little of a mass of 1.4 kg"),
+        ((*F450, *STRONG, "--battery", "four"), "write it as 4S or 14.8V"),
+        ((*F450, "--max-thrust", "300g"), "it cannot fly: 4 rotors of at most 2.94 N lift less"),
+        ((*F450, "--thrust-curve", "none.csv"), "none.csv: cannot be read"),
+    ],
+)
+def test_what_cannot_be_is_a_sentence(refused, tmp_path, words, said):
+    assert said in refused("new", tmp_path / "a", *words)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["a.urdf", "a.sdf", "-a", "a b"])
+def test_a_name_that_will_not_do_is_refused(refused, tmp_path, name):
+    assert "name it as my_quad.urdf.xacro" in refused("new", tmp_path / name, *F450, *STRONG)
+
+
+def test_nothing_is_overwritten_without_force(run, refused, write):
+    path = write("a.urdf.xacro", "mine")
+    assert "is there already: name another file, or give --force" in refused(
+        "new", path, *F450, *STRONG
+    )
+    assert path.read_text() == "mine"
+    assert run("new", path, *F450, *STRONG, "--force").code == 0
+    assert "<robot" in path.read_text()
+
+
+def test_it_asks_on_a_terminal(tmp_path):
+    """A wrong answer is asked again; an empty one leaves out what may be left out."""
+    ours, theirs = pty.openpty()
+    answers = "heavy\n1.4kg\n450mm\n10x4.5\n\n920KV\n3S 5000mAh\n"
+    os.write(ours, answers.encode())
+    done = subprocess.run(
+        [sys.executable, "-m", "workbench", "new", "f450"],
+        cwd=tmp_path,
+        stdin=theirs,
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+    os.close(ours)
+    os.close(theirs)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("mass, all-up mass with battery, as 1.4kg: ") == 2
+    assert "the mass 'heavy' is no number with a unit" in done.stderr
+    assert "hover time" in done.stdout
+    assert load_vehicle(tmp_path / "f450.urdf.xacro").mass == pytest.approx(1.4)
