@@ -75,6 +75,7 @@ def _interrupted(error: BaseException) -> bool:
 
 def _parser() -> argparse.ArgumentParser:
     from workbench.commands import (
+        completion,
         export,
         fly,
         frames,
@@ -135,6 +136,7 @@ def _parser() -> argparse.ArgumentParser:
         gains,
         graph,
         gui,
+        completion,
     )
     for command in listed:
         command.add_parser(commands)
