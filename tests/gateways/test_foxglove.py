@@ -150,5 +150,5 @@ def test_this_computers_own_programs_may_watch(host):
 
 def test_a_missing_package_is_a_sentence(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "foxglove", None)
-    with pytest.raises(WorkbenchError, match=r"foxglove-sdk: `pip install .*\[foxglove\]`"):
+    with pytest.raises(WorkbenchError, match="`pip install foxglove-sdk`"):
         Foxglove("dh_drone", Address("127.0.0.1", 0), anybody=False)

@@ -45,7 +45,7 @@ def test_a_sentence_is_not_said_again_and_again():
 
 def test_without_the_extra_it_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(ros2, "find_spec", lambda name: None)
-    with pytest.raises(WorkbenchError, match=r"pip install drake-drone-workbench\[ros2\]"):
+    with pytest.raises(WorkbenchError, match="`pip install cyclonedds`"):
         run_ros2("127.0.0.1:1", Ros2Options())
 
 

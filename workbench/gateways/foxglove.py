@@ -141,6 +141,5 @@ def load_foxglove() -> ModuleType:
         return importlib.import_module("foxglove")
     except ImportError:
         raise WorkbenchError(
-            "the live view in Foxglove needs the package foxglove-sdk: `pip install "
-            "drake-drone-workbench[foxglove]`, or `pip install foxglove-sdk`"
+            "the live view in Foxglove needs the package foxglove-sdk: `pip install foxglove-sdk`"
         ) from None

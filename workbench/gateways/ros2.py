@@ -54,9 +54,8 @@ def need_cyclone() -> None:
     """
     if find_spec("cyclonedds") is None:
         raise WorkbenchError(
-            "topics of ROS 2 need the package cyclonedds: `pip install "
-            "drake-drone-workbench[ros2]`, or `pip install cyclonedds`; it comes for Python 3.11 "
-            "to 3.13"
+            "topics of ROS 2 need the package cyclonedds: `pip install cyclonedds`; it comes for "
+            "Python 3.11 to 3.13"
         )
 
 

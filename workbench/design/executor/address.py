@@ -23,8 +23,7 @@ def check_address(address: str) -> tuple[str, int]:
     """
     if importlib.util.find_spec("distributed") is None:
         raise WorkbenchError(
-            "a Dask cluster needs the package distributed: `pip install "
-            "drake-drone-workbench[cluster]`, or `pip install distributed`"
+            "a Dask cluster needs the package distributed: `pip install distributed`"
         )
     try:
         parts = urlsplit(address)
