@@ -50,7 +50,7 @@ def test_they_are_those_of_python_control(command):
 
 
 def test_one_response_has_the_same_numbers_as_plain_floats():
-    row = responses(2.0)[4]
+    row = responses(2.0)[20]
     alone, info = step_metrics(TIME, row, 2.0), control.step_info(row, T=TIME)
     for name, theirs in NAMES.items():
         assert type(getattr(alone, name)) is float
@@ -80,3 +80,35 @@ def test_a_response_that_comes_back_to_nothing_is_no_failure():
     assert metrics.rise_time[0] == info["RiseTime"]
     assert metrics.settling_time[0] == pytest.approx(info["SettlingTime"], nan_ok=True)
     assert metrics.steady_state_error[0] == 100.0
+
+
+def test_numbers_of_a_step_that_means_little_are_withheld():
+    """First order: flown for so many time constants, begun so far away, and neither."""
+    tau = 0.4
+
+    def numbers(time_constants: float, start: float = 0.0):
+        time = np.linspace(0.0, time_constants * tau, 500)
+        return step_metrics(time, 1.0 + (start - 1.0) * np.exp(-time / tau), 1.0)
+
+    settled = numbers(8.0)
+    assert settled.withheld == ""
+    assert settled.rise_time == pytest.approx(tau * np.log(9.0), rel=0.01)
+    short = numbers(3.0)
+    assert short.withheld == "the step has not settled within 1.2 s; fly it for longer"
+    gone = ("rise_time", "settling_time", "overshoot", "undershoot")
+    ends = ("steady_state_value", "steady_state_error")
+    assert np.isnan([short.numbers[name] for name in (*gone, *ends)]).all()
+    assert short.peak == pytest.approx(1.0 - np.exp(-3.0))
+    moving = numbers(8.0, start=0.3)
+    assert moving.withheld == "the step did not begin at rest; let the drone settle first"
+    assert np.isnan([moving.numbers[name] for name in gone]).all()
+    assert moving.steady_state_error == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_response_counts_as_settled_only_where_it_is_nearly_there():
+    """What a first-order response that counts as settled has still to go is within 2 %."""
+    for time_constants in np.linspace(1.0, 8.0, 71):
+        time = np.linspace(0.0, time_constants, 2000)
+        settled = step_metrics(time, 1.0 - np.exp(-time), 1.0).withheld == ""
+        assert not settled or np.exp(-time_constants) < 0.02
+        assert settled or time_constants < 4.5

@@ -2,8 +2,13 @@
 
 They equal `control.step_info`, which takes one response at a time, and which comes with all of
 scipy.signal: half a second to load.
+
+The definitions hold for a step that begins at rest and settles, flown with parameters that do not
+change; `why_withheld` names the condition that a step does not meet, and `withheld` takes away the
+numbers that depend on it.
 """
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +17,17 @@ LOWER, UPPER = 0.1, 0.9
 """Shares of the steady state between which the response rises."""
 SETTLED = 0.02
 """It has settled within this share of the steady state."""
+LAST_PART = 0.2
+"""It has settled if it stays there for this last share of the time flown, at least.
+
+`control.step_info` takes the last sample for the steady state, whatever comes before it. With this
+share a first-order response that counts as settled is within 2 % of where it would end; one that
+is flown for three time constants is 5 % away, and does not count.
+"""
+FROM_REST = ("rise_time", "settling_time", "overshoot", "undershoot")
+"""Numbers that depend on where the response begins, and on its steady state."""
+AT_THE_END = ("steady_state_value", "steady_state_error")
+"""Numbers that depend on the steady state alone."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +46,7 @@ class ResponseMetrics:
         steady_state_value: value at the end.
         steady_state_error: of the steady state against the command [% of it].
         t90: when it first reaches 90 % of the command [s]; NaN if it never does.
+        start: value at time 0.
     """
 
     rise_time: np.ndarray
@@ -41,6 +58,51 @@ class ResponseMetrics:
     steady_state_value: np.ndarray
     steady_state_error: np.ndarray
     t90: np.ndarray
+    start: np.ndarray
+
+    def settled(self, duration: float) -> np.ndarray:
+        """Return which stay within 2 % of their last value for the last fifth of a time [s]."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.settling_time <= (1.0 - LAST_PART) * duration)
+
+    def at_rest(self, command: float) -> np.ndarray:
+        """Return which begin within 2 % of the command from 0."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.abs(self.start) <= SETTLED * abs(command))
+
+    def withheld(self, duration: float, command: float) -> "ResponseMetrics":
+        """Return them with NaN for the numbers that mean nothing.
+
+        Args:
+            duration: flown from time 0 on [s].
+            command: as for `response_metrics`.
+        """
+        settled, at_rest = self.settled(duration), self.at_rest(command)
+        kept = dict.fromkeys(FROM_REST, settled & at_rest) | dict.fromkeys(AT_THE_END, settled)
+        return dataclasses.replace(
+            self,
+            **{name: np.where(keep, getattr(self, name), np.nan) for name, keep in kept.items()},
+        )
+
+
+def why_withheld(
+    metrics: ResponseMetrics, duration: float, command: float, *, changed: bool = False
+) -> str:
+    """Return why numbers of the first response mean nothing, as a sentence; "" if they all do.
+
+    Args:
+        metrics: as `response_metrics` gives them.
+        duration: flown from time 0 on [s].
+        command: as for `response_metrics`.
+        changed: whether parameters changed while it was flown.
+    """
+    if changed:
+        return "parameters changed during the step; fly it again"
+    if not metrics.settled(duration)[0]:
+        return f"the step has not settled within {duration:.3g} s; fly it for longer"
+    if not metrics.at_rest(command)[0]:
+        return "the step did not begin at rest; let the drone settle first"
+    return ""
 
 
 def response_metrics(time: np.ndarray, response: np.ndarray, command: float) -> ResponseMetrics:
@@ -82,6 +144,7 @@ def response_metrics(time: np.ndarray, response: np.ndarray, command: float) -> 
         steady_state_value=known(steady),
         steady_state_error=known(100.0 * np.abs(steady - command) / abs(command)),
         t90=crossing_times(time, response, UPPER * command),
+        start=response[:, 0],
     )
 
 

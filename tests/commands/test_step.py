@@ -5,7 +5,7 @@ import dataclasses
 
 import pytest
 
-from workbench.design.step_metrics import StepMetrics
+from workbench.design.step_metrics import NUMBERS
 from workbench.design.step_response import fly_step
 
 PNG = b"\x89PNG"
@@ -13,12 +13,12 @@ PNG = b"\x89PNG"
 
 def test_json_is_the_response_of_the_python_call(run, out):
     said = run(
-        "step", "--axis", "x", "--amplitude", "1", "--duration", "1", "--output", out, "--json"
+        "step", "--axis", "x", "--amplitude", "1", "--duration", "3", "--output", out, "--json"
     )
     assert said.code == 0
     found = said.json
-    response = fly_step("x", 1.0, duration=1.0)
-    metrics = {name: found[name] for name in StepMetrics.__dataclass_fields__}
+    response = fly_step("x", 1.0, duration=3.0)
+    metrics = {name: found[name] for name in (*NUMBERS, "withheld")}
     assert metrics == dataclasses.asdict(response.metrics)
     assert found["coupling"] == dataclasses.asdict(response.coupling)
     assert found["peak_rotor_use"] == response.peak_rotor_use
@@ -39,20 +39,33 @@ def test_plot_and_log_are_written_and_nothing_else(run, out):
 def test_the_table_speaks_python_controls_words(run, out):
     said = run("step", "--duration", "0.5", "--output", out, "--no-plots")
     words = [line.split()[0] for line in said.out.splitlines()[1:]]
-    assert words[:8] == list(StepMetrics.__dataclass_fields__)
+    assert words[:8] == list(NUMBERS)
     assert words[8:] == ["peak_rotor_use", "coupling", "coupling", "coupling"]
     assert not list(out.glob("*.png"))
+
+
+def test_what_has_not_settled_has_no_numbers_and_says_why(run, out):
+    words = ("step", "--axis", "z", "--duration", "0.6", "--output", out, "--no-plots")
+    said = run(*words)
+    lines = {line.split()[0]: line.split()[1] for line in said.out.splitlines()[1:]}
+    for name in ("rise_time", "settling_time", "overshoot", "steady_state_error"):
+        assert lines[name] == "—", name
+    assert float(lines["peak"]) > 0.0
+    assert "withheld: the step has not settled within 0.594 s; fly it for longer" in said.err
+    found = run(*words, "--json").json
+    assert found["rise_time"] is None
+    assert found["withheld"].startswith("the step has not settled")
 
 
 def test_settings_gains_and_xacro_arguments_reach_the_flight(run, out, write):
     gains = write("slow.yaml", "gains: {kp_velocity_z: 1.0}\n")
     short = ("step", "--duration", "1", "--output", out, "--no-plots", "--json")
-    usual = run(*short).json["steady_state_value"]
-    slow = run(*short, "--gains", gains).json["steady_state_value"]
+    usual = run(*short).json["peak"]
+    slow = run(*short, "--gains", gains).json["peak"]
     back = run(*short, "--gains", gains, "--set", "kp_velocity_z=4.4").json
     light = run(*short, "--arg", "mass:=1.6").json
     assert slow < 0.8 * usual
-    assert back["steady_state_value"] == pytest.approx(usual, abs=0.05)
+    assert back["peak"] == pytest.approx(usual, abs=0.05)
     assert light["peak_rotor_use"] < run(*short).json["peak_rotor_use"]
 
 

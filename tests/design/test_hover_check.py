@@ -8,6 +8,7 @@ import pytest
 
 from workbench.design.hover_check import STEPS, Demand, check_hover
 from workbench.design.plots_hover import plot_hover
+from workbench.design.step_metrics import number
 from workbench.design.step_response import fly_step
 from workbench.scenario import Action, FigureEight, Scenario, Start
 
@@ -103,7 +104,7 @@ def test_the_figure_shows_hover_and_steps_with_their_limits(report, bad_report, 
         titles = [axes.get_title(loc="left") for axes in figure.axes]
         assert titles[:2] == ["distance from where it began", "tilt away from where it began"]
         for title, step in zip(titles[2:], each.steps, strict=True):
-            assert f"overshoot {step.metrics.overshoot:.1f} %" in title
+            assert f"overshoot {number(step.metrics.overshoot, '.1f')} %" in title
         drift, limit = figure.axes[0].get_lines()
         assert drift.get_ydata() == pytest.approx(1000.0 * each.drift)
         assert limit.get_ydata()[0] == 50.0

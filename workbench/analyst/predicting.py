@@ -42,6 +42,7 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
             overshoot=metrics.overshoot,
             steady_state_error=metrics.steady_state_error,
             peak_rotor_use=float(flown.peak_rotor_use[0]),
+            withheld=metrics.withheld,
         ),
         lost=bool(flown.diverged_at[0] == flown.diverged_at[0]),
     )

@@ -71,7 +71,8 @@ class Ranges:
 class StepNumbers:
     """Metrics of one flown step by python-control's names; NaN where it has none.
 
-    Times in s, overshoot and error in %, rotor use as a share.
+    Times in s, overshoot and error in %, rotor use as a share. `withheld` says why some are NaN, as
+    of a step that has not settled; "" if none is for such a reason.
     """
 
     rise_time: float
@@ -79,6 +80,7 @@ class StepNumbers:
     overshoot: float
     steady_state_error: float
     peak_rotor_use: float
+    withheld: str = ""
 
 
 @dataclass(frozen=True)

@@ -136,10 +136,12 @@ def _print_gains(gains: "dict[str, Gain]") -> None:
 
 def _line(demand: "Demand") -> list[str]:
     """Return one line of the table; angles in degrees."""
+    from workbench.design.step_metrics import number
+
     scale, unit = (math.degrees(1.0), "deg") if demand.unit == "rad" else (1.0, demand.unit)
     return [
         f"{demand.flight}{_size(demand.flight)}: {demand.quantity}",
-        f"{scale * demand.value:.3f}",
+        number(scale * demand.value, ".3f"),
         f"{scale * demand.limit:g}",
         unit,
         "ok" if demand.met else "not ok",
@@ -159,4 +161,6 @@ def _sentence(demand: "Demand") -> str:
     """Return what is wrong with a demand that is not met."""
     _, value, limit, unit, _ = _line(demand)
     quantity = demand.quantity.replace("_", "-", 1).replace("_", " ")
+    if demand.withheld:
+        return f"{quantity} of the {demand.flight} is not known, as {demand.withheld}"
     return f"{quantity} of the {demand.flight} is {value} {unit} (at most {limit} {unit})"

@@ -1,6 +1,5 @@
 """How a judgement reads: tables for people, and plain data for JSON."""
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -188,13 +187,13 @@ def print_modes(shown: "Sequence[Mode]") -> None:
 
 def _print_steps(found: "Judgement") -> None:
     """Print linear and flown metrics side by side."""
-    from workbench.design.step_metrics import StepMetrics
+    from workbench.design.step_metrics import NUMBERS
 
     if not found.steps:
         return
     print("\nsteps from hover, linear and flown:")
     rows = [("", *(word for step in found.steps for word in (f"{step.axis} linear", "flown")))]
-    for name in (field.name for field in dataclasses.fields(StepMetrics)):
+    for name in NUMBERS:
         pairs = [metrics for step in found.steps for metrics in (step.linear, step.flown)]
         rows.append((name, *(_metric(metrics, name) for metrics in pairs)))
     print_table(rows)
@@ -203,6 +202,9 @@ def _print_steps(found: "Judgement") -> None:
     for step in found.steps:
         if step.broken:
             print(f"the {step.axis} step has no numbers: {step.broken}")
+        for kind, metrics in (("linear", step.linear), ("flown", step.flown)):
+            if metrics is not None and metrics.withheld:
+                print(f"{step.axis} {kind}: numbers shown as - are withheld: {metrics.withheld}")
 
 
 def _metric(metrics: "StepMetrics | None", name: str) -> str:

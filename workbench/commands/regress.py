@@ -168,6 +168,7 @@ def _result(
                         "max": check.limit.max,
                         "beyond": check.excess,
                         "passed": check.met,
+                        "doubt": check.doubt,
                     }
                     for check in result.checks
                 ],

@@ -15,7 +15,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -101,12 +101,15 @@ def run(args: argparse.Namespace) -> int:
         _print(response, args)
         if trouble:
             print(trouble)
+        elif response.metrics.withheld:
+            say(f"numbers shown as — are withheld: {response.metrics.withheld}")
     say_written(outputs.files)
     return ExitCode.NOT_AS_DEMANDED if trouble else ExitCode.DONE
 
 
 def _print(response: "StepResponse", args: argparse.Namespace) -> None:
     """Print the metrics with their units."""
+    from workbench.design.step_metrics import number
     from workbench.design.step_response import UNITS
 
     unit = UNITS[response.axis]
@@ -116,14 +119,14 @@ def _print(response: "StepResponse", args: argparse.Namespace) -> None:
         f"{response.recording.vehicle.name} {flown_with(args)}"
     )
     rows = [
-        ("rise_time", f"{metrics.rise_time:.3f}", "s", "10 % to 90 % of the steady state"),
-        ("settling_time", f"{metrics.settling_time:.3f}", "s", "until within 2 % for good"),
-        ("overshoot", f"{metrics.overshoot:.2f}", "%", ""),
-        ("undershoot", f"{metrics.undershoot:.2f}", "%", ""),
-        ("peak", f"{metrics.peak:.4f}", unit, ""),
-        ("peak_time", f"{metrics.peak_time:.3f}", "s", ""),
-        ("steady_state_value", f"{metrics.steady_state_value:.4f}", unit, ""),
-        ("steady_state_error", f"{metrics.steady_state_error:.3f}", "%", "of the command"),
+        ("rise_time", number(metrics.rise_time, ".3f"), "s", "10 % to 90 % of the steady state"),
+        ("settling_time", number(metrics.settling_time, ".3f"), "s", "until within 2 % for good"),
+        ("overshoot", number(metrics.overshoot, ".2f"), "%", ""),
+        ("undershoot", number(metrics.undershoot, ".2f"), "%", ""),
+        ("peak", number(metrics.peak, ".4f"), unit, ""),
+        ("peak_time", number(metrics.peak_time, ".3f"), "s", ""),
+        ("steady_state_value", number(metrics.steady_state_value, ".4f"), unit, ""),
+        ("steady_state_error", number(metrics.steady_state_error, ".3f"), "%", "of the command"),
         ("peak_rotor_use", f"{100 * response.peak_rotor_use:.1f}", "%", "of the speed limit"),
     ]
     rows += [

@@ -46,7 +46,12 @@ def add_parser(commands: Any) -> None:
         help="what is swept: a live parameter, or vary.mass, vary.inertia, vary.rotor_lag, which "
         "the controller does not know of, or seed, of turbulence; as kp_roll=100..400:9",
     )
-    parser.add_argument("--axis", choices=("x", "y", "z", "yaw"), default="z", help="(default: z)")
+    parser.add_argument(
+        "--axis",
+        choices=("x", "y", "z", "yaw"),
+        help="of the step (default: the one that the first gain acts on: x for kp_pitch, y for "
+        "kp_roll, yaw for kp_yaw_rate; else z)",
+    )
     parser.add_argument(
         "--amplitude",
         type=float,
@@ -110,8 +115,10 @@ def run(args: argparse.Namespace) -> int:
     from workbench.commands.sweep_text import print_sweep, sweep_result
     from workbench.design.executor.local_processes import all_cores
     from workbench.design.sweep.best import prove_best
+    from workbench.design.sweep.loops import default_axis
     from workbench.design.sweep.table_file import check_table_path, write_table
 
+    args.axis = args.axis or default_axis(text.partition("=")[0].strip() for text in args.ranges)
     table_path = args.table or args.output / f"sweep-{args.axis}.csv"
     check_table_path(table_path)
     if args.scheduler and not args.full:

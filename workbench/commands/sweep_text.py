@@ -7,12 +7,14 @@ import numpy as np
 
 from workbench.commands.printing import print_table, say
 from workbench.design.step_response import UNITS
-from workbench.design.sweep.best import why_no_best
+from workbench.design.sweep.best import what_does_not_move, why_no_best
 from workbench.design.sweep.metrics import ARRIVED, FLOWN, SweepMetric, for_people
 
 if TYPE_CHECKING:
     from workbench.design.sweep.best import BestCandidate
     from workbench.design.sweep.table import SweepTable
+
+_NOTHING_FLIES = "no best is chosen: the best candidates were lost on the full diagram"
 
 
 def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str) -> dict[str, Any]:
@@ -34,7 +36,9 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
         "diverged": int(np.isfinite(table.diverged_at).sum()),
         "metric": metric,
         "present": _named(swept, table.present) | _named(measured, table.present_values),
-        "no_best": why_no_best(table),
+        "no_best": "" if best else why_no_best(table, metric) or _NOTHING_FLIES,
+        "unmoved": table.unmoved(metric),
+        "withheld": int(table.withheld.sum()),
         "best": None
         if best is None
         else {
@@ -60,13 +64,29 @@ def print_sweep(
         f"{len(table)} candidates, {case.axis} step of {case.amplitude:g} {UNITS[case.axis]}, "
         f"{table.vehicle} {flown_with}: {lost} diverged"
     )
+    note = what_does_not_move(table, metric)
+    withheld = int(table.withheld.sum())
+    if withheld:
+        say(
+            f"{withheld} have no numbers of the response, as they have not settled within "
+            f"{case.duration:g} s or did not begin at rest; --duration flies longer"
+        )
     if best is None:
-        print(why_no_best(table) or f"no candidate flies to the end and has a {metric}")
+        why = why_no_best(table, metric) or _NOTHING_FLIES
+        print(why)
+        if note and note not in why:
+            say(note)
         return
     flew = dict(zip((each.name for each in FLOWN), best.flown, strict=True))
     rows = [("", "present", "best", "full diagram", "")]
     rows += [
-        (each.name, f"{now:.4g}", f"{value:.4g}", "", for_people(each.unit)[1])
+        (
+            each.name,
+            f"{now:.4g}",
+            "any" if each.name in best.unmoved else f"{value:.4g}",
+            "",
+            for_people(each.unit)[1],
+        )
         for each, now, value in zip(table.ranges, table.present, best.parameters, strict=True)
     ]
     columns = zip(table.metrics, table.present_values, best.values, strict=True)
@@ -83,6 +103,8 @@ def print_sweep(
             )
         )
     print_table(rows, left=(0, 4))
+    if note:
+        say(note)
     if best.refused:
         say(f"{len(best.refused)} that ranked before it diverged on the full diagram")
     error = best.values[[each.name for each in table.metrics].index("steady_state_error")]
@@ -101,4 +123,4 @@ def _marked(metric: SweepMetric, chosen: str) -> str:
 
 def _text(metric: SweepMetric, value: float) -> str:
     scaled = for_people(metric.unit)[0] * value
-    return "-" if math.isnan(scaled) else f"{scaled:.4g}"
+    return "—" if math.isnan(scaled) else f"{scaled:.4g}"

@@ -32,6 +32,7 @@ OVERSHOOT = 15.0
 """Most of a step [%]."""
 STEADY_STATE_ERROR = 10.0
 """Most of a step [%]: one that is not answered has no overshoot either."""
+_DEMANDED = (("overshoot", OVERSHOOT), ("steady_state_error", STEADY_STATE_ERROR))
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,9 @@ class Demand:
         flight: hover, or which step.
         quantity: its name; of a step, python-control's.
         unit: of value and limit.
-        value: the flown one.
+        value: the flown one; NaN where it means nothing.
         limit: largest that will do.
+        withheld: why it is NaN, else "".
     """
 
     flight: str
@@ -51,6 +53,7 @@ class Demand:
     unit: str
     value: float
     limit: float
+    withheld: str = ""
 
     @property
     def met(self) -> bool:
@@ -88,12 +91,10 @@ class HoverReport:
         ]
         for step in self.steps:
             metrics, name = step.metrics, f"{step.axis} step"
-            found.append(Demand(name, "overshoot", "%", metrics.overshoot, OVERSHOOT))
-            found.append(
-                Demand(
-                    name, "steady_state_error", "%", metrics.steady_state_error, STEADY_STATE_ERROR
-                )
-            )
+            for quantity, limit in _DEMANDED:
+                value = getattr(metrics, quantity)
+                why = metrics.withheld if math.isnan(value) else ""
+                found.append(Demand(name, quantity, "%", value, limit, why))
         return found
 
 

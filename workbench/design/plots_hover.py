@@ -1,5 +1,7 @@
 """The figure of a hover check: drift and tilt of the hover, and the four steps."""
 
+import math
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -7,6 +9,7 @@ from matplotlib.figure import Figure
 from workbench.design.hover_check import DRIFT, OVERSHOOT, TILT, HoverReport
 from workbench.design.plots import PALETTE, label, legend, styled, widen
 from workbench.design.plots_panels import BEFORE, draw_response, shown_part
+from workbench.design.step_metrics import number
 from workbench.design.step_response import EDGE, StepResponse, axis_command, axis_velocity
 
 
@@ -50,9 +53,11 @@ def _draw_step(axes: Axes, step: StepResponse) -> None:
     """Draw command and response with the overshoot that is allowed."""
     shown = shown_part(step)
     draw_response(axes, shown, step.axis)
-    most = (1.0 + OVERSHOOT / 100.0) * step.metrics.steady_state_value
+    steady = step.metrics.steady_state_value
+    most = (1.0 + OVERSHOOT / 100.0) * (step.amplitude if math.isnan(steady) else steady)
     axes.axhline(most, color=PALETTE.limit, lw=1.0, label=f"overshoot of {OVERSHOOT:g} %")
     widen(axes, axis_velocity(shown, step.axis), axis_command(shown, step.axis), most)
-    axes.set_title(f"{axes.get_title(loc='left')}, overshoot {step.metrics.overshoot:.1f} %")
+    over = number(step.metrics.overshoot, ".1f")
+    axes.set_title(f"{axes.get_title(loc='left')}, overshoot {over} %")
     axes.set_xlim(-BEFORE, shown.time[-1] - EDGE)
     axes.set_xlabel("time since the command's edge [s]")

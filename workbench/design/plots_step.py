@@ -1,5 +1,7 @@
 """The figure of one step: command and response, force, acceleration, rotor speeds."""
 
+import textwrap
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,11 +15,13 @@ from workbench.design.plots_panels import (
     draw_rotor_use,
     shown_part,
 )
-from workbench.design.step_metrics import StepMetrics
+from workbench.design.step_metrics import StepMetrics, number
 from workbench.design.step_response import EDGE, UNITS, StepResponse
 
 _BAND = 0.02
 """What counts as settled, as share of the steady state; python-control's default."""
+_WIDTH = 26
+"""Of a sentence beside a panel [characters]."""
 
 
 @styled
@@ -46,6 +50,8 @@ def plot_step(step: StepResponse) -> Figure:
 def _draw_settling(axes: Axes, metrics: StepMetrics) -> None:
     """Draw the band within which the response counts as settled, and when it does."""
     steady = metrics.steady_state_value
+    if np.isnan(steady):
+        return
     band = abs(_BAND * steady)
     axes.axhspan(
         steady - band,
@@ -63,13 +69,14 @@ def _write_metrics(axes: Axes, step: StepResponse) -> None:
     """Write the metrics beside a panel."""
     metrics, unit = step.metrics, UNITS[step.axis]
     lines = (
-        f"rise time  {metrics.rise_time:.3f} s",
-        f"settling time  {metrics.settling_time:.3f} s",
-        f"overshoot  {metrics.overshoot:.2f} %",
-        f"undershoot  {metrics.undershoot:.2f} %",
-        f"steady state  {metrics.steady_state_value:.4g} {unit}",
-        f"error  {metrics.steady_state_error:.2f} %",
+        f"rise time  {number(metrics.rise_time, '.3f')} s",
+        f"settling time  {number(metrics.settling_time, '.3f')} s",
+        f"overshoot  {number(metrics.overshoot, '.2f')} %",
+        f"undershoot  {number(metrics.undershoot, '.2f')} %",
+        f"steady state  {number(metrics.steady_state_value, '.4g')} {unit}",
+        f"error  {number(metrics.steady_state_error, '.2f')} %",
         f"peak rotor use  {100.0 * step.peak_rotor_use:.0f} %",
+        *textwrap.wrap(metrics.withheld, _WIDTH),
     )
     axes.annotate(
         "\n".join(lines),

@@ -1,15 +1,18 @@
 """Numbers of a step response, in python-control's words and by its definitions."""
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.response_metrics import crossing_times, response_metrics
+from workbench.response_metrics import crossing_times, response_metrics, why_withheld
 
 
 @dataclass(frozen=True)
 class StepMetrics:
     """What `control.step_info` says of a response, and its distance from the command.
+
+    NaN for what depends on beginning at rest or on settling, where the step did not.
 
     Attributes:
         rise_time: from 10 % to 90 % of the steady state [s].
@@ -20,6 +23,7 @@ class StepMetrics:
         peak_time: when [s].
         steady_state_value: value at the end.
         steady_state_error: of the steady state against the command [% of it].
+        withheld: why some are NaN, as a sentence; "" if none is for such a reason.
     """
 
     rise_time: float
@@ -30,6 +34,25 @@ class StepMetrics:
     peak_time: float
     steady_state_value: float
     steady_state_error: float
+    withheld: str = ""
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The numbers by name."""
+        return {name: getattr(self, name) for name in NUMBERS}
+
+
+NUMBERS = (
+    "rise_time",
+    "settling_time",
+    "overshoot",
+    "undershoot",
+    "peak",
+    "peak_time",
+    "steady_state_value",
+    "steady_state_error",
+)
+"""Names of what `StepMetrics` measures."""
 
 
 def step_metrics(time: np.ndarray, response: np.ndarray, command: float) -> StepMetrics:
@@ -41,9 +64,17 @@ def step_metrics(time: np.ndarray, response: np.ndarray, command: float) -> Step
         command: what it should come to, in the response's unit; not zero.
     """
     many = response_metrics(time, np.asarray(response, dtype=float)[None, :], command)
+    duration = float(time[-1])
+    kept = many.withheld(duration, command)
     return StepMetrics(
-        **{row.name: float(getattr(many, row.name)[0]) for row in fields(StepMetrics)}
+        **{name: float(getattr(kept, name)[0]) for name in NUMBERS},
+        withheld=why_withheld(many, duration, command),
     )
+
+
+def number(value: float, form: str) -> str:
+    """Return a number in a format such as ".3f", a dash where there is none."""
+    return "—" if math.isnan(value) else format(value, form)
 
 
 def crossing_time(time: np.ndarray, response: np.ndarray, level: float) -> float:

@@ -46,11 +46,11 @@ def test_columns_have_names_and_units(table):
 @pytest.mark.parametrize(
     ("metric", "order"),
     [
-        ("rise_time", [2, 1, 0, 3]),  # 3 is fastest, and does not get there
-        ("settling_time", [1, 0, 3]),  # 2 never settles
-        ("overshoot", [1, 0, 2, 3]),  # equal ones: what settles first
-        ("peak_rotor_use", [2, 0, 1, 3]),
-        ("peak", [1, 0, 2, 3]),  # nearest to the command
+        ("rise_time", [1, 0, 3]),  # 3 is fastest, and does not get there
+        ("settling_time", [1, 0, 3]),  # 2 never settles, and is ranked nowhere
+        ("overshoot", [1, 0, 3]),  # equal ones: what settles first
+        ("peak_rotor_use", [0, 1, 3]),
+        ("peak", [1, 0, 3]),  # nearest to the command
     ],
 )
 def test_ranking_puts_the_best_first_and_the_lost_nowhere(table, metric, order):

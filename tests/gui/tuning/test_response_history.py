@@ -84,6 +84,20 @@ def test_gains_of_a_round_are_those_at_its_beginning(history):
     assert history.round.gains["kp_pitch"] == 225.0
 
 
+def test_gains_that_change_during_the_step_withhold_its_numbers(history):
+    history.begin(Exciting(STEP, 10.0, 1), GAINS)
+    history.begin(Exciting(STEP, 10.0, 1), {"kp_pitch": 300.0})
+    history.present(11.1)
+    assert "parameters changed" in history.numbers.withheld
+    history.begin(Exciting(STEP, 12.0, 2), {"kp_pitch": 300.0})
+    assert "parameters changed" in history.ghosts[0].numbers.withheld
+    history.present(13.1)
+    assert "parameters changed" not in history.numbers.withheld
+    history.begin(Exciting(STEP, 12.0, 2), GAINS)  # after the step: its numbers stay
+    history.begin(Exciting(STEP, 14.0, 3), GAINS)
+    assert "parameters changed" not in history.ghosts[0].numbers.withheld
+
+
 def test_the_next_edge_of_a_round_is_known():
     flown = Round(Excitation("x", Shape.STEP, 1.0, 2.0), 10.0, {})
     assert flown.next_edge(10.5) == 12.0

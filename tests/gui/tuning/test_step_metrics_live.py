@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from workbench.excitation import Excitation, Shape
+from workbench.gui.tuning.metric_rows import metric_rows
 from workbench.gui.tuning.rounds import StepPart, step_parts
 from workbench.gui.tuning.step_measure import measure_step
+from workbench.gui.tuning.table_rows import State
 from workbench.gui.tuning.trace import Trace
 
 TIME = np.arange(0.0, 4.0, 1.0 / 128.0)
@@ -40,6 +42,27 @@ def test_numbers_of_a_flown_step_are_those_of_python_control(before, level):
     assert numbers.peak_rotor_use == 0.7
 
 
+def test_numbers_that_mean_nothing_are_withheld_with_the_reason():
+    """Too short to settle, begun while it still moved, and with gains that changed."""
+    moving = np.full(len(TIME), -1.6)
+    moving[TIME >= 0.5] = -1.6 + 3.6 * swinging(3.5)[: int((TIME >= 0.5).sum())]
+    cases = [
+        (trace_of(swinging(0.6)), StepPart(0.0, 0.59, 0.0, 1.0), False, "not settled within 0.586"),
+        (trace_of(moving), StepPart(0.5, 3.5, -2.0, 2.0), False, "did not begin at rest"),
+        (trace_of(swinging(3.5)), StepPart(0.0, 3.0, 0.0, 1.0), True, "parameters changed"),
+    ]
+    for trace, part, changed, why in cases:
+        numbers = measure_step(trace, part, changed=changed)
+        assert why in numbers.withheld
+        assert np.isnan([numbers.rise_time, numbers.settling_time, numbers.overshoot]).all(), why
+        assert numbers.peak_rotor_use == 0.7
+        rows = metric_rows(numbers, None, lambda name: 1.0)
+        assert rows[0].cells[0].text == "–"
+        assert rows[0].cells[0].help == numbers.withheld
+        assert rows[0].state is State.NONE
+    assert measure_step(trace_of(swinging(3.5)), StepPart(0.0, 3.0, 0.0, 1.0)).withheld == ""
+
+
 def test_a_step_that_is_not_over_has_no_numbers():
     part = StepPart(0.0, 3.0, 0.0, 1.0)
     assert measure_step(trace_of(swinging(2.9)), part) is None
@@ -47,9 +70,9 @@ def test_a_step_that_is_not_over_has_no_numbers():
 
 
 def test_what_comes_after_a_step_does_not_count():
-    part = StepPart(0.0, 2.0, 0.0, 1.0)
-    flown = np.concatenate([swinging(2.0), np.zeros(200)])
-    assert measure_step(trace_of(flown), part) == measure_step(trace_of(swinging(2.0)), part)
+    part = StepPart(0.0, 3.0, 0.0, 1.0)
+    flown = np.concatenate([swinging(3.0), np.zeros(100)])
+    assert measure_step(trace_of(flown), part) == measure_step(trace_of(swinging(3.0)), part)
 
 
 def test_the_first_half_of_a_square_wave_goes_all_the_way_once_it_repeats():

@@ -12,10 +12,10 @@ import numpy as np
 from workbench.design.lost import find_loss
 from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
 from workbench.design.regress.spec import Case, Spec
-from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import EDGE, START_HEIGHT, step_scenario
 from workbench.errors import FlightBrokenError
 from workbench.recording import Recording
+from workbench.response_metrics import ResponseMetrics, response_metrics, why_withheld
 from workbench.scenario import Scenario, Start
 from workbench.session import Session
 
@@ -55,6 +55,7 @@ class Flight:
         signal: that is judged.
         command: how far it should go; None where nothing is said of that.
         trouble: how the flight was lost or why it could not go on, else "".
+        changed: whether the script changes parameters from the edge on.
     """
 
     recording: Recording
@@ -63,6 +64,7 @@ class Flight:
     signal: str
     command: float | None
     trouble: str = ""
+    changed: bool = False
 
     @cached_property
     def judged(self) -> Recording:
@@ -86,10 +88,20 @@ class Flight:
         return values if self.axis else values - values[0]
 
     @cached_property
-    def step(self) -> StepMetrics:
-        """The metrics of the response to the command."""
+    def step(self) -> ResponseMetrics:
+        """The metrics of the response to the command, also of one that has not settled."""
         assert self.command is not None
-        return step_metrics(self.time, self.response, self.command)
+        return response_metrics(self.time, self.response[None, :], self.command)
+
+    @cached_property
+    def doubt(self) -> str:
+        """Why some of them mean little, as a sentence; "" if they do not.
+
+        They are marked and not withheld: a limit on such a number still tells that it has changed.
+        """
+        assert self.command is not None
+        duration = float(self.time[-1])
+        return why_withheld(self.step, duration, self.command, changed=self.changed)
 
 
 def changed(spec: Spec, changes: Changes) -> Scenario:
@@ -153,4 +165,5 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
         signal=case.signal or AXIS_SIGNALS.get(case.axis, ""),
         command=case.amplitude if case.axis else case.command,
         trouble=broke_off or (loss.sentence if loss else ""),
+        changed=any(action.set and action.at >= case.edge for action in case.script),
     )

@@ -126,7 +126,8 @@ def _flown(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
     checks = []
     for name, limit in case.limits.items():
         metric = find_metric(name)
-        checks.append(Check(name, metric.unit_of(flight), metric.of(flight), limit))
+        value, doubt = metric.of(flight), metric.doubt_of(flight)
+        checks.append(Check(name, metric.unit_of(flight), value, limit, doubt))
     return dataclasses.replace(result, checks=tuple(checks), curves=curves)
 
 

@@ -14,6 +14,7 @@ from workbench.design.reproduce import mean_until
 from workbench.design.step_metrics import crossing_time
 from workbench.design.step_response import axis_force, coupling
 from workbench.errors import find_row
+from workbench.response_metrics import AT_THE_END, FROM_REST
 
 HOVER = 0.5
 """What is measured before the edge is a mean over so long [s]."""
@@ -46,6 +47,10 @@ class Metric:
     need: Need
     of: Callable[[Flight], float]
     help: str
+
+    def doubt_of(self, flight: Flight) -> str:
+        """Return why the number means little in a flight, "" if it does not."""
+        return flight.doubt if self.name in (*FROM_REST, *AT_THE_END) else ""
 
     def unit_of(self, flight: Flight) -> str:
         """Return the unit in a flight."""
@@ -83,7 +88,7 @@ def _mean_force(flight: Flight) -> float:
 
 
 def _step(flight: Flight, name: str) -> float:
-    return float(getattr(flight.step, name))
+    return float(getattr(flight.step, name)[0])
 
 
 def _of_signal(flight: Flight, of: Callable[[np.ndarray], float]) -> float:

@@ -86,12 +86,13 @@ def _case(number: int, result: CaseResult) -> str:
 
 
 def _check_row(check: Check) -> str:
+    doubt = f" ({check.doubt})" if check.doubt else ""
     beyond = "" if check.met else f" by {with_unit(check.excess, check.unit)}"
     return (
         f"<tr><td>{escape(check.name)}</td>"
         f'<td class="number">{escape(with_unit(check.value, check.unit))}</td>'
         f'<td class="number">{escape(check.demand)}</td>'
-        f"<td>{_word(check.met)}{escape(beyond)}</td></tr>"
+        f"<td>{_word(check.met)}{escape(beyond)}{escape(doubt)}</td></tr>"
     )
 
 

@@ -19,12 +19,14 @@ class Check:
         unit: of value and limit.
         value: the flown one.
         limit: what it must be within.
+        doubt: why the value means little, as of a step that has not settled, else "".
     """
 
     name: str
     unit: str
     value: float
     limit: Limit
+    doubt: str = ""
 
     @property
     def met(self) -> bool:
@@ -51,12 +53,13 @@ class Check:
     @property
     def sentence(self) -> str:
         """What is wrong with it."""
+        doubt = f" ({self.doubt})" if self.doubt else ""
         if math.isnan(self.value):
-            return f"{self.name} does not exist, and should be {self.demand}"
+            return f"{self.name} does not exist, and should be {self.demand}{doubt}"
         side = "below" if self.value < self.limit.min else "above"
         return (
             f"{self.name} is {with_unit(self.value, self.unit)}, and should be {self.demand}: "
-            f"{with_unit(self.excess, self.unit)} {side}"
+            f"{with_unit(self.excess, self.unit)} {side}{doubt}"
         )
 
 

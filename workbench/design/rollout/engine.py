@@ -153,7 +153,7 @@ class RolloutEngine:
 
         flown = batch.fly((RESPONSES[AXES.index(axis)],), keep, self._threads, progress, stop)
         return MeasuredSteps(
-            metrics=ResponseMetrics(*numbers[: flown.done].T),
+            metrics=ResponseMetrics(*numbers[: flown.done].T).withheld(times[-1], amplitude),
             peak_rotor_use=flown.peak_use,
             diverged_at=flown.lost_at,
         )

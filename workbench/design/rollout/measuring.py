@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.response_metrics import LOWER, SETTLED, UPPER
 
-NUMBERS = 9
+NUMBERS = 10
 """As many as `ResponseMetrics` has."""
 
 
@@ -17,7 +17,7 @@ def measure_steps(time, responses, command, numbers):  # type: ignore[no-untyped
         time: (M) from 0 [s].
         responses: (M, m or more), at rest at 0; NaN from when one is lost on.
         command: what they should come to; not 0.
-        numbers: (m, 9) places for the metrics, in the order of `ResponseMetrics`.
+        numbers: (m, 10) places for the metrics, in the order of `ResponseMetrics`.
     """
     size = len(time)
     level = UPPER * command
@@ -51,6 +51,7 @@ def measure_steps(time, responses, command, numbers):  # type: ignore[no-untyped
         row = numbers[i]
         row[:] = math.nan
         row[4] = row[5] = math.inf
+        row[9] = responses[0, i]
         if arrival >= 0:
             row[8] = time[arrival]
         if arrival > 0:

@@ -52,7 +52,8 @@ class MeasuredSteps:
     """Metrics of N steps whose curves were not kept.
 
     Attributes:
-        metrics: (N) each; they mean nothing for a candidate that was lost.
+        metrics: (N) each, withheld where a step did not begin at rest or has not settled; they
+            mean nothing for a candidate that was lost.
         peak_rotor_use: (N) see `Rollouts`.
         diverged_at: (N) see `Rollouts`.
     """

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.sweep.full_flights import fly_one
+from workbench.design.sweep.loops import axis_of
+from workbench.design.sweep.metrics import for_people, resolution
 from workbench.design.sweep.ranges import SEED, VARY
 from workbench.design.sweep.table import SweepTable
 
@@ -23,6 +25,7 @@ class BestCandidate:
         values: (K) its metrics in the table.
         flown: (9) its metrics on the full diagram, see `metrics.FLOWN`.
         refused: rows that ranked before it, and were lost on the full diagram.
+        unmoved: names of what was swept that the metric does not depend on.
     """
 
     index: int
@@ -31,6 +34,7 @@ class BestCandidate:
     values: np.ndarray
     flown: np.ndarray
     refused: tuple[int, ...]
+    unmoved: tuple[str, ...] = ()
 
     @property
     def difference(self) -> np.ndarray:
@@ -38,22 +42,108 @@ class BestCandidate:
         return self.flown - self.values[: len(self.flown)]
 
 
-def why_no_best(table: SweepTable) -> str:
+def why_no_best(table: SweepTable, metric: str) -> str:
     """Return why a sweep has no best candidate, "" if it may have one.
 
     A range of vary.* is what a drone may turn out to be, and a seed what the air may do: nothing
-    to be chosen.
+    to be chosen. Nor is there a best one among candidates that are equal.
+
+    Raises:
+        WorkbenchError: if the metric is unknown or was not measured.
     """
+    tied = table.tied(metric)
     drones = [each.name for each in table.ranges if each.name.startswith(VARY)]
     if SEED in (each.name for each in table.ranges):
         return "no best is chosen: a seed is luck: sweep gains with one seed, or look at the spread"
-    if not drones:
+    if drones:
+        verb = "is" if len(drones) == 1 else "are"
+        return (
+            f"no best is chosen: {' and '.join(drones)} {verb} of the drone, not of its gains: "
+            "sweep gains alone with --vary, or search over such drones with `workbench tune`"
+        )
+    if not len(tied):
+        return _why_none_counts(table, metric)
+    unmoved = table.unmoved(metric)
+    if len(unmoved) == len(table.ranges):
+        return f"no best is chosen: {_all_equal(table, metric, tied)}"
+    if len(_different(table, tied, unmoved)) > 1:
+        return (
+            f"no best is chosen: {len(tied)} candidates have the same {_value(table, metric, tied)}"
+            f", settle equally soon, and are equal in overshoot: {_spans(table, tied, unmoved)}; "
+            "sweep by another --metric"
+        )
+    return ""
+
+
+def what_does_not_move(table: SweepTable, metric: str) -> str:
+    """Return which of what was swept a metric does not depend on, as a sentence; "" if none.
+
+    Raises:
+        WorkbenchError: if the metric is unknown or was not measured.
+    """
+    names = table.unmoved(metric)
+    if not names:
         return ""
-    verb = "is" if len(drones) == 1 else "are"
+    verb = "does" if len(names) == 1 else "do"
+    axes = dict.fromkeys(axis for axis in map(axis_of, names) if axis)
+    other = [axis for axis in axes if axis != table.case.axis]
+    hint = f"; try --axis {' or '.join(other)}" if other else ""
+    listed = " and ".join(names)
+    return f"{listed} {verb} not move {metric} on axis {table.case.axis}{hint}"
+
+
+def _all_equal(table: SweepTable, metric: str, tied: np.ndarray) -> str:
     return (
-        f"no best is chosen: {' and '.join(drones)} {verb} of the drone, not of its gains: sweep "
-        "gains alone with --vary, or search over such drones with `workbench tune`"
+        f"all {len(table)} candidates have the same {_value(table, metric, tied)}: "
+        f"{what_does_not_move(table, metric)}"
     )
+
+
+def _value(table: SweepTable, metric: str, tied: np.ndarray) -> str:
+    """Return a metric with the value that tied rows have."""
+    scale, unit = for_people(table.units[table.names.index(metric)])
+    value = scale * float(table.column(metric)[tied[0]])
+    least = scale * resolution(table.metric(metric), table.column(metric), table.case.amplitude)
+    shown = f"{0.0 if abs(value) < least else value:.4g}"
+    return f"{metric}, {shown} {unit}".rstrip()
+
+
+def _why_none_counts(table: SweepTable, metric: str) -> str:
+    """Return why no candidate is ranked."""
+    withheld = int(table.withheld.sum())
+    if not withheld:
+        return f"no candidate flies to the end and has a {metric}"
+    if np.isnan(table.column("steady_state_error")[table.withheld]).all():
+        return (
+            f"no best is chosen: no candidate settles within {table.case.duration:g} s: fly "
+            "longer with --duration, or sweep other values"
+        )
+    return "no best is chosen: no step begins at rest, as the drone drifts in the hover before it"
+
+
+def _different(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> np.ndarray:
+    """Return the different values of what matters among rows."""
+    columns = [index for index, each in enumerate(table.ranges) if each.name not in unmoved]
+    found: np.ndarray = np.unique(table.parameters[np.ix_(rows, columns)], axis=0)
+    return found
+
+
+def _spans(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> str:
+    """Return from where to where rows go in each parameter that matters."""
+    spans = []
+    for index, each in enumerate(table.ranges):
+        values = table.parameters[rows, index]
+        if each.name not in unmoved:
+            spans.append(f"{each.name} {values.min():.4g} .. {values.max():.4g}")
+    return ", ".join(spans)
+
+
+def _nearest_first(table: SweepTable, tied: np.ndarray) -> np.ndarray:
+    """Return rows that are equal, those nearest to the present values first."""
+    widths = np.array([each.high - each.low for each in table.ranges])
+    away = np.abs((table.parameters[tied] - table.present) / widths).sum(axis=1)
+    ordered: np.ndarray = tied[np.argsort(away, kind="stable")]
+    return ordered
 
 
 def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
@@ -64,16 +154,17 @@ def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
         metric: by which a candidate is the best; see `SweepTable.ranking`.
 
     Returns:
-        The best one, or None if none of the first five flies there, or vary.* or seed is swept,
-        see `why_no_best`.
+        The best one, or None if none of the first five flies there, or there is none, see
+        `why_no_best`.
 
     Raises:
         WorkbenchError: if the metric is unknown or was not measured.
     """
     refused: tuple[int, ...] = ()
-    ranking = table.ranking(metric)
-    if why_no_best(table):
+    if why_no_best(table, metric):
         return None
+    tied = table.tied(metric)
+    ranking = [*_nearest_first(table, tied), *table.ranking(metric)[len(tied) :]]
     for index in map(int, ranking[:MOST_TRIED]):
         flown, lost = fly_one(table.case, table.candidate(index))
         if np.isnan(lost):
@@ -84,6 +175,7 @@ def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
                 values=table.values[index],
                 flown=np.array(flown),
                 refused=refused,
+                unmoved=table.unmoved(metric),
             )
         refused = (*refused, index)
     return None

@@ -108,7 +108,7 @@ def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
     if not np.isnan(lost):
         return [float("nan")] * len(FLOWN), lost
     metrics = step_metrics(after.time - EDGE, axis_velocity(after, case.axis), case.amplitude)
-    return [*dataclasses.astuple(metrics), float(after.rotor_use.max())], lost
+    return [*metrics.numbers.values(), float(after.rotor_use.max())], lost
 
 
 def lost_at(recording: Recording) -> float:

@@ -9,6 +9,12 @@ from workbench.errors import find_row
 
 ARRIVED = 5.0
 """A step that is farther from its command in the end did not get there [%]."""
+SAME = 5e-4
+"""Values that differ by a smaller share read alike with the digits that are shown, and count as
+equal."""
+_LEAST = {"s": 1e-4, "%": 0.01, "": 1e-4, "1": 1e-4, "rad": 1e-4}
+"""So do those that differ by less than this, by unit; of the command's unit as share of the
+command. An overshoot of 1e-14 % is rounding."""
 
 
 class SweepMetric(NamedTuple):
@@ -60,6 +66,13 @@ def cost(metric: SweepMetric, values: np.ndarray, command: float) -> np.ndarray:
     far = np.abs(np.abs(values) - abs(command))
     costs = -metric.better * values if metric.better else far
     return np.where(np.isnan(costs), np.inf, costs)
+
+
+def resolution(metric: SweepMetric, values: np.ndarray, command: float) -> float:
+    """Return the smallest difference between values of a metric that means something."""
+    finite = np.abs(values[np.isfinite(values)])
+    least = _LEAST[metric.unit] * (abs(command) if metric.unit == "" else 1.0)
+    return max(least, SAME * float(finite.max(initial=0.0)))
 
 
 def for_people(unit: str) -> tuple[float, str]:

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from workbench.design.plots import PALETTE, styled
 from workbench.design.step_response import UNITS
-from workbench.design.sweep.best import BestCandidate
+from workbench.design.sweep.best import BestCandidate, what_does_not_move
 from workbench.design.sweep.metrics import MARGINS, SweepMetric, for_people
 from workbench.design.sweep.plot_clouds import draw_clouds
 from workbench.design.sweep.plot_map import cell_edges, draw_map
@@ -39,7 +39,10 @@ def plot_sweep(table: SweepTable, metric: str, best: BestCandidate | None = None
         figure = draw_map(table, shown, best)
     else:
         figure = draw_clouds(table, shown, best)
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    note = what_does_not_move(table, metric)
+    figure.suptitle(
+        f"{title}\n{note}" if note else title, x=0.01, ha="left", fontsize=11, fontweight="bold"
+    )
     return figure
 
 

@@ -8,6 +8,7 @@ from workbench.design.linear.loops import find_loop
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.compiled_flights import fly_compiled
 from workbench.design.sweep.flown import FlySweep, Progress, Stop
+from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.metrics import FLOWN, MARGINS
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.samples import sample
@@ -24,7 +25,7 @@ def sweep(
     method: str = "grid",
     samples: int = 256,
     seed: int = 0,
-    axis: str = "z",
+    axis: str = "",
     amplitude: float = 1.0,
     duration: float = 3.0,
     scenario: Scenario | None = None,
@@ -41,7 +42,8 @@ def sweep(
         method: grid, random or sobol.
         samples: candidates of random and sobol; a grid's follow from its ranges.
         seed: of random and sobol.
-        axis: of the step, x, y, z or yaw.
+        axis: of the step, x, y, z or yaw; "" for the one that the first gain acts on, as x for
+            kp_pitch, and z where none does.
         amplitude: of its command [m/s] or [rad/s].
         duration: flown after the command's edge [s].
         scenario: its vehicle, gains, world and rates are used.
@@ -56,6 +58,7 @@ def sweep(
         WorkbenchError: if that is no sweep.
     """
     parsed = tuple(parse_range(each) if isinstance(each, str) else each for each in ranges)
+    axis = axis or default_axis(each.name for each in parsed)
     case = SweepCase(axis, amplitude, duration, scenario or Scenario(), dict(settings or {}))
     parameters = sample(parsed, method, samples, seed)
     vehicle = case.vehicle()

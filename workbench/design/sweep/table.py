@@ -6,9 +6,12 @@ import numpy as np
 
 from workbench.design.step_response import UNITS
 from workbench.design.sweep.case import Candidate, SweepCase
-from workbench.design.sweep.metrics import ARRIVED, SweepMetric, cost, find_metric
+from workbench.design.sweep.metrics import ARRIVED, SweepMetric, cost, find_metric, resolution
 from workbench.design.sweep.ranges import SweepRange
 from workbench.errors import WorkbenchError, unknown_name
+
+_THEN = ("settling_time", "overshoot", "steady_state_error")
+"""By what candidates are ranked whose metric is equal."""
 
 
 @dataclass(frozen=True)
@@ -93,22 +96,88 @@ class SweepTable:
             )
         return found
 
-    def ranking(self, metric: str) -> np.ndarray:
-        """Return the rows that flew to the end, as indices, those with the best metric first.
+    @property
+    def withheld(self) -> np.ndarray:
+        """Which rows (N) flew to the end, but did not begin at rest or have not settled."""
+        return np.isnan(self.diverged_at) & np.isnan(self.column("settling_time"))
 
-        Those that came within 5 % of the command go first; where the metric is equal, what settles
-        sooner.
+    def ranking(self, metric: str) -> np.ndarray:
+        """Return the rows that flew to the end and settled, as indices, the best metric first.
+
+        Those that came within 5 % of the command go first; where values are equal, see
+        `metrics.resolution`, what settles sooner, overshoots less, and ends nearer to the command.
 
         Raises:
             WorkbenchError: if the metric is unknown or was not measured.
         """
-        costs = cost(self.metric(metric), self.column(metric), self.case.amplitude)
-        settling = np.nan_to_num(self.column("settling_time"), nan=np.inf)
+        keys = self._keys(metric)
+        order = np.lexsort(keys[::-1])
+        counts = np.isnan(self.diverged_at) & ~self.withheld & np.isfinite(keys[1])
+        ranked: np.ndarray = order[counts[order]]
+        return ranked
+
+    def tied(self, metric: str) -> np.ndarray:
+        """Return the rows, as indices, that nothing tells from the first of `ranking`.
+
+        Raises:
+            WorkbenchError: if the metric is unknown or was not measured.
+        """
+        ranked = self.ranking(metric)
+        keys = self._keys(metric)[:, ranked]
+        tied: np.ndarray = ranked[(np.abs(keys - keys[:, :1]) <= 1.0).all(axis=0)]
+        return tied
+
+    def unmoved(self, metric: str) -> tuple[str, ...]:
+        """Return the names of what was swept that a metric does not depend on here.
+
+        Where a row differs from another in nothing else, as on a grid, the metric is equal; or it
+        is so in all rows.
+
+        Raises:
+            WorkbenchError: if the metric is unknown or was not measured.
+        """
+        shown = self.metric(metric)
+        values = self.column(metric)
+        least = resolution(shown, values, self.case.amplitude)
+        everything = np.zeros(len(values), dtype=int)
+        if len(values) > 1 and _widest(values, everything) <= least:
+            return tuple(each.name for each in self.ranges)
+        if len(self.ranges) == 1:
+            return ()
+        found = []
+        for index, each in enumerate(self.ranges):
+            others = np.delete(self.parameters, index, axis=1)
+            _, groups = np.unique(others, axis=0, return_inverse=True)
+            if _widest(values, groups.ravel()) <= least:
+                found.append(each.name)
+        return tuple(found)
+
+    def _keys(self, metric: str) -> np.ndarray:
+        """Return what rows are ranked by (4, N), most important first, in whole resolutions."""
+        command = self.case.amplitude
         missed = ~(self.column("steady_state_error") <= ARRIVED)
-        order = np.lexsort((settling, costs, missed))
-        flew: np.ndarray = order[np.isnan(self.diverged_at[order]) & np.isfinite(costs[order])]
-        return flew
+        keys = [2.0 * missed]
+        for each in dict.fromkeys(map(self.metric, (metric, *_THEN))):
+            values = self.column(each.name)
+            costs = cost(each, values, command)
+            keys.append(np.round(costs / resolution(each, values, command)))
+        return np.array(keys)
 
     def candidate(self, index: int) -> Candidate:
         """Return the candidate of a row."""
         return self.case.candidate(self.ranges, self.parameters[index])
+
+
+def _widest(values: np.ndarray, groups: np.ndarray) -> float:
+    """Return how far values (N) lie apart within a group, at most; groups of one do not count.
+
+    Infinite where some of a group exist and others do not, and where there is nothing to compare.
+    """
+    known = np.isfinite(values)
+    size, there = np.bincount(groups), np.bincount(groups, weights=known)
+    if not known.any() or not (size > 1).any() or ((there > 0) & (there < size)).any():
+        return float("inf")
+    high, low = np.full(len(size), -np.inf), np.full(len(size), np.inf)
+    np.maximum.at(high, groups[known], values[known])
+    np.minimum.at(low, groups[known], values[known])
+    return float((high - low)[there > 0].max(initial=0.0))

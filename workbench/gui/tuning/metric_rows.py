@@ -33,15 +33,18 @@ def _row(
         for numbers in (flown, predicted)
     ]
     over = [math.isfinite(value) and not limit.keeps(value, most) for value in values]
+    reasons = [numbers.withheld if numbers is not None else "" for numbers in (flown, predicted)]
     cells = tuple(
-        Cell(limit.text(value), over=beyond, help=limit.help)
-        for value, beyond in zip(values, over, strict=True)
+        Cell(limit.text(value), over=beyond, help=why if math.isnan(value) and why else limit.help)
+        for value, beyond, why in zip(values, over, reasons, strict=True)
     )
     unit = f" {limit.unit}" if limit.unit else ""
     state = State.NONE
     if flown is not None:
-        missed = over[0] or math.isnan(values[0])
-        state = State.OVER if missed else State.GOOD
+        if math.isnan(values[0]):
+            state = State.NONE if flown.withheld else State.OVER
+        else:
+            state = State.OVER if over[0] else State.GOOD
     return Row(limit.label, (*cells, Cell(f"{limit.sign} {most:g}{unit}")), state)
 
 

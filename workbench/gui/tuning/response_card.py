@@ -246,5 +246,8 @@ class ResponseCard(Card):
             return "With the proposed gains the drone would be lost.", "bad"
         if self._refusal:
             return f"No prediction: {self._refusal}", "warning"
+        flown = self.history.numbers
+        if flown is not None and flown.withheld:
+            return f"Numbers shown as – are withheld: {flown.withheld}.", "warning"
         over = any(row.state is State.OVER for row in rows)
         return headline(rows), "warning" if over else "muted"

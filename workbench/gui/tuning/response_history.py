@@ -94,21 +94,23 @@ class ResponseHistory:
         self._running = False
         self._ended = 0.0
         self._measured = False
+        self._changed = False
 
     def begin(self, exciting: Exciting, gains: Mapping[str, float]) -> None:
-        """Take note of a round; the same one again changes nothing.
+        """Take note of a round; the same one again changes nothing, unless gains have changed.
 
         Args:
             exciting: what is flown since when.
-            gains: that fly it.
+            gains: that fly it now.
         """
         before = self.round
         excitation, begun = exciting.excitation, exciting.began
         if before is not None and before.begun == begun and before.excitation == excitation:
+            self._changed = self._changed or gains != before.gains
             return
         self._keep(min(begun, before.end) if before is not None else begun)
         self.round = Round(excitation, begun, dict(gains), exciting.round > 1)
-        self._running, self._measured = True, False
+        self._running, self._measured, self._changed = True, False, False
 
     def end(self, now: float) -> None:
         """Take note that nothing excites the flight any more, at a simulated time [s]."""
@@ -135,10 +137,12 @@ class ResponseHistory:
         trace = self._take(self.round.excitation, self.round.begun, until)
         if not len(trace) or trace.time[-1] < SHORTEST:
             return
-        kept = Response(self.round, trace, self._measure(self.round, trace))
+        numbers = self.numbers if self._measured else self._measure(self.round, trace)
+        kept = Response(self.round, trace, numbers)
         self.ghosts = (kept, *self.ghosts)[:GHOSTS]
 
-    @staticmethod
-    def _measure(flown: Round, trace: Trace) -> StepNumbers | None:
+    def _measure(self, flown: Round, trace: Trace) -> StepNumbers | None:
         """Return the numbers of a round's first step; those of the others are alike."""
-        return measure_step(trace, flown.parts[0]) if flown.parts else None
+        if not flown.parts:
+            return None
+        return measure_step(trace, flown.parts[0], changed=self._changed)

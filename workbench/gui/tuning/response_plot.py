@@ -95,7 +95,9 @@ class ResponsePlot(QWidget):
             if each not in self._ghosts[index : index + 1]:
                 trace = each.trace
                 self.plot.set_curve(name, trace.time, trace.response, CurveStyle.FAINT, COMMAND)
-            lines.append(f"{name}: {gains_text(each.round.gains, gains)}")
+            withheld = each.numbers.withheld if each.numbers is not None else ""
+            note = f" ({withheld})" if withheld else ""
+            lines.append(f"{name}: {gains_text(each.round.gains, gains)}{note}")
         self._ghosts = ghosts
         self.plot.head.legend.setToolTip("\n".join(lines))
 

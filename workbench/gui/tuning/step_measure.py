@@ -5,7 +5,7 @@ import math
 from workbench.analyst.replies import StepNumbers
 from workbench.gui.tuning.rounds import StepPart
 from workbench.gui.tuning.trace import Trace
-from workbench.response_metrics import response_metrics
+from workbench.response_metrics import response_metrics, why_withheld
 
 FEWEST = 8
 """Samples of a step that has numbers."""
@@ -13,12 +13,13 @@ SAME = 1e-6
 """Times that differ by less are the same [s]."""
 
 
-def measure_step(trace: Trace, part: StepPart) -> StepNumbers | None:
+def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
     """Return the numbers of a step; None before it is over, or where it is too short.
 
     Args:
         trace: of the round, from its edge on.
         part: the step in it.
+        changed: whether gains changed while it was flown.
     """
     if not len(trace) or trace.time[-1] < part.end - SAME:
         return None
@@ -26,13 +27,14 @@ def measure_step(trace: Trace, part: StepPart) -> StepNumbers | None:
     if len(flown) < FEWEST or part.jump == 0.0:
         return None
     rise = flown.response - part.before
+    duration = float(flown.time[-1])
     found = response_metrics(flown.time, rise[None, :], part.jump)
+    kept = found.withheld(duration, part.jump)
+    names = ("rise_time", "settling_time", "overshoot", "steady_state_error")
     return StepNumbers(
-        rise_time=float(found.rise_time[0]),
-        settling_time=float(found.settling_time[0]),
-        overshoot=float(found.overshoot[0]),
-        steady_state_error=float(found.steady_state_error[0]),
+        **{name: math.nan if changed else float(getattr(kept, name)[0]) for name in names},
         peak_rotor_use=float(flown.rotor_use.max()),
+        withheld=why_withheld(found, duration, part.jump, changed=changed),
     )
 
 
