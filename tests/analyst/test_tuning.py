@@ -60,8 +60,21 @@ def test_it_tells_how_it_goes(found):
     assert [each.share for each in told] == sorted(each.share for each in told)
     assert 0.0 < told[-1].share <= 1.0
     assert told[-1].gains["kp_velocity_x"] > 0.0
-    assert told[0].said.startswith("y.rise_time 0.3")
-    assert told[0].said.endswith("% short")
+    first = next(each for each in told if each.said)
+    assert first.said.startswith("y.rise_time 0.3")
+    assert first.said.endswith("% short")
+
+
+def test_it_says_what_it_does_and_is_never_full_before_the_end(found):
+    _, told = found
+    phases = [each.phase for each in told]
+    stages = ["reading", "flying the rule's gains", "linear model of vehicle 1 of 8", "searching"]
+    stages += ["proving on the full diagram: x step 1 of", "flying the steps for the report"]
+    places = [next(i for i, phase in enumerate(phases) if phase.startswith(s)) for s in stages]
+    assert places == sorted(places)
+    assert max(each.share for each in told) < 1.0
+    proof = [each.share for each in told if each.phase.startswith("proving")]
+    assert len(set(proof)) > 10  # it moves while a flight is flown
 
 
 def test_a_stop_keeps_the_best_so_far_and_says_so(subject):

@@ -118,5 +118,21 @@ def test_a_profile_of_another_vehicle_is_refused_before_the_search(refused, out,
     assert not out.parent.exists()
 
 
+def test_a_file_that_cannot_be_written_is_refused_before_the_search(
+    refused, out, write, monkeypatch
+):
+    def search(*_, **__):
+        raise AssertionError("it searched")
+
+    monkeypatch.setattr("workbench.design.tune.tuner.Tuner.run", search)
+    beside = write("no_folder", "")
+    said = refused("tune", "--model", PALM, "--save", beside / "tuned.yaml", "--output", out)
+    assert "tuned.yaml: cannot be written" in said
+    assert "name another place" in said
+    said = refused("tune", "--model", PALM, "--save", beside.parent, "--output", out)
+    assert "is a folder" in said
+    assert not out.parent.exists()
+
+
 def test_a_variation_of_the_callers_is_refused(refused):
     assert "leave the variation out" in refused("tune", "--vary", "mass=1.1")

@@ -194,6 +194,7 @@ class Tuned:
         wishes: one by one.
         steps: before and after.
         said: what else should be known, why wishes are not met.
+        widened: how many defaults gave way to what the rule's gains reach; `said` names them.
     """
 
     before: Gains
@@ -203,6 +204,7 @@ class Tuned:
     wishes: tuple[Wished, ...]
     steps: tuple[TunedStep, ...]
     said: tuple[str, ...]
+    widened: int = 0
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,13 @@ def tune(subject: Subject, question: Tune, work: Work) -> Working:
         wishes=_wished(found),
         steps=_steps(found),
         said=_said(found),
+        widened=len(found.shortfalls),
     )
 
 
 def _searched(progress: Progress) -> Searched:
+    if progress.best is None or progress.worst is None:
+        return Searched(progress.phase, progress.share, {}, "")
     metric = progress.worst.wish.metric
     reserve = 100.0 * progress.best.reserve
     spare = f"{reserve:.0f} % to spare" if reserve >= 0.0 else f"{-reserve:.0f} % short"
@@ -63,8 +66,8 @@ def _steps(found: Tuning) -> tuple[TunedStep, ...]:
 
 def _said(found: Tuning) -> tuple[str, ...]:
     """Return why wishes are not met, and what else should be known."""
-    said = [str(conflict) for conflict in found.conflicts]
-    if not found.met and not said:
+    said = [*map(str, found.conflicts), *found.shortfalls]
+    if not found.met and not found.conflicts:
         said.append(_shortest(found))
     if found.proof:
         said += [
@@ -77,6 +80,11 @@ def _said(found: Tuning) -> tuple[str, ...]:
         value = shown(worst.required.wish.metric, worst.after)
         name = worst.required.wish.name
         said.append(f"the worst neighbour has {name} {value}: {worst.required.case}")
+    for result in found.guarded:
+        if result.after < result.before:
+            metric = result.required.wish.metric
+            fell = f"{shown(metric, result.before)} to {shown(metric, result.after)}"
+            said.append(f"{result.required.wish.name}, about which there is no wish, falls: {fell}")
     return (*said, *found.remarks)
 
 

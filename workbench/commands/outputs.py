@@ -75,11 +75,15 @@ class Outputs:
                 f"{failure.filename}: cannot be written: {failure.strerror}"
             ) from (failure)
         finally:
-            for partial in self._partial.values():
-                partial.unlink(missing_ok=True)
-            for folder in reversed(self._folders):
-                if not any(folder.iterdir()):
-                    folder.rmdir()
+            self.discard()
+
+    def discard(self) -> None:
+        """Take away what did not become a file, and every folder made for it."""
+        for partial in self._partial.values():
+            partial.unlink(missing_ok=True)
+        for folder in reversed(self._folders):
+            if not any(folder.iterdir()):
+                folder.rmdir()
 
     def _make_folder(self, folder: Path) -> None:
         """Make a folder and those above it, and remember which were not there."""
@@ -94,6 +98,19 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def check_writable(target: Path) -> None:
+    """Refuse a file that is written otherwise than by `Outputs`, before the work begins.
+
+    Raises:
+        WorkbenchError: if nothing can be written there.
+    """
+    probe = Outputs()
+    try:
+        probe.add(target)
+    finally:
+        probe.discard()
 
 
 def make_folder_of(path: Path) -> None:

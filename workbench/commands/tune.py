@@ -14,7 +14,7 @@ from workbench.commands.options import (
     add_vehicle_options,
     with_vehicle,
 )
-from workbench.commands.outputs import Outputs
+from workbench.commands.outputs import Outputs, check_writable, make_folder_of
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.errors import WorkbenchError
@@ -40,8 +40,12 @@ def add_parser(commands: Any) -> None:
         action="append",
         default=[],
         metavar="WISH",
-        help="SUBJECT.METRIC<=VALUE or >=, as x.rise_time<=0.4 or pitch.phase_margin>=45deg; may "
-        "be repeated; docs/tuning.md lists subjects and metrics",
+        help="SUBJECT.METRIC<=VALUE or >=; may be repeated. Steps of x, y, z, yaw: rise_time, "
+        "settling_time, overshoot, steady_state_error, peak_rotor_use; of the angles roll, pitch: "
+        "the first three; loops, as roll, yaw_rate, velocity_x, position_z, or loop points, as "
+        "pitch_error: phase_margin, gain_margin, delay_margin, disk_margin, peak_sensitivity, "
+        "bandwidth; rotors: noise_amplification. As x.rise_time<=0.4, pitch.rise_time<=80ms, "
+        "roll.bandwidth>=12rad/s, yaw_rate.phase_margin>=60deg; see docs/tuning.md",
     )
     group.add_argument(
         "--wishes", type=Path, metavar="FILE", help="file of wishes (YAML), see docs/tuning.md"
@@ -183,6 +187,7 @@ def _check_profile(path: Path, vehicle: str) -> None:
     """Refuse a file that holds what must not be lost, before time is spent."""
     from workbench.gains import load_gains
 
+    check_writable(path)
     owner = load_gains(path).vehicle if path.exists() else ""
     if owner not in ("", vehicle):
         raise WorkbenchError(
@@ -194,6 +199,7 @@ def _save(found: "Tuning", path: Path) -> None:
     """Write the gain file."""
     from workbench.gains import save_gains
 
+    make_folder_of(path)
     save_gains(path, found.profile)
 
 

@@ -16,6 +16,8 @@ def progress_line(progress: "Progress") -> str:
     """Return how the best so far does, in a line."""
     from workbench.design.tune.metric import shown
 
+    if progress.best is None or progress.worst is None:
+        return progress.phase
     metric = progress.worst.wish.metric
     reserve = 100.0 * progress.best.reserve
     return (
@@ -29,7 +31,7 @@ def print_tuning(found: "Tuning") -> None:
     from workbench.design.tune.report import gain_rows, proof_rows, wish_rows
 
     print(f"{found.vehicle}: {len(found.wishes)} wishes, {found.evaluations} candidates looked at")
-    for remark in found.remarks:
+    for remark in (*found.shortfalls, *found.remarks):
         print(remark)
     print()
     print_table(
@@ -39,9 +41,13 @@ def print_tuning(found: "Tuning") -> None:
         print("\nin the worst corner of each:")
         rows = wish_rows(found.in_corners, cases=True)
         print_table([["", "before", "after", "still wished", "", ""], *rows], left=(0, 4, 5))
+    if found.guarded:
+        print("\nloops that no wish is about, to keep 90 % of their margins:")
+        rows = wish_rows(found.guarded)
+        print_table([["", "before", "after", "kept", ""], *rows], left=(0, 4))
     print()
     print_table([["", "before", "after", ""], *gain_rows(found)], left=(0, 3))
-    if found.proof:
+    if found.proof and found.proof.values:
         print("\nflown on the full diagram:")
         print_table([["", "flown", "wished", "", ""], *proof_rows(found)], left=(0, 3, 4))
 
@@ -67,7 +73,8 @@ def tuning_json(found: "Tuning", files: "Sequence[Path]") -> dict[str, Any]:
         "met": found.met,
         "stopped": found.stopped,
         "evaluations": found.evaluations,
-        "wishes": [_result(result) for result in found.results],
+        "wishes": [_result(result) for result in found.results if result not in found.guarded],
+        "guarded": [_result(result) for result in found.guarded],
         "gains": {
             name: {"before": found.before[name], "after": value}
             for name, value in found.gains.items()
@@ -92,6 +99,7 @@ def tuning_json(found: "Tuning", files: "Sequence[Path]") -> dict[str, Any]:
             }
             for conflict in found.conflicts
         ],
+        "shortfalls": found.shortfalls,
         "remarks": found.remarks,
         "files": files,
     }
@@ -106,6 +114,7 @@ def _result(result: "Result") -> dict[str, Any]:
         "unit": required.wish.metric.unit,
         "at_least": required.wish.at_least,
         "bound": required.bound,
+        "widened_from": required.widened,
         "before": result.before if math.isfinite(result.before) else None,
         "after": result.after,
         "met": result.met,

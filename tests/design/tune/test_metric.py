@@ -51,4 +51,4 @@ def test_people_read_degrees():
     assert shown(metric("phase_margin"), math.pi / 4) == "45 deg"
     assert shown(metric("rise_time"), 0.123456) == "0.123 s"
     assert shown(metric("disk_margin"), math.inf) == "inf"
-    assert shown(metric("disk_margin"), math.nan) == "none"
+    assert shown(metric("disk_margin"), math.nan) == "—"

@@ -1,10 +1,14 @@
 """Tuning a small quadrotor: nominal wishes, so that each run takes a second or two."""
 
+import dataclasses
+import math
 from pathlib import Path
 
+import control
 import numpy as np
 import pytest
 
+from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import fly_step
 from workbench.design.tune.case import NOMINAL, Robustness
 from workbench.design.tune.picture import plot_tuning
@@ -105,6 +109,72 @@ def test_what_cannot_be_met_is_refused_with_what_stands_against_it():
     (conflict,) = found.conflicts
     assert conflict.wish.name == "yaw.rise_time"
     assert conflict.nearest > 0.02
+
+
+def test_loops_that_nobody_asked_about_keep_their_margins():
+    """Less noise alone is had most easily by giving up the damping of roll and pitch."""
+    found = tuned("rotors.noise_amplification<=0.0008")
+    assert found.met
+    guarded = {result.required.wish.name: result for result in found.guarded}
+    assert {"pitch.disk_margin", "yaw_rate.phase_margin", "position_x.disk_margin"} <= set(guarded)
+    for name, result in guarded.items():
+        assert result.after >= 0.9 * result.before - 1e-9, name
+    assert not {r.required.wish.name for r in found.as_described} & set(guarded)
+    fast = tuned("x.rise_time<=0.25")
+    margins = {r.required.wish.name: r.after for r in fast.guarded}
+    assert margins["pitch.disk_margin"] >= 0.6  # the step goes through it: the usual margin
+
+
+def test_a_conflict_tells_the_number_of_the_table():
+    found = tuned("yaw.rise_time<=0.02", "yaw_rate.phase_margin>=60deg", evaluations=60)
+    (conflict,) = found.conflicts
+    after = {r.required.wish.name: r.after for r in found.as_described}
+    assert conflict.nearest == after["yaw.rise_time"]
+    assert after["yaw_rate.phase_margin"] >= math.radians(60.0)
+
+
+def test_a_mass_that_is_not_known_leaves_an_error_and_it_is_said():
+    """A quarter more mass than known: the climb is short by a quarter of g / kp, whatever else."""
+    asked = dataclasses.replace(Wishes(robustness=Robustness(mass=0.25)), defaults=True)
+    found = Tuner(scenario(), asked).run()
+    assert found.met
+    (said,) = found.shortfalls
+    heavy = [
+        r
+        for r in found.results
+        if r.required.wish.name == "z.steady_state_error" and r.required.case != NOMINAL
+    ]
+    assert len(heavy) == 8
+    expected = 100.0 * 0.25 * 9.81 / found.gains["kp_velocity_z"]
+    assert max(r.after for r in heavy) == pytest.approx(expected, rel=0.15)
+    assert said.startswith("z.steady_state_error stays at ")
+    assert "no integral action" in said
+    assert {axis for case, axis in ((c, f.axis) for c, f in found.proof.flights) if case != NOMINAL}
+    flown = [v for r, v in found.proof.values if r in [h.required for h in heavy]]
+    assert max(flown) == pytest.approx(max(r.after for r in heavy), rel=0.05)
+    strict = wishes(
+        "z.steady_state_error<=5",
+        "velocity_z.disk_margin>=1.6",
+        robustness=Robustness(inertia=0.0, rotor_lag=0.0),
+    )
+    refused = Tuner(scenario(), strict, evaluations=60).run()
+    assert not refused.met
+    assert "no integral action" in str(refused.conflicts[0])
+
+
+def test_steps_of_attitude_are_those_of_the_closed_loop():
+    """Oracle: python-control, of the loop opened at the error with the velocity loops open."""
+    found = tuned("pitch.rise_time<=0.15", "pitch.overshoot<=10", "pitch.phase_margin>=35deg")
+    assert found.met
+    model = LinearStudy(scenario()).sampled(gains={**found.profile.gains})
+    alone = model.opened([f"acceleration_{axis}" for axis in "xyz"])
+    loop = alone.open_loop("pitch_error")
+    time = loop.dt * np.arange(193)
+    response = control.step_response(control.feedback(loop, 1), time).outputs
+    ours = {r.required.wish.name: r.after for r in found.as_described}
+    info = control.step_info(response, T=time)
+    assert ours["pitch.rise_time"] == pytest.approx(info["RiseTime"], abs=1.5 * loop.dt)
+    assert ours["pitch.overshoot"] == pytest.approx(info["Overshoot"], abs=0.5)
 
 
 def test_it_can_be_stopped_and_keeps_the_best():

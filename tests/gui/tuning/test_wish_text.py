@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.design.tune.metric import LOOP, METRICS, ROTORS, STEP
-from workbench.design.tune.wish import GROUPS, SUBJECTS, parse_wish
+from workbench.design.tune.wish import GROUPS, SUBJECTS, parse_wish, subjects_of
 from workbench.gui.tuning import wish_text
 from workbench.gui.tuning.autotune_card import DEFAULT
 from workbench.gui.tuning.wish_text import completions, what_is_wrong, wishes_in
@@ -19,6 +19,10 @@ def test_every_beginning_that_is_offered_makes_a_wish():
 def test_every_subject_of_the_search_is_known():
     for kind in (STEP, LOOP, ROTORS):
         groups = [name for name, members in GROUPS.items() if set(members) <= set(SUBJECTS[kind])]
+        for metric in (each for each in METRICS if each.kind == kind):
+            known = subjects_of(metric)
+            there = [name for name, members in GROUPS.items() if set(members) <= set(known)]
+            assert set(wish_text.subjects_of(kind, metric.name)) == {*known, *there}
         assert set(wish_text.SUBJECTS[kind]) == {*SUBJECTS[kind], *groups}
 
 
@@ -38,7 +42,7 @@ def test_a_good_wish_is_good(wish):
     [
         ("faster", "Write SUBJECT.METRIC"),
         ("x.speed <= 3", "There is no metric speed"),
-        ("pitch.rise_time <= 0.3", "pitch has no rise_time: that is of x, y, z, yaw"),
+        ("pitch.peak_rotor_use <= 0.3", "pitch has no peak_rotor_use: that is of x, y, z, yaw"),
         ("x.rise_time <= soon", "Write SUBJECT.METRIC"),
     ],
 )

@@ -124,7 +124,7 @@ def _why_none_counts(table: SweepTable, metric: str) -> str:
 def _different(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> np.ndarray:
     """Return the different values of what matters among rows."""
     columns = [index for index, each in enumerate(table.ranges) if each.name not in unmoved]
-    found: np.ndarray = np.unique(table.parameters[np.ix_(rows, columns)], axis=0)
+    found: np.ndarray = np.unique(table.parameters[rows][:, columns], axis=0)
     return found
 
 

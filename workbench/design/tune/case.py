@@ -15,7 +15,8 @@ class Robustness:
         inertia: may differ by this share.
         rotor_lag: may differ by this share.
         margin_share: margins keep at least this share of what is wished for.
-        overshoot_factor: overshoot is at most so many times what is wished for.
+        overshoot_factor: overshoot and steady-state error are at most so many times what is
+            wished for; both are shares by which the response misses its command.
     """
 
     mass: float = 0.2

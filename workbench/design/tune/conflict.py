@@ -1,11 +1,13 @@
-"""Why wishes cannot be met: which of them stand against which.
+"""Why wishes cannot be met: which of them stand against which, and what comes nearest.
 
 Wishes are left out one by one, those that nobody wrote first; one without which the rest can be met
 is needed, one without which it still cannot is not. What is left cannot be met together, and can
-without any one of it.
+without any one of it. Nearest comes the candidate that meets all other wishes and misses these by
+least; a run reports that one and no other, so all that it says is about the same gains.
 """
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,16 +20,18 @@ from workbench.design.tune.evaluation import (
     SearchEndedError,
 )
 from workbench.design.tune.metric import Metric, shown
-from workbench.design.tune.requirement import Requirement
+from workbench.design.tune.requirement import NO_INTEGRAL, Requirement
 from workbench.design.tune.search import CLIMBS, climb, find_from
 from workbench.design.tune.twins import ALONG_X
-from workbench.design.tune.wish import DEFAULT, Wish
+from workbench.design.tune.wish import DEFAULT, GUARD, Wish
 
 MOST = 3
 ATTEMPTS = 5
 """So many conflicts are told, and so often one is looked for."""
 ACTIVE = 0.05
 """A wish that has more to spare at the best compromise stands against nothing."""
+HALFWAY = 12.0
+"""After so many searches half the way is told."""
 EVALUATIONS = 200
 NEAREST_EVALUATIONS = 300
 """Of each search, and of the one for the nearest."""
@@ -41,7 +45,8 @@ class Conflict:
         wish: the first that somebody wrote.
         against: the others; without any, it cannot be met at all.
         required: where it is missed: as wished, or what is left of it in a corner.
-        nearest: the best value that was found while the others were met.
+        nearest: its value with the gains that are reported: those that meet all other wishes, if
+            there are any, and come nearest to it.
     """
 
     wish: Wish
@@ -51,6 +56,8 @@ class Conflict:
 
     def __str__(self) -> str:
         best = f"the nearest has {shown(self.wish.metric, self.nearest)}"
+        if self.wish.metric.name == "steady_state_error":
+            best += f" ({NO_INTEGRAL})"
         if not self.against:
             return f"{self.required} cannot be met, even alone: {best}"
         others = " and ".join(map(_named, self.against))
@@ -61,29 +68,69 @@ class Conflict:
         )
 
 
-def conflicts(problem: Problem, starts: Sequence[np.ndarray], budget: Budget) -> list[Conflict]:
+@dataclass(frozen=True)
+class Unmet:
+    """What is known of wishes that cannot be met together.
+
+    Attributes:
+        conflicts: what stands against what; none where no reason was found.
+        nearest: the candidate that meets all other wishes, if one does, and comes nearest to those
+            that cannot be met; None without conflicts.
+    """
+
+    conflicts: tuple[Conflict, ...] = ()
+    nearest: Candidate | None = None
+
+    def measured(
+        self, requirements: Sequence[Requirement], values: Sequence[float]
+    ) -> tuple[Conflict, ...]:
+        """Return the conflicts with the values of the gains that are reported.
+
+        Args:
+            requirements: of all cases (R).
+            values: of them (R).
+        """
+        return tuple(_nearest_told(each, requirements, values) for each in self.conflicts)
+
+
+def conflicts(
+    problem: Problem,
+    starts: Sequence[np.ndarray],
+    budget: Budget,
+    tell: Callable[[str, float], None] = lambda phase, part: None,
+) -> Unmet:
     """Return what stands against what, in a problem for which no solution was found.
 
     Args:
         problem: with all its requirements.
         starts: points (n) to search from.
         budget: that is spent; when it is told to stop, the further searches here do, too.
+        tell: takes what is done, and the part of it that is, 0 .. 1.
 
     Raises:
         SearchEndedError: if it was told to stop.
     """
-    search = _Search(problem, list(starts), budget)
-    bundles = bundled([requirement.wish for requirement in problem.requirements])
+    search = _Search(problem, list(starts), budget, tell)
+    everything = bundled([requirement.wish for requirement in problem.requirements])
+    bundles = everything
     found: list[Conflict] = []
+    points: list[np.ndarray] = []
     for _ in range(ATTEMPTS):
         best = search.best(bundles)
         if best.met or not bundles or len(found) == MOST:
             break
-        conflict = _described(search, _irreducible(search, bundles, best))
-        if conflict:
+        described = _described(search, _irreducible(search, bundles, best))
+        if described:
+            conflict, point = described
             found.append(conflict)
+            points.append(point)
             bundles = [bundle for bundle in bundles if conflict.wish not in bundle]
-    return found
+    if not found:
+        return Unmet()
+    yielding = {w for each in everything for w in each if not any(w in b for b in bundles)}
+    nearest = _nearest(search, everything, yielding, [search.best(bundles).point, *points])
+    pairs = (list(problem.requirements), nearest.values.tolist())
+    return Unmet(tuple(_nearest_told(each, *pairs) for each in found), nearest)
 
 
 Bundle = tuple[Wish, ...]
@@ -93,8 +140,16 @@ Bundle = tuple[Wish, ...]
 class _Search:
     """Searches for some of the wishes, each beginning where the others ended."""
 
-    def __init__(self, problem: Problem, starts: list[np.ndarray], budget: Budget) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        starts: list[np.ndarray],
+        budget: Budget,
+        tell: Callable[[str, float], None],
+    ) -> None:
         self._problem = problem
+        self._tell = tell
+        self._searches = 0
         self._starts = starts
         self._last: list[np.ndarray] = []
         self._budget = budget
@@ -105,7 +160,22 @@ class _Search:
         required = [r for r in self._problem.requirements if r.wish in wishes]
         if self._budget.stopped:
             raise SearchEndedError
-        return Evaluation(self._problem.demanding(required), self._budget.part(most), enough=0.0)
+        self._searches += 1
+        part = self._budget.part(most)
+        return Evaluation(self._problem.demanding(required), part, self._heard(part), enough=0.0)
+
+    def _heard(self, part: Budget) -> Callable[[Candidate], None]:
+        """Return what tells of one more search; how many there will be is not known."""
+        number = self._searches
+
+        def heard(best: Candidate) -> None:
+            self._tell(
+                f"finding which wishes stand against each other: search {number}, candidate "
+                f"{part.spent}",
+                1.0 - HALFWAY / (HALFWAY + number - 1.0 + part.share),
+            )
+
+        return heard
 
     def best(self, bundles: Sequence[Bundle]) -> Candidate:
         """Return the best candidate for these wishes."""
@@ -124,7 +194,7 @@ def _irreducible(search: _Search, bundles: Sequence[Bundle], best: Candidate) ->
     evaluation.evaluate(best.point[None])
     active = _active(evaluation, bundles)
     core = active if not search.best(active).met else list(bundles)
-    for bundle in sorted(core, key=lambda bundle: bundle[0].origin != DEFAULT):
+    for bundle in sorted(core, key=lambda bundle: bundle[0].is_written):
         rest = [other for other in core if other != bundle]
         if rest and not search.best(rest).met:
             core = rest
@@ -138,37 +208,69 @@ def _active(evaluation: Evaluation, bundles: Sequence[Bundle]) -> list[Bundle]:
     return [bundle for bundle in bundles if not short.isdisjoint(bundle)]
 
 
-def _described(search: _Search, core: list[Bundle]) -> Conflict | None:
-    """Return the conflict of an irreducible set of wishes; none if it turns out not to be one."""
-    yielding = next((bundle for bundle in core if bundle[0].origin != DEFAULT), core[0])
+def _described(search: _Search, core: list[Bundle]) -> tuple[Conflict, np.ndarray] | None:
+    """Return the conflict of an irreducible set of wishes and the point (n) that is nearest.
+
+    None if it turns out not to be one.
+    """
+    yielding = next((bundle for bundle in core if bundle[0].is_written), core[0])
     others = [other for other in core if other != yielding]
     points = [search.best(some).point for some in (others, core) if some]
     evaluation = search.evaluation(core, NEAREST_EVALUATIONS)
     evaluation.evaluate(np.array(points))
     required = list(evaluation.problem.requirements)
     mine = np.array([each.wish in yielding for each in required])
+    nearest = _climbed(evaluation, points, mine)
+    if nearest.met:
+        search.learn(nearest.point)
+        return None
+    short = min(np.flatnonzero(mine), key=lambda index: nearest.reserves[index])
+    conflict = Conflict(
+        wish=required[short].wish,
+        against=tuple(other[0] for other in others),
+        required=required[short],
+        nearest=float(nearest.values[short]),
+    )
+    return conflict, nearest.point
+
+
+def _nearest(
+    search: _Search, bundles: Sequence[Bundle], yielding: set[Wish], points: Sequence[np.ndarray]
+) -> Candidate:
+    """Return the candidate that keeps all wishes but some, and comes nearest to those."""
+    evaluation = search.evaluation(bundles, NEAREST_EVALUATIONS)
+    evaluation.evaluate(np.array(points))
+    mine = np.array([each.wish in yielding for each in evaluation.problem.requirements])
+    return _climbed(evaluation, points, mine)
+
+
+def _climbed(evaluation: Evaluation, points: Sequence[np.ndarray], mine: np.ndarray) -> Candidate:
+    """Return who comes nearest to some requirements (R) on the ways from points, the rest met."""
+
+    def nearness(candidate: Candidate) -> tuple[float, float]:
+        rest = float(candidate.reserves[~mine].min(initial=np.inf))
+        return min(0.0, rest), float(candidate.reserves[mine].min())
+
     try:
         for point in points:
             for _ in range(CLIMBS):
                 point = climb(evaluation, point, mine)
     except SearchEndedError:
         pass
+    return max(evaluation.seen, key=nearness)
 
-    def nearness(candidate: Candidate) -> tuple[float, float]:
-        rest = float(candidate.reserves[~mine].min(initial=np.inf))
-        return min(0.0, rest), float(candidate.reserves[mine].min())
 
-    nearest = max(evaluation.seen, key=nearness)
-    if nearest.met:
-        search.learn(nearest.point)
-        return None
-    short = min(np.flatnonzero(mine), key=lambda index: nearest.reserves[index])
-    return Conflict(
-        wish=required[short].wish,
-        against=tuple(other[0] for other in others),
-        required=required[short],
-        nearest=float(nearest.values[short]),
-    )
+def _nearest_told(
+    conflict: Conflict, requirements: Sequence[Requirement], values: Sequence[float]
+) -> Conflict:
+    """Return a conflict with what is missed by most of its wish, among values (R)."""
+    mine = [
+        (float(each.reserves(np.array([value]))[0]), index)
+        for index, (each, value) in enumerate(zip(requirements, values, strict=True))
+        if each.wish == conflict.wish
+    ]
+    _, index = min(mine)
+    return dataclasses.replace(conflict, required=requirements[index], nearest=float(values[index]))
 
 
 def bundled(wishes: Sequence[Wish]) -> list[Bundle]:
@@ -181,4 +283,5 @@ def bundled(wishes: Sequence[Wish]) -> list[Bundle]:
 
 
 def _named(wish: Wish) -> str:
-    return f"{wish} (a default)" if wish.origin == DEFAULT else str(wish)
+    origins = {DEFAULT: " (a default)", GUARD: " (keeps a loop that no wish is about)"}
+    return f"{wish}{origins.get(wish.origin, '')}"

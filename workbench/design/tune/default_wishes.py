@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.design.linear.loops import LOOPS as ALL_LOOPS
 from workbench.design.step_response import AXES
 from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.metric import METRICS, Metric
 from workbench.design.tune.requirement import Requirement
-from workbench.design.tune.wish import DEFAULT, Wish
+from workbench.design.tune.variables import LOOPS_OF_AXIS, loop_of
+from workbench.design.tune.wish import DEFAULT, GUARD, Wish
 
 OVERSHOOT = 5.0
 STEADY_STATE_ERROR = 5.0
@@ -68,6 +70,49 @@ def completed(wishes: Sequence[Wish], defaults: Sequence[Wish]) -> list[Wish]:
     return [*wishes, *(wish for wish in defaults if wish.name not in named)]
 
 
+def guards(
+    reached: Sequence[float], present: Sequence[float], quantities: Sequence[Wish]
+) -> list[Wish]:
+    """Return wishes that keep the margins of loops which nobody asked about.
+
+    Each keeps 90 % of the smaller of what it has now and what it has with the rule's gains: a loop
+    that is slow now has more than it needs, and must not stay slow for it. One that a wished step
+    goes through keeps no more than the usual margins.
+
+    Args:
+        reached: value of each quantity with the rule's gains.
+        present: and with the gains that the run starts from.
+        quantities: see `guarded_quantities`.
+    """
+    found = []
+    for wish, rule, now in zip(quantities, reached, present, strict=True):
+        bound = min(wish.bound, ROOM * min(rule, now))
+        if wish.metric.minimum < bound <= wish.metric.maximum:
+            found.append(dataclasses.replace(wish, bound=bound))
+    return found
+
+
+def guarded_quantities(wishes: Sequence[Wish]) -> list[Wish]:
+    """Return the margins of loops that no written wish names, with the most that is kept of them.
+
+    Args:
+        wishes: all of them; where a default limits a loop that a wished step goes through, that
+            will do.
+    """
+    usual = {"phase_margin": PHASE_MARGIN, "disk_margin": DISK_MARGIN}
+    known = {wish.name for wish in wishes}
+    written = {loop_of(wish.subject) for wish in wishes if wish.is_written}
+    through = {loop for subject in written for loop in LOOPS_OF_AXIS.get(subject, ())}
+    found = []
+    for loop in (loop.name for loop in ALL_LOOPS if loop.name not in written):
+        for name, least in usual.items():
+            bound = least if loop in through else math.inf
+            wish = Wish(loop, _metric(name), True, bound, GUARD)
+            if loop not in through or wish.name not in known:
+                found.append(wish)
+    return found
+
+
 def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requirement]:
     """Return requirements, those of default wishes in corners no harder than the rule manages.
 
@@ -82,7 +127,7 @@ def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requi
             bound = _with_room(wish, float(value))
             if not math.isfinite(bound) or (wish.at_least and bound <= 0.0):
                 continue
-            requirement = dataclasses.replace(requirement, bound=bound)
+            requirement = dataclasses.replace(requirement, bound=bound, widened=requirement.bound)
         found.append(requirement)
     return found
 

@@ -28,14 +28,16 @@ def flight_numbers(
 
     Args:
         time: (M) from the command's edge on [s].
-        response: (N, M), at rest at 0.
+        response: (N, M). Rise, settling and overshoot count from where it is at the edge: a drone
+            heavier than its controller knows sinks in the hover before.
         command: what they should come to.
         diverged: (N), those whose numbers mean nothing.
     """
+    begin = response[:, 0]
     steady = np.where(diverged, np.nan, response[:, -1])
-    steady = np.where(steady * command > 0.0, steady, np.nan)  # the wrong way counts as not there
-    share = response / steady[:, None]
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore"):  # the wrong way counts as not there
+        steady = np.where((steady - begin) * command > 0.0, steady, np.nan)
+        share = (response - begin[:, None]) / (steady - begin)[:, None]
         rise = _first_above(time, share, 0.9) - _first_above(time, share, 0.1)
         settling = _last_outside(time, share)
         overshoot = np.maximum(0.0, 100.0 * (share.max(axis=1) - 1.0))

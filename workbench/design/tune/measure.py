@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
+from workbench.design.judge.step_pair import linear_step
 from workbench.design.linear.loops import find_loop
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
@@ -19,16 +20,24 @@ from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.metric import LOOP, ROTORS, STEP
 from workbench.design.tune.noise import noise_amplification
 from workbench.design.tune.retuned import RetunedModels
-from workbench.design.tune.variables import AROUND
+from workbench.design.tune.variables import AROUND, loop_of
+from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
 from workbench.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario
+from workbench.systems.loop_points import POINTS
 
 Gains = Mapping[str, float]
 HOVER = OperatingPoint()
 HOLD = OperatingPoint(hold=True)
 GROWTH_AS_MARGIN = -0.1
 """A loop that is unstable counts as having this margin per e-fold of growth a second [s]."""
+
+
+ATTITUDE_TIME = 1.5
+"""Of a step of an attitude [s]; afterwards the drone has so much speed that drag tells."""
+FLOWN_AWAY = 100.0
+"""A step that comes to so many times its command grows without end."""
 
 
 @dataclass(frozen=True)
@@ -116,10 +125,11 @@ class Instruments:
         for case in dict.fromkeys(quantity.case for quantity in quantities):
             asked = [q for q in quantities if q.case == case]
             found: dict[Quantity, np.ndarray] = {}
-            for axis in dict.fromkeys(q.subject for q in asked if q.kind == STEP):
-                found |= self._step_numbers(gains, axis, case)
-            held = [q for q in asked if q.kind == LOOP and q.subject in AROUND]
-            free = [q for q in asked if q.kind != STEP and q.subject not in AROUND]
+            for subject in dict.fromkeys(q.subject for q in asked if q.kind == STEP):
+                measured = self._attitude_numbers if subject in ATTITUDES else self._step_numbers
+                found |= measured(gains, subject, case)
+            held = [q for q in asked if q.kind == LOOP and loop_of(q.subject) in AROUND]
+            free = [q for q in asked if q.kind != STEP and q not in held]
             for point, some in ((HOVER, free), (HOLD, held)):
                 if some:
                     found |= self._loop_numbers(gains, some, case, point)
@@ -142,6 +152,21 @@ class Instruments:
         use = np.where(flown.diverged, math.inf, flown.peak_rotor_use)
         found[Quantity(case, STEP, axis, "peak_rotor_use")] = use
         return found
+
+    def _attitude_numbers(
+        self, gains: Sequence[Gains], angle: str, case: Case
+    ) -> dict[Quantity, np.ndarray]:
+        """Return the metrics of a step of an attitude, by the linear model of hover.
+
+        The velocity loops are open, so the angle is all that is asked for.
+        """
+        models = self.models(case, HOVER)
+        rows = [attitude_step(models.model(each), angle) for each in gains]
+        response = np.array(rows)
+        time = models.model(gains[0]).period * np.arange(response.shape[1])
+        grows = ~(np.abs(response).max(axis=1) < FLOWN_AWAY)
+        numbers = flight_numbers(time, response, 1.0, grows)._asdict()
+        return {Quantity(case, STEP, angle, name): numbers[name] for name in ATTITUDE_METRICS}
 
     def _loop_numbers(
         self,
@@ -196,6 +221,22 @@ def _judged(model: LinearModel, quantities: Sequence[Quantity]) -> list[float]:
     return found
 
 
-def cut_point(loop: str) -> str:
-    """Return where a loop is cut: at its actuator side, where all of its law passes."""
-    return find_loop(loop).actuator
+def attitude_step(model: LinearModel, angle: str) -> np.ndarray:
+    """Return the response (M) of an angle, roll or pitch, to a command of 1, sample by sample.
+
+    Args:
+        model: sampled, of hover; its velocity loops are opened here.
+        angle: roll or pitch.
+    """
+    alone = model.opened([f"acceleration_{axis}" for axis in "xyz"])
+    samples = round(ATTITUDE_TIME / model.period) + 1
+    return linear_step(alone, f"{angle}_error", angle, samples)
+
+
+def cut_point(subject: str) -> str:
+    """Return where a loop is cut: at its actuator side, where all of its law passes.
+
+    Args:
+        subject: a loop, or the loop point itself.
+    """
+    return subject if subject in POINTS else find_loop(subject).actuator

@@ -103,7 +103,7 @@ def si_value(metric: Metric, number: float, unit: str) -> float:
 def shown(metric: Metric, value: float) -> str:
     """Return a value with its unit, for people: angles in degrees."""
     if math.isnan(value):
-        return "none"
+        return "—"
     if metric.unit == "rad":
         return f"{math.degrees(value):.3g} deg"
     return f"{value:.3g} {metric.unit}" if metric.unit != "1" else f"{value:.3g}"

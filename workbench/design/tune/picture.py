@@ -40,6 +40,8 @@ def plot_tuning(found: Tuning) -> Figure:
 
 def _title(found: Tuning) -> str:
     end = "all wishes met" if found.met else "wishes not met"
+    if found.met and found.shortfalls:
+        end = f"all wishes met, {len(found.shortfalls)} of them widened"
     return f"{found.vehicle}: tuned, {end}"
 
 

@@ -1,25 +1,28 @@
 """What a run is to do: wishes made whole, vehicles to fly, gains to change, where to begin."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.design.step_response import AXES
-from workbench.design.tune.case import NOMINAL, Case, corners
+from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
 from workbench.design.tune.default_wishes import (
     completed,
     default_wishes,
+    guarded_quantities,
+    guards,
     softened,
     wished_quantities,
 )
 from workbench.design.tune.measure import HOVER, Instruments, Step
 from workbench.design.tune.problem import FlownProblem, quantity
 from workbench.design.tune.requirement import requirements
+from workbench.design.tune.telling import Telling
 from workbench.design.tune.twins import mirrored, symmetric
-from workbench.design.tune.variables import variables_for
-from workbench.design.tune.wish import Wish, merged
+from workbench.design.tune.variables import Variables, variables_for
+from workbench.design.tune.wish import GUARD, Wish, merged
 from workbench.design.tune.wish_file import Wishes
 from workbench.errors import WorkbenchError
 from workbench.gain_rule import rule_gains
@@ -60,7 +63,12 @@ class Plan:
 
 
 def make_plan(
-    scenario: Scenario, wishes: Wishes, settings: Mapping[str, float], *, separate: bool
+    scenario: Scenario,
+    wishes: Wishes,
+    settings: Mapping[str, float],
+    *,
+    separate: bool,
+    telling: Telling | None = None,
 ) -> Plan:
     """Return what a run is to do.
 
@@ -69,10 +77,13 @@ def make_plan(
         wishes: what is wished for.
         settings: parameter values that the run starts from.
         separate: whether x and y, roll and pitch may differ on a symmetric vehicle.
+        telling: tells of progress.
 
     Raises:
         WorkbenchError: if the wishes contradict each other, or the vehicle cannot be flown.
     """
+    tell = (telling or Telling()).prepare
+    tell("reading the vehicle", 0.0)
     instruments = Instruments(scenario, settings)
     base = instruments.base
     rule = base | {
@@ -84,6 +95,7 @@ def make_plan(
     tied = not separate and symmetric(rule, wishes.wishes)
     asked = mirrored(wishes.wishes) if tied else list(wishes.wishes)
     if wishes.defaults:
+        tell("flying the rule's gains, compiled: up to a minute if this machine never did", 0.1)
         usual = requirements(wished_quantities(), [NOMINAL], wishes.robustness)
         reached = instruments.measure([rule], [quantity(each) for each in usual])[0]
         asked = completed(asked, default_wishes(reached.tolist()))
@@ -91,15 +103,19 @@ def make_plan(
     if not asked:
         raise WorkbenchError("nothing is wished for: give a --wish, or leave --no-defaults out")
     variables = variables_for([wish.subject for wish in asked], tied=tied)
-    cases, remarks = _flyable(instruments, corners(wishes.robustness))
+    kept = _guards(instruments, asked, variables, rule, base)
+    asked += kept
+    cases, remarks = _flyable(instruments, corners(wishes.robustness), tell)
     problem = FlownProblem(
         instruments, variables, base, requirements(asked, [NOMINAL, *cases], wishes.robustness)
     )
+    tell(f"flying the rule's gains with {len(cases) + 1} vehicles", 0.6)
     problem = problem.demanding(softened(problem.requirements, problem.measured([rule])[0]))
+    tell("flying what the requirements came to", 0.9)
     return Plan(
         scenario=scenario,
         settings=dict(settings),
-        wishes=tuple(asked),
+        wishes=tuple(wish for wish in asked if wish.origin != GUARD),
         problem=problem,
         starts=(variables.point(rule), variables.point(base)),
         at_rule=problem.measured([rule])[0],
@@ -130,10 +146,39 @@ def _steps(
     return steps
 
 
-def _flyable(instruments: Instruments, cases: list[Case]) -> tuple[list[Case], list[str]]:
+def _guards(
+    instruments: Instruments,
+    asked: Sequence[Wish],
+    variables: Variables,
+    rule: Mapping[str, float],
+    base: Mapping[str, float],
+) -> list[Wish]:
+    """Return what keeps the loops that nobody asked about and that the search may change."""
+    searched = {name for group in variables.groups for name in group}
+    quantities = [
+        wish
+        for wish in guarded_quantities(asked)
+        if not searched.isdisjoint(_gains_of(wish.subject))
+    ]
+    sought = [quantity(each) for each in requirements(quantities, [NOMINAL], Robustness())]
+    if not sought:
+        return []
+    reached, present = instruments.measure([rule, base], sought)
+    return guards(reached.tolist(), present.tolist(), quantities)
+
+
+def _gains_of(subject: str) -> set[str]:
+    """Return the gains that a loop's margins depend on."""
+    return {name for group in variables_for([subject], tied=False).groups for name in group}
+
+
+def _flyable(
+    instruments: Instruments, cases: list[Case], tell: Callable[[str, float], None]
+) -> tuple[list[Case], list[str]]:
     """Return the cases that can hover at all, and a remark on each other."""
     found, remarks = [], []
-    for case in cases:
+    for index, case in enumerate(cases):
+        tell(f"linear model of vehicle {index + 1} of {len(cases)}", 0.2 + 0.4 * index / len(cases))
         try:
             instruments.models(case, HOVER)
         except WorkbenchError as error:

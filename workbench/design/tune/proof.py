@@ -1,11 +1,15 @@
 """The proof: the gains flown on the full diagram, and the numbers of those flights."""
 
 import copy
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from workbench.design.step_response import StepResponse, fly_step
 from workbench.design.tune.case import NOMINAL, Case
+from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import Step
 from workbench.design.tune.metric import STEP
 from workbench.design.tune.requirement import Requirement
@@ -33,14 +37,14 @@ class Proof:
 def flights_to_fly(
     required: Sequence[Requirement], reserves: Mapping[Requirement, float]
 ) -> list[tuple[Case, str]]:
-    """Return every axis with a wish, and of all corners the one with the least to spare."""
-    steps = [each for each in required if each.wish.metric.kind == STEP]
-    found = [(NOMINAL, axis) for axis in dict.fromkeys(each.wish.subject for each in steps)]
-    corners = [each for each in steps if each.case != NOMINAL]
-    if corners:
-        worst = min(corners, key=lambda each: reserves[each])
-        found.append((worst.case, worst.wish.subject))
-    return found
+    """Return every axis with a wish, and for each wish the corner with the least to spare."""
+    steps = [each for each in required if each.wish.is_flown]
+    found = [(NOMINAL, each.wish.subject) for each in steps]
+    for wish in dict.fromkeys(each.wish for each in steps):
+        corners = [each for each in steps if each.wish == wish and each.case != NOMINAL]
+        if corners:
+            found.append((min(corners, key=lambda each: reserves[each]).case, wish.subject))
+    return list(dict.fromkeys(found))
 
 
 def prove(
@@ -49,7 +53,7 @@ def prove(
     steps: Mapping[str, Step],
     required: Sequence[Requirement],
     flights: Sequence[tuple[Case, str]],
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[str, float], None],
 ) -> Proof:
     """Fly gains on the full diagram and compare with what is required of those flights.
 
@@ -59,7 +63,7 @@ def prove(
         steps: of the axes.
         required: what is required; those of other flights are passed over.
         flights: case and axis of each.
-        progress: called with the flown share, 0 .. 1.
+        progress: called with what is flown, and the flown share of all, 0 .. 1.
     """
     flown = []
     values = []
@@ -67,21 +71,40 @@ def prove(
         varied = copy.deepcopy(scenario)
         varied.vehicle.variation = case.variation
         step = steps[axis]
+        phase = f"proving on the full diagram: {axis} step {done + 1} of {len(flights)}, {case}"
+
+        def tell(share: float, done: int = done, phase: str = phase) -> None:
+            progress(phase, (done + share) / len(flights))
+
         response = fly_step(
-            axis, step.amplitude, duration=step.duration, scenario=varied, settings=gains
+            axis,
+            step.amplitude,
+            duration=step.duration,
+            scenario=varied,
+            settings=gains,
+            progress=tell,
         )
         flown.append((case, response))
         for each in required:
             wish = each.wish
             if (each.case, wish.subject, wish.metric.kind) == (case, axis, STEP):
-                values.append((each, _value(response, wish.metric.name)))
-        if progress:
-            progress((done + 1) / len(flights))
+                values.append((each, _value(response, wish.metric.name, case)))
     return Proof(tuple(flown), tuple(values))
 
 
-def _value(response: StepResponse, metric: str) -> float:
-    """Return a metric of a flown step."""
+def _value(response: StepResponse, metric: str, case: Case) -> float:
+    """Return a metric of a flown step; NaN where it means nothing.
+
+    In a corner the drone moves in the hover before the edge, so numbers count from there, as they
+    do in the search.
+    """
     if metric == "peak_rotor_use":
         return response.peak_rotor_use
-    return float(getattr(response.metrics, metric))
+    if case == NOMINAL:
+        return float(getattr(response.metrics, metric))
+    if response.loss or math.isnan(response.metrics.steady_state_error):
+        return math.nan
+    numbers = flight_numbers(
+        response.time, response.response[None], response.amplitude, np.array([False])
+    )
+    return float(getattr(numbers, metric)[0])

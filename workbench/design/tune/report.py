@@ -41,10 +41,19 @@ def wish_rows(results: Sequence[Result], *, cases: bool = False) -> Rows:
             shown(metric, result.before),
             shown(metric, result.after),
             _limit(required),
-            "ok" if result.met else "not ok",
+            _verdict(required, result.after),
         ]
         rows.append([*row, str(required.case)] if cases else row)
     return rows
+
+
+def _verdict(required: Requirement, value: float) -> str:
+    """Return how a wish fares; what is met only as it was widened says what it gave way from."""
+    if not required.met(value):
+        return "not ok"
+    if required.widened is None or required.meets_unwidened(value):
+        return "ok"
+    return f"widened from {shown(required.wish.metric, required.widened)}"
 
 
 def gain_rows(found: Tuning) -> Rows:
@@ -62,7 +71,7 @@ def proof_rows(found: Tuning) -> Rows:
             required.wish.name,
             shown(required.wish.metric, value),
             _limit(required),
-            "ok" if required.met(value) else "not ok",
+            _verdict(required, value),
             "" if required.case == NOMINAL else str(required.case),
         ]
         for required, value in (found.proof.values if found.proof else ())
@@ -78,8 +87,11 @@ def report_html(found: Tuning, figure: Figure) -> str:
         head = ("", "before", "after", "still wished", "", "corner")
         parts += ["<h2>In the worst corner of each</h2>"]
         parts += [_table(head, wish_rows(found.in_corners, cases=True))]
+    if found.guarded:
+        kept = ("", "before", "after", "kept", "")
+        parts += ["<h2>Loops that no wish is about</h2>", _table(kept, wish_rows(found.guarded))]
     parts += ["<h2>Gains</h2>", _table(("", "before", "after", ""), gain_rows(found))]
-    if found.proof:
+    if found.proof and found.proof.values:
         flown = ("", "flown", "wished", "", "")
         parts += ["<h2>Flown on the full diagram</h2>", _table(flown, proof_rows(found))]
     return _PAGE.format(title=html.escape(title), body="\n".join(parts))
@@ -95,7 +107,8 @@ def _wished(found: Tuning) -> Rows:
 
 def _paragraphs(found: Tuning) -> str:
     worst = found.worst_corner
-    lines = [str(conflict) for conflict in found.conflicts] + list(found.remarks)
+    lines = [str(conflict) for conflict in found.conflicts]
+    lines += [*found.shortfalls, *found.remarks]
     if worst:
         name, value = worst.required.wish.name, shown(worst.required.wish.metric, worst.after)
         lines.append(f"Worst corner: {name} of {value} with {worst.required.case}.")

@@ -1,7 +1,7 @@
 """Solve a plan: search, look at all corners, fly the proof, and go back where one disagrees."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,13 +11,12 @@ from workbench.design.tune.evaluation import Budget, Candidate, Evaluation
 from workbench.design.tune.plan import Plan
 from workbench.design.tune.problem import FlownProblem
 from workbench.design.tune.proof import Proof, flights_to_fly, prove
+from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.search import ENOUGH, find
-from workbench.design.tune.tuning import Progress
+from workbench.design.tune.telling import Telling
 
 ROUNDS = 6
 """So often the search goes back: to a corner that it left out, or to what the proof has shown."""
-
-Listener = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)
@@ -30,6 +29,8 @@ class Solution:
         proof: None if the wishes are not met, or the full diagram does not agree.
         problem: the last that was searched.
         best: its best candidate.
+        smallest: of each requirement that gave way, the best value of a candidate that met all
+            others.
     """
 
     gains: Mapping[str, float]
@@ -37,6 +38,7 @@ class Solution:
     proof: Proof | None
     problem: FlownProblem
     best: Candidate
+    smallest: Mapping[Requirement, float]
 
 
 class Solver:
@@ -46,16 +48,17 @@ class Solver:
         plan: what to do.
         budget: of all its searches.
         seed: of what is tried where no start leads to a solution.
-        listener: hears of progress.
+        telling: tells of progress.
     """
 
     def __init__(
-        self, plan: Plan, budget: Budget, seed: int, listener: Listener | None = None
+        self, plan: Plan, budget: Budget, seed: int, telling: Telling | None = None
     ) -> None:
         self._plan = plan
         self._budget = budget
         self._seed = seed
-        self._listener = listener
+        self._telling = telling or Telling()
+        self._smallest: dict[Requirement, float] = {}
 
     def solve(self) -> Solution:
         """Return gains that meet all requirements, or the best that there are."""
@@ -67,7 +70,7 @@ class Solver:
             best = self._searched(problem, starts)
             gains = self._tidy(problem, best)
             values = whole.measured([{**whole.base, **gains}])[0]
-            found = Solution(gains, values, None, problem, best)
+            found = Solution(gains, values, None, problem, best, self._smallest)
             if not best.met:
                 return found
             missed = [
@@ -79,7 +82,6 @@ class Solver:
             if missed:
                 cases |= {required.case for required in missed}
                 continue
-            self._say("flying the proof", problem, best)
             proof = self._proof(whole, gains, values)
             if not proof.missed:
                 return dataclasses.replace(found, proof=proof)
@@ -101,9 +103,24 @@ class Solver:
         """Return the best candidate of a problem."""
 
         def heard(best: Candidate) -> None:
-            self._say("improving" if best.met else "searching", problem, best)
+            self._telling.search(problem, best, self._budget)
 
-        return find(Evaluation(problem, self._budget, heard, ENOUGH), starts, self._seed)
+        evaluation = Evaluation(problem, self._budget, heard, ENOUGH)
+        best = find(evaluation, starts, self._seed)
+        self._note_smallest(problem, evaluation.seen)
+        return best
+
+    def _note_smallest(self, problem: FlownProblem, seen: list[Candidate]) -> None:
+        """Note how far each requirement that gave way was met by who met all others."""
+        reserves = np.array([candidate.reserves for candidate in seen])
+        for index, required in enumerate(problem.requirements):
+            if required.widened is None:
+                continue
+            others = np.delete(reserves, index, axis=1)
+            good = np.flatnonzero((others >= 0.0).all(axis=1))
+            if len(good):
+                best = seen[max(good, key=lambda row: reserves[row, index])]
+                self._smallest[required] = float(best.values[index])
 
     def _tidy(self, problem: FlownProblem, best: Candidate) -> dict[str, float]:
         """Return the gains of a candidate with few digits, or with all where those are needed."""
@@ -126,22 +143,7 @@ class Solver:
             whole.instruments.steps,
             whole.requirements,
             flights_to_fly(whole.requirements, reserves),
-        )
-
-    def _say(self, phase: str, problem: FlownProblem, best: Candidate) -> None:
-        """Tell the listener how it goes."""
-        if self._listener is None:
-            return
-        worst = int(np.argmin(best.reserves))
-        self._listener(
-            Progress(
-                phase=phase,
-                share=self._budget.share,
-                best=best,
-                worst=problem.requirements[worst],
-                value=float(best.values[worst]),
-                gains=problem.variables.rounded(best.point),
-            )
+            self._telling.prove,
         )
 
 

@@ -1,22 +1,28 @@
 """From wishes to gains."""
 
+import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from workbench.configured import read_configured
-from workbench.design.tune.conflict import Conflict, conflicts
-from workbench.design.tune.evaluation import Budget, SearchEndedError
+from workbench.design.tune.case import Case
+from workbench.design.tune.conflict import Unmet, conflicts
+from workbench.design.tune.evaluation import Budget, Candidate, SearchEndedError
 from workbench.design.tune.measure import Responses
-from workbench.design.tune.metric import STEP
 from workbench.design.tune.plan import Plan, make_plan
-from workbench.design.tune.solver import Listener, Solution, Solver
+from workbench.design.tune.requirement import Requirement, shortfall
+from workbench.design.tune.solver import Solution, Solver
+from workbench.design.tune.telling import Listener, Telling
 from workbench.design.tune.tuning import Result, Tuning
-from workbench.design.tune.wish import DEFAULT
+from workbench.design.tune.wish import Wish
 from workbench.design.tune.wish_file import Wishes
 from workbench.errors import WorkbenchError
 from workbench.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
+from workbench.response_metrics import AT_THE_END, FROM_REST, response_metrics
 from workbench.scenario import Scenario
 
 EVALUATIONS = 600
@@ -84,50 +90,129 @@ class Tuner:
         Raises:
             WorkbenchError: if the wishes contradict each other, or the vehicle cannot be flown.
         """
-        plan = make_plan(self._scenario, self._wishes, self._settings, separate=self._separate)
-        found = Solver(plan, self._budget, self._seed, listener).solve()
-        against = [] if found.best.met else self._conflicts(plan, found)
-        return self._tuning(plan, found, against)
+        telling = Telling(listener)
+        plan = make_plan(
+            self._scenario,
+            self._wishes,
+            self._settings,
+            separate=self._separate,
+            telling=telling,
+        )
+        found = Solver(plan, self._budget, self._seed, telling).solve()
+        unmet = Unmet() if found.best.met else self._unmet(plan, found, telling)
+        if unmet.nearest is not None:
+            found = _nearest_reported(plan, found, unmet.nearest)
+        telling.finish("flying the steps for the report")
+        return self._tuning(plan, found, unmet)
 
-    def _conflicts(self, plan: Plan, found: Solution) -> list[Conflict]:
+    def _unmet(self, plan: Plan, found: Solution, telling: Telling) -> Unmet:
         """Return what stands against what; nothing if the run was stopped."""
+        starts = [found.best.point, *plan.starts]
         try:
-            return conflicts(found.problem, [found.best.point, *plan.starts], self._budget)
+            return conflicts(found.problem, starts, self._budget, telling.explain)
         except SearchEndedError:
-            return []
+            return Unmet()
 
-    def _tuning(self, plan: Plan, found: Solution, against: list[Conflict]) -> Tuning:
+    def _tuning(self, plan: Plan, found: Solution, unmet: Unmet) -> Tuning:
         """Return all that is known at the end."""
         problem = plan.problem
         gains = {**problem.base, **found.gains}
         before = problem.measured([problem.base])[0]
-        axes = dict.fromkeys(w.subject for w in plan.wishes if w.metric.kind == STEP)
+        axes = dict.fromkeys(wish.subject for wish in plan.wishes if wish.is_flown)
         cases = dict.fromkeys(required.case for required in problem.requirements)
-        responses: dict[tuple[str, object], Responses] = {
+        responses = {
             (axis, case): problem.instruments.responses([problem.base, gains], axis, case)
             for axis in axes
             for case in cases
         }
+        results, withheld = _results(plan, responses, before, found.values)
+        required = [result.required for result in results]
         return Tuning(
             vehicle=problem.instruments.vehicle.name,
             wishes=plan.wishes,
             steps=problem.instruments.steps,
-            results=tuple(
-                Result(required, float(old), float(new))
-                for required, old, new in zip(
-                    problem.requirements, before, found.values, strict=True
-                )
-            ),
+            results=results,
             before={name: problem.base[name] for name in found.gains},
             gains=found.gains,
             profile=make_profile(problem.instruments.vehicle, gains, _origin(plan)),
             proof=found.proof,
-            conflicts=tuple(against),
-            remarks=plan.remarks,
-            responses=responses,  # type: ignore[arg-type]
+            conflicts=unmet.measured(required, [result.after for result in results]),
+            shortfalls=_shortfalls(results, found.smallest),
+            remarks=(*plan.remarks, *withheld),
+            responses=responses,
             evaluations=self._budget.spent,
             stopped=self._budget.stopped,
         )
+
+
+def _nearest_reported(plan: Plan, found: Solution, nearest: Candidate) -> Solution:
+    """Return a solution whose gains and values are those that a conflict tells of."""
+    whole = plan.problem
+    gains = whole.variables.rounded(nearest.point)
+    values = whole.measured([{**whole.base, **gains}])[0]
+    return dataclasses.replace(found, gains=gains, values=values, best=nearest)
+
+
+def _results(
+    plan: Plan,
+    responses: Mapping[tuple[str, Case], Responses],
+    before: np.ndarray,
+    after: np.ndarray,
+) -> tuple[tuple[Result, ...], list[str]]:
+    """Return all requirements before and after, without the numbers of steps that did not settle.
+
+    Returns:
+        They, and why numbers are withheld, a sentence each.
+    """
+    steps = plan.problem.instruments.steps
+    settled: dict[tuple[str, Case], list[bool]] = {}
+    for (axis, case), each in responses.items():
+        metrics = response_metrics(each.time, each.response, steps[axis].amplitude)
+        settled[axis, case] = metrics.settled(float(each.time[-1])).tolist()
+    found = []
+    for required, old, new in zip(plan.problem.requirements, before, after, strict=True):
+        wish = required.wish
+        known = [True, True]
+        if wish.is_flown and wish.metric.name in (*FROM_REST, *AT_THE_END):
+            known = settled[wish.subject, required.case]
+        first, last = (
+            float(value) if kept else math.nan
+            for value, kept in zip((old, new), known, strict=True)
+        )
+        found.append(Result(required, first, last))
+    said = []
+    for place, when in enumerate(("before", "after")):
+        for (axis, case), flags in settled.items():
+            if not flags[place] and not responses[axis, case].diverged[place]:
+                said.append(
+                    f"numbers of the {axis} step {when}, {case}, are withheld: it has not settled "
+                    f"within {steps[axis].duration:.3g} s"
+                )
+    return tuple(found), said
+
+
+def _shortfalls(
+    results: Sequence[Result], smallest: Mapping[Requirement, float]
+) -> tuple[str, ...]:
+    """Return what is kept of defaults that gave way: a sentence for the worst case of each wish."""
+    worst: dict[Wish, Result] = {}
+    for result in results:
+        required = result.required
+        if required.widened is None or required.meets_unwidened(result.after):
+            continue
+        known = worst.get(required.wish)
+        if known is None or result.reserve < known.reserve:
+            worst[required.wish] = result
+    return tuple(
+        shortfall(each.required, each.after, _best_of(each, smallest)) for each in worst.values()
+    )
+
+
+def _best_of(result: Result, smallest: Mapping[Requirement, float]) -> float:
+    """Return the best value that was reached: by the gains found, or by another candidate."""
+    known = smallest.get(result.required, result.after)
+    better = max if result.required.wish.at_least else min
+    return better(known, result.after)
 
 
 def tune(
@@ -158,6 +243,6 @@ def tune(
 
 def _origin(plan: Plan) -> str:
     """Return where tuned gains come from, for their file."""
-    wished = [str(wish) for wish in plan.wishes if wish.origin != DEFAULT]
+    wished = [str(wish) for wish in plan.wishes if wish.is_written]
     for_what = "; ".join(wished) if wished else "the wishes that follow from the vehicle"
     return f"tuned for {for_what}"

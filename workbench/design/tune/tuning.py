@@ -1,7 +1,7 @@
 """What a tuning run found."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from workbench.design.tune.evaluation import Candidate
 from workbench.design.tune.measure import Responses, Step
 from workbench.design.tune.proof import Proof
 from workbench.design.tune.requirement import Requirement
-from workbench.design.tune.wish import Wish
+from workbench.design.tune.wish import GUARD, Wish
 from workbench.gains import GainFile
 
 
@@ -21,19 +21,19 @@ class Progress:
 
     Attributes:
         phase: what it does, in words.
-        share: of the budget, 0 .. 1.
-        best: the best candidate so far.
-        worst: the requirement of which it has least to spare.
+        share: of the run, 0 .. 1; it never goes back.
+        best: the best candidate so far; None before the first.
+        worst: the requirement of which it has least to spare; None before the first.
         value: of it.
         gains: of the best candidate, those that are searched.
     """
 
     phase: str
     share: float
-    best: Candidate
-    worst: Requirement
-    value: float
-    gains: Mapping[str, float]
+    best: Candidate | None = None
+    worst: Requirement | None = None
+    value: float = float("nan")
+    gains: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,8 @@ class Tuning:
         profile: the gain file of all values with those.
         proof: of the full diagram; None if nothing was found that needs one.
         conflicts: why the wishes are not met.
+        shortfalls: what is kept of defaults that gave way to what the rule's gains reach, and why,
+            a sentence each.
         remarks: what else should be known.
         responses: flown steps (2, M), before and after, by axis and case.
         evaluations: candidates that were looked at.
@@ -84,6 +86,7 @@ class Tuning:
     profile: GainFile
     proof: Proof | None
     conflicts: tuple[Conflict, ...]
+    shortfalls: tuple[str, ...]
     remarks: tuple[str, ...]
     responses: Mapping[tuple[str, Case], Responses]
     evaluations: int
@@ -101,7 +104,16 @@ class Tuning:
     @property
     def as_described(self) -> list[Result]:
         """The wishes on the vehicle as described."""
-        return [result for result in self.results if result.required.case == NOMINAL]
+        return [
+            result
+            for result in self.results
+            if result.required.case == NOMINAL and result.required.wish.origin != GUARD
+        ]
+
+    @property
+    def guarded(self) -> list[Result]:
+        """What was kept of loops that no written wish is about."""
+        return [result for result in self.results if result.required.wish.origin == GUARD]
 
     @property
     def in_corners(self) -> list[Result]:

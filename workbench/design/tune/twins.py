@@ -8,7 +8,17 @@ from workbench.design.tune.wish import Wish
 
 ALIKE = 0.1
 """A vehicle is symmetric if the rule's gains for roll and pitch differ by no larger share."""
-PAIRS = (("x", "y"), ("pitch", "roll"), ("velocity_x", "velocity_y"), ("position_x", "position_y"))
+PAIRS = (
+    ("x", "y"),
+    ("pitch", "roll"),
+    ("velocity_x", "velocity_y"),
+    ("position_x", "position_y"),
+    ("pitch_error", "roll_error"),
+    ("pitch_acceleration", "roll_acceleration"),
+    ("acceleration_x", "acceleration_y"),
+    ("velocity_x_error", "velocity_y_error"),
+    ("position_x_error", "position_y_error"),
+)
 """Subjects along x, and those along y."""
 ALONG_X = {other: one for one, other in PAIRS}
 """The counterparts along x of subjects along y."""

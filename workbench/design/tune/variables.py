@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.linear.loops import LOOPS
 from workbench.parameters import find_parameter
 
 LEAST = 1e-3
@@ -32,6 +33,12 @@ GAINS_OF_LOOP = {
 }
 AROUND = {"position_x": "x", "position_y": "y", "position_z": "z"}
 """A loop that stands around an axis' others."""
+_LOOP_OF = {
+    point: loop.name
+    for loop in LOOPS
+    for point in (loop.error, loop.actuator)
+    if point not in GAINS_OF_LOOP
+}
 TWINS = {
     "kp_velocity_x": "kp_velocity_y",
     "kd_velocity_x": "kd_velocity_y",
@@ -39,6 +46,11 @@ TWINS = {
     "kd_pitch": "kd_roll",
 }
 """Gains that a symmetric vehicle has equal."""
+
+
+def loop_of(subject: str) -> str:
+    """Return the loop that a loop point belongs to; axes and loops as they are."""
+    return _LOOP_OF.get(subject, subject)
 
 
 @dataclass(frozen=True)
@@ -95,7 +107,7 @@ def variables_for(subjects: Sequence[str], *, tied: bool) -> Variables:
         tied: whether roll and pitch, and x and y, have equal gains.
     """
     loops: list[str] = []
-    for subject in subjects:
+    for subject in map(loop_of, subjects):
         inner = AROUND.get(subject, subject)
         for axis, answering in LOOPS_OF_AXIS.items():
             if inner in (axis, "rotors", *answering):

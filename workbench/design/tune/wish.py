@@ -8,11 +8,24 @@ from workbench.design.linear.loops import LOOPS
 from workbench.design.step_response import AXES
 from workbench.design.tune.metric import LOOP, METRICS, ROTORS, STEP, Metric, shown, si_value
 from workbench.errors import WorkbenchError, find_row, unknown_name
+from workbench.systems.loop_points import POINTS
 
 DEFAULT = "default"
 """The origin of a wish that nobody wrote."""
-SUBJECTS = {STEP: AXES, LOOP: tuple(loop.name for loop in LOOPS), ROTORS: ("rotors",)}
-"""What each kind of metric is measured of."""
+GUARD = "guard"
+"""The origin of a wish that keeps a loop which no written wish is about."""
+ATTITUDES = ("roll", "pitch")
+"""Angles that can be stepped, besides the axes."""
+ATTITUDE_METRICS = ("rise_time", "settling_time", "overshoot")
+"""Of such a step; it has no command that is flown, and so no rotor use."""
+SUBJECTS = {
+    STEP: AXES,
+    LOOP: (*(loop.name for loop in LOOPS), *POINTS),
+    ROTORS: ("rotors",),
+}
+"""What each kind of metric is measured of: loops are cut at their actuator, or at a loop point."""
+_NO_LOOPS = {"roll_rate": "roll", "pitch_rate": "pitch"}
+"""What others have a loop for, and the loop in which this law damps it."""
 GROUPS = {"level": ("x", "y"), "tilt": ("roll", "pitch")}
 """Names for several subjects at once."""
 
@@ -44,6 +57,16 @@ class Wish:
     def name(self) -> str:
         """Of the number that is bounded, as x.rise_time."""
         return f"{self.subject}.{self.metric.name}"
+
+    @property
+    def is_flown(self) -> bool:
+        """Whether it is about a step that is flown; that of an attitude is the linear model's."""
+        return self.metric.kind == STEP and self.subject in AXES
+
+    @property
+    def is_written(self) -> bool:
+        """Whether somebody wrote it."""
+        return self.origin not in (DEFAULT, GUARD)
 
     @property
     def key(self) -> tuple[str, bool]:
@@ -95,9 +118,14 @@ def _metric(name: str) -> Metric:
     return find_row("metric", name, METRICS)
 
 
+def subjects_of(metric: Metric) -> tuple[str, ...]:
+    """Return the axes, angles, loops or rotors that have a metric."""
+    return SUBJECTS[metric.kind] + (ATTITUDES if metric.name in ATTITUDE_METRICS else ())
+
+
 def _subjects(name: str, metric: Metric) -> tuple[str, ...]:
-    """Return the axes, loops or rotors of a name that have a metric."""
-    known = SUBJECTS[metric.kind]
+    """Return the axes, angles, loops or rotors of a name that have a metric."""
+    known = subjects_of(metric)
     subjects = GROUPS.get(name, (name,))
     if set(subjects) <= set(known):
         return subjects
@@ -106,5 +134,11 @@ def _subjects(name: str, metric: Metric) -> tuple[str, ...]:
     if name in GROUPS or name in everywhere:
         listed = ", ".join((*known, *groups))
         raise WorkbenchError(f"{name} has no {metric.name}: that is of {listed}")
+    if name in _NO_LOOPS:
+        loop = _NO_LOOPS[name]
+        raise WorkbenchError(
+            f"this law has no loop {name}: it damps the rate in the loop {loop}, so wish for "
+            f"{loop}.{metric.name}"
+        )
     kind = {STEP: "axis", LOOP: "loop", ROTORS: "subject"}[metric.kind]
     raise unknown_name(kind, name, (*known, *groups))

@@ -124,7 +124,10 @@ class AutoTuneCard(Card):
         self._draw()
         self.remarks.say(" ".join(tuned.said))
         self.remarks.setVisible(bool(tuned.said))
-        if tuned.met:
+        if tuned.met and tuned.widened:
+            many = "one limit was" if tuned.widened == 1 else f"{tuned.widened} limits were"
+            self.said.say(f"The wishes are met, but {many} widened: see below.", "warning")
+        elif tuned.met:
             self.said.say("All wishes are met.", "good")
         elif tuned.stopped:
             self.said.say("Stopped: the best so far.", "warning")

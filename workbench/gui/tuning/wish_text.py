@@ -15,10 +15,28 @@ SUBJECTS = {
         "position_y",
         "position_z",
         "tilt",
+        "position_x_error",
+        "position_y_error",
+        "position_z_error",
+        "velocity_x_error",
+        "velocity_y_error",
+        "velocity_z_error",
+        "acceleration_x",
+        "acceleration_y",
+        "acceleration_z",
+        "roll_error",
+        "pitch_error",
+        "yaw_rate_error",
+        "roll_acceleration",
+        "pitch_acceleration",
+        "yaw_acceleration",
     ),
     "rotors": ("rotors",),
 }
 """Names of each kind; `level` is x and y, `tilt` is roll and pitch."""
+ATTITUDES = ("roll", "pitch", "tilt")
+ATTITUDE_METRICS = ("rise_time", "settling_time", "overshoot")
+"""Angles that can be stepped, too, and what a step of one has."""
 METRICS = {
     "step": ("rise_time", "settling_time", "overshoot", "steady_state_error", "peak_rotor_use"),
     "loop": (
@@ -43,10 +61,15 @@ def completions() -> tuple[str, ...]:
     """Return the beginnings that a wish may have, as `x.rise_time <= `."""
     return tuple(
         f"{subject}.{metric} {'>=' if metric in _LARGER else '<='} "
-        for kind, subjects in SUBJECTS.items()
-        for subject in subjects
-        for metric in METRICS[kind]
+        for kind, metrics in METRICS.items()
+        for metric in metrics
+        for subject in subjects_of(kind, metric)
     )
+
+
+def subjects_of(kind: str, metric: str) -> tuple[str, ...]:
+    """Return what has a metric of a kind."""
+    return SUBJECTS[kind] + (ATTITUDES if metric in ATTITUDE_METRICS else ())
 
 
 def what_is_wrong(text: str) -> str:
@@ -57,10 +80,11 @@ def what_is_wrong(text: str) -> str:
     subject, metric = form[1], form[2]
     kinds = [kind for kind, metrics in METRICS.items() if metric in metrics]
     if not kinds:
-        known = ", ".join(each for metrics in METRICS.values() for each in metrics)
-        return f"There is no metric {metric}: use one of {known}."
-    if subject not in SUBJECTS[kinds[0]]:
-        return f"{subject} has no {metric}: that is of {', '.join(SUBJECTS[kinds[0]])}."
+        names = ", ".join(each for metrics in METRICS.values() for each in metrics)
+        return f"There is no metric {metric}: use one of {names}."
+    known = subjects_of(kinds[0], metric)
+    if subject not in known:
+        return f"{subject} has no {metric}: that is of {', '.join(known)}."
     return ""
 
 
