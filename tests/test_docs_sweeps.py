@@ -39,7 +39,9 @@ def test_the_python_of_the_sweeps_page_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_python(SWEEPS)
     assert {path.name for path in tmp_path.iterdir()} == {"climb.csv", "climb.png"}
-    assert capsys.readouterr().out.strip()
+    out = capsys.readouterr().out
+    assert out.strip()
+    assert "nan" not in out
 
 
 def test_the_gain_files_of_the_page_are_saved_and_restored(tmp_path, monkeypatch, capsys):

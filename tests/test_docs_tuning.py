@@ -44,4 +44,6 @@ def test_all_that_can_be_wished_for_is_listed():
     names = [metric.name for metric in METRICS] + list(GROUPS)
     names += [subject for kind in SUBJECTS.values() for subject in kind]
     missing = [name for name in names if f"`{name}`" not in PAGE]
-    assert missing == ["velocity_y", "velocity_z", "position_y", "position_z"]
+    alike = [f"{what}_{axis}" for what in ("velocity", "position") for axis in "yz"]
+    points = ("position_{}_error", "velocity_{}_error", "acceleration_{}")
+    assert missing == alike + [point.format(axis) for point in points for axis in "yz"]
