@@ -166,7 +166,8 @@ def _bar() -> Iterator[Any]:
 
         def show(share: float, text: str) -> None:
             bar.set_description_str(text, refresh=False)
-            bar.update(100.0 * share - bar.n)
+            bar.n = 100.0 * share
+            bar.refresh()  # update() shows no other text while the share stands still
 
         yield show
 
