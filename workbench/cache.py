@@ -8,6 +8,8 @@ from pathlib import Path
 from workbench.errors import WorkbenchError
 
 _OURS = "drake-drone-workbench"
+PROGRESS_LOGGER = "workbench.progress"
+"""Name of the logger that is told what is being made, and how far it is."""
 
 
 def cache_folder(name: str) -> Path:

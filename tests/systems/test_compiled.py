@@ -1,6 +1,10 @@
 """Oracle: the function as Python runs it."""
 
+import fcntl
 import importlib.util
+import logging
+import threading
+import time
 
 import numba
 import pytest
@@ -10,7 +14,17 @@ from workbench.systems.casting import solids, surfaces
 
 NOT_COMPILED = ("compiled", "casting.scene")
 """What compiled code's files import for the Python in them."""
-SOURCE = "def double_up(x):\n    return 2.0 * x + 1.0\n"
+SOURCE = """
+from numba.extending import register_jitable
+
+@register_jitable
+def twice(x):
+    return 2.0 * x
+
+def double_up(x):
+    return twice(x) + 1.0
+"""
+ENOUGH = 120.0
 
 
 @pytest.fixture
@@ -68,6 +82,34 @@ def test_code_of_other_sources_is_not_used(double_up, cache):
 def test_what_is_compiled_is_said(double_up, cache, caplog):
     compiled.compile_cached(double_up, compiled.LAW, "twice a number")(1.0)
     assert "compiling twice a number for this machine" in caplog.text
+
+
+def test_how_far_it_is_is_said(double_up, cache, caplog, monkeypatch):
+    monkeypatch.setattr(compiled, "PERIOD", 0.0)
+    caplog.set_level(logging.INFO)
+    compiled.compile_cached(double_up, compiled.LAW, "twice a number", parts=2)(1.0)
+    first, middle, last = (record.getMessage() for record in caplog.records)
+    assert first.startswith("compiling twice a number for this machine")
+    assert middle == "compiling twice a number: 50 %"
+    assert last.startswith("compiled twice a number in ")
+
+
+def test_one_process_compiles_and_another_waits_for_it(double_up, cache, caplog):
+    """Two that begin at once would both compile for a minute, and each for longer."""
+    one = compiled.compile_cached(double_up)
+    (folder,) = cache.rglob("double_up")
+    with (folder / "lock").open("w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        found = []
+        waiting = threading.Thread(target=lambda: found.append(one(1.5)))
+        waiting.start()
+        deadline = time.monotonic() + ENOUGH
+        while "waiting for another process" not in caplog.text and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert found == [] == list(machine_code(cache))
+    waiting.join(ENOUGH)
+    assert found == [4.0]
+    assert "which compiles the control law" in caplog.text
 
 
 def test_where_nothing_can_be_written_it_still_computes(double_up, cache):

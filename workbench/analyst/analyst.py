@@ -8,7 +8,7 @@ from typing import Any
 
 from workbench.analyst.assistant import Assistant
 from workbench.analyst.line import CLOSED
-from workbench.analyst.messages import Begin
+from workbench.analyst.messages import Begin, Preparing
 from workbench.analyst.questions import (
     DrawMap,
     FindRanges,
@@ -34,7 +34,7 @@ QUICK_NICENESS, SLOW_NICENESS = 3, 10
 """A flight beside them must keep its time."""
 
 
-def _ignore(_: Searched) -> None:
+def _ignore(_: Searched | Preparing) -> None:
     """Tell nobody."""
 
 
@@ -48,14 +48,14 @@ class Analyst:
         scenario: whose vehicle is judged, with its variation and rates; where a whole flight is
             flown, all of it counts.
         settings: values of the live parameters, over those of the scenario's gains.
-        progress: called with a `Searched`, in a thread of this analyst's.
+        progress: called with a `Searched` or a `Preparing`, in a thread of this analyst's.
     """
 
     def __init__(
         self,
         scenario: Scenario,
         settings: Mapping[str, float],
-        progress: Callable[[Searched], None] = _ignore,
+        progress: Callable[[Searched | Preparing], None] = _ignore,
     ) -> None:
         self.scenario = copy.deepcopy(scenario)
         self.settings = dict(settings)

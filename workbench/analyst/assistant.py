@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from workbench.analyst.line import CLOSED, Line
-from workbench.analyst.messages import Begin
+from workbench.analyst.messages import Begin, Preparing
 from workbench.analyst.questions import Question
 from workbench.analyst.replies import Searched
 from workbench.errors import WorkbenchError
@@ -22,10 +22,10 @@ class Assistant:
 
     Args:
         begin: what every process is told first.
-        progressed: called with a `Searched`, in another thread.
+        progressed: called with a `Searched` or a `Preparing`, in another thread.
     """
 
-    def __init__(self, begin: Begin, progressed: Callable[[Searched], None]) -> None:
+    def __init__(self, begin: Begin, progressed: Callable[[Searched | Preparing], None]) -> None:
         self._begin = begin
         self._progressed = progressed
         self._lock = threading.Lock()

@@ -10,6 +10,7 @@ from workbench.analyst.messages import (
     Answered,
     Ask,
     Begin,
+    Preparing,
     Progressed,
     Refused,
     Stop,
@@ -31,7 +32,7 @@ class Line:
 
     Args:
         begin: what the process is told first.
-        progressed: called with a `Searched`, in a thread of this line's.
+        progressed: called with a `Searched` or a `Preparing`, in a thread of this line's.
 
     Attributes:
         answered: whether it ever answered.
@@ -41,7 +42,7 @@ class Line:
         WorkbenchError: if no process can be started.
     """
 
-    def __init__(self, begin: Begin, progressed: Callable[[Searched], None]) -> None:
+    def __init__(self, begin: Begin, progressed: Callable[[Searched | Preparing], None]) -> None:
         self.answered = False
         self.ended = ""
         self._progressed = progressed
@@ -122,6 +123,8 @@ class Line:
                 self._take(number).set_exception(SupersededError())
             case Progressed(_, searched):
                 self._progressed(searched)
+            case Preparing():
+                self._progressed(message)
 
     def _take(self, number: int) -> "Future[Any]":
         with self._lock:

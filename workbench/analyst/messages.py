@@ -67,6 +67,13 @@ class Superseded:
 
 
 @dataclass(frozen=True)
+class Preparing:
+    """What is being done before any answer, as compiling, in words."""
+
+    said: str
+
+
+@dataclass(frozen=True)
 class Progressed:
     """How a long question goes."""
 

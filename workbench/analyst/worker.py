@@ -4,13 +4,14 @@ It ends when its caller's end of the socket does, whatever it is doing.
 """
 
 import importlib
+import logging
 import os
 import sys
 from multiprocessing.connection import Connection
 
 from workbench.analyst.desk import Answerer, Desk
 from workbench.analyst.inbox import Inbox
-from workbench.analyst.messages import Begin
+from workbench.analyst.messages import Begin, Preparing
 from workbench.analyst.questions import (
     DrawMap,
     FindRanges,
@@ -22,7 +23,8 @@ from workbench.analyst.questions import (
     Weigh,
 )
 from workbench.analyst.subject import Subject
-from workbench.live.outbox import Outbox
+from workbench.cache import PROGRESS_LOGGER
+from workbench.live.outbox import LogPoster, Outbox
 
 ANSWERERS = {
     Judge: "judging:judge",
@@ -47,6 +49,7 @@ def main(connection: Connection) -> int:
         return 1
     os.nice(begin.niceness)
     outbox = Outbox(connection)
+    logging.getLogger(PROGRESS_LOGGER).addHandler(LogPoster(outbox, Preparing))
     inbox = Inbox(connection, outbox)
     Desk(Subject(begin.scenario, begin.settings), inbox, outbox, find_answerer).run()
     return 0

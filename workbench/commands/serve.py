@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
     if args.log:
         make_folder_of(args.log)
     with _told_to_stop() as stopped, LiveFlight(scenario, dict(args.set), draw=args.draw) as flight:
-        view = flight.wait()
+        view = flight.wait(progress=say)
         for remark in view.remarks:
             say(remark)
         address = _known(flight.serve(config), "the server listens")

@@ -7,6 +7,7 @@ from typing import Any
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.analyst.analyst import Analyst
+from workbench.analyst.messages import Preparing
 from workbench.analyst.questions import (
     DrawMap,
     FindRanges,
@@ -50,6 +51,8 @@ class Analysis(QObject):
     """A `Weighed`."""
     searched = pyqtSignal(object)
     """A `Searched`: how tuning goes."""
+    preparing = pyqtSignal(str)
+    """What the analyst does before it can answer, as compiling."""
     tuned = pyqtSignal(object)
     """A `Tuned`."""
     forked = pyqtSignal(object)
@@ -104,7 +107,7 @@ class Analysis(QObject):
             self._errands.do(present.close)
         token = self._token = object()
         self._analyst = Analyst(
-            scenario, settings, lambda searched: self._progressed.emit(token, searched)
+            scenario, settings, lambda progress: self._progressed.emit(token, progress)
         )
 
     def warm_up(self) -> None:
@@ -154,9 +157,13 @@ class Analysis(QObject):
         if analyst is self._analyst:
             self._refuse(question, said)
 
-    def _show_progress(self, token: object, searched: Searched) -> None:
-        if token is self._token:
-            self.searched.emit(searched)
+    def _show_progress(self, token: object, progress: Searched | Preparing) -> None:
+        if token is not self._token:
+            return
+        if isinstance(progress, Preparing):
+            self.preparing.emit(progress.said)
+        else:
+            self.searched.emit(progress)
 
     def _refuse(self, question: Question, said: str) -> None:
         """Tell why there is no answer."""

@@ -1,5 +1,6 @@
 """A live flight as its caller sees it: orders that never wait, and the newest snapshot."""
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
@@ -33,6 +34,10 @@ from workbench.pilot_numbers import finite
 from workbench.scenario import FARTHEST, Action, Gust, Push, Scenario
 from workbench.systems.sensors.readings import Reading
 
+LOOK = 0.1
+"""Between two looks at a flight that begins [s]."""
+QUIET = 2.0
+"""A wait longer than this says what is being done [s]."""
 CLOSING = 3.0
 """Time that the process has to end by itself [s]."""
 
@@ -100,19 +105,30 @@ class LiveFlight:
         """How many times are missing in all of `streamed`, as nobody took them soon enough."""
         return self._exchange.missed
 
-    def wait(self, limit: float = 120.0) -> LiveView:
+    def wait(self, limit: float = 120.0, progress: Callable[[str], None] | None = None) -> LiveView:
         """Wait until the flight has begun, and return its first view.
 
         Args:
-            limit: to wait no longer than [s]; compiling the law takes half a minute, once.
+            limit: without any news, to wait no longer than [s].
+            progress: called with each sentence on what is being done, from 2 s on.
 
         Raises:
-            WorkbenchError: if it cannot begin, or has not within that time.
+            WorkbenchError: if it cannot begin, or nothing is heard of it for that time.
         """
-        begun = self._exchange.begun.wait(limit)
+        began = news = time.monotonic()
+        said = told = ""
+        while not self._exchange.begun.wait(LOOK):
+            present = self.latest().said
+            if present != said:
+                said, news = present, time.monotonic()
+            if time.monotonic() - news > limit:
+                raise WorkbenchError(
+                    f"the flight has not begun, without news for {limit:g} s: {said}"
+                )
+            if progress and said != told and time.monotonic() - began > QUIET:
+                told = said
+                progress(said)
         view = self.latest()
-        if not begun:
-            raise WorkbenchError(f"the flight has not begun within {limit:g} s: {view.said}")
         if view.phase is Phase.ENDED:
             raise WorkbenchError(view.said)
         return view

@@ -1,8 +1,10 @@
 """Sends messages without ever letting the sender wait, whatever the other side does."""
 
+import logging
 import pickle
 import threading
 from collections import deque
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 MOST_OFFERED = 100
@@ -89,3 +91,20 @@ class Outbox:
                 if self._closing:
                     return None
                 self._change.wait()
+
+
+class LogPoster(logging.Handler):
+    """Sends what is logged.
+
+    Args:
+        outbox: that sends it.
+        message: makes a message of a sentence.
+    """
+
+    def __init__(self, outbox: Outbox, message: Callable[[str], object]) -> None:
+        super().__init__(logging.INFO)
+        self._outbox = outbox
+        self._message = message
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._outbox.post(self._message(record.getMessage()))

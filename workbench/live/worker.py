@@ -11,23 +11,13 @@ import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
+from workbench.cache import PROGRESS_LOGGER
 from workbench.errors import WorkbenchError, sentences
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
-from workbench.live.outbox import Outbox
+from workbench.live.outbox import LogPoster, Outbox
 
 LAST_WORDS = 2.0
 """Time to send what is left to say [s]."""
-
-
-class _Teller(logging.Handler):
-    """Sends what the workbench logs."""
-
-    def __init__(self, outbox: Outbox) -> None:
-        super().__init__(logging.INFO)
-        self._outbox = outbox
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self._outbox.post(Told(record.getMessage()))
 
 
 def main(connection: Connection) -> int:
@@ -78,7 +68,10 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     outbox.post(Starting("building the diagram"))
     logger = logging.getLogger("workbench")
     logger.setLevel(logging.INFO)
-    logger.addHandler(_Teller(outbox))
+    logger.addHandler(LogPoster(outbox, Told))
+    progress = logging.getLogger(PROGRESS_LOGGER)
+    progress.addHandler(LogPoster(outbox, Starting))
+    progress.propagate = False
     with sentences("the flight could not be built"):
         # left to itself, Meshcat shows the flight to the whole network
         params = MeshcatParams(host="localhost", show_stats_plot=False)
@@ -89,7 +82,8 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
         # who hears every sample needs no arrays, which would fill the memory in hours
         flown = without_arrays(scenario) if begin.stream else scenario
         session = Session(flown, begin.settings, meshcat, bridge)
-        # The first step loads compiled code, and a camera's first picture is slow.
+        outbox.post(Starting("flying the first step"))
+        # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
     url = meshcat.web_url() if meshcat else ""

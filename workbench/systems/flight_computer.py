@@ -32,7 +32,7 @@ THRUSTS, MEMORY = range(2)
 GAINS, SHARES, PROBES = range(3)
 """Numeric parameters."""
 
-compiled_update = compile_cached(packed_update)
+compiled_update = compile_cached(packed_update, parts=72)
 
 
 # A template is filled where it is first used: Drake looks through the stack for whose it is, which

@@ -1,5 +1,6 @@
 """Tasks for tests; processes of pools and clusters import them by this file's name."""
 
+import logging
 import os
 import signal
 import time
@@ -32,6 +33,15 @@ class Square:
             raise WorkbenchError("13 has no square: take another number")
         time.sleep(self.seconds)
         return self.number**2
+
+
+@dataclass(frozen=True)
+class Remarking(Square):
+    """The same, with a remark."""
+
+    def run(self) -> int:
+        logging.getLogger("workbench.progress").warning("squaring %d", self.number)
+        return super().run()
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,17 @@
 """Processes of this machine: what they give back, and what is done when they are killed."""
 
+import multiprocessing
+import time
+
 import pytest
-from far_tasks import Losing, Square
+from far_tasks import Losing, Remarking, Square
 
 from workbench.design.executor import local_processes
 from workbench.design.executor.in_process import InThisProcess
 from workbench.design.executor.local_processes import LocalProcesses
 from workbench.errors import WorkbenchError
+
+FOR_EVER = 300.0
 
 
 @pytest.mark.parametrize("executor", [InThisProcess(), LocalProcesses(2)])
@@ -43,3 +48,21 @@ def test_processes_that_are_killed_too_often_are_a_sentence(tmp_path, monkeypatc
     monkeypatch.setattr(local_processes, "MOST_LOST", 0)
     with pytest.raises(WorkbenchError, match="ended from outside, 1 times: let fewer fly"):
         list(Losing(LocalProcesses(1), tmp_path / "killed").run([Square(1)]))
+
+
+@pytest.mark.parametrize("executor", [InThisProcess(), LocalProcesses(2)])
+def test_what_is_logged_there_is_logged_here(executor, caplog):
+    """As that the law is compiled, for which a first `regress` waited a minute without a word."""
+    list(executor.run([Remarking(number) for number in range(3)]))
+    assert sorted(caplog.messages) == ["squaring 0", "squaring 1", "squaring 2"]
+
+
+def test_who_does_not_want_the_rest_waits_for_none_of_it():
+    """As with Ctrl-C: what is being flown would go on for as long as it takes."""
+    tasks = [Square(1), Square(2, seconds=FOR_EVER)]
+    done = LocalProcesses(2).run(tasks)
+    began = time.monotonic()
+    assert next(done) == (0, 1)
+    done.close()
+    assert time.monotonic() - began < FOR_EVER
+    assert multiprocessing.active_children() == []

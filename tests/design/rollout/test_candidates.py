@@ -1,3 +1,4 @@
+import numba
 import numpy as np
 import pytest
 
@@ -49,3 +50,16 @@ def test_none_are_none():
 def test_what_makes_no_candidates_is_said(gains, said):
     with pytest.raises(WorkbenchError, match=said):
         make_candidates(gains, OWN, 4, STILL, HOVER, [0])
+
+
+def test_candidates_are_laid_out_alike_wherever_they_come_from():
+    """Compiled flights are compiled anew, for half a minute, for every layout of an array."""
+    gains = np.asfortranarray(np.ones((5, len(Gains._fields))))
+    each = np.asfortranarray(np.ones((5, 13)))
+    made = [
+        make_candidates(gains, OWN, 4, STILL, HOVER, [0]),
+        make_candidates([{}] * 5, OWN, 4, np.ones((5, 4)), each, [0] * 5),
+        make_candidates([{}], OWN, 4, STILL, HOVER, [0]),
+        make_candidates([{}] * 40, OWN, 4, STILL, HOVER, [0]).part(16, 32),
+    ]
+    assert len({str([numba.typeof(column) for column in each]) for each in made}) == 1

@@ -5,6 +5,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
+from workbench.design.rollout.compiled_block import compiled_block, compiled_measures
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.metrics import rollout_metrics
 from workbench.design.rollout.schedule import make_schedule
@@ -264,3 +265,14 @@ def test_a_stop_ends_measuring_and_flights_too(engine, candidates):
         ),
     ):
         assert 0 < len(flown) < len(candidates)
+
+
+def test_flights_of_all_kinds_are_compiled_once(engine):
+    many = [{}] * 20
+    engine.fly([{}], "x", 1.0, duration=0.1)
+    engine.fly(many, "x", 1.0, duration=0.1, variations=[Variation(mass=1.1)] * 20)
+    engine.measure(many, "z", 1.0, duration=0.1)
+    start = start_state(engine.vehicle, Start())
+    engine.fly_from(many, np.tile(start, (20, 1)), np.zeros((20, 4)), duration=0.1)
+    assert len(compiled_block.signatures) == 1
+    assert len(compiled_measures.signatures) == 1

@@ -98,3 +98,10 @@ def test_a_map_that_is_not_seen_is_not_asked_for(desk_room, trial, qtbot):
     trial.set_step(STEP)
     qtbot.wait(200)
     assert desk_room.analysis.of(DrawMap) == []
+
+
+def test_a_wait_for_the_compiler_says_so(card, desk_room):
+    desk_room.analysis.preparing.emit("compiling flights: 40 %")
+    assert card.said.text() == "Drawing … compiling flights: 40 %"
+    desk_room.analysis.mapped.emit(mapped(desk_room.analysis.of(DrawMap)[-1]))
+    assert card.said.text() == ""

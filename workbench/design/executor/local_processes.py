@@ -1,14 +1,19 @@
 """Tasks done in processes of this machine."""
 
+import logging
+import logging.handlers
 import multiprocessing
 import os
 import queue
 import signal
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
 
 from workbench.design.executor.executor import Result, Stop, Task
 from workbench.errors import WorkbenchError
@@ -24,7 +29,7 @@ class LocalProcesses:
     """Does so many tasks at a time, in processes that are started anew and not forked.
 
     Threads of Drake and numba do not survive a fork. As with all spawned processes, a script that
-    uses them needs `if __name__ == "__main__":`.
+    uses them needs `if __name__ == "__main__":`. What they log is logged here.
 
     Attributes:
         count: of processes, 1 or more.
@@ -67,9 +72,13 @@ def _in_pool(
     if not tasks:
         return
     done: queue.SimpleQueue[Future[Result]] = queue.SimpleQueue()
+    spawned = multiprocessing.get_context("spawn")
+    said: queue.Queue[logging.LogRecord] = spawned.Queue()  # type: ignore[assignment]
+    reader, writer = spawned.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
-        min(count, len(tasks)), mp_context=multiprocessing.get_context("spawn")
+        min(count, len(tasks)), spawned, initializer=_begin, initargs=(said, reader)
     )
+    ended = True
     try:
         with without_interrupts():
             places = {pool.submit(task.run): index for index, task in list(tasks.items())}
@@ -77,18 +86,48 @@ def _in_pool(
             future.add_done_callback(done.put)
         waiting = len(places)
         while waiting and not (stop and stop()):
+            _pass_on(said)
             try:
                 future = done.get(timeout=ASK)
             except queue.Empty:
                 continue
             waiting -= 1
             yield places[future], future.result()
+        ended = False
     finally:
+        if ended:  # by an interrupt, or a task that failed: nobody waits for the others
+            writer.close()
         pool.shutdown(cancel_futures=True)
+        writer.close()
+        _pass_on(said)
     while not done.empty():  # what was in the air when it was stopped
         future = done.get()
         if not future.cancelled():
             yield places[future], future.result()
+
+
+def _begin(said: Any, caller: Connection) -> None:
+    """Set a process up to log to its caller, and to end when that lets go of it or is gone."""
+    said.cancel_join_thread()  # what nobody hears any more keeps nobody here
+    logger = logging.getLogger("workbench")
+    logger.setLevel(logging.INFO)
+    logger.addHandler(logging.handlers.QueueHandler(said))
+    logger.propagate = False
+    threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
+
+
+def _end_with(caller: Connection) -> None:
+    """End this process at once when the other end of a pipe is closed."""
+    caller.poll(None)
+    os._exit(1)
+
+
+def _pass_on(said: "queue.Queue[logging.LogRecord]") -> None:
+    """Log what processes have logged."""
+    with suppress(queue.Empty):
+        while True:
+            record = said.get_nowait()
+            logging.getLogger(record.name).handle(record)
 
 
 @contextmanager

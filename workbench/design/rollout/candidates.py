@@ -93,9 +93,13 @@ def _air_seeds(seeds: Sequence[int], count: int) -> np.ndarray:
 
 
 def _for_each(what: str, values: np.ndarray, count: int, size: int) -> np.ndarray:
-    """Return a row of numbers for every candidate."""
+    """Return a row of numbers for every candidate.
+
+    They stand row by row in memory, whatever they were made from: compiled code is compiled anew
+    for another order.
+    """
     try:
-        return np.array(np.broadcast_to(np.asarray(values, dtype=float), (count, size)))
+        return np.array(np.broadcast_to(np.asarray(values, dtype=float), (count, size)), order="C")
     except (TypeError, ValueError):
         raise WorkbenchError(
             f"the {what} are {' x '.join(map(str, np.shape(values))) or 'no'} numbers: give "

@@ -21,6 +21,7 @@ compiled_block = compile_cached(
     fly_block,
     SOURCES,
     "flights by the thousand",
+    parts=174,
     nogil=True,
     error_model="numpy",  # divisions that might raise make no vector instructions
     fastmath={"contract"},  # a b + c in one instruction: a fifth quicker, and equal to rounding

@@ -70,6 +70,7 @@ class MapCard(Card):
         trial.changed.connect(self._follow)
         self._follower.answered.connect(self._show)
         self._follower.refused.connect(lambda said: self.said.say(said, "warning"))
+        workspace.analysis.preparing.connect(self._say_preparing)
         self.view.picked.connect(self._propose)
         self.view.read.connect(self._read)
         self._read("")
@@ -117,6 +118,10 @@ class MapCard(Card):
     def _say_waiting(self) -> None:
         if self._follower.is_waiting:
             self.said.say("Drawing …")
+
+    def _say_preparing(self, said: str) -> None:
+        if self._follower.is_waiting:
+            self.said.say(f"Drawing … {said}")
 
     def _show(self, mapped: Mapped) -> None:
         self.view.show_map(mapped)

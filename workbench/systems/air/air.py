@@ -21,7 +21,7 @@ from workbench.systems.noise import noise_seed
 SOURCES = ("air/drag.py", "air/normals.py", "air/turbulence.py", "air/update.py")
 """The files that the compiled update stands in."""
 
-compiled_update = compile_cached(seeded_update, SOURCES, "the air")
+compiled_update = compile_cached(seeded_update, SOURCES, "the air", parts=25)
 
 
 class Air(LeafSystem):
