@@ -1,6 +1,7 @@
 """The console command as a whole: help, version, exit codes, and what it loads."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -124,3 +125,50 @@ def test_another_import_error_is_not_hidden(monkeypatch):
     monkeypatch.setattr("workbench.commands.params.run", run)
     with pytest.raises(ImportError, match="no such module"):
         main(["params"])
+
+
+SIGNALLED = """
+import os, runpy, signal, sys
+number, module = int(sys.argv[1]), sys.argv[2]
+class Signal:
+    def find_spec(self, name, *_):
+        if name == module:
+            os.kill(os.getpid(), number)
+sys.meta_path.insert(0, Signal())
+sys.argv[:] = ["workbench", *sys.argv[3:]]
+sys.path.insert(0, os.environ["SOURCES"])
+runpy.run_module("workbench", run_name="__main__", alter_sys=True)
+"""
+"""Runs a command to which a signal comes while it loads a module."""
+
+
+@pytest.mark.parametrize(
+    ("number", "module"),
+    [
+        (signal.SIGINT, "workbench.cli"),
+        (signal.SIGINT, "argparse"),
+        (signal.SIGINT, "workbench.commands.tune"),
+        (signal.SIGINT, "numpy"),
+        (signal.SIGINT, "numpy._core._multiarray_umath"),
+        (signal.SIGINT, "pydrake.systems.framework"),
+        (signal.SIGINT, "workbench.design.judge.plots_map"),
+        (signal.SIGTERM, "numpy"),
+        (signal.SIGTERM, "workbench.design.judge.plots_map"),
+        (signal.SIGHUP, "workbench.design.judge.plots_map"),
+    ],
+)
+def test_a_signal_at_any_time_is_a_sentence_and_leaves_nothing(number, module, tmp_path):
+    """The last module is loaded when the work is done and its files are begun."""
+    command = ["judge", "--output", "out"]
+    done = subprocess.run(
+        [sys.executable, "-c", SIGNALLED, str(int(number)), module, *command],
+        cwd=tmp_path,
+        env=os.environ | {"SOURCES": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 128 + number, done.stderr
+    said = "interrupted" if number == signal.SIGINT else "terminated"
+    assert done.stderr.splitlines()[-1] == f"workbench: {said}; nothing was written"
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.rglob("*")) == []

@@ -1,8 +1,32 @@
-"""`python -m workbench` is the command `workbench`."""
+"""`python -m workbench` is the command `workbench`.
+
+Nothing is loaded here before Ctrl-C is waited for: a person who presses it while modules load wants
+no traceback.
+"""
 
 import sys
 
-from workbench.cli import main
+
+def main() -> int:
+    """Run the command line, and return its exit code."""
+    try:
+        from workbench.cli import main as run
+
+        return run()
+    except KeyboardInterrupt:  # before the command line began, or after it had ended
+        print("workbench: interrupted; nothing was written", file=sys.stderr)
+        return 130
+    finally:
+        _let_signals_end_it()
+
+
+def _let_signals_end_it() -> None:
+    """Let Ctrl-C end the process while the interpreter takes itself down, without a traceback."""
+    import signal
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
 
 if __name__ == "__main__":
     sys.exit(main())

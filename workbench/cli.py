@@ -8,8 +8,10 @@ import argparse
 import contextlib
 import io
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
+from types import FrameType
 from typing import Any, NoReturn
 
 from workbench.errors import WorkbenchError
@@ -19,6 +21,16 @@ INTERRUPTED = 130
 """What a shell reports of a program ended by Ctrl-C (128 + SIGINT)."""
 READER_GONE = 141
 """The same for SIGPIPE, as in `workbench params | head -1`."""
+ENDING = (signal.SIGTERM, signal.SIGHUP)
+"""What else asks a program to end: a system that shuts down, a terminal that is closed."""
+
+
+class Terminated(KeyboardInterrupt):
+    """A signal of `ENDING`: the command ends as with Ctrl-C, and leaves no half-written file."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
 
 
 class Parser(argparse.ArgumentParser):
@@ -35,42 +47,80 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: the command line without the program's name; None takes the process's own.
 
     Returns:
-        0 done, 1 the result is not as demanded, 2 bad input, 130 interrupted.
+        0 done, 1 the result is not as demanded, 2 bad input, 130 interrupted, 143 terminated (128
+        and the signal's number).
     """
-    parser = _parser()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # m/s² on a terminal that knows only ASCII
     try:
-        args = parser.parse_args(argv)
-        if args.command is None:
-            parser.print_help(sys.stderr)
-            return BAD_INPUT
-        with _remarks_as_sentences():
-            code = int(args.run(args))
-        sys.stdout.flush()  # so that a reader who has gone is noticed here
+        with _endings_as_exceptions():
+            return _run(argv)
     except WorkbenchError as error:
         print(f"workbench: {' '.join(str(error).split())}", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
-        print("workbench: interrupted; nothing was written", file=sys.stderr)
-        return INTERRUPTED
-    except ImportError as error:
-        if not _interrupted(error):
+    except (KeyboardInterrupt, ImportError) as error:
+        interrupt = _interrupt(error)
+        if interrupt is None:
             raise
-        print("workbench: interrupted; nothing was written", file=sys.stderr)
-        return INTERRUPTED
+        return end_interrupted(interrupt)
     except BrokenPipeError:
         # The interpreter flushes stdout once more at its end; let that go nowhere.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return READER_GONE
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    """Run one command and return its exit code."""
+    parser = _parser()
+    args = parser.parse_args(argv)
+    if args.command is None:
+        parser.print_help(sys.stderr)
+        return BAD_INPUT
+    with _remarks_as_sentences():
+        code = int(args.run(args))
+    sys.stdout.flush()  # so that a reader who has gone is noticed here
     return code
 
 
-def _interrupted(error: BaseException) -> bool:
-    """Return whether Ctrl-C made an error: a compiled module that loads turns it into its own."""
-    cause = error.__cause__ or error.__context__
-    return isinstance(error, KeyboardInterrupt) or (cause is not None and _interrupted(cause))
+def end_interrupted(interrupt: KeyboardInterrupt) -> int:
+    """Say that the command was ended, and return its exit code."""
+    what = "terminated" if isinstance(interrupt, Terminated) else "interrupted"
+    with contextlib.suppress(OSError):  # a terminal that was closed
+        print(f"workbench: {what}; nothing was written", file=sys.stderr)
+    return 128 + interrupt.number if isinstance(interrupt, Terminated) else INTERRUPTED
+
+
+def _interrupt(error: BaseException | None) -> KeyboardInterrupt | None:
+    """Return the signal behind an error: a compiled module that loads makes its own of it."""
+    if error is None or isinstance(error, KeyboardInterrupt):
+        return error
+    return _interrupt(error.__cause__ or error.__context__)
+
+
+@contextlib.contextmanager
+def _endings_as_exceptions() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP unwind the command, as Ctrl-C does, unless `nohup` has them ignored.
+
+    Only the main thread hears signals.
+    """
+    import threading
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard = [each for each in ENDING if signal.getsignal(each) is signal.SIG_DFL]
+    for each in heard:
+        signal.signal(each, _terminate)
+    try:
+        yield
+    finally:
+        for each in heard:
+            signal.signal(each, signal.SIG_DFL)
+
+
+def _terminate(number: int, frame: FrameType | None) -> NoReturn:
+    raise Terminated(number)
 
 
 def _parser() -> argparse.ArgumentParser:
