@@ -1,5 +1,6 @@
 """The console command as a whole: help, version, exit codes, and what it loads."""
 
+import argparse
 import os
 import signal
 import subprocess
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.cli import main
+from workbench.cli import _parser, main
 from workbench.commands import params
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -34,6 +35,27 @@ def test_help_has_a_sentence_and_an_example(command, capsys):
     help_text = capsys.readouterr().out
     assert ".\n" in help_text.split("options:")[0]
     assert f"example:\n  workbench {command}" in help_text
+
+
+def test_every_command_but_the_app_has_json(capsys):
+    """As `workbench --help` says."""
+    found = dict(commands_of(_parser(), "workbench"))
+    assert len(found) > len(COMMANDS)
+    without = {name for name, parser in found.items() if "--json" not in parser.format_help()}
+    assert without == {"workbench gui"}
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert "Every command but gui prints JSON with --json" in capsys.readouterr().out
+
+
+def commands_of(parser, name):
+    """Yield the names and parsers of commands that do something by themselves."""
+    kinds = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
+    if not kinds:
+        yield name, parser
+    for each in kinds:
+        for word, below in each.choices.items():
+            yield from commands_of(below, f"{name} {word}")
 
 
 def test_help_lists_every_command(capsys):
@@ -96,7 +118,7 @@ def test_a_closed_stdout_is_no_traceback():
 
 def test_commands_load_nothing_heavy_before_they_run():
     code = (
-        "import sys\nfrom workbench.cli import main\n"
+        "import sys\nfrom workbench.cli import _parser, main\n"
         "try: main(['--help'])\nexcept SystemExit: pass\n"
         "print(*{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
     )

@@ -5,10 +5,13 @@ import sys
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 
 from workbench.flight_log.flight_log import FlightLog
 from workbench.flight_log.record import read_log
 from workbench.scenario import Action, Scenario
+from workbench.sensors_config import SensorsConfig
 from workbench.session import Session
 from workbench.systems.bridge import Bridge
 
@@ -19,6 +22,20 @@ def log(tmp_path_factory):
     session = Session(scenario, bridge=Bridge())
     session.run()
     path = tmp_path_factory.mktemp("logs") / "flight.mcap"
+    log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
+    for sampled in session.drain():
+        log.write(sampled)
+    log.close()
+    return path
+
+
+@pytest.fixture(scope="module")
+def scanned(tmp_path_factory):
+    """The log of a flight with a lidar in a room."""
+    scenario = Scenario(duration=0.3, world="room", sensors=SensorsConfig(use=["lidar"]))
+    session = Session(scenario, bridge=Bridge())
+    session.run()
+    path = tmp_path_factory.mktemp("logs") / "scanned.mcap"
     log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
     for sampled in session.drain():
         log.write(sampled)
@@ -83,3 +100,27 @@ def test_an_unknown_format_is_refused(refused, log):
 def test_a_log_without_messages_is_refused(refused, tmp_path):
     FlightLog(tmp_path / "a.mcap", (), Scenario(), {}, {}, "x").close()
     assert "nothing to export" in refused("export", tmp_path / "a.mcap")
+
+
+def test_the_lidars_clouds_are_a_table_of_points(run, scanned, out):
+    """Oracle: the log as MCAP's own reader decodes it."""
+    said = run("export", scanned, "--output", out, "--json")
+    assert said.code == 0, said.err
+    with scanned.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        clouds = [
+            np.column_stack(
+                [
+                    np.full(each.decoded_message.width, 1e-9 * each.message.log_time),
+                    np.frombuffer(each.decoded_message.data, "<f4").reshape(-1, 3),
+                ]
+            )
+            for each in reader.iter_decoded_messages(topics=["/dh_drone/lidar_cloud"])
+        ]
+    table = rows(out / "lidar_cloud_points.csv")
+    assert table[0] == ["t [s]", "x [m]", "y [m]", "z [m]"]
+    assert len(clouds) > 1 and len(clouds[0]) > 100
+    assert np.array(table[1:], dtype=float) == pytest.approx(np.concatenate(clouds), rel=1e-6)
+    written = {each["file"]: each["rows"] for each in said.json["tables"]}
+    assert written[str(out / "lidar_cloud_points.csv")] == len(table) - 1
+    assert set(written) == set(map(str, out.iterdir()))

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command
+from workbench.commands.options import add_command, add_json_option
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import say, say_written
+from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.errors import WorkbenchError
 
@@ -19,7 +19,8 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "export",
-        "Write a log as tables, one file a topic, with units in their headings.",
+        "Write a log as tables, one file a topic, with units in their headings; the points of a "
+        "lidar's clouds in one of their own.",
         "workbench export flight.mcap --format csv --output tables/",
         run,
     )
@@ -28,13 +29,14 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="folder of the tables (default: out/LOG)"
     )
+    add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the tables."""
     from workbench.design.sweep.table_file import check_table_path
     from workbench.flight_log.record import read_log
-    from workbench.flight_log.table_file import file_name, write_topic
+    from workbench.flight_log.table_file import tables, write_table
 
     folder = args.output or Path("out") / args.log.stem
     suffix = f".{args.format}"
@@ -45,9 +47,14 @@ def run(args: argparse.Namespace) -> int:
     if not record.topics:
         raise WorkbenchError(f"{args.log}: has no messages, so there is nothing to export")
     with Outputs() as outputs, progress_bar(f"exporting {args.log.name}") as progress:
-        topics = [*record.topics.values()]
-        for number, topic in enumerate(topics, start=1):
-            write_topic(topic, outputs.add(folder / file_name(topic, suffix)))
-            progress(number / len(topics))
+        found = []
+        for number, topic in enumerate(record.topics.values(), start=1):
+            for name, columns in tables(topic).items():
+                write_table(columns, outputs.add(folder / f"{name}{suffix}"))
+                file = folder / f"{name}{suffix}"
+                found.append({"topic": topic.name, "file": file, "rows": len(columns["t"].values)})
+            progress(number / len(record.topics))
+    if args.json:
+        print_json({"log": args.log, "remark": record.remark, "tables": found})
     say_written(outputs.files)
     return ExitCode.DONE

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
 from workbench.commands.link_options import add_link_options, link_options, parse_rate
-from workbench.commands.options import add_command
-from workbench.commands.printing import say, say_written
+from workbench.commands.options import add_command, add_json_option
+from workbench.commands.printing import print_json_line, say, say_written
 from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
@@ -96,6 +96,7 @@ def _add_rate(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="at most so many samples a second of each topic (default: all there are)",
     )
+    add_json_option(parser, "print where it passes the topics on to as JSON, on one line")
 
 
 def _run_none(args: argparse.Namespace) -> int:
@@ -119,6 +120,8 @@ def _run_foxglove(args: argparse.Namespace) -> int:
             f"{client.hello.vehicle}: open ws://{outlet.address} in Foxglove, as a Foxglove "
             "WebSocket; Ctrl-C ends it"
         )
+        if args.json:
+            print_json_line({"vehicle": client.hello.vehicle, "address": f"ws://{outlet.address}"})
         pass_on(client, outlet)
     return ExitCode.DONE
 
@@ -136,6 +139,8 @@ def _run_plotjuggler(args: argparse.Namespace) -> int:
             f"{client.hello.vehicle}: sending to {to}; in PlotJuggler start the UDP server there, "
             "protocol JSON, with its timestamp field; Ctrl-C ends it"
         )
+        if args.json:
+            print_json_line({"vehicle": client.hello.vehicle, "address": str(to)})
         pass_on(client, outlet)
     return ExitCode.DONE
 
@@ -145,12 +150,17 @@ def _run_ros2(args: argparse.Namespace) -> int:
     if args.write_messages is not None:
         from workbench.gateways.ros2_package import write_package
 
-        say_written(write_package(Path(args.write_messages)))
+        files = write_package(Path(args.write_messages))
+        if args.json:
+            print_json_line({"files": files})
+        say_written(files)
         return ExitCode.DONE
     from workbench.gateways.ros2 import run_ros2
     from workbench.gateways.ros2_options import ros2_options
 
     link = link_options(args, flies=args.allow_commands)
+    if args.json:
+        print_json_line({"address": str(link.address)})
     run_ros2(link.address, ros2_options(args, link.token, link.tls), say)
     return ExitCode.DONE
 

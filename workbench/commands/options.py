@@ -114,9 +114,11 @@ def add_sensor_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--no-noise", action="store_true", help="let sensors be exact")
 
 
-def add_json_option(parser: argparse.ArgumentParser) -> None:
+def add_json_option(
+    parser: argparse.ArgumentParser, what: str = "print JSON instead of text"
+) -> None:
     """Add --json."""
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.add_argument("--json", action="store_true", help=what)
 
 
 def add_scheduler_option(parser: argparse.ArgumentParser) -> None:

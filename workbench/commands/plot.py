@@ -5,14 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command
+from workbench.commands.options import add_command, add_json_option
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_table, say, say_written
+from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.flight_log.record import FlightRecord
+
+_COLUMNS = ("field", "unit", "messages")
 
 
 def add_parser(commands: Any) -> None:
@@ -36,6 +38,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="FILE.png", help="the picture (default: out/LOG.png)"
     )
+    add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -50,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     if record.remark:
         say(f"{args.log}: {record.remark}")
     if args.list:
-        _list(record)
+        _list(record, args.json)
         return ExitCode.DONE
     from workbench.design.plots import write_png
     from workbench.flight_log.plots import plot_fields, plot_overview
@@ -59,14 +62,19 @@ def run(args: argparse.Namespace) -> int:
         path = outputs.add(output)
         figure = plot_fields(record, args.fields) if args.fields else plot_overview(record)
         write_png(figure, path)
+    if args.json:
+        print_json({"log": args.log, "remark": record.remark, "files": outputs.files})
     say_written(outputs.files)
     return ExitCode.DONE
 
 
-def _list(record: "FlightRecord") -> None:
+def _list(record: "FlightRecord", json: bool) -> None:
     rows = [
-        (series.name, series.unit, str(len(series.time)))
+        (series.name, series.unit, len(series.time))
         for topic in record.topics.values()
         for series in topic.columns.values()
     ]
-    print_table([("field", "unit", "messages"), *rows], left=(0, 1))
+    if json:
+        print_json({"fields": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
+        return
+    print_table([_COLUMNS, *((*row[:2], str(row[2])) for row in rows)], left=(0, 1))

@@ -23,11 +23,16 @@ def print_json(data: Any) -> None:
     print(to_json(data))
 
 
-def to_json(data: Any) -> str:
+def print_json_line(data: Any) -> None:
+    """Print data as JSON on one line, at once, as what goes on running does."""
+    print(to_json(data, indent=None), flush=True)
+
+
+def to_json(data: Any, indent: int | None = 2) -> str:
     """Return data as JSON text, see `print_json`."""
     import json
 
-    return json.dumps(_plain(data), indent=2, allow_nan=False, ensure_ascii=False)
+    return json.dumps(_plain(data), indent=indent, allow_nan=False, ensure_ascii=False)
 
 
 def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) -> None:

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
+    add_json_option,
     add_sensor_options,
     add_vehicle_options,
     with_sensors,
     with_vehicle,
 )
 from workbench.commands.outputs import make_folder_of
-from workbench.commands.printing import say
+from workbench.commands.printing import print_json_line, say
 from workbench.errors import WorkbenchError
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
 from workbench.link.authority import NOBODY_YET
@@ -89,6 +90,7 @@ def add_parser(commands: Any) -> None:
     )
     add_vehicle_options(parser)
     add_sensor_options(parser)
+    add_json_option(parser, "print where it serves as JSON, on one line")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -108,7 +110,10 @@ def run(args: argparse.Namespace) -> int:
         if args.log:
             say(f"logging to {_known(flight.keep_log(args.log), 'the log is begun')}")
         assert view.vehicle
-        print(f"serving {view.vehicle.name} at {address}", flush=True)
+        if args.json:
+            print_json_line(_addresses(flight, view.vehicle.name, address))
+        else:
+            print(f"serving {view.vehicle.name} at {address}", flush=True)
         if view.url:
             say(f"drawn at {view.url}")
         if config.web:
@@ -156,6 +161,13 @@ def _known(answer: "Future[str]", what: str) -> str:
         return answer.result(STARTING)
     except TimeoutError as error:
         raise WorkbenchError(f"it took more than {STARTING:g} s until {what}: try again") from error
+
+
+def _addresses(flight: "LiveFlight", vehicle: str, address: str) -> dict[str, str | None]:
+    """Return where the flight is served, as JSON has it; None for what is not."""
+    view = flight.latest()
+    page = view.network.server.page if view.network.server else ""
+    return {"vehicle": vehicle, "address": address, "page": page or None, "drawn": view.url or None}
 
 
 def _say_page(flight: "LiveFlight") -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command
-from workbench.commands.printing import say
+from workbench.commands.options import add_command, add_json_option
+from workbench.commands.printing import print_json, say
 
 
 def add_parser(commands: Any) -> None:
@@ -19,6 +19,7 @@ def add_parser(commands: Any) -> None:
         run,
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="to be made; none is overwritten")
+    add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -26,5 +27,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.link.authentication import write_tokens
 
     write_tokens(args.file)
+    if args.json:
+        print_json({"files": [args.file]})
     say(f"wrote {args.file}: give others its second word of a line, and keep the file yourself")
     return ExitCode.DONE

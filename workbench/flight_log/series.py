@@ -4,6 +4,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from workbench.ros_messages.definitions import split_schema
 from workbench.ros_messages.layout import Column, Layout
 
 _STAMP = "header.stamp."
+_POINTS = "sensor_msgs/msg/PointCloud2"
+_POINT_TYPES = {1: "i1", 2: "u1", 3: "<i2", 4: "<u2", 5: "<i4", 6: "<u4", 7: "<f4", 8: "<f8"}
+"""What a PointField calls them."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class LoggedTopic:
 
     @cached_property
     def columns(self) -> dict[str, Series]:
-        """Everything in the messages by name of the field, headers and pictures left out.
+        """Everything in the messages by name of the field, but for headers and points.
 
         Raises:
             WorkbenchError: if a message cannot be decoded.
@@ -72,6 +76,29 @@ class LoggedTopic:
         return {
             path: Series(f"{self.short}.{path}", unit, time, values)
             for path, (unit, values) in columns.items()
+        }
+
+    @cached_property
+    def points(self) -> dict[str, Series]:
+        """The points of all clouds by name of their field, a value a point; {} for other topics.
+
+        Lengths are in m, in the sensor's frame; each point has its cloud's time.
+
+        Raises:
+            WorkbenchError: if a message cannot be decoded.
+        """
+        if self.type != _POINTS:
+            return {}
+        codec = Codec(tuple(split_schema(self.type, self.schema).values()))
+        try:
+            clouds = [_points(codec.layout_of(message), message) for message in self.messages]
+            points = np.concatenate(clouds)
+        except (KeyError, ValueError, TypeError, struct.error) as error:
+            raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
+        time = np.repeat(self.time, [len(cloud) for cloud in clouds])
+        return {
+            name: Series(f"{self.short}.{name}", "m" if name in "xyz" else "", time, points[name])
+            for name in points.dtype.names or ()
         }
 
     def _columns(self) -> dict[str, tuple[str, np.ndarray]]:
@@ -103,6 +130,34 @@ class LoggedTopic:
                 row.update(zip(paths, map(_text, values), strict=True))
             rows.append(row)
         return {path: (unit, _gathered(rows, path)) for path, unit in units.items()}
+
+
+def _points(layout: Layout, message: bytes) -> np.ndarray:
+    """Return the points of a PointCloud2 as a structured array.
+
+    Raises:
+        ValueError: if it says of itself what cannot be.
+    """
+    places = {column.path: column for column in layout.columns}
+
+    def value(path: str) -> Any:
+        column = places[path]
+        return struct.unpack_from(f"<{column.count}{column.code}", message, column.offset)[0]
+
+    if value("is_bigendian"):
+        raise ValueError("its points are big-endian")
+    numbers = [path.split(".")[1] for path in places if path.endswith(".datatype")]
+    kind = np.dtype(
+        {
+            "names": [value(f"fields.{each}.name").decode() for each in numbers],
+            "formats": [_POINT_TYPES[value(f"fields.{each}.datatype")] for each in numbers],
+            "offsets": [value(f"fields.{each}.offset") for each in numbers],
+            "itemsize": value("point_step"),
+        }
+    )
+    data = places.get("data")  # there is none where no ray met anything
+    count = value("width") * value("height")
+    return np.frombuffer(message, kind, count, data.offset) if data else np.zeros(0, kind)
 
 
 def _table(layout: Layout, messages: Sequence[bytes]) -> np.ndarray | None:

@@ -1,6 +1,7 @@
 """A topic of a log as a file: CSV, or Parquet."""
 
 import csv
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,27 +10,40 @@ import numpy as np
 from workbench.errors import WorkbenchError
 from workbench.flight_log.series import LoggedTopic, Series
 
-
-def file_name(topic: LoggedTopic, suffix: str) -> str:
-    """Return the name of a topic's file."""
-    return topic.short.strip("/").replace("/", "_") + suffix
+ROWS = 100_000
+"""Written at a time, as texts take a hundred times the memory of numbers."""
 
 
-def write_topic(topic: LoggedTopic, path: Path) -> None:
-    """Write a topic, a row a message, with the simulated time in front.
+def tables(topic: LoggedTopic) -> dict[str, dict[str, Series]]:
+    """Return what is to be written of a topic, by the stem of its file.
+
+    A table with a row a message, and of clouds another one with a row a point.
+
+    Raises:
+        WorkbenchError: if a message cannot be decoded.
+    """
+    name = topic.short.strip("/").replace("/", "_")
+    time = Series(f"{topic.short}.t", "s", topic.time, topic.time)
+    found = {name: {"t": time, **topic.columns}}
+    if topic.points:
+        times = next(iter(topic.points.values())).time
+        found[f"{name}_points"] = {"t": Series(time.name, "s", times, times), **topic.points}
+    return found
+
+
+def write_table(columns: Mapping[str, Series], path: Path) -> None:
+    """Write columns as a table.
 
     CSV has names with units in its first line, "v_x [m/s]"; Parquet has names, and the unit in each
     field's metadata. What is not known is left empty.
 
     Args:
-        topic: of the log.
+        columns: of equal lengths, by name.
         path: the file, .csv or .parquet.
 
     Raises:
         WorkbenchError: if it cannot be written.
     """
-    time = Series(f"{topic.short}.t", "s", topic.time, topic.time)
-    columns = {"t": time, **topic.columns}
     write = _write_parquet if path.suffix == ".parquet" else _write_csv
     try:
         write(columns, path)
@@ -38,13 +52,16 @@ def write_topic(topic: LoggedTopic, path: Path) -> None:
         raise WorkbenchError(f"{path}: cannot be written: {reason}") from error
 
 
-def _write_csv(columns: dict[str, Series], path: Path) -> None:
+def _write_csv(columns: Mapping[str, Series], path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(
             f"{name} [{series.unit}]" if series.unit else name for name, series in columns.items()
         )
-        writer.writerows(zip(*(_texts(series.values) for series in columns.values()), strict=True))
+        all_values = [series.values for series in columns.values()]
+        for first in range(0, len(all_values[0]), ROWS):
+            part = (_texts(values[first : first + ROWS]) for values in all_values)
+            writer.writerows(zip(*part, strict=True))
 
 
 def _texts(values: np.ndarray) -> list[str]:
@@ -57,7 +74,7 @@ def _texts(values: np.ndarray) -> list[str]:
     return texts
 
 
-def _write_parquet(columns: dict[str, Series], path: Path) -> None:
+def _write_parquet(columns: Mapping[str, Series], path: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 
