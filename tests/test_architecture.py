@@ -17,7 +17,8 @@ PACKAGE = ROOT / "workbench"
 MAY_IMPORT = {
     "errors": "",
     "resources": "errors",
-    "yaml_files": "errors",
+    "plain_files": "errors",
+    "yaml_files": "errors plain_files",
     "cache": "errors",
     "parameters": "errors resources yaml_files",
     "sensors_config": "errors yaml_files",
@@ -29,11 +30,11 @@ MAY_IMPORT = {
     "gain_files": "errors yaml_files atomic_write parameters gain_history",
     "gain_diff": "parameters",
     "gains": "errors resources parameters vehicle_parameters plant gain_rule gain_files",
-    "plant": "errors cache yaml_files",
-    "link": "errors",
+    "plant": "errors plain_files cache yaml_files",
+    "link": "errors plain_files",
     "recording": "errors plant",
     "frames": "errors plant recording",
-    "systems": "errors cache plant link",
+    "systems": "errors plain_files cache plant link",
     "samples": "",
     "diagram": "errors resources parameters scenario sensors_config samples plant systems link "
     "instant",
@@ -48,10 +49,10 @@ MAY_IMPORT = {
     "session": "errors configured recording samples snapshot observation live_context script "
     "parameters pilot_numbers vehicle_parameters scenario plant systems diagram link instant "
     "built_flight",
-    "live": "errors resources pilot_numbers vehicle_parameters parameters scenario plant systems "
+    "live": "errors cache resources pilot_numbers vehicle_parameters parameters scenario plant systems "
     "snapshot recording samples session link flight_log instant excitation",
     "ros_messages": "errors link",
-    "flight_log": "errors atomic_write scenario gains link live ros_messages recording session "
+    "flight_log": "errors plain_files atomic_write scenario gains link live ros_messages recording session "
     "resources plant systems",
     "flight_log/plots": "design",
     "monitor": "errors link",
@@ -64,7 +65,7 @@ MAY_IMPORT = {
     "excitation": "errors",
     "instant": "",
     "branches": "",
-    "analyst": "errors configured scenario parameters gains live plant session instant excitation "
+    "analyst": "errors cache configured scenario parameters gains live plant session instant excitation "
     "branches design",
     "gui": "errors resources yaml_files atomic_write parameters sensors_config scenario "
     "gain_files gain_diff gain_history plant systems snapshot link live instant excitation "

@@ -21,6 +21,8 @@ INTERRUPTED = 130
 """What a shell reports of a program ended by Ctrl-C (128 + SIGINT)."""
 READER_GONE = 141
 """The same for SIGPIPE, as in `workbench params | head -1`."""
+MAY_BE_EMPTY = ("--sensors",)
+"""Options whose empty value means none."""
 ENDING = (signal.SIGTERM, signal.SIGHUP)
 """What else asks a program to end: a system that shuts down, a terminal that is closed."""
 
@@ -72,6 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: Sequence[str] | None) -> int:
     """Run one command and return its exit code."""
+    _refuse_empty(sys.argv[1:] if argv is None else argv)
     parser = _parser()
     args = parser.parse_args(argv)
     if args.command is None:
@@ -81,6 +84,21 @@ def _run(argv: Sequence[str] | None) -> int:
         code = int(args.run(args))
     sys.stdout.flush()  # so that a reader who has gone is noticed here
     return code
+
+
+def _refuse_empty(argv: Sequence[str]) -> None:
+    """Refuse what an unset variable of a shell leaves behind, as in `inspect "$MODEL"`.
+
+    Raises:
+        WorkbenchError: if a word is empty; as a path it would be the current folder.
+    """
+    for before, word in zip(("workbench", *argv), argv, strict=False):
+        if before in MAY_BE_EMPTY:
+            continue
+        if not word.strip():
+            raise WorkbenchError(f"what follows '{before}' is empty: give a name or a value")
+        if word.startswith("--") and word.endswith("=") and word[:-1] not in MAY_BE_EMPTY:
+            raise WorkbenchError(f"'{word}' has no value: give it one, or leave it out")
 
 
 def end_interrupted(interrupt: KeyboardInterrupt) -> int:

@@ -43,7 +43,7 @@ def find_world(name_or_path: str) -> Path:
     Raises:
         WorkbenchError: if it is neither.
     """
-    found = None if name_or_path in list_worlds() else _existing(name_or_path)
+    found = None if name_or_path in list_worlds() else existing(name_or_path)
     if found and found.is_dir():
         raise WorkbenchError(f"{name_or_path}: is a folder: give the world's file in it")
     return _find(name_or_path, "world", list_worlds(), worlds_dir(), "{}.yaml")
@@ -99,7 +99,7 @@ def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern:
     """Return the file that `pattern` makes of one of the shipped names, or else the path itself."""
     if name_or_path in names:
         return folder / pattern.format(name_or_path)
-    file = _existing(name_or_path) if kind == "model" else _file(name_or_path)
+    file = existing(name_or_path) if kind == "model" else _file(name_or_path)
     if file is None:
         if "/" in name_or_path or Path(name_or_path).suffix:
             raise WorkbenchError(f"{name_or_path}: no such file, and no shipped {kind} either")
@@ -109,14 +109,22 @@ def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern:
 
 def _file(path: str) -> Path | None:
     """Return the file at a path, or None where there is none, or no such path can be."""
-    found = _existing(path)
+    found = existing(path)
     return found if found and found.is_file() else None
 
 
-def _existing(path: str) -> Path | None:
-    """Return the file or folder at a path, or None where there is none, or no such path can be."""
+def existing(path: str) -> Path | None:
+    """Return the file or folder at a path, or None where there is none, or no such path can be.
+
+    Raises:
+        WorkbenchError: if it is neither, but a pipe or a device.
+    """
+    if not path.strip():  # which would mean the current folder
+        return None
     try:
         found = Path(path).expanduser()
+        if found.exists() and not found.is_file() and not found.is_dir():
+            raise WorkbenchError(f"{path}: is a pipe or a device: name a plain file")
         return found.resolve() if found.exists() else None
     except (OSError, RuntimeError):  # a name too long, a user who is not there
         return None

@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from workbench.errors import WorkbenchError, unknown_name
+from workbench.plain_files import read_plain
 
 FastLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """PyYAML's loader on libyaml, twenty times as fast, where it was built with it."""
@@ -64,11 +65,10 @@ def read_yaml(path: Path, loader: Any = FastLoader) -> YamlFile:
         WorkbenchError: if it cannot be read, or is not such YAML.
     """
     try:
-        if path.stat().st_size > MOST_BYTES:
-            raise WorkbenchError(f"{path}: is larger than {MOST_BYTES // 1000} kB")
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_plain(path, MOST_BYTES).decode("utf-8")
+    except UnicodeDecodeError as error:
         raise WorkbenchError(f"{path}: cannot be read: {error}") from error
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
     try:
         _refuse_bombs(path, text)
         node = yaml.compose(text, Loader=loader)

@@ -172,7 +172,7 @@ def test_a_log_of_another_program_is_refused(tmp_path):
 
 
 def test_a_folder_and_a_missing_file_are_refused(tmp_path):
-    with pytest.raises(WorkbenchError, match="Is a directory"):
+    with pytest.raises(WorkbenchError, match="is a folder"):
         read_log(tmp_path)
-    with pytest.raises(WorkbenchError, match="No such file"):
+    with pytest.raises(WorkbenchError, match="no such file"):
         read_log(tmp_path / "none.mcap")

@@ -75,4 +75,4 @@ def test_an_empty_table_is_refused(write, vehicle, text):
 
 
 def test_a_missing_table_is_named(tmp_path, vehicle):
-    assert "No such file" in fault(tmp_path / "gone.csv", vehicle)
+    assert "no such file" in fault(tmp_path / "gone.csv", vehicle)

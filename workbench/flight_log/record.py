@@ -1,6 +1,7 @@
 """A flight's log, read: also of a file that a kill or a full disk has cut short."""
 
 import json
+import os
 import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping
@@ -29,7 +30,11 @@ from workbench.flight_log.mcap_reader import McapContents, read_mcap
 from workbench.flight_log.mcap_writer import MAGIC
 from workbench.flight_log.series import LoggedTopic, Series
 from workbench.link.topics import Topic, topic_from
+from workbench.plain_files import read_plain
 from workbench.scenario import Action, Scenario
+
+_MEMORY = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+"""Of this machine, in bytes: a log is read as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,10 +171,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
     Raises:
         WorkbenchError: if it cannot be read, or is no log of the workbench.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise WorkbenchError(f"{path}: cannot be read: {error.strerror}") from error
+    data = read_plain(path, _MEMORY // 2)
     if not data:
         raise WorkbenchError(f"{path}: is empty: the flight ended before anything was written")
     if not data.startswith(MAGIC):

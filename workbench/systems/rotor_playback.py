@@ -1,6 +1,7 @@
 """Rotor commands from a table, held between its rows: flight without a controller."""
 
 import csv
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,8 +10,10 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.errors import WorkbenchError
+from workbench.plain_files import read_plain
 from workbench.plant.vehicle import Vehicle
 
+MOST_BYTES = 500_000_000
 LEAST_HOLD = 1e-6
 LONGEST = 1e6
 """Times that a table may have: rows this far apart, and none later than this [s]."""
@@ -36,10 +39,10 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
         WorkbenchError: naming file and line of what cannot be flown.
     """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            lines = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_plain(path, MOST_BYTES).decode("utf-8-sig")
+        reader = csv.reader(io.StringIO(text, newline=""))
+        lines = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))]
+    except (UnicodeDecodeError, csv.Error) as error:
         raise WorkbenchError(f"{path}: cannot be read as CSV: {error}") from error
     if lines and not any(_is_number(cell) for cell in lines[0][1]):
         lines = lines[1:]

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from workbench.errors import WorkbenchError, unknown_name
-from workbench.resources import find_spec, list_specs, specs_dir
+from workbench.resources import existing, find_spec, list_specs, specs_dir
 from workbench.yaml_files import read_yaml
 
 SUFFIX = ".spec.yaml"
@@ -20,12 +20,12 @@ def find_specs(names: list[str]) -> list[Path]:
     """
     found: list[Path] = []
     for name in names or list_specs():
-        folder = Path(name).expanduser()
-        if name not in list_specs() and folder.is_dir():
+        folder = None if name in list_specs() else existing(name)
+        if folder is not None and folder.is_dir():
             inside = sorted(folder.glob(f"*{SUFFIX}"))
             if not inside:
                 raise WorkbenchError(f"{name}: has no file named *{SUFFIX}: name another folder")
-            found += [path.resolve() for path in inside]
+            found += inside
         else:
             found.append(find_spec(name))
     return list(dict.fromkeys(found))

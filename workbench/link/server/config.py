@@ -7,8 +7,11 @@ from pathlib import Path
 from workbench.errors import WorkbenchError
 from workbench.link.address import DEFAULT_PORT, LOOPBACK, is_loopback
 from workbench.link.authentication import Tokens, read_tokens
+from workbench.plain_files import read_plain
 
 LARGEST_PORT = 65535
+MOST_BYTES = 1_000_000
+"""Of a certificate with its chain, and of a key."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +91,7 @@ class ServerConfig:
             missing = "tls_key" if self.tls_cert else "tls_cert"
             raise WorkbenchError(f"TLS needs a certificate and its key: {missing} is missing")
         for path in (self.tls_cert, self.tls_key):
-            try:
-                Path(path).open("rb").close()
-            except (OSError, ValueError) as error:
-                reason = getattr(error, "strerror", None) or error
-                raise WorkbenchError(f"{path}: cannot be read: {reason}") from error
+            read_plain(path, MOST_BYTES)
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
         try:
             # A password is never asked for: nobody sits at the terminal of a server.

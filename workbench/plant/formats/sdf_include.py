@@ -6,6 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from workbench.errors import WorkbenchError
+from workbench.plain_files import read_plain
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.values import shortened
@@ -150,11 +151,7 @@ def refuse_template(path: Path) -> None:
     Raises:
         WorkbenchError: naming file and line of its first mark.
     """
-    try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES)
-    except (OSError, ValueError):
-        return  # why it cannot be read is said elsewhere
+    data = read_plain(path, MOST_BYTES)
     line = 1
     for index, part in enumerate(data.split(b"<!--")):
         comment, _, text = part.partition(b"-->") if index else (b"", b"", part)

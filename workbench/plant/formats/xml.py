@@ -5,6 +5,7 @@ from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 from workbench.errors import WorkbenchError
+from workbench.plain_files import read_plain
 
 MOST_BYTES = 16_000_000
 """Larger than any description; meshes are not XML of ours."""
@@ -29,15 +30,7 @@ def read_xml(path: Path) -> Element:
     Raises:
         WorkbenchError: naming file and line of what is no XML, or too much of it.
     """
-    try:
-        if not path.is_file():
-            raise WorkbenchError(f"{path}: no such file")
-        if path.stat().st_size > MOST_BYTES:
-            raise WorkbenchError(f"{path}: is larger than {MOST_BYTES // 1_000_000} MB")
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise WorkbenchError(f"{path}: cannot be read: {error}") from error
-    return _parse(data, path, None, lines=True)
+    return _parse(read_plain(path, MOST_BYTES), path, None, lines=True)
 
 
 def parse_xml(text: str, path: Path) -> Element:
