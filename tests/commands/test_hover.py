@@ -102,3 +102,18 @@ def test_the_table_says_which_vehicle_and_whose_gains(bad):
 def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
     assert word in refused("hover", "--output", out, *options)
     assert not out.parent.exists()
+
+
+def test_ok_is_not_said_of_a_drone_that_can_hardly_be_one(run, write, tmp_path):
+    """Its moments of inertia are a thousand times too large, and yet it hovers."""
+    text = (DRONES / "palm_quad.urdf.xacro").read_text(encoding="utf-8")
+    slip = text.replace(
+        'ixx="1.7e-5" iyy="1.6e-5" izz="2.9e-5"', 'ixx="0.017" iyy="0.016" izz="0.029"'
+    )
+    assert slip != text
+    write("parts.xacro", (DRONES / "parts.xacro").read_text(encoding="utf-8"))
+    model = write("slip.urdf.xacro", slip)
+    said = run("hover", "--model", model, "--no-plots", "--output", tmp_path)
+    assert "this is unlikely of a drone:" in said.out
+    assert "moment of inertia about x" in said.out.split("this is unlikely")[1]
+    assert said.code == (0 if "all ok, but" in said.out else 1)

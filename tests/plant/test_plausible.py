@@ -1,11 +1,26 @@
-"""Slips of a unit, each made once with the shipped drone."""
+"""Slips of a unit, each made once with the shipped drone; and drones as they are published."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from workbench.errors import WorkbenchError
+from workbench.plant.description import read_description
+from workbench.plant.loading import make_vehicle
 from workbench.plant.plausible import doubts
+
+TESTS = Path(__file__).resolve().parents[1]
+MODELS = TESTS.parents[1] / "shared" / "models"
+MAVS = {"namespace": "bird"}
+BASES = MAVS | {
+    "enable_mavlink_interface": "false",
+    "enable_ground_truth": "true",
+    "enable_logging": "true",
+    "log_file": "log",
+    "wait_to_record_bag": "true",
+}
 
 
 def with_rotors(vehicle, **changes):
@@ -13,32 +28,73 @@ def with_rotors(vehicle, **changes):
     return dataclasses.replace(vehicle, rotors=rotors)
 
 
-def test_the_shipped_drone_is_a_drone(dh_vehicle):
-    assert doubts(dh_vehicle) == []
+def longer(vehicle, factor):
+    rotors = tuple(
+        dataclasses.replace(rotor, p_BR=tuple(factor * np.array(rotor.p_BR)))
+        for rotor in vehicle.rotors
+    )
+    return dataclasses.replace(vehicle, rotors=rotors)
+
+
+def heavier_to_turn(vehicle, factor):
+    inertia = tuple(tuple(factor * x for x in row) for row in vehicle.I_BBcm_B)
+    return dataclasses.replace(vehicle, I_BBcm_B=inertia)
+
+
+def flyable(root):
+    """Yield the vehicles of the descriptions below a folder; parts of drones do not fly."""
+    for path in sorted(root.rglob("*")):
+        if path.suffix not in (".xacro", ".urdf", ".sdf"):
+            continue
+        for args in ({}, MAVS, BASES):
+            try:
+                yield path, make_vehicle(read_description(path, args))
+                break
+            except WorkbenchError:
+                continue
+
+
+@pytest.mark.parametrize(
+    ("root", "least"),
+    [(TESTS.parent / "models", 1), (TESTS / "drones", 10), (MODELS, 4)],
+    ids=["shipped", "of the tests", "published"],
+)
+def test_a_drone_as_it_is_published_is_a_drone(root, least):
+    if not root.is_dir():
+        pytest.skip(f"put published descriptions into {root} to try them")
+    found = {path: doubts(vehicle) for path, vehicle in flyable(root)}
+    assert len(found) >= least
+    assert {path: said for path, said in found.items() if said} == {}
 
 
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
+        (lambda v: longer(v, 1000.0), "were millimetres written for metres?"),
+        (lambda v: longer(v, 100.0), "were centimetres written for metres?"),
+        (lambda v: longer(v, 39.4), "were inches written for metres?"),
+        (lambda v: longer(v, 0.1), "are lengths in m and masses in kg?"),
+        (lambda v: heavier_to_turn(v, 1000.0), "moment of inertia about z"),
+        (lambda v: heavier_to_turn(v, 20.0), "moment of inertia about x"),
+        (lambda v: heavier_to_turn(v, 0.001), "is it in kg m²"),
         (lambda v: dataclasses.replace(v, mass=0.0019), "masses in kg"),
         (lambda v: with_rotors(v, max_rot_velocity=11000.0), "not RPM"),
+        (lambda v: with_rotors(v, max_rot_velocity=800.0), "leaves next to nothing"),
         (
-            lambda v: dataclasses.replace(
-                v,
-                rotors=tuple(
-                    dataclasses.replace(r, p_BR=tuple(1000.0 * np.array(r.p_BR))) for r in v.rotors
-                ),
-            ),
-            "are lengths in m",
+            # RPM and per RPM², which make the same thrust
+            lambda v: with_rotors(v, max_rot_velocity=10504.0, motor_constant=8.54858e-6 / 91.19),
+            "its tips would move at",
         ),
-        (
-            lambda v: dataclasses.replace(
-                v, I_BBcm_B=tuple(tuple(1000.0 * x for x in row) for row in v.I_BBcm_B)
-            ),
-            "is it in kg m²",
-        ),
+        (lambda v: with_rotors(v, motor_constant=8.54858e-4), "that of a propeller of some"),
+        (lambda v: with_rotors(v, time_constant_up=12.5), "are they in s?"),
+        (lambda v: with_rotors(v, moment_constant=1.6), "its moment constant is 1.6 m"),
         (lambda v: dataclasses.replace(v, p_BoBcm_B=(0.16, 0.0, 0.0)), "the centre of mass"),
     ],
 )
 def test_a_slip_of_a_unit_is_doubted(dh_vehicle, spoil, said):
     assert any(said in doubt for doubt in doubts(spoil(dh_vehicle)))
+
+
+def test_a_doubt_names_what_and_what_is_usual(dh_vehicle):
+    said = doubts(longer(dh_vehicle, 1000.0))[0]
+    assert "is 253 m from the centre of mass; a 1.9 kg multirotor has arms of about 0.2 m" in said

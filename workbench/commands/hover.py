@@ -45,6 +45,7 @@ def run(args: argparse.Namespace) -> int:
     """Fly, print the table, write plot and log; 1 if something is not as demanded."""
     from workbench.design.hover_check import check_hover
     from workbench.gains import choose_gains
+    from workbench.plant.plausible import doubts
     from workbench.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
@@ -60,10 +61,11 @@ def run(args: argparse.Namespace) -> int:
 
             write_png(plot_hover(report), plot)
     gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set))
+    unlikely = doubts(report.hover.vehicle)
     if args.json:
-        print_json(_result(report, gains, outputs.files))
+        print_json(_result(report, gains, outputs.files) | {"warnings": unlikely})
     else:
-        _print(report, gains)
+        _print(report, gains, unlikely)
     say_written(outputs.files)
     missed = [_sentence(demand) for demand in report.demands if not demand.met]
     if missed:
@@ -102,8 +104,8 @@ def _result(report: "HoverReport", gains: "dict[str, Gain]", files: "list[Path]"
     }
 
 
-def _print(report: "HoverReport", gains: "dict[str, Gain]") -> None:
-    """Print vehicle, gains and the table of what is demanded."""
+def _print(report: "HoverReport", gains: "dict[str, Gain]", unlikely: list[str]) -> None:
+    """Print vehicle, gains, the table of what is demanded, and why all of it may mean nothing."""
     vehicle = report.hover.vehicle
     print(f"{vehicle.name}, {vehicle.mass:.4g} kg, {len(vehicle.rotors)} rotors: {vehicle.source}")
     _print_gains(gains)
@@ -115,6 +117,11 @@ def _print(report: "HoverReport", gains: "dict[str, Gain]") -> None:
     uses += [(f"{step.axis} step", step.peak_rotor_use) for step in report.steps]
     parts = ", ".join(f"{name} {100.0 * use:.0f} %" for name, use in uses)
     print(f"\nlargest rotor speed, of its limit: {parts}")
+    if unlikely:
+        met = all(demand.met for demand in report.demands)
+        print(f"\n{'all ok, but' if met else 'besides,'} this is unlikely of a drone:")
+        for doubt in unlikely:
+            print(f"  {doubt}")
 
 
 def _print_gains(gains: "dict[str, Gain]") -> None:

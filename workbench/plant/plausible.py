@@ -1,41 +1,171 @@
-"""Is what was understood a drone? Numbers that are possible, and most often a slip of a unit."""
+"""Is what was understood a drone? Numbers that are possible, and most often a slip of a unit.
+
+The limits lie beyond every published description that was tried, from a Crazyflie of 27 g to
+lifters of 12 kg, and well within what a factor of a hundred or a thousand makes.
+"""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
+from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
 
-_STRONGEST = 20.0
-"""Thrust-to-weight; racing quadrotors have 15."""
-_WIDEST = 10.0
-"""Between rotors [m]."""
+_ARM = 0.2
+"""Arm over the cube root of mass [m kg^-1/3]. Multirotors of all sizes are similar bodies, mass
+going with the cube of length (Kumar, Michael: Opportunities and challenges with autonomous micro
+aerial vehicles, Int. J. Robotics Research 31(11), 2012): 0.13 for a Crazyflie, 0.28 for lifters."""
+_ARMS = (0.25, 4.0)
+"""Shares of the usual arm that are likely."""
+_SLIPS = ((300.0, 3000.0, "millimetres"), (50.0, 300.0, "centimetres"), (15.0, 50.0, "inches"))
+"""So many times too long, and what was written for metres."""
+_GYRATION = (0.1, 1.5)
+"""Radius of gyration over the longest arm that is likely. Published ones have 0.3 to 0.8: motors
+alone are a tenth of the mass and stand at the arms' ends, which makes 0.2, and next to nothing of
+it lies beyond them."""
+_WEAKEST, _STRONGEST = 1.2, 20.0
+"""Thrust-to-weight: with less a gust cannot be met; racing quadrotors have 15."""
+_FASTEST = 300.0
+"""Speed of a blade's tip [m/s]: close to that of sound, 340, propellers give no more thrust."""
+_THRUST_COEFFICIENT = 0.1
+"""Thrust over density, squared revolutions a second, and the fourth power of the diameter;
+propellers of drones have 0.06 to 0.14 (UIUC propeller data base), so that a diameter that follows
+from it is right to a fifth."""
+_AIR = 1.225
+"""Density [kg/m³]."""
+_OVERLAP = 1.6
+"""Diameter over the distance to the next hub; coaxial rotors aside, published ones have up to 1."""
+_LAGS = (5e-4, 0.5)
+"""Time constants of rotors [s]; published ones have 0.01 to 0.1."""
+_TORQUE = (0.005, 1.0)
+"""Drag torque over thrust and diameter: propellers have 0.05 to 0.1, published ones up to 0.45."""
 _UNEVEN = 2.5
 """Between the hover speeds of one drone's rotors."""
 
 
 def doubts(vehicle: Vehicle) -> list[str]:
     """Return a clause for each number of a vehicle that is unlikely, with what to look at."""
-    found = []
-    if vehicle.thrust_to_weight > _STRONGEST:
-        found.append(
-            f"a thrust-to-weight of {vehicle.thrust_to_weight:.3g} is unlikely: are masses in kg, "
-            "motor constants in N s² (not per RPM²), the largest speed in rad/s (not RPM)?"
-        )
-    if vehicle.span > _WIDEST:
-        found.append(f"its rotors are {vehicle.span:.3g} m apart: are lengths in m?")
+    return [
+        *_of_the_arms(vehicle),
+        *_of_the_inertia(vehicle),
+        *_of_the_thrust(vehicle),
+        *_of_the_rotors(vehicle),
+    ]
+
+
+def _of_the_arms(vehicle: Vehicle) -> Iterator[str]:
+    farthest, nearest = _longest_arm(vehicle), min(vehicle.rotors, key=lambda r: _arm(vehicle, r))
+    usual = _ARM * vehicle.mass ** (1.0 / 3.0)
+    share = _arm(vehicle, farthest) / usual
+    if _ARMS[0] <= share <= _ARMS[1]:
+        return
+    rotor = farthest if share > 1.0 else nearest
+    slips = [unit for least, most, unit in _SLIPS if least <= share < most]
+    asked = "are lengths in m and masses in kg?"
+    if slips:
+        asked = f"were {slips[0]} written for metres?"
+    yield (
+        f"{rotor.name} is {_arm(vehicle, rotor):.3g} m from the centre of mass; a "
+        f"{vehicle.mass:.3g} kg multirotor has arms of about {usual:.1g} m: {asked}"
+    )
+
+
+def _of_the_inertia(vehicle: Vehicle) -> Iterator[str]:
+    arm = _arm(vehicle, _longest_arm(vehicle))
     for axis, moment in zip("xyz", np.diag(vehicle.inertia), strict=True):
         gyration = math.sqrt(moment / vehicle.mass)
-        if gyration > vehicle.span:
-            found.append(
+        if not _GYRATION[0] * arm <= gyration <= _GYRATION[1] * arm:
+            yield (
                 f"its moment of inertia about {axis}, {moment:.3g} kg m², is that of its mass "
-                f"{gyration:.3g} m away, and its rotors are {vehicle.span:.3g} m apart: is it in "
-                "kg m²?"
+                f"{gyration:.2g} m from the centre, and its rotors are {arm:.2g} m from there, "
+                f"which makes about {vehicle.mass * (0.5 * arm) ** 2:.1g} kg m²: is it in kg m²?"
             )
+
+
+def _of_the_thrust(vehicle: Vehicle) -> Iterator[str]:
+    ratio = vehicle.thrust_to_weight
+    if ratio > _STRONGEST:
+        yield (
+            f"a thrust-to-weight of {ratio:.3g} is unlikely: are masses in kg, motor constants in "
+            "N s² (not per RPM²), the largest speed in rad/s (not RPM)?"
+        )
+    if ratio < _WEAKEST:
+        yield (
+            f"a thrust-to-weight of {ratio:.3g} leaves next to nothing to climb and to steer with, "
+            "and drones have about 2: are mass, motor constant and largest speed as they should be?"
+        )
     speeds = [speed for speed in vehicle.hover_speeds if speed > 0.0]
     if max(speeds) > _UNEVEN * min(speeds):
-        found.append(
+        yield (
             f"to hover its rotors turn at {min(speeds):.3g} to {max(speeds):.3g} rad/s: are their "
             "places and the centre of mass as they should be?"
         )
-    return found
+
+
+def _of_the_rotors(vehicle: Vehicle) -> Iterator[str]:
+    """Yield what is unlikely of the first rotor of which it is; the others are mostly alike."""
+    for clauses in (_of_speed, _of_size, _of_lag, _of_torque):
+        for rotor in vehicle.rotors:
+            said = clauses(vehicle, rotor)
+            if said:
+                yield f"{rotor.name}: {said}"
+                break
+
+
+def _of_speed(vehicle: Vehicle, rotor: Rotor) -> str:
+    tip = 0.5 * _diameter(rotor) * rotor.max_rot_velocity
+    if tip <= _FASTEST:
+        return ""
+    return (
+        f"with its motor constant it is some {_diameter(rotor):.2g} m across, and at its largest "
+        f"speed, {rotor.max_rot_velocity:.4g} rad/s, its tips would move at {tip:.0f} m/s, and "
+        "sound does at 340: are speeds in rad/s (not RPM)?"
+    )
+
+
+def _of_size(vehicle: Vehicle, rotor: Rotor) -> str:
+    beside = [math.dist(rotor.p_BR[:2], other.p_BR[:2]) for other in vehicle.rotors]
+    room = min((each for each in beside if each > 0.2 * max(beside)), default=math.inf)
+    if _diameter(rotor) <= _OVERLAP * room:
+        return ""
+    return (
+        f"its motor constant, {rotor.motor_constant:.3g} N s², is that of a propeller of some "
+        f"{_diameter(rotor):.2g} m, and the next one is {room:.2g} m away: are motor constants in "
+        "N s², and lengths in m?"
+    )
+
+
+def _of_lag(vehicle: Vehicle, rotor: Rotor) -> str:
+    lags = (rotor.time_constant_up, rotor.time_constant_down)
+    if _LAGS[0] <= min(lags) and max(lags) <= _LAGS[1]:
+        return ""
+    return (
+        f"its time constants are {lags[0]:.3g} and {lags[1]:.3g} s, and rotors have 0.01 to 0.1 s: "
+        "are they in s?"
+    )
+
+
+def _of_torque(vehicle: Vehicle, rotor: Rotor) -> str:
+    share = rotor.moment_constant / _diameter(rotor)
+    if _TORQUE[0] <= share <= _TORQUE[1]:
+        return ""
+    return (
+        f"its moment constant is {rotor.moment_constant:.3g} m, and a propeller of its thrust has "
+        f"about {0.07 * _diameter(rotor):.1g} m: is it drag torque over thrust, in m?"
+    )
+
+
+def _diameter(rotor: Rotor) -> float:
+    """Return about how large a propeller of a motor constant is [m]."""
+    squared = rotor.motor_constant * (2.0 * math.pi) ** 2
+    return float((squared / (_THRUST_COEFFICIENT * _AIR)) ** 0.25)
+
+
+def _longest_arm(vehicle: Vehicle) -> Rotor:
+    return max(vehicle.rotors, key=lambda rotor: _arm(vehicle, rotor))
+
+
+def _arm(vehicle: Vehicle, rotor: Rotor) -> float:
+    """Return how far a rotor is from the centre of mass [m]."""
+    return math.dist(rotor.p_BR, vehicle.p_BoBcm_B)
