@@ -18,6 +18,7 @@ MAY_IMPORT = {
     "errors": "",
     "resources": "errors",
     "plain_files": "errors",
+    "system_libraries": "",
     "yaml_files": "errors plain_files",
     "cache": "errors",
     "parameters": "errors resources yaml_files",
@@ -49,11 +50,11 @@ MAY_IMPORT = {
     "session": "errors configured recording samples snapshot observation live_context script "
     "parameters pilot_numbers vehicle_parameters scenario plant systems diagram link instant "
     "built_flight",
-    "live": "errors cache resources pilot_numbers vehicle_parameters parameters scenario plant systems "
-    "snapshot recording samples session link flight_log instant excitation",
+    "live": "errors cache resources pilot_numbers vehicle_parameters parameters scenario plant "
+    "systems snapshot recording samples session link flight_log instant excitation",
     "ros_messages": "errors link",
-    "flight_log": "errors plain_files atomic_write scenario gains link live ros_messages recording session "
-    "resources plant systems",
+    "flight_log": "errors plain_files atomic_write scenario gains link live ros_messages "
+    "recording session resources plant systems",
     "flight_log/plots": "design",
     "monitor": "errors link",
     "gateways": "errors link ros_messages",
@@ -65,14 +66,14 @@ MAY_IMPORT = {
     "excitation": "errors",
     "instant": "",
     "branches": "",
-    "analyst": "errors cache configured scenario parameters gains live plant session instant excitation "
-    "branches design",
-    "gui": "errors resources yaml_files atomic_write parameters sensors_config scenario "
-    "gain_files gain_diff gain_history plant systems snapshot link live instant excitation "
+    "analyst": "errors cache configured scenario parameters gains live plant session instant "
+    "excitation branches design",
+    "gui": "errors system_libraries resources yaml_files atomic_write parameters sensors_config "
+    "scenario gain_files gain_diff gain_history plant systems snapshot link live instant excitation "
     "analyst flight_log response_metrics branches",
-    "commands": "errors resources yaml_files recording gains gain_files gain_history gain_diff "
-    "parameters vehicle_parameters scenario plant link configured systems diagram samples snapshot "
-    "session open_loop design live link flight_log monitor gateways",
+    "commands": "errors system_libraries resources yaml_files recording gains gain_files gain_history "
+    "gain_diff parameters vehicle_parameters scenario plant link configured systems diagram samples "
+    "snapshot session open_loop design live link flight_log monitor gateways",
     "commands/gui": "gui live",
     "cli": "errors commands",
     "pytest_plugin": "errors atomic_write design",

@@ -220,8 +220,17 @@ def _remarks_as_sentences() -> Iterator[None]:
     """Print what the workbench logs as it prints everything else on stderr."""
     import logging
 
+    from workbench.commands.progress import above_bars
+
+    class Handler(logging.StreamHandler):  # type: ignore[type-arg]
+        """Prints a sentence above a progress bar, not into it."""
+
+        def emit(self, record: logging.LogRecord) -> None:
+            with above_bars():
+                super().emit(record)
+
     logger = logging.getLogger("workbench")
-    handler = logging.StreamHandler()
+    handler = Handler()
     handler.setFormatter(logging.Formatter("workbench: %(message)s"))
     said: set[str] = set()
     handler.addFilter(lambda record: _is_new(record.getMessage(), said))

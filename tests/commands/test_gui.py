@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from workbench.commands.display import answers, check_display
+from workbench import system_libraries
+from workbench.commands.display import answers, check_display, check_libraries
 from workbench.errors import WorkbenchError
 
 REFUSED = [
@@ -70,3 +71,27 @@ def test_help_has_an_example(capsys):
         main(["gui", "--help"])
     assert ended.value.code == 0
     assert "workbench gui --scenario windy" in capsys.readouterr().out
+
+
+def test_what_the_screen_needs_and_the_system_lacks_is_named(tmp_path, monkeypatch):
+    """Qt aborts instead. What stands in for its plugin needs two libraries that nobody has."""
+    plugins = tmp_path / "Qt6" / "plugins" / "platforms"
+    plugins.mkdir(parents=True)
+    (plugins / "libqxcb.so").touch()
+    ldd = tmp_path / "ldd"
+    ldd.write_text(
+        "#!/bin/sh\n"
+        "echo '\tlibxcb-cursor.so.0 => not found'\n"
+        "echo '\tlibxcb-icccm.so.4 => not found'\n"
+        "echo '\tlibc.so.6 => /lib/libc.so.6 (0x0)'\n"
+    )
+    ldd.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setattr(system_libraries, "package_folder", lambda _: tmp_path)
+    with pytest.raises(WorkbenchError) as refusal:
+        check_libraries({"DISPLAY": ":0"})
+    said = str(refusal.value)
+    assert "libxcb-cursor.so.0, libxcb-icccm.so.4" in said
+    assert "sudo apt-get install libxcb-cursor0 libxcb-icccm4" in said
+    assert "QT_QPA_PLATFORM=offscreen" in said
+    check_libraries({"QT_QPA_PLATFORM": "offscreen"})  # whose plugin is not there

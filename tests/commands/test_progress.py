@@ -3,7 +3,8 @@
 import io
 import sys
 
-from workbench.commands.progress import progress_bar
+from workbench.commands import progress
+from workbench.commands.progress import above_bars, progress_bar
 
 
 class Terminal(io.StringIO):
@@ -25,3 +26,24 @@ def test_a_file_or_a_pipe_sees_nothing(capsys):
     with progress_bar("flying") as show:
         show(0.5)
     assert capsys.readouterr() == ("", "")
+
+
+def test_what_takes_long_is_said_in_lines(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "SELDOM", 0.0)
+    with progress_bar("flying") as show:
+        show(0.25)
+        show(1.0)
+    assert capsys.readouterr().err == "workbench: flying: 25 %\n"
+
+
+def test_a_sentence_stands_above_the_bar(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress_bar("flying") as show:
+        show(0.5)
+        shown = len(terminal.getvalue())
+        with above_bars():
+            print("compiling", file=sys.stderr)
+    cleared, _, again = terminal.getvalue()[shown:].partition("compiling\n")
+    assert cleared.replace("\r", "").strip() == ""
+    assert "flying" in again

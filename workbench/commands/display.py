@@ -1,10 +1,13 @@
-"""Whether there is a screen to draw on: asked before Qt is, which ends the process without one."""
+"""Whether there is a screen to draw on, and what draws there: asked before Qt is, which ends the
+process without.
+"""
 
 import socket
 from collections.abc import Mapping
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
+from workbench.system_libraries import missing_libraries, platform_plugins, remedy
 
 REMEDY = (
     "run it on a desktop, log in with `ssh -X`, or set QT_QPA_PLATFORM=offscreen to run it unseen"
@@ -31,6 +34,20 @@ def check_display(environment: Mapping[str, str]) -> None:
         return
     if not display or not answers(display):
         raise WorkbenchError(f"the display '{display or wayland}' does not answer: {REMEDY}")
+
+
+def check_libraries(environment: Mapping[str, str]) -> None:
+    """Refuse to go on where Qt would end the process for want of a library of the system.
+
+    Raises:
+        WorkbenchError: naming the libraries and their packages.
+    """
+    missing = missing_libraries(platform_plugins(environment))
+    if missing:
+        raise WorkbenchError(
+            f"no window can be opened without the system's {', '.join(sorted(missing))}: "
+            f"{remedy(missing)}; or set QT_QPA_PLATFORM=offscreen to run it unseen"
+        )
 
 
 def answers(display: str) -> bool:

@@ -61,7 +61,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Refuse what is wrong, then open the window."""
-    from workbench.commands.display import check_display  # loads sockets, that few commands need
+    from workbench.commands.display import check_display, check_libraries
     from workbench.gui.screen_table import find_screen
 
     named = (args.scenario, args.model, args.world, args.gains, args.sensors, args.demo or None)
@@ -71,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     if args.screen:
         find_screen(args.screen)
     check_display(os.environ)
+    check_libraries(os.environ)
 
     from workbench.gui.app import run as run_app
 

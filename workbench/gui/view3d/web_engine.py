@@ -8,6 +8,7 @@ from collections.abc import Callable, MutableMapping
 from PyQt6.QtWidgets import QWidget
 
 from workbench.errors import WorkbenchError
+from workbench.system_libraries import remedy
 
 FLAGS = "QTWEBENGINE_CHROMIUM_FLAGS"
 NO_SANDBOX = "--no-sandbox"
@@ -51,6 +52,6 @@ def missing_library(said: str) -> str:
     if not found:
         return f"The 3-D view cannot be loaded: {said}."
     return (
-        f"The 3-D view needs the system library {found[1]}, which is missing: `make setup` "
-        f"installs it or names its package, then start again."
+        f"The 3-D view needs the system library {found[1]}, which is missing: "
+        f"{remedy([found[1]])}, then start again."
     )

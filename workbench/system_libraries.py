@@ -1,0 +1,127 @@
+"""The system's libraries that Qt and Drake link to: which are missing, and what Debian calls them.
+
+`make` installs them with the help of this, and the app names them before Qt would end the process.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+
+PACKAGES = {
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libX11-xcb.so.1": "libx11-xcb1",
+    "libX11.so.6": "libx11-6",
+    "libbrotlidec.so.1": "libbrotli1",
+    "libdbus-1.so.3": "libdbus-1-3",
+    "libexpat.so.1": "libexpat1",
+    "libfontconfig.so.1": "libfontconfig1",
+    "libfreetype.so.6": "libfreetype6",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    "libgssapi_krb5.so.2": "libgssapi-krb5-2",
+    "libgthread-2.0.so.0": "libglib2.0-0",
+    "libpng16.so.16": "libpng16-16",
+    "libstdc++.so.6": "libstdc++6",
+    "libwayland-client.so.0": "libwayland-client0",
+    "libwayland-cursor.so.0": "libwayland-cursor0",
+    "libwayland-egl.so.1": "libwayland-egl1",
+    "libxcb-cursor.so.0": "libxcb-cursor0",
+    "libxcb-glx.so.0": "libxcb-glx0",
+    "libxcb-icccm.so.4": "libxcb-icccm4",
+    "libxcb-image.so.0": "libxcb-image0",
+    "libxcb-keysyms.so.1": "libxcb-keysyms1",
+    "libxcb-randr.so.0": "libxcb-randr0",
+    "libxcb-render-util.so.0": "libxcb-render-util0",
+    "libxcb-render.so.0": "libxcb-render0",
+    "libxcb-shape.so.0": "libxcb-shape0",
+    "libxcb-shm.so.0": "libxcb-shm0",
+    "libxcb-sync.so.1": "libxcb-sync1",
+    "libxcb-util.so.1": "libxcb-util1",
+    "libxcb-xfixes.so.0": "libxcb-xfixes0",
+    "libxcb-xkb.so.1": "libxcb-xkb1",
+    "libxcb.so.1": "libxcb1",
+    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+    "libxkbcommon.so.0": "libxkbcommon0",
+}
+"""The Debian package of each library. Newer releases that renamed one still know the old name."""
+
+WEB_ENGINE_PACKAGES = {
+    "libXcomposite.so.1": "libxcomposite1",
+    "libXdamage.so.1": "libxdamage1",
+    "libXext.so.6": "libxext6",
+    "libXfixes.so.3": "libxfixes3",
+    "libXrandr.so.2": "libxrandr2",
+    "libXrender.so.1": "libxrender1",
+    "libXtst.so.6": "libxtst6",
+    "libasound.so.2": "libasound2",
+    "libdrm.so.2": "libdrm2",
+    "libgbm.so.1": "libgbm1",
+    "libnspr4.so": "libnspr4",
+    "libnss3.so": "libnss3",
+    "libnssutil3.so": "libnss3",
+    "libplc4.so": "libnspr4",
+    "libplds4.so": "libnspr4",
+    "libsmime3.so": "libnss3",
+    "libudev.so.1": "libudev1",
+    "libxcb-dri3.so.0": "libxcb-dri3-0",
+    "libxkbfile.so.1": "libxkbfile1",
+}
+"""The same for Qt's web engine."""
+RENAMED = {"libasound2": "libasound2t64"}
+"""Packages whose old name newer releases know no longer."""
+
+
+def missing_libraries(files: Iterable[Path]) -> set[str]:
+    """Return the names of the libraries of compiled files that the dynamic linker does not find."""
+    names = [str(file) for file in files]
+    if not names or shutil.which("ldd") is None:  # not Linux as we know it: the import will tell
+        return set()
+    said = subprocess.run(["ldd", *names], capture_output=True, text=True).stdout
+    return set(re.findall(r"^\s*(\S+) => not found", said, re.MULTILINE))
+
+
+def packages_of(libraries: Iterable[str]) -> list[str]:
+    """Return the Debian packages of those libraries whose package is known."""
+    known = PACKAGES | WEB_ENGINE_PACKAGES
+    return sorted({known[name] for name in libraries if name in known})
+
+
+def remedy(libraries: Iterable[str]) -> str:
+    """Return what to do about missing libraries, as the end of a sentence."""
+    missing = sorted(libraries)
+    packages = packages_of(missing)
+    if not packages:
+        return f"install the packages that hold them (`apt-file search {missing[0]}` names one)"
+    return f"run `sudo apt-get install {' '.join(packages)}`, or what your system calls these"
+
+
+def platform_names(environment: Mapping[str, str] = os.environ) -> list[str]:
+    """Return the Qt platforms that may be used: the one asked for, else those of the screens."""
+    asked = environment.get("QT_QPA_PLATFORM")
+    if asked:
+        return [part.split(":")[0] for part in asked.split(";")]
+    screens = {"DISPLAY": "xcb", "WAYLAND_DISPLAY": "wayland"}
+    return [screens[name] for name in screens if environment.get(name)] or ["offscreen"]
+
+
+def platform_plugins(environment: Mapping[str, str] = os.environ) -> list[Path]:
+    """Return the files of the Qt platforms that may be used, as far as they are there."""
+    folder = package_folder("PyQt6") / "Qt6" / "plugins" / "platforms"
+    chosen = [folder / f"libq{platform}.so" for platform in platform_names(environment)]
+    return [plugin for plugin in chosen if plugin.exists()]
+
+
+def package_folder(package: str) -> Path:
+    """Return where a Python package is installed, without importing it.
+
+    Raises:
+        ModuleNotFoundError: if it is not.
+    """
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError(f"{package} is not installed")
+    return Path(spec.origin).parent
