@@ -69,11 +69,11 @@ MAY_IMPORT = {
     "analyst": "errors cache configured scenario parameters gains live plant session instant "
     "excitation branches design",
     "gui": "errors system_libraries resources yaml_files atomic_write parameters sensors_config "
-    "scenario gain_files gain_diff gain_history plant systems snapshot link live instant excitation "
-    "analyst flight_log response_metrics branches",
-    "commands": "errors system_libraries resources yaml_files recording gains gain_files gain_history "
-    "gain_diff parameters vehicle_parameters scenario plant link configured systems diagram samples "
-    "snapshot session open_loop design live link flight_log monitor gateways",
+    "scenario gain_files gain_diff gain_history plant systems snapshot link live instant "
+    "excitation analyst flight_log response_metrics branches",
+    "commands": "errors system_libraries resources yaml_files recording gains gain_files "
+    "gain_history gain_diff parameters vehicle_parameters scenario plant link configured systems "
+    "diagram samples snapshot session open_loop design live link flight_log monitor gateways",
     "commands/gui": "gui live",
     "cli": "errors commands",
     "pytest_plugin": "errors atomic_write design",

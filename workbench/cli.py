@@ -222,7 +222,7 @@ def _remarks_as_sentences() -> Iterator[None]:
 
     from workbench.commands.progress import above_bars
 
-    class Handler(logging.StreamHandler):  # type: ignore[type-arg]
+    class Handler(logging.StreamHandler):
         """Prints a sentence above a progress bar, not into it."""
 
         def emit(self, record: logging.LogRecord) -> None:

@@ -103,7 +103,7 @@ class Compiled:
         return list(self._dispatcher.signatures)
 
 
-class _Listener(event.Listener):  # type: ignore[misc]
+class _Listener(event.Listener):
     """Says that a function compiles, and how far it is.
 
     numba reports each function that it compiles, first the outermost one; none where the machine
