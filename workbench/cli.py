@@ -175,8 +175,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="workbench",
         description="Design a multirotor and its controller on Drake.",
         epilog="example:\n  workbench fly hover\n\n"
-        "Every command but gui prints JSON with --json; serve, monitor and gateway an object a "
-        "line.\n"
+        "All commands but gui and completion print JSON with --json; serve, monitor and gateway "
+        "an object a line.\n"
         "exit codes: 0 done, 1 the result is not as demanded, 2 bad input",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
