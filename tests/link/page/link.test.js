@@ -5,6 +5,7 @@ import test, { mock } from "node:test";
 import { loginProof, sessionKey } from "../../../workbench/link/page/authentication.js";
 import { hmac } from "../../../workbench/link/page/sha256.js";
 import { Link, Phase } from "../../../workbench/link/page/link.js";
+import { connection, holder } from "../../../workbench/link/page/screen.js";
 import { Decoder, Topic, signedPart } from "../../../workbench/link/page/wire.js";
 import { hex } from "./vectors.js";
 
@@ -22,8 +23,13 @@ class Socket {
   seq = 0;
   decoder = new Decoder();
   closedByPage = false;
+  alive = false; // whether pings are answered
   send(bytes) {
-    this.sent.push(...this.decoder.feed(bytes));
+    for (const frame of this.decoder.feed(bytes)) {
+      this.sent.push(frame);
+      const said = frame.kind === 0 ? JSON.parse(Buffer.from(frame.payload)) : {};
+      if (this.alive && said.op === "ping") this.say({ op: "pong", id: said.id, t_ns: 0 });
+    }
   }
   close() {
     this.closedByPage = true;
@@ -93,7 +99,8 @@ function timed(name, run) {
     const open = () => sockets[sockets.push(new Socket()) - 1];
     const link = new Link({ open, listener, name: "phone", now: () => clock.now });
     try {
-      run({ link, listener, sockets, go, socket: () => sockets.at(-1) });
+      const stand = (ms) => (clock.now += ms);
+      run({ link, listener, sockets, go, stand, socket: () => sockets.at(-1) });
     } finally {
       link.drop();
       clearTimeout(link.waiting);
@@ -105,6 +112,7 @@ function timed(name, run) {
 /** Connect and take control, as a pilot does. */
 function flying({ link, socket }) {
   link.start();
+  socket().alive = true;
   socket().hello();
   socket().place(5_000_000_000n);
   link.takeControl();
@@ -316,7 +324,43 @@ timed("login proves the token, and whatever commands is signed with rising numbe
     assert.equal(hex(frame.proof), hex(hmac(key, signedPart(frame)).slice(0, 16)));
   }
   const plain = on.socket().sent.filter((each) => !(each.flags & 1)).map((each) => JSON.parse(Buffer.from(each.payload)).op);
-  assert.deepEqual([...new Set(plain)], ["subscribe"]);
+  assert.deepEqual([...new Set(plain)], ["subscribe", "ping"]);
+});
+
+timed("a link that dies is noticed within its lease, and nobody flies through it any more", (on) => {
+  flying(on);
+  for (let i = 0; i < 40; i++) {
+    on.go(50);
+    on.socket().place(6_000_000_000n);
+  }
+  assert.equal(on.link.flying, true);
+  assert.deepEqual(connection(on.link), ["open", "Connected"]);
+  on.socket().alive = false; // nothing comes any more
+  on.go(600);
+  assert.deepEqual(connection(on.link), ["lost", "No connection"]);
+  on.socket().sent.length = 0;
+  assert.equal(holder(on.link)[0], "You do not fly");
+  assert.equal(on.link.flying, false);
+  assert.match(on.listener.words.at(-1), /nothing is heard/);
+  on.link.takeControl();
+  on.link.fly("land");
+  on.go(300);
+  assert.ok(on.socket().sent.every((each) => each.kind === 0), "no stick counts");
+  assert.ok(on.socket().heard().every((each) => each.op === "ping"));
+  on.socket().place(7_000_000_000n); // it was only slow
+  assert.deepEqual(connection(on.link), ["open", "Connected"]);
+  assert.equal(on.link.flying, false, "and control must be taken again");
+  on.go(300);
+  assert.deepEqual(on.socket().commands(), []);
+});
+
+timed("a page that stood still itself looks again before it gives the link up", (on) => {
+  flying(on);
+  on.stand(3000);
+  on.go(10);
+  on.socket().place(8_000_000_000n); // had come meanwhile
+  on.go(300);
+  assert.equal(on.link.silent, false);
 });
 
 timed("a wrong token is asked for anew and not tried again", (on) => {

@@ -6,7 +6,7 @@ import threading
 from dataclasses import replace
 
 from workbench.link import drone_topics as topic
-from workbench.link.authority import Authority, DeniedError, Effect, Limits
+from workbench.link.authority import HOLD_AFTER, Authority, DeniedError, Effect, Limits
 from workbench.link.backplane import (
     Command,
     Flight,
@@ -102,6 +102,8 @@ class PlayedFlight:
     async def _serve(self):
         flight = Flight("dh_drone", tuple(self.topics.values()), (), LIMITS)
         terms = Terms(flight, self.config.tokens(), self.config.allow_commands)
+        # A lease lasts as long for the page, which goes by its own clock.
+        terms.__dict__["_limits"] = replace(terms._limits, hold_after=HOLD_AFTER / PACE)
         self.hub = Hub(terms, Admission(16, 4), self._asked.append)
         page = await web.start(self.hub, self.config)
         self.url = page.address

@@ -45,7 +45,7 @@ class App {
     }
     find("hold").onclick = () => {
       this.letGo();
-      if (!this.link.flying) this.said("Could not hold: take control first");
+      this.link.fly("hold"); // ends a take-off or a landing, too
     };
     find("stop").onclick = () => {
       if (!this.link.flying || this.screen.stopConfirmed()) this.link.fly("stop");

@@ -17,7 +17,9 @@ export const TOPICS = ["position_data", "velocity_data", "drone_state", "lidar_c
 const PREFIX = "/dh_drone/";
 const STATE = `${PREFIX}position_data`; // what the pilot acts on
 const RATE = 20; // frames a second of each topic, more than an eye needs
-const PING = 1000; // between pings [ms]
+const PING = 200; // between pings [ms], so that a link that works is never silent for long
+const WATCH = 100; // between looks whether it is [ms]
+const LEASE = 0.5; // how long the server's lease lasts, where hello does not say so [s]
 const SILENCE = 6000; // of a server that answers pings, after which the connection is given up [ms]
 const PAUSES = [500, 1000, 2000, 4000, 8000]; // before attempts [ms]
 const PATIENT = ["too_many", "back_off", "disconnected"]; // ends that a quick return only repeats
@@ -60,7 +62,9 @@ export class Link {
     this.pinged = new Map(); // when, by id
     this.lease.end();
     this.control = null; // the last control_state
+    this.silent = false; // whether nothing was heard for longer than a lease lasts
     clearInterval(this.pinging);
+    clearInterval(this.watching);
   }
 
   get flying() {
@@ -88,6 +92,8 @@ export class Link {
     this.socket = socket;
     this.heardAt = this.now(); // an attempt that nobody answers is given up, too
     this.pinging = setInterval(() => this.ping(), PING);
+    this.watchedAt = this.now();
+    this.watching = setInterval(() => this.watch(), WATCH);
     socket.onmessage = ({ data }) => this.receive(socket, decoder, data);
     socket.onclose = () => this.closed(socket);
     this.listener.changed();
@@ -101,6 +107,10 @@ export class Link {
 
   takeControl() {
     if (this.flying) return;
+    if (this.silent) {
+      this.listener.said("Could not take control: there is no connection");
+      return;
+    }
     this.ask({ op: "request_control", name: this.name }, "take control");
   }
 
@@ -159,9 +169,28 @@ export class Link {
     this.say({ op: "ping", id: this.nextId++ });
   }
 
+  /** Notice that the link is silent: the pilot is told before the server's ladder goes on. */
+  watch() {
+    const now = this.now();
+    const late = now - this.watchedAt > 2 * WATCH; // this page stood still: what came waits behind
+    this.watchedAt = now;
+    if (late || this.silent || this.phase !== Phase.OPEN) return;
+    if (now - this.heardAt < 1000 * (this.hello.limits.hold_after ?? LEASE)) return;
+    this.silent = true;
+    if (this.flying) {
+      this.lease.end();
+      this.listener.said("You do not fly any more: nothing is heard, the drone holds by itself");
+    }
+    this.listener.changed();
+  }
+
   receive(socket, decoder, data) {
     if (socket !== this.socket) return;
     this.heardAt = this.now();
+    if (this.silent) {
+      this.silent = false;
+      this.listener.changed();
+    }
     try {
       for (const frame of decoder.feed(new Uint8Array(data))) {
         this.take(frame);

@@ -55,7 +55,7 @@ export class Screen {
     find("control").dataset.mine = link.flying;
     write("take", link.flying ? "Release" : "Take control");
     for (const button of document.querySelectorAll("#operations button, #take")) {
-      const usable = link.flying || (button.id === "take" && link.phase === Phase.OPEN);
+      const usable = link.flying || (button.id === "take" && hears(link));
       button.setAttribute("aria-disabled", String(!usable));
     }
     for (const pad of document.querySelectorAll(".pad")) {
@@ -143,6 +143,7 @@ export class Screen {
 
 /** Return how the connection is, as a word for the style sheet and as words to read. */
 export function connection(link) {
+  if (link.phase === Phase.OPEN && link.silent) return ["lost", "No connection"];
   if (link.phase === Phase.OPEN) return ["open", "Connected"];
   if (link.phase === Phase.TOKEN) return ["waiting", "A token is needed"];
   if (link.phase === Phase.CONNECTING) return ["waiting", "Connecting"];
@@ -150,9 +151,15 @@ export function connection(link) {
   return ["lost", `Lost: again in ${seconds.toFixed(0)} s`];
 }
 
+/** Return whether something is heard of the server. */
+function hears(link) {
+  return link.phase === Phase.OPEN && !link.silent;
+}
+
 /** Return who flies, and why. */
 export function holder(link) {
   const { control } = link;
+  if (link.silent) return ["You do not fly", "Nothing is heard from the server"];
   if (link.phase !== Phase.OPEN || control === null) return ["Who flies is not known", ""];
   if (link.flying) return ["You fly", control.reason];
   if (control.hand === "operator") return ["The operator flies", control.reason];
