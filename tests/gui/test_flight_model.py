@@ -58,6 +58,18 @@ def test_without_a_flight_an_order_is_a_sentence(workspace, told):
     assert "nothing flies" in told[0].what
 
 
+def test_who_hears_of_a_view_may_end_the_flight(workspace, canned, monkeypatch):
+    """As SIGTERM does: the window closes while it is told of what is new."""
+    flight = workspace.flight
+    live = SimpleNamespace(
+        streamed=list, latest=lambda: canned.views[0], missed=7, close=lambda *_: None
+    )
+    monkeypatch.setattr(flight, "_live", live)
+    flight.viewed.connect(lambda _: setattr(flight, "_live", None))
+    flight._look()
+    assert flight.live is None
+
+
 def test_a_reset_is_noticed_where_time_stands_at_the_start(workspace, heard, qtbot):
     begun, _ = heard
     flight = workspace.flight

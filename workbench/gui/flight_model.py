@@ -139,11 +139,12 @@ class FlightModel(QObject):
         self._notices.warn(NOTHING)
 
     def _look(self) -> None:
-        """Show what is new."""
-        if self._live is None:
+        """Show what is new; who hears of it may end the flight, or begin another."""
+        live = self._live
+        if live is None:
             return
-        published = self._live.streamed()
-        view = self._live.latest()
+        published = live.streamed()
+        view = live.latest()
         restarted = began_anew(self._view, view)
         if restarted:  # what was sampled before belongs to the flight that is over
             self._show(view)
@@ -152,7 +153,8 @@ class FlightModel(QObject):
             self.streamed.emit(published)
         if view is not self._view:
             self._show(view)
-        self._tell_missed(self._live.missed)
+        if self._live is live:
+            self._tell_missed(live.missed)
 
     def _tell_missed(self, missed: int) -> None:
         """Tell that curves have a gap, which they do not show."""
