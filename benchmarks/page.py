@@ -28,6 +28,7 @@ HEADINGS = {
     "live_flight": "Live flight beside a screen",
     "analyst": "Margins while a slider moves",
     "link_age": "Watchers of a live flight",
+    "link_flood": "A pilot beside ten greedy viewers",
     "link_hold": "From the last command to the hold",
     "log": "Logs",
     "app": "The app",

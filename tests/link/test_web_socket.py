@@ -1,5 +1,6 @@
 """The link within a WebSocket, as the page has it."""
 
+import asyncio
 import contextlib
 import importlib.util
 import shutil
@@ -11,8 +12,8 @@ import aiohttp
 import pytest
 
 from workbench.link.backplane import Published
-from workbench.link.server.web_socket import LARGEST_MESSAGE
-from workbench.link.wire import Decoder, Frame
+from workbench.link.server.web_socket import LARGEST_MESSAGE, WebSocketDecoder
+from workbench.link.wire import Decoder, Frame, WireError
 
 
 def load(name):
@@ -92,9 +93,88 @@ def test_other_messages_end_the_connection_and_are_counted(message, closed, code
             await served.operations(link, Decoder(), 1)
             send = link.send_str if isinstance(message, str) else link.send_bytes
             await send(message)
+            [error] = await served.operations(link, Decoder(), 1)
+            assert (error["op"], error["code"]) == ("error", code)
             assert (await link.receive()).data == closed
         await served.until(lambda: hub.status().peers == ())
         assert hub.refusals.counts == {code: 1}
+
+    served.run(scenario)
+
+
+MASK = b"\x11\x22\x33\x44"
+
+
+def masked(payload, first=0x82):
+    """Return a frame of a WebSocket's client, by the words of RFC 6455 alone."""
+    size = len(payload)
+    length = bytes([0x80 | size]) if size < 126 else b"\xfe" + size.to_bytes(2, "big")
+    hidden = bytes(byte ^ MASK[index % 4] for index, byte in enumerate(payload))
+    return bytes([first]) + length + MASK + hidden
+
+
+def sent(*pieces):
+    """Return what a decoder makes of pieces: kinds of frames, and what it says of pings."""
+    told = []
+    decoder = WebSocketDecoder(lambda opcode, payload: told.append((opcode.name, payload)))
+    kinds = []
+    try:
+        for piece in pieces:
+            for frame in decoder.feed(piece):
+                kinds.append(frame.kind)
+    except WireError as error:
+        return kinds, told, (error.code, decoder.close_code)
+    return kinds, told, None
+
+
+def test_a_websocket_is_read_as_the_standard_says():
+    ping = served.said("ping", 1)
+    stream = masked(ping) + masked(b"ask", 0x89) + masked(ping[:9], 0x02) + masked(b"", 0x8A)
+    stream += masked(ping[9:], 0x80) + masked(b"")
+    expected = [0, 128, 128, 128, 0, 128], [("PING", b"ask"), ("PONG", b"")], None
+    assert sent(stream) == expected
+    assert sent(*(bytes([byte]) for byte in stream)) == expected
+    for broken, what, code in [
+        (b"\x82\x05" + bytes(5), "kind", 1002),  # not masked
+        (masked(b"x", 0xC2), "kind", 1002),  # a bit of an extension
+        (masked(b"x", 0x83), "kind", 1002),  # no opcode
+        (masked(b"x", 0x80), "kind", 1002),  # goes on with nothing
+        (masked(b"", 0x02) + masked(b"", 0x82), "kind", 1002),  # within another
+        (masked(bytes(126), 0x89), "kind", 1002),  # too long a ping
+        (masked(b"", 0x09), "kind", 1002),  # a ping in parts
+        (masked(b"x", 0x81), "kind", 1003),  # a text
+        (masked(served.said("ping", 1) * 1000, 0x02) + masked(bytes(60000), 0x80), "length", 1009),
+        (b"\x82\xff" + (2**62).to_bytes(8, "big"), "length", 1009),
+    ]:
+        kinds, _, error = sent(masked(ping) + broken)
+        assert (kinds[0], error) == (0, (what, code)), broken[:9]
+
+
+def ask(page, *lines):
+    """Send a request as it stands, and return the first line of the answer."""
+    with socket.create_connection(("127.0.0.1", page.port), served.LIMIT) as link:
+        link.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        return link.recv(4096).partition(b"\r\n")[0].decode()
+
+
+def test_requests_that_two_readers_could_take_differently_are_refused():
+    async def scenario(hub, page, client):
+        host, origin = f"Host: 127.0.0.1:{page.port}", f"Origin: {page.address.rstrip('/')}"
+        upgrade = ("Connection: Upgrade", "Upgrade: websocket", "Sec-WebSocket-Version: 13")
+        join = ("GET /ws HTTP/1.1", *upgrade, f"Sec-WebSocket-Key: {'A' * 22}==")
+        for lines, status in [
+            (("GET / HTTP/1.1", host), 200),
+            (("GET / HTTP/1.0",), 400),
+            (("GET / HTTP/1.0", host), 400),
+            (("GET / HTTP/1.1",), 400),
+            (("GET / HTTP/1.1", host, host), 400),
+            ((*join, host, origin), 101),
+            ((*join, host, origin, origin), 403),
+            ((*join, host), 403),
+            ((*join[:1], *join[2:], host, origin), 400),
+        ]:
+            answer = await asyncio.to_thread(ask, page, *lines)
+            assert answer.split()[1] == str(status), lines
 
     served.run(scenario)
 

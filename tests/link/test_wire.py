@@ -131,7 +131,7 @@ def test_work_grows_with_the_bytes_and_not_with_their_square(step, monkeypatch):
     assert looks < 4 * 30
     looks = 0
     assert len(decoded(FRAMES[0].to_bytes() * 1000)) == 1000
-    assert looks == 1001
+    assert looks <= 1001
 
 
 def test_a_thousand_random_cuts():

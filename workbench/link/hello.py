@@ -7,7 +7,7 @@ from typing import ClassVar
 from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.json_fields import LARGEST_ID, JsonFields
 from workbench.link.topics import Topic, topic_from
-from workbench.link.wire import LARGEST, LARGEST_BEFORE_LOGIN, VERSION
+from workbench.link.wire import LARGEST, LARGEST_BEFORE_LOGIN, LARGEST_OPERATION, VERSION
 
 LARGEST_PEER = 2**63 - 1
 MOST_CLIENTS = 1_000_000
@@ -23,6 +23,7 @@ class Limits:
         yaw_rate: either way [rad/s].
         largest: bytes that may follow a header.
         largest_before_login: the same, before login.
+        largest_operation: the same, of a frame that has an operation.
         clients: at once.
         clients_an_address: at once from one address.
         hold_after: silence after which a holder's drone holds, simulated [s].
@@ -42,6 +43,7 @@ class Limits:
     lost_after: float = 2.0
     land_after: float = 5.0
     oldest_state: float = 1.0
+    largest_operation: int = LARGEST_OPERATION
 
 
 @dataclass(frozen=True, slots=True)

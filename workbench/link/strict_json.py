@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from collections.abc import Iterable
 
 from workbench.link.wire import WireError
 
@@ -13,6 +12,10 @@ LONGEST_INTEGER = 20
 """Characters: those of the integers of 64 bits."""
 _TEXT = re.compile(rb'"(?:[^"\\]|\\.)*+"?', re.DOTALL)
 _BRACKET = re.compile(rb"[\[{\]}]")
+_PAIR = re.compile(rb"\[\]|\{\}")
+_NO_BRACKET = bytes(set(range(256)) - set(b"[]{}"))
+_UNUSUAL = re.compile(rb"[0-9]{20}|[0-9][eE]")
+"""Only a number with so many digits, or with an exponent, may be too large."""
 _SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
@@ -25,12 +28,14 @@ def read_json(payload: bytes) -> dict[str, object]:
             surrogate pair, arrays and objects more than `DEEPEST` within each other.
     """
     try:
-        _check_depth(payload)  # first: the reader calls itself at each bracket
+        bare = _TEXT.sub(b"", payload)
+        _check_depth(bare)  # first: the reader calls itself at each bracket
+        unusual = _UNUSUAL.search(bare)  # to be asked about each number costs the most
         value = json.loads(
             payload.decode("utf-8"),
             object_pairs_hook=_object,
-            parse_float=_number,
-            parse_int=_integer,
+            parse_float=_number if unusual else None,
+            parse_int=_integer if unusual else None,
             parse_constant=_no_number,
         )
         if _SURROGATE.search(payload):
@@ -56,20 +61,36 @@ def write_json(value: object) -> bytes:
     return text.encode("utf-8", "replace")
 
 
-def _check_depth(payload: bytes) -> None:
+def _check_depth(bare: bytes) -> None:
+    """Refuse what is too deep.
+
+    Args:
+        bare: JSON without its texts.
+    """
+    left = brackets = bare.translate(None, _NO_BRACKET)
+    for opening, closing in (b"[]", b"{}"):
+        open_ = brackets.count(opening) - brackets.count(closing)
+        if 0 != open_ <= DEEPEST:
+            raise ValueError("a bracket has no other")
+    for _ in range(DEEPEST):
+        left = _PAIR.sub(b"", left)  # the innermost ones
+    if not left:
+        return
     depth = 0
-    for bracket in _BRACKET.finditer(_TEXT.sub(b"", payload)):
+    for bracket in _BRACKET.finditer(brackets):
         depth += 1 if bracket[0] in b"[{" else -1
         if depth > DEEPEST:
             raise ValueError(f"more than {DEEPEST} objects and arrays within each other")
 
 
-def _object(pairs: Iterable[tuple[str, object]]) -> dict[str, object]:
-    found: dict[str, object] = {}
-    for key, value in pairs:
-        if key in found:
-            raise ValueError(f"the key {key[:40]!r} comes twice")
-        found[key] = value
+def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        seen: set[str] = set()
+        for key, _ in pairs:
+            if key in seen:
+                raise ValueError(f"the key {key[:40]!r} comes twice")
+            seen.add(key)
     return found
 
 

@@ -12,6 +12,9 @@ LARGEST = 64 * 1024
 """Bytes that may follow a header."""
 LARGEST_BEFORE_LOGIN = 4 * 1024
 """The same of a client that is not logged in."""
+LARGEST_OPERATION = 8 * 1024
+"""The same of a frame of a client that has an operation: to read JSON takes long. Settings of all
+live parameters at once, each with all its digits, need a quarter of it."""
 HMAC_SIZE = 16
 SKIPPABLE = 0x80
 """Bit of a kind that a receiver may skip where it does not know it."""
@@ -40,6 +43,7 @@ class Flag(IntFlag):
     """The last frame of a batch: the receiver is to acknowledge it."""
 
 
+_CONTROL = int(Kind.CONTROL)
 _HMAC = int(Flag.HMAC)
 """As a number: an `IntFlag` takes longer than all else of a frame."""
 
@@ -105,12 +109,13 @@ class Decoder:
 
     Attributes:
         largest: bytes that may follow a header; more ends the connection before they are read.
+        largest_operation: the same where the payload is an operation.
     """
 
-    def __init__(self, largest: int = LARGEST) -> None:
+    def __init__(self, largest: int = LARGEST, largest_operation: int = LARGEST) -> None:
         self.largest = largest
+        self.largest_operation = largest_operation
         self._kept = bytearray()
-        self._begin = 0
         self._needed = 1
 
     @property
@@ -128,39 +133,47 @@ class Decoder:
         Raises:
             WireError: by the generator, if what came is no frame.
         """
-        self._kept += data
+        self.keep(data)
         return self._frames()
 
-    def _frames(self) -> Generator[Frame]:
+    def keep(self, data: bytes) -> None:
+        """Take bytes, and look at them later."""
+        self._kept += data
+
+    def next(self) -> Frame | None:
+        """Return the next frame, None if none is whole.
+
+        Raises:
+            WireError: if what came is no frame.
+        """
         if len(self._kept) < self._needed:
-            return
+            return None
         self._needed = 1
-        try:
-            while (end := self._next_end()) <= len(self._kept):
-                begin, self._begin = self._begin, end
-                _, _, kind, topic, flags, seq, _, t_ns = HEADER.unpack_from(self._kept, begin)
-                split = end - (HMAC_SIZE if flags & _HMAC else 0)
-                payload = bytes(self._kept[begin + HEADER.size : split])
-                yield Frame(
-                    kind, topic, flags, seq, t_ns, payload, proof=bytes(self._kept[split:end])
-                )
-            if len(self._kept) - self._begin >= HEADER.size:
-                self._needed = end - self._begin  # no look at what is not whole at each piece
-        finally:
-            del self._kept[: self._begin]
-            self._begin = 0
+        end = self._next_end()
+        if end > len(self._kept):
+            if len(self._kept) >= HEADER.size:
+                self._needed = end  # no look at what is not whole at each piece
+            return None
+        _, _, kind, topic, flags, seq, _, t_ns = HEADER.unpack_from(self._kept)
+        split = end - (HMAC_SIZE if flags & _HMAC else 0)
+        payload, proof = bytes(self._kept[HEADER.size : split]), bytes(self._kept[split:end])
+        del self._kept[:end]
+        return Frame(kind, topic, flags, seq, t_ns, payload, proof)
+
+    def _frames(self) -> Generator[Frame]:
+        while (frame := self.next()) is not None:
+            yield frame
 
     def _next_end(self) -> int:
         """Return where the next frame ends, as far as its header is there."""
-        begin = self._begin
-        found = bytes(self._kept[begin : begin + len(MAGIC)])
+        found = bytes(self._kept[: len(MAGIC)])
         if not MAGIC.startswith(found):  # said at once: a stranger may send no more than this
             raise WireError("magic", f"a frame begins with {found!r}: it must begin with {MAGIC!r}")
-        if len(self._kept) - begin < HEADER.size:
-            return begin + HEADER.size
-        _, version, kind, _, flags, _, length, _ = HEADER.unpack_from(self._kept, begin)
+        if len(self._kept) < HEADER.size:
+            return HEADER.size
+        _, version, kind, _, flags, _, length, _ = HEADER.unpack_from(self._kept)
         self._check(version, kind, flags, length)
-        return begin + HEADER.size + length
+        return HEADER.size + length
 
     def _check(self, version: int, kind: int, flags: int, length: int) -> None:
         if version != VERSION:
@@ -172,6 +185,11 @@ class Decoder:
             raise WireError("kind", f"frames of kind {kind} are unknown and may not be skipped")
         if length > self.largest:
             raise _too_long(length, self.largest)
+        if kind == _CONTROL and length > self.largest_operation:
+            raise WireError(
+                "length",
+                f"an operation of {length} bytes is too long: {self.largest_operation} is the most",
+            )
         if flags & _HMAC and length < HMAC_SIZE:
             raise WireError("length", f"a proof has {HMAC_SIZE} bytes: the frame has {length}")
 

@@ -154,12 +154,12 @@ class FakeClient:
 class Room:
     """A hub whose clock is told, and what it has told the flight."""
 
-    def __init__(self, clients=16, an_address=4, **terms):
+    def __init__(self, clients=16, an_address=4, soon=lambda call: call(), **terms):
         self.now = 100.0
         self.told = []
         self.terms = Terms(make_flight(), clients=clients, **terms)
         admission = Admission(clients, an_address)
-        self.hub = Hub(self.terms, admission, self.told.append, lambda: self.now)
+        self.hub = Hub(self.terms, admission, self.told.append, lambda: self.now, soon)
 
     def connect(self, address="10.0.0.1:5000"):
         return FakeClient(self, address)

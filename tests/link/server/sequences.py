@@ -97,7 +97,10 @@ def act(parts, draw, room, client):
         data = b"".join(words(parts, draw) for _ in range(draw.choice((1, 3, 20))))
         while data:
             size = draw.choice((1, 7, 24, 100, 5000, len(data)))
-            client.send(data[:size])
+            pause = client.send(data[:size])
+            while pause > 0.0:  # as a transport does
+                room.now += pause
+                pause = client.go_on()
             data = data[size:]
             if draw.random() < 0.1:
                 room.now += 0.02

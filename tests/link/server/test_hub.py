@@ -1,7 +1,7 @@
 """What becomes of a client, by what it does and does not; time is told."""
 
-import asyncio
 import json
+import math
 import struct
 
 import pytest
@@ -24,9 +24,11 @@ from workbench.link.backplane import (
     Stage,
     Stop,
 )
-from workbench.link.drone_topics import EVENTS
-from workbench.link.server.hub import Hub
-from workbench.link.wire import Flag, Kind
+from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
+from workbench.link.server.bucket import OPERATION_BURST, OPERATIONS
+from workbench.link.server.hub import TURN
+from workbench.link.wire import LARGEST_OPERATION, Flag, Kind
+from workbench.parameters import PARAMETERS
 
 HELD = ControlState(Hand.CLIENT, 3, "phone", Stage.LIVE, 0.1, "it asked")
 
@@ -369,39 +371,82 @@ def test_eight_clients_get_eight_topics_without_a_gap(room, parts):
         assert [frame.seq for frame in frames] == list(range(3, 2003))
 
 
-def test_attend_runs_a_connection_from_hello_to_its_end(room, parts):
-    async def run():
-        transport = parts.FakeTransport()
-        data = parts.operation("ping", id=1).to_bytes()
+def test_viewers_share_the_work_of_a_turn_and_who_flies_has_its_own(parts):
+    """Work is counted, not timed: what nine greedy viewers are given between two turns."""
+    turns = []
+    room = parts.Room(an_address=16, soon=turns.append)
+    pilot, *viewers = [room.connect() for _ in range(10)]
+    flies = ControlState(Hand.CLIENT, pilot.seat.peer.number, "Ada", Stage.LIVE, 0.0, "Ada flies")
+    room.hub.hear([flies])
+    largest = parts.saying({"op": "ping", "deep": [{}] * 2035}, 1)
+    assert LARGEST_OPERATION - 100 < len(largest.payload) <= LARGEST_OPERATION
+    greedy = b"".join([largest.to_bytes()] * 3 + [parts.operation("ping").to_bytes()] * 100)
+    for each in (pilot, *viewers):
+        each.frames()
+    waiting = [each for each in viewers if each.send(greedy) > 0.0]
+    assert len(waiting) == len(viewers)
+    most, answered, began = 0, dict.fromkeys(viewers, 0), room.now
+    while waiting:
+        pilot.send(parts.operation("ping"))
+        assert pilot.answer("pong"), "whatever the others have used up"
+        most = max(most, room.hub._worked)
+        room.now += 0.02
+        assert len(turns) <= 1
+        for call in turns[:]:
+            turns.remove(call)
+            call()
+        waiting = [each for each in waiting if each.go_on() > 0.0]
+        for each in viewers:
+            answered[each] += sum(said["op"] == "pong" for said in each.said())
+        counts = [answered[each] for each in waiting]
+        assert not counts or max(counts) - min(counts) <= 60, "nobody is left behind"
+    assert TURN <= most < TURN + LARGEST_OPERATION + 200
+    assert set(answered.values()) == {103}
+    least = (3 * LARGEST_OPERATION - OPERATION_BURST) / OPERATIONS
+    assert room.now - began >= 0.9 * least, "to read operations has a price of its own"
 
-        async def incoming():
-            for byte in data:
-                yield bytes([byte])
-            raise ConnectionResetError
 
-        hub: Hub = room.hub
-        await hub.attend(incoming(), transport, "[::1]:80", "websocket")
-        return bytes(transport.data)
-
-    data = asyncio.run(run())
-    assert b'"op":"hello"' in data
-    assert b'"op":"pong"' in data
-    assert room.told == [Gone(1)]
+def test_an_operation_that_is_too_long_ends_the_connection_before_it_is_read(room, parts):
+    client = room.connect()
+    frame = parts.saying({"op": "ping", "long": "x" * LARGEST_OPERATION}, 1).to_bytes()
+    client.send(frame[:24])
+    said = client.answer("error")
+    assert (said["code"], str(LARGEST_OPERATION) in said["said"]) == ("length", True)
+    assert not client.is_in
 
 
-def test_attend_reads_nothing_from_who_is_refused(room, parts):
-    async def run():
-        room.hub._admission = type(room.hub._admission)(1, 1)
-        room.connect()
+def test_all_that_may_be_set_or_subscribed_to_fits_into_one_operation():
+    """As long-winded as JSON can be: a blank after each sign, and all digits of each number."""
+    values = {row.name: -1.2345678901234567e-300 for row in PARAMETERS}
+    largest = {"op": "parameters", "id": 2**32 - 1, "set": values, "lease": 2**32 - 1}
+    assert len(json.dumps(largest, indent=2)) < LARGEST_OPERATION
+    outfit = Outfit(12, 200.0, 8.0, 100.0, 5.0, 10.0, 360)
+    topics = [topic.name for topic in drone_topics(outfit)]
+    assert len(json.dumps({"op": "subscribe", "topics": topics}, indent=2)) < LARGEST_OPERATION
 
-        async def incoming():
-            raise AssertionError("read")
-            yield b""
 
-        transport = parts.FakeTransport()
-        await room.hub.attend(incoming(), transport, "10.0.0.1:80", "websocket")
-        return transport
+def test_answers_of_the_flight_are_charged_as_well(room, parts):
+    client = room.connect()
+    values = {f"parameter_{number}": 0.5 for number in range(256)}
+    pause = 0.0
+    for id in range(8):
+        pause = max(pause, client.send(parts.operation("parameters", get=[], id=id)))
+        room.hub.hear([Reply(1, id, {"op": "parameters", "values": values})])
+    assert pause > 0.0
 
-    transport = asyncio.run(run())
-    assert b'"too_many"' in transport.data
-    assert transport.closed
+
+def test_who_is_silent_is_asked_and_gives_its_place_to_others_unless_it_answers(parts):
+    room = parts.Room()
+    silent, reading, pinging = [room.connect(f"10.0.0.{n}:1") for n in range(3)]
+    room.hub.hear([ControlState(Hand.NOBODY, 0, "", Stage.LIVE, math.inf, "nobody yet")])
+    asked = 0
+    for second in range(60):
+        asked += sum(bool(each.flags & Flag.ACKNOWLEDGE) for each in reading.acknowledge())
+        pinging.send(parts.operation("ping", second))
+        assert not any(each.flags & Flag.ACKNOWLEDGE for each in pinging.frames())
+        room.wait(1.0)
+        assert silent.is_in == (second < 10)
+    assert 9 <= asked <= 12
+    assert silent.answer("error")["code"] == "slow"
+    assert reading.is_in and pinging.is_in
+    assert room.hub.status().peers[0].rate == 0.0, "a question is no data"

@@ -1,6 +1,7 @@
 """The real process, over real sockets of this machine."""
 
 import os
+import re
 import signal
 import socket
 import ssl
@@ -12,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from workbench.errors import WorkbenchError
+from workbench.link import Client
 from workbench.link.backplane import (
     Command,
     ControlState,
@@ -41,6 +44,22 @@ def certificate(tmp_path_factory):
         capture_output=True,
     )
     return str(cert), str(key)
+
+
+def test_the_certificate_of_the_page_serves_a_client_that_checks_it(serve, tmp_path):
+    """The command as docs/link.md has it, but for the address."""
+    page = (Path(__file__).resolve().parents[3] / "docs" / "link.md").read_text(encoding="utf-8")
+    [command] = re.findall(r"^openssl req .*?[^\\]$", page, re.DOTALL | re.MULTILINE)
+    command = command.replace("192.168.1.20", "127.0.0.1")
+    subprocess.run(command, shell=True, cwd=tmp_path, check=True, capture_output=True)
+    cert, key = tmp_path / "drone.pem", tmp_path / "drone.key"
+    config = ServerConfig(port=0, tls_cert=str(cert), tls_key=str(key))
+    server = serve(config)
+    with Client(f"127.0.0.1:{server.port}", tls=str(cert), reconnect=False) as client:
+        assert client.hello.vehicle == "x500"
+    key.chmod(0o640)
+    with pytest.raises(WorkbenchError, match=r"others may read .* \(mode 0640\): run chmod 600"):
+        config.check()
 
 
 def descriptors(server):
@@ -223,14 +242,14 @@ def test_a_flight_that_stands_still_harms_no_client(serve, parts):
     server = serve(ANY)
     with server.client() as client:
         client.answer("hello")
-        for seq in range(1, 3000):  # nobody reads these at the flight's end
+        for seq in range(1, 600):  # nobody reads these at the flight's end
             client.send(parts.command(seq))
-        client.send(parts.operation("ping", 3000))
+        client.send(parts.operation("ping", 600))
         assert client.answer("pong")
         commands = []
-        while not commands or commands[-1].seq < 2999:
+        while not commands or commands[-1].seq < 599:
             commands.append(server.hear_of(Command))
-        assert len(commands) < 500
+        assert len(commands) < 300
         assert [each.seq for each in commands] == sorted(each.seq for each in commands)
 
 

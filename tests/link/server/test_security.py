@@ -98,6 +98,18 @@ def test_before_login_all_else_ends_the_connection(guarded, parts, op):
     assert not guarded.asked(RequestControl)
 
 
+@pytest.mark.parametrize(
+    ("key", "value"), [("nonce", "ab"), ("proof", 7), ("role", "king"), ("name", "x" * 49)]
+)
+def test_a_login_that_cannot_be_read_names_the_value(guarded, parts, key, value):
+    client = guarded.connect()
+    fields, _ = parts.login_of(COMMAND, "command", client.answer("hello")["nonce"])
+    client.send(parts.operation("login", **(fields | {key: value})))
+    said = client.answer("error")
+    assert said["code"] == "login"
+    assert f'"{key}" must be' in said["said"]
+
+
 def test_before_login_commands_and_acknowledgements_end_the_connection(guarded, parts):
     for frame in (parts.command(), parts.acknowledgement(1)):
         client = guarded.connect()

@@ -1,11 +1,17 @@
 """How much a client may send: beyond it the server reads later, so that a flood waits outside."""
 
+from workbench.link.wire import LARGEST_OPERATION
+
 FRAMES = 1000.0
 """Frames a second, in the long run."""
 FRAME_BURST = 200.0
 """Frames at once."""
 BYTES = 1_000_000.0
 BYTE_BURST = 128 * 1024.0
+OPERATIONS = 64_000.0
+"""Bytes of operations a second, and of the flight's answers to them: to read and to write JSON
+takes a hundred times as long as to pass on bytes."""
+OPERATION_BURST = 2 * LARGEST_OPERATION
 LEAST_PAUSE = 0.02
 """A pause costs a timer, so short ones are made longer [s]."""
 
@@ -20,6 +26,7 @@ class Bucket:
     def __init__(self, now: float) -> None:
         self._frames = FRAME_BURST
         self._bytes = BYTE_BURST
+        self._operations = float(OPERATION_BURST)
         self._filled = now
 
     def take(self, size: int, now: float) -> None:
@@ -28,17 +35,15 @@ class Bucket:
         self._filled = now
         self._frames = min(FRAME_BURST, self._frames + FRAMES * passed)
         self._bytes = min(BYTE_BURST, self._bytes + BYTES * passed) - size
+        self._operations = min(OPERATION_BURST, self._operations + OPERATIONS * passed)
 
-    def take_frame(self) -> bool:
-        """Take one frame, if there is one in it."""
-        if self._frames < 1.0:
-            return False
+    def take_frame(self) -> None:
+        """Take a frame, or what came and was none, even if there is none in it."""
         self._frames -= 1.0
-        return True
 
-    def take_piece(self) -> None:
-        """Take a frame, even if there is none in it, for what came and was none."""
-        self._frames -= 1.0
+    def take_operation(self, size: int) -> None:
+        """Take the bytes of an operation, or of the answer to one, even if there are less in it."""
+        self._operations -= size
 
     def give_back(self) -> None:
         """Put a frame back, as we asked for it."""
@@ -46,5 +51,9 @@ class Bucket:
 
     def pause(self) -> float:
         """Return how long not to read, 0 for not at all [s]."""
-        lacking = max((1.0 - self._frames) / FRAMES, -self._bytes / BYTES)
+        lacking = max(
+            (1.0 - self._frames) / FRAMES,
+            -self._bytes / BYTES,
+            -self._operations / OPERATIONS,
+        )
         return max(lacking, LEAST_PAUSE) if lacking > 0.0 else 0.0

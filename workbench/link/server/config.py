@@ -1,5 +1,6 @@
 """What a server is to do: where it listens, whom it lets in, and what they may do."""
 
+import os
 import ssl
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,4 +102,11 @@ class ServerConfig:
                 f"{self.tls_cert} and {self.tls_key} are no certificate (PEM) and its key without "
                 f"a password: {getattr(error, 'reason', None) or error}"
             ) from error
+        key = Path(self.tls_key).stat()
+        # As ssh does: a key that belongs to another is for its owner to share.
+        if key.st_uid == os.getuid() and key.st_mode & 0o077:
+            raise WorkbenchError(
+                f"{self.tls_key}: others may read this private key (mode "
+                f"{key.st_mode & 0o777:04o}): run chmod 600 {self.tls_key}"
+            )
         return context

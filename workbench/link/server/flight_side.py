@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 from workbench.link.channel import Channel
 from workbench.link.server.waiting import Told, Waiting
 
-MOST_HEARD = 256
+MOST_HEARD = 64
 """Records of the flight that are passed on at once."""
 BUFFER = 16 * 1024
 """Bytes on their way to the flight: a command that waits there for long is of no use."""

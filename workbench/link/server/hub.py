@@ -1,10 +1,9 @@
 """Where clients and the flight meet: who is here, who gets what, and who must go."""
 
 import asyncio
-import contextlib
 import logging
 import time
-from collections.abc import AsyncIterator, Callable, Iterable
+from collections.abc import Callable, Iterable
 
 from workbench.link.answers import Error, Said, control_state_said, write_said
 from workbench.link.backplane import (
@@ -27,11 +26,19 @@ from workbench.link.server.refusals import Refusals
 from workbench.link.server.seat import Seat
 from workbench.link.server.terms import Terms
 from workbench.link.server.transport import Transport
+from workbench.link.wire import Decoder
 
 STATUS_PERIOD = 0.45
 """Between two statuses where nothing changes; they come with the next tick [s]."""
 MOST_FAULTS = 10
 """Of ours, that are printed."""
+TURN = 4096
+"""Work of all clients but the pilot in a turn of the loop, about a millisecond; with the last of
+their frames it may become three times as much [bytes of operations]."""
+SHARE = 1024
+"""Of that, what a client may have while others wait."""
+NEXT_TURN = 1e-6
+"""Until the next turn of the loop: a timer that is due at once [s]."""
 TICK_PERIOD = 0.1
 """Between two looks at who takes too long [s]."""
 
@@ -44,6 +51,8 @@ class Hub:
         admission: who may come in.
         tell: sends a record to the flight without waiting.
         clock: rises, whatever happens to the date [s].
+        soon: calls a function when all else that is due has had its turn, as a loop's `call_soon`;
+            without it the work of a turn has no bound.
 
     Attributes:
         terms: see above.
@@ -59,6 +68,7 @@ class Hub:
         admission: Admission,
         tell: Callable[[Asked | ServerStatus], None],
         clock: Callable[[], float] = time.monotonic,
+        soon: Callable[[Callable[[], None]], object] = lambda call: call(),
     ) -> None:
         self.terms = terms
         self.refusals = Refusals()
@@ -68,6 +78,10 @@ class Hub:
         self._admission = admission
         self._tell = tell
         self._clock = clock
+        self._soon = soon
+        self._worked = 0  # in this turn of the loop
+        self._line: dict[int, None] = {}  # numbers of clients that wait for the next one
+        self._pilot = 0
         self._seats: dict[int, Seat] = {}
         self._count = 0
         self._t_ns = 0
@@ -76,34 +90,17 @@ class Hub:
         self._changed = True
         self._told = clock()
 
-    async def attend(
-        self, incoming: AsyncIterator[bytes], transport: Transport, address: str, kind: str
-    ) -> None:
-        """Run one connection from HELLO to its end.
+    def open(
+        self, transport: Transport, address: str, kind: str, decoder: Decoder | None = None
+    ) -> Seat | None:
+        """Say hello to a client; None if it is refused, which it was told then.
 
         Args:
-            incoming: what the client sends, in any pieces; ends when the connection does.
             transport: where the answers go.
             address: host and port of the client.
             kind: websocket, for instance.
+            decoder: of what it sends; one of plain frames if it is left out.
         """
-        seat = self.open(transport, address, kind)
-        if seat is None:
-            return
-        try:
-            with contextlib.suppress(OSError):
-                async for data in incoming:
-                    pause = self.receive(seat, data)
-                    while pause > 0.0:  # who sends too much is read later
-                        await asyncio.sleep(pause)
-                        pause = self.go_on(seat)
-                    if seat.gone:
-                        break
-        finally:
-            self.lost(seat)
-
-    def open(self, transport: Transport, address: str, kind: str) -> Seat | None:
-        """Say hello to a client; None if it is refused, which it was told then."""
         now = self._clock()
         host = host_of(address)
         refused = self._admission.wait(host, now)
@@ -116,7 +113,14 @@ class Hub:
             return None
         self._count += 1
         peer = Peer(
-            self._count, address, self.terms, self._admission, self.refusals, self._t_ns, now
+            self._count,
+            address,
+            decoder or Decoder(),
+            self.terms,
+            self._admission,
+            self.refusals,
+            self._t_ns,
+            now,
         )
         seat = Seat(peer, transport, kind, now, now)
         self._seats[peer.number] = seat
@@ -129,25 +133,33 @@ class Hub:
 
     def receive(self, seat: Seat, data: bytes) -> float:
         """Take what a client has sent; return how long to read nothing more from it [s]."""
-        return self._serve(seat, lambda now: seat.peer.feed(data, now))
+        if seat.gone:
+            return 0.0
+        now = self._clock()
+        seat.peer.feed(data, now)
+        if not self._serve(seat, now):
+            seat.peer.came_to_nothing()
+        return self._rest(seat, now)
 
     def go_on(self, seat: Seat) -> float:
         """Take what a client has sent before, after a pause; return how long the next one is."""
-        return self._serve(seat, seat.peer.go_on)
-
-    def _serve(self, seat: Seat, work: Callable[[float], float]) -> float:
-        """Let a client be served, and do what comes of it."""
         if seat.gone:
             return 0.0
-        now, peer = self._clock(), seat.peer
+        now = self._clock()
+        self._serve(seat, now)
+        return self._rest(seat, now)
+
+    def _serve(self, seat: Seat, now: float) -> bool:
+        """Do what a client asks for, and what comes of it; return whether there was a frame."""
+        peer = seat.peer
         role, name = peer.role, peer.name
         try:
-            pause = work(now)
+            worked = self._work(peer, now)
         except Exception as error:  # a fault of ours must not reach the others
+            worked = True
             self.failed(f"client {peer.number}", error)
             peer.asked.clear()
             peer.end(ErrorCode.INTERNAL, "the server has failed at this: tell who runs it")
-            pause = 0.0
         for asked in peer.asked:
             self._tell(asked)
         peer.asked.clear()
@@ -156,7 +168,55 @@ class Hub:
         if peer.role is not role or peer.name != name:
             self._changed = True
         self._settle(seat, now)
-        return pause
+        return worked
+
+    def _work(self, peer: Peer, now: float) -> bool:
+        """Deal with a client's frames; return whether there was one.
+
+        Who flies is served at once. All others share a bounded work in each turn of the loop, so
+        that not even all of them together keep the pilot waiting. They wait in a line, and who has
+        had its share goes to the end of it.
+        """
+        number = peer.number
+        if number == self._pilot:
+            self._line.pop(number, None)
+            worked = False
+            while peer.work(now):
+                worked = True
+            return worked
+        is_next = next(iter(self._line), number) == number
+        share = SHARE if len(self._line) > 1 else TURN
+        done = 0
+        while is_next and done < share and self._worked < TURN:
+            work = peer.work(now)
+            if not work:
+                self._line.pop(number, None)
+                return done > 0
+            done += work
+            self._count_work(work)
+        if done:
+            self._line.pop(number, None)
+        if peer.pause(now) > 0.0:  # it rests for a reason of its own, and is in nobody's way
+            self._line.pop(number, None)
+        else:
+            self._line[number] = None
+        return done > 0
+
+    def _rest(self, seat: Seat, now: float) -> float:
+        """Return how long to read nothing from a client [s]."""
+        if seat.gone:
+            return 0.0
+        pause = seat.peer.pause(now)
+        return max(pause, NEXT_TURN) if seat.peer.number in self._line else pause
+
+    def _count_work(self, work: int) -> None:
+        is_first = not self._worked
+        self._worked += work
+        if is_first:
+            self._soon(self._begin_turn)
+
+    def _begin_turn(self) -> None:
+        self._worked = 0
 
     def lost(self, seat: Seat) -> None:
         """Note that a connection has ended."""
@@ -164,6 +224,7 @@ class Hub:
             return
         seat.gone = True
         del self._seats[seat.peer.number]
+        self._line.pop(seat.peer.number, None)
         if seat.peer.role is not None:
             self._admission.leave(seat.peer.host)
         self._tell(Gone(seat.peer.number))
@@ -182,6 +243,7 @@ class Hub:
                 case Refused(number, seq, code, said) if number in self._seats:
                     self._seats[number].peer.refuse(code, said, seq=seq)
                 case ControlState():
+                    self._pilot = record.peer
                     self._control = write_said(control_state_said(record))
                     for seat in self._seats.values():
                         self._welcome(seat)
@@ -198,6 +260,9 @@ class Hub:
         now = self._clock()
         for seat in list(self._seats.values()):
             seat.look(now)
+            if self._control is not None and seat.is_quiet(now):
+                seat.asked = now
+                seat.peer.out.ask(self._control)
             self._settle(seat, now)
         if self._changed or self.refusals.changed or now - self._told > STATUS_PERIOD:
             self._changed = self.refusals.changed = False

@@ -36,6 +36,8 @@ _ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
 
 
 class _Batch(NamedTuple):
+    """What waits for an acknowledgement; without frames of data, a question."""
+
     seq: int
     frames: int
     sent: float
@@ -59,6 +61,7 @@ class Outgoing:
         self.seq = 0
         self.acknowledged_ns = 0
         self._answers: deque[bytes] = deque()
+        self._question = b""
         self._events: deque[Sample] = deque()
         self._event_topics: frozenset[int] = frozenset()
         self._rings = Rings((), None)
@@ -90,6 +93,10 @@ class Outgoing:
         """Send an operation."""
         self._answers.append(payload)
 
+    def ask(self, payload: bytes) -> None:
+        """Send an operation that is to be acknowledged, so that a client shows that it is there."""
+        self._question = payload
+
     def publish(self, published: Published) -> None:
         """Keep what the client wants of this."""
         self.t_ns = t_ns = published.t_ns
@@ -107,6 +114,10 @@ class Outgoing:
         parts: list[bytes] = []
         while self._answers:
             self._add_frame(parts, _CONTROL, 0, 0, self.t_ns, self._answers.popleft())
+        if self._question:
+            self._add_frame(parts, _CONTROL, 0, _ACKNOWLEDGE, self.t_ns, self._question)
+            self._question = b""
+            self._batches.append(_Batch(self.seq, 0, now, 0))
         if len(self._batches) < BATCHES and (self._events or self._rings.waiting):
             self._add_batch(parts, now)
         return b"".join(parts)
@@ -126,7 +137,8 @@ class Outgoing:
         self._heard = now
         while self._batches and self._batches[0].seq <= seq:
             batch = self._batches.popleft()
-            self._pace.batch(batch.frames, now - batch.sent)
+            if batch.frames:
+                self._pace.batch(batch.frames, now - batch.sent)
             self.acknowledged_ns = max(self.acknowledged_ns, batch.wall_ns)
         return True
 

@@ -1,11 +1,11 @@
 """One client: what it may do, and what comes of the bytes it sends; nothing here waits or sends."""
 
 from collections.abc import Mapping
-from contextlib import closing
 
 from workbench.link.answers import (
     ByeSaid,
     Error,
+    Granted,
     LoggedIn,
     Nack,
     Pong,
@@ -39,6 +39,7 @@ from workbench.link.strict_json import write_json
 from workbench.link.wire import (
     LARGEST,
     LARGEST_BEFORE_LOGIN,
+    LARGEST_OPERATION,
     SKIPPABLE,
     Decoder,
     Frame,
@@ -48,6 +49,12 @@ from workbench.link.wire import (
 
 MOST_REQUESTS = 16
 """Without an answer of the flight."""
+FRAME_WORK = 128
+"""What a frame takes besides its operation [bytes of operations]."""
+LABOUR = 512
+"""What an operation takes besides its reading, or a command that the flight has to refuse: it goes
+to the flight and back, makes subscriptions, or looks for what may have been meant. The same unit;
+a ping is for free."""
 
 
 class Peer:
@@ -56,6 +63,7 @@ class Peer:
     Args:
         number: never used twice.
         address: host and port.
+        decoder: of what it sends.
         terms: that hold for all.
         admission: who gets a place; this one has one as soon as it has a role.
         refusals: where what is refused is counted.
@@ -74,12 +82,14 @@ class Peer:
         last: what it is told last; None while it stays.
         last_due: when it is told so.
         refused: commands and operations that were refused.
+        heard: when its last frame was dealt with, or it came.
     """
 
     def __init__(
         self,
         number: int,
         address: str,
+        decoder: Decoder,
         terms: Terms,
         admission: Admission,
         refusals: Refusals,
@@ -97,64 +107,76 @@ class Peer:
         self.last: Said | None = None
         self.last_due = now
         self.refused = 0
+        self.heard = now
         self._terms = terms
         self._admission = admission
         self._refusals = refusals
         self._bucket = Bucket(now)
-        self._decoder = Decoder(LARGEST if self.role else LARGEST_BEFORE_LOGIN)
+        self._decoder = decoder
+        decoder.largest = LARGEST if self.role else LARGEST_BEFORE_LOGIN
+        decoder.largest_operation = LARGEST_OPERATION
         self._key: bytes | None = None
         self._proven = 0
         self._requests = 0
+        self._lease: object = 0
+        self._worked = 0
         self._logged_in = False
 
-    def feed(self, data: bytes, now: float) -> float:
-        """Take what it has sent.
+    def feed(self, data: bytes, now: float) -> None:
+        """Keep what it has sent, any piece of it, until `work` is called."""
+        self._bucket.take(len(data), now)
+        self._decoder.keep(data)
 
-        Args:
-            data: any piece of it. One that finishes no frame counts as a frame, so pieces of a
-                byte, and messages of none, are not for free.
-            now: see above.
+    def work(self, now: float) -> int:
+        """Do what the next frame asks for.
 
         Returns:
-            how long to read nothing from it, 0 for not at all [s].
+            what it took, about [bytes of operations]; 0 if there is no frame that may be dealt
+            with now.
         """
-        self._bucket.take(len(data), now)
-        if not self._work(data, now):
-            self._bucket.take_piece()
-        return self._bucket.pause()
-
-    def go_on(self, now: float) -> float:
-        """Take what was left over, after a pause; return how long the next one is [s]."""
-        self._bucket.take(0, now)
-        self._work(b"", now)
-        return self._bucket.pause()
-
-    def _work(self, data: bytes, now: float) -> bool:
-        """Do what is asked, as much as may be; return whether there was a frame."""
-        worked = False
-        if self.last is not None:
-            return worked
+        if self.last is not None or self.pause(now) > 0.0:
+            return 0
         try:
-            # What is left over after a pause stays in the decoder.
-            with closing(self._decoder.feed(data)) as frames:
-                for frame in frames:
-                    worked = True
-                    self._take(frame, now)
-                    if self.last is not None or not self._bucket.take_frame():
-                        break
+            frame = self._decoder.next()
+            if frame is None:
+                return 0
+            self.heard = now
+            self._worked = FRAME_WORK
+            self._bucket.take_frame()
+            if frame.kind == Kind.CONTROL:  # before it is read: that is what it costs
+                self._charge(len(frame.payload))
+            self._take(frame, now)
         except WireError as error:
             self.end(ErrorCode(error.code), str(error))
-        return worked
+        return self._worked
+
+    def _charge(self, work: int) -> None:
+        """Count what it makes us do [bytes of operations]."""
+        self._worked += work
+        self._bucket.take_operation(work)
+
+    def came_to_nothing(self) -> None:
+        """Note a piece that finished no frame: pieces of a byte, and of none, are not for free."""
+        self._bucket.take_frame()
+
+    def pause(self, now: float) -> float:
+        """Return how long to read nothing from it, 0 for not at all [s]."""
+        self._bucket.take(0, now)
+        return self._bucket.pause()
 
     def reply(self, id: int, operation: Mapping[str, object]) -> None:
         """Hand on what the flight says to a request."""
         self._requests = max(0, self._requests - 1)
+        if operation.get("op") == Granted.op:
+            self._lease = operation.get("lease", 0)
         if operation.get("op") == Nack.op:
             self._note(str(operation.get("code")), str(operation.get("said")))
         try:
-            self.out.answer(write_json({**operation, "id": id}))
+            answer = write_json({**operation, "id": id})
         except ValueError as error:  # a number that is not finite
-            self.out.answer(write_said(Nack(NackCode.BAD_VALUE, f"the answer: {error}", id)))
+            answer = write_said(Nack(NackCode.BAD_VALUE, f"the answer: {error}", id))
+        self._bucket.take_operation(len(answer))
+        self.out.answer(answer)
 
     def refuse(self, code: str, said: str, id: int | None = None, seq: int | None = None) -> None:
         """Say that something was not done."""
@@ -188,7 +210,10 @@ class Peer:
             try:
                 self._operate(read_operation(frame.payload), frame, now)
             except BadOperation as error:
-                if self._is_in():
+                self._charge(LABOUR)
+                if self.role is None:
+                    self.end(ErrorCode.LOGIN, f"log in first: {error.said}")
+                else:
                     self.refuse(error.code, error.said, error.id)
         elif not frame.kind & SKIPPABLE:
             raise WireError("kind", f"frames of kind {frame.kind} may not be skipped")
@@ -210,6 +235,8 @@ class Peer:
             self.refuse(NackCode.NOT_ALLOWED, hindrance, seq=frame.seq)
         elif self._proves(frame):
             lease, axes, v_x, v_y, v_z, yaw_rate = topic.packer.unpack(frame.payload)
+            if lease != self._lease:
+                self._charge(LABOUR)
             velocity = (v_x, v_y, v_z)
             self.asked.append(
                 Command(self.number, frame.seq, frame.t_ns, lease, axes, velocity, yaw_rate)
@@ -240,9 +267,11 @@ class Peer:
                 return self._log_in(operation, now)
         if not self._is_in():
             return None
+        if isinstance(operation, Ping):
+            self.out.answer(write_said(Pong(operation.id, self.out.t_ns)))
+            return None
+        self._charge(LABOUR)
         match operation:
-            case Ping(id):
-                self.out.answer(write_said(Pong(id, self.out.t_ns)))
             case Subscribe(id, names, rate):
                 topics = self._terms.topics(names, id)
                 self.out.subscribe(topics, rate)

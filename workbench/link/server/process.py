@@ -53,7 +53,12 @@ async def serve(connection: Connection, config: ServerConfig, flight: Flight) ->
     """
     terms = Terms(flight, config.tokens(), config.allow_commands, config.clients, _server())
     side = FlightSide(connection)
-    hub = Hub(terms, Admission(config.clients, config.clients_an_address), side.tell)
+    hub = Hub(
+        terms,
+        Admission(config.clients, config.clients_an_address),
+        side.tell,
+        soon=asyncio.get_running_loop().call_soon,
+    )
     side.start(hub.hear, hub.stopped.set)
     asyncio.get_running_loop().set_exception_handler(
         lambda _, what: hub.failed(str(what.get("message")), what.get("exception"))

@@ -1,5 +1,6 @@
 """A connected client with its connection, and whether it still deserves its place."""
 
+import math
 from dataclasses import dataclass
 
 from workbench.link.answers import ByeSaid
@@ -13,6 +14,8 @@ LOGIN_TIME = 3.0
 """Until login [s]."""
 SILENT_TIME = 5.0
 """Until what was asked to be acknowledged is [s]."""
+QUIET_TIME = 5.0
+"""Without a frame of a client, until it is asked whether it is there [s]."""
 BLOCKED_TIME = 2.0
 """While nothing that was written goes out [s]."""
 ROOM = 32 * 1024
@@ -30,6 +33,7 @@ class Seat:
         since: when it came.
         moved: when bytes last went out, or none waited.
         unsent: bytes that waited then.
+        asked: when it was last asked whether it is there.
         gone: whether it has left its place.
     """
 
@@ -39,6 +43,7 @@ class Seat:
     since: float
     moved: float
     unsent: int = 0
+    asked: float = -math.inf
     gone: bool = False
 
     def flush(self, now: float) -> None:
@@ -68,6 +73,12 @@ class Seat:
             peer.end(ErrorCode.SLOW, f"nothing was read for {BLOCKED_TIME:g} s")
         elif peer.out.seq > LAST_SEQ and peer.last is None:
             peer.last = ByeSaid("the numbers of frames are used up: connect again")
+
+    def is_quiet(self, now: float) -> bool:
+        """Return whether it is time to ask a client that says nothing whether it is there."""
+        if self.peer.role is None or self.peer.out.silence(now) > 0.0:
+            return False
+        return now - max(self.peer.heard, self.asked) >= QUIET_TIME
 
     def status(self, now: float, wall_ns: int) -> PeerStatus:
         """Return what the operator sees of it."""

@@ -5,6 +5,7 @@ from typing import cast
 
 from workbench.link.server.hub import Hub
 from workbench.link.server.seat import Seat
+from workbench.link.wire import Decoder
 
 LINGER = 1.0
 """Time for the last words to go out [s]."""
@@ -21,6 +22,7 @@ class TcpConnection(asyncio.Protocol):
         self._all = all_open
         self._address = address
         self._kind = kind
+        self._decoder = Decoder()
         self._seat: Seat | None = None
         self._closing = False
         self._dropped = 0
@@ -29,7 +31,7 @@ class TcpConnection(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
         self._all.add(self)
-        self._seat = self._hub.open(self, self._address, self._kind)
+        self._seat = self._hub.open(self, self._address, self._kind, self._decoder)
 
     def data_received(self, data: bytes) -> None:
         if self._closing or self._seat is None:

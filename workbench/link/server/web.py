@@ -1,12 +1,12 @@
 """The page for phones: its files over HTTP, and the link in a WebSocket."""
 
-import asyncio
-import contextlib
+import base64
+import hashlib
 from collections.abc import Mapping
 from importlib import resources
 from typing import NamedTuple
 
-from aiohttp import web
+from aiohttp import HttpVersion11, web
 
 from workbench.errors import WorkbenchError
 from workbench.link.address import Address
@@ -16,7 +16,8 @@ from workbench.link.server.door import Door
 from workbench.link.server.hub import Hub
 from workbench.link.server.listening import listen
 from workbench.link.server.origin import is_own_host, is_own_origin
-from workbench.link.server.web_socket import LARGEST_MESSAGE, WebSocketTransport, messages
+from workbench.link.server.tcp_connection import TcpConnection
+from workbench.link.server.web_socket import WebSocketConnection
 
 TYPES = {
     ".html": "text/html",
@@ -24,6 +25,8 @@ TYPES = {
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
 }
+WEB_SOCKET = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
+"""What is hashed with a client's key, to show that it was understood (RFC 6455, section 1.3)."""
 IDLE_TIME = 10.0
 """Without a whole request, until a connection is closed [s]."""
 LONGEST_LINE = 2048
@@ -92,6 +95,7 @@ class Page:
         self._files = page_files()
         self._door: Door | None = None
         self._server: web.Server | None = None
+        self._open: set[TcpConnection] = set()
 
     async def open(self) -> None:
         """Listen.
@@ -129,6 +133,8 @@ class Page:
         """Answer any request."""
         address = str(Address(*(request.get_extra_info("peername") or ("unknown", 0))[:2]))
         local = (request.get_extra_info("sockname") or ("",))[0]
+        if request.version < HttpVersion11 or len(request.headers.getall("Host", ())) != 1:
+            return plain(400, "A request of HTTP/1.1 with one Host is answered here.")
         if not is_own_host(request.host, local, self._host):
             said = f"{request.host!r} is not where this page is: open it by the machine's address"
             return self._forbid("host", address, said)
@@ -148,33 +154,28 @@ class Page:
 
     async def _join(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
         """Let a page connect, if it is ours."""
-        origin = request.headers.get("Origin", "")
-        if not is_own_origin(origin, request.host, self._scheme):
+        origins = request.headers.getall("Origin", ())
+        origin = ", ".join(origins)
+        if len(origins) != 1 or not is_own_origin(origin, request.host, self._scheme):
             said = f"{origin or 'no page'!r} is not the page of this server: programs use TCP"
             return self._forbid("origin", address, said)
-        socket = web.WebSocketResponse(
-            max_msg_size=LARGEST_MESSAGE + 1,  # aiohttp refuses a message of just this size
-            compress=False,
-            timeout=1.0,
-            autoping=False,  # they count as what else a client sends
-        )
-        if not socket.can_prepare(request):
+        if not web.WebSocketResponse().can_prepare(request):
             return plain(400, "A WebSocket is to be opened here.")
-        await socket.prepare(request)
-        assert isinstance(request.transport, asyncio.Transport)
-        transport = WebSocketTransport(socket, request.transport)
-        sending = asyncio.create_task(transport.send())
-        incoming = messages(socket, address, self._hub.refusals.add)
-        try:
-            await self._hub.attend(incoming, transport, address, "websocket")
-            transport.close()
-            await sending
-        finally:
-            sending.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await sending
-            transport.done()
-        return socket
+        key = request.headers["Sec-WebSocket-Key"].encode() + WEB_SOCKET
+        accepted = base64.b64encode(hashlib.sha1(key, usedforsecurity=False).digest()).decode()
+        upgrade = {"Upgrade": "websocket", "Connection": "upgrade"}
+        answer = web.StreamResponse(
+            status=101, headers=upgrade | {"Sec-WebSocket-Accept": accepted}
+        )
+        answer.force_close()
+        await answer.prepare(request)
+        if request.transport is None:  # gone meanwhile
+            return answer
+        connection = WebSocketConnection(self._hub, self._open, address)
+        connection.connection_made(request.transport)
+        request.protocol.set_parser(connection)  # type: ignore[arg-type]
+        await connection.ended.wait()
+        return answer
 
     def _forbid(self, code: str, address: str, said: str) -> web.Response:
         self._hub.refusals.add(code, f"{address}: {code}: {said}")
