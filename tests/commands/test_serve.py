@@ -71,6 +71,28 @@ def test_it_serves_until_told_to_stop_and_leaves_nothing_behind(tmp_path, number
         assert all(map(gone, below))
 
 
+def test_a_server_that_is_killed_is_started_again_and_the_flight_goes_on(tmp_path):
+    with serving(tmp_path, "--log", "flight.mcap") as (process, address):
+        with Client(address, topics=["drone_state"]) as client:
+            before = next(iter(client)).time
+            server = children(process.pid)[-1]
+            assert b"link.server" in Path(f"/proc/{server}/cmdline").read_bytes()
+            os.kill(server, signal.SIGKILL)
+            while "serving again" not in (line := process.stderr.readline()):
+                assert line, "it has ended"
+            assert line == f"workbench: serving again at {address}\n"
+            latest = client.latest("drone_state").time
+            assert latest >= before
+            for sample in client:  # it comes back by itself, to the same flight
+                if sample.time > latest + 0.5:
+                    break
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=ENOUGH)
+        assert process.returncode == 0
+    log = (tmp_path / "flight.mcap").read_bytes()
+    assert log.startswith(b"\x89MCAP") and log.endswith(b"\x89MCAP0\r\n")
+
+
 def test_a_client_takes_off_and_the_log_flies_it_again(tmp_path, run):
     with serving(tmp_path, "--log", "logs/flight.mcap") as (process, address):
         with Client(address, name="tester") as client, client.control() as control:

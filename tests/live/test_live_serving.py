@@ -1,11 +1,14 @@
 """A live flight and its server's process: begun and ended while it flies, and neither harms it."""
 
 import contextlib
+import math
 import os
 import signal
 import socket
 import threading
 import time
+from itertools import pairwise
+from multiprocessing import Pipe
 from pathlib import Path
 
 import pytest
@@ -15,7 +18,8 @@ from workbench.link import Client
 from workbench.link.backplane import Hand, ServerStatus, Stage
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.live.messages import Phase
+from workbench.live.messages import Answer, Phase
+from workbench.live.server_keeper import ServerKeeper
 
 ENOUGH = 120.0
 """No test waits so long unless it fails [s]."""
@@ -176,20 +180,82 @@ def test_the_view_shows_who_is_there_who_flies_and_the_log(flight, address, tmp_
     assert path.stat().st_size > 0
 
 
-def test_a_server_that_is_killed_costs_the_flight_nothing(flight, address):
-    with Client(address, name="Ada", reconnect=False) as client, client.control():
-        flight.pause().result(ENOUGH)
-        (server,) = children(flight.pid)
-        os.kill(server, signal.SIGKILL)
-        wait_for(lambda: flight.latest().network.server is None)
-        wait_for(lambda: "was killed" in flight.latest().network.said)
-        assert flight.latest().network.control.hand is Hand.NOBODY
-        flight.resume().result(ENOUGH)
-        assert_flies_on(flight)
-        again = flight.serve(ServerConfig(port=0)).result(ENOUGH)
-        wait_for(lambda: flight.latest().network.said == "")
-        with Client(again) as other:
-            assert other.ping() > 0.0
+def test_a_server_that_is_killed_is_started_again_at_the_same_address(flight, tmp_path):
+    """The flight goes on, the drone holds, and clients come back with the tokens they had."""
+    tokens = tmp_path / "tokens"
+    tokens.write_text("view: " + "v" * 20 + "\ncommand: " + "c" * 20 + "\n")
+    tokens.chmod(0o600)
+    config = ServerConfig(port=0, web=True, token_file=str(tokens))
+    address = flight.serve(config).result(ENOUGH)
+    page = served(flight).page
+    with Client(address, name="Ada", token="c" * 20, topics=[EVENTS]) as client:
+        for _ in range(2):
+            flight.pause().result(ENOUGH)
+            with client.control() as control:
+                (server,) = children(flight.pid)
+                os.kill(server, signal.SIGKILL)
+                wait_for(lambda control=control: control.lost)
+            flight.resume().result(ENOUGH)
+            assert_flies_on(flight)
+            wait_for(lambda server=server: server not in children(flight.pid))
+            wait_for(lambda: flight.latest().network.server is not None)
+            assert (served(flight).address, served(flight).page) == (address, page)
+            assert flight.latest().network.control.hand is Hand.NOBODY
+            wait_for(lambda: client.connected)
+            assert client.ping() > 0.0
+    assert flight.latest().network.said == ""
+
+
+def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
+    """Without a process: the pauses grow, and an order to stop or to serve ends them."""
+    now, begun, ways = [0.0], [], []
+
+    class Dying:
+        patience = math.inf
+
+        def __init__(self, config, flight):
+            begun.append((now[0], config.port, config.web_port))
+            self.connection, self._far = Pipe(duplex=False)
+            ways.append([ServerStatus("here:7", "http://here:8/", (), {}, ())])
+
+        def heard(self):
+            yield from ways.pop() if ways else ()
+            raise EOFError
+
+        def cause(self):
+            return "the server's process was killed"
+
+        def close(self):
+            self.connection.close()
+            self._far.close()
+
+    def live(seconds):
+        end = now[0] + seconds
+        while now[0] < end:
+            list(keeper.heard())
+            if keeper._ending:
+                keeper._ending._thread.join()
+            now[0] += 0.01
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("workbench.live.server_keeper.Serving", Dying)
+        keeper = ServerKeeper(lambda: None, lambda: 0.0, lambda: now[0])
+        keeper.serve(1, ServerConfig(port=0, web=True))
+        live(20.0)
+        assert [round(after - before, 1) for (before, *_), (after, *_) in pairwise(begun)] == [
+            0.1, 0.5, 1.0, 2.0, 4.0,
+        ]  # fmt: skip
+        assert {(port, page) for _, port, page in begun[1:]} == {(7, 8)}
+        assert "was killed; it was started again 5 times in vain" in keeper.said
+        assert not keeper.starts_again and not keeper.serves
+        assert keeper.answers == [Answer(1, "here:7")]
+        keeper.serve(2, ServerConfig(port=0))
+        live(0.05)
+        assert keeper.starts_again
+        keeper.stop(3)
+        live(20.0)
+        assert len(begun) == 7
+        assert (keeper.starts_again, keeper.said) == (False, "")
 
 
 def test_a_server_that_stands_still_is_ended_while_the_flight_flies(flight, address):

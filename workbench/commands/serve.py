@@ -187,21 +187,35 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
     from workbench.live.messages import Phase
 
     told: tuple[str, ...] = ()
-    who = NOBODY_YET
+    who, ended = NOBODY_YET, ""
     while not stopped.wait(LOOK):
         view = flight.latest()
         if view.phase is Phase.ENDED:
             raise WorkbenchError(view.said)
-        if view.network.server is None and view.network.said:
-            raise WorkbenchError(view.network.said)
+        network = view.network
+        if network.server is None and network.said and not network.starts_again:
+            raise WorkbenchError(network.said)
         if view.phase is Phase.BROKEN:
             say(f"{view.said}; the server stops")
             return ExitCode.NOT_AS_DEMANDED
+        ended = _say_server(view, ended)
         told = _say_refusals(view, told)
         who = _say_control(view, who)
         if duration is not None and view.snapshot and view.snapshot.time >= duration:
             break
     return ExitCode.DONE
+
+
+def _say_server(view: "LiveView", before: str) -> str:
+    """Say that the server has ended and is started again, or listens; return what was said."""
+    network = view.network
+    if network.server is None:
+        if network.said and network.said != before:
+            say(network.said)
+        return network.said or before
+    if before:
+        say(f"serving again at {network.server.address}")
+    return ""
 
 
 def _say_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:

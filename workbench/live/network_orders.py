@@ -44,6 +44,7 @@ class NetworkView:
         server: as it said last, None where none runs.
         control: who flies, None until it was said.
         said: why there is no server, or no log, any more; "" else.
+        starts_again: whether the server has ended by itself and is being started again.
         log: path of the log that is being written, "" without.
     """
 
@@ -51,3 +52,4 @@ class NetworkView:
     control: ControlState | None = None
     said: str = ""
     log: str = ""
+    starts_again: bool = False

@@ -1,8 +1,15 @@
-"""The server of a live flight: begun and ended at any time, one after the other."""
+"""The server of a live flight: begun and ended at any time, one after the other.
 
+A server that ends by itself, be it killed, is started again at the same address. The flight goes on
+meanwhile: the drone holds, as the connection of whoever flew it has ended.
+"""
+
+import dataclasses
 import math
+import time
 from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
+from urllib.parse import urlsplit
 
 from workbench.errors import WorkbenchError
 from workbench.link.backplane import Flight, Published, ServerFailed, ServerStatus
@@ -11,7 +18,11 @@ from workbench.live.messages import Answer, Refusal
 from workbench.live.serving import Ending, Serving
 
 STOPPED = "the server was stopped"
-STOOD_STILL = "the server read nothing any more, and was ended: start it again"
+STOOD_STILL = "the server read nothing any more, and was ended"
+PAUSES = (0.1, 0.5, 1.0, 2.0, 4.0)
+"""Before a server is started again, one after the other [s]; after the last one it is not."""
+CALM = 60.0
+"""A server that has listened for so long may be started again as often as a new one [s]."""
 
 
 class ServerKeeper:
@@ -20,15 +31,21 @@ class ServerKeeper:
     Args:
         flight: tells what is flown.
         time: tells the simulated time [s].
+        now: rises, whatever happens to the date [s].
 
     Attributes:
         status: as the server said last, None where none runs.
-        said: why it ended by itself, "" else.
+        said: why it ended by itself, and what comes of it, "" else.
         answers: to the operator's orders, for whoever sends them.
     """
 
-    def __init__(self, flight: Callable[[], Flight], time: Callable[[], float]) -> None:
-        self._flight, self._time = flight, time
+    def __init__(
+        self,
+        flight: Callable[[], Flight],
+        time: Callable[[], float],
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._flight, self._time, self._now = flight, time, now
         self.status: ServerStatus | None = None
         self.said = ""
         self.answers: list[Answer | Refusal] = []
@@ -37,6 +54,16 @@ class ServerKeeper:
         self._ending: Ending | None = None
         self._stopping: list[int] = []
         self._next: tuple[int, ServerConfig] | None = None
+        self._config = ServerConfig()
+        self._again_due: float | None = None
+        self._restarts = 0
+        self._since = math.inf
+        self._was_ready = False
+
+    @property
+    def starts_again(self) -> bool:
+        """Whether a server that has ended by itself is being started again."""
+        return self._again_due is not None or (self._restarts > 0 and self.status is None)
 
     @property
     def serves(self) -> bool:
@@ -57,6 +84,7 @@ class ServerKeeper:
         if self._serving or self._next:
             raise WorkbenchError("the flight is served already: stop its server first")
         config.check()
+        self._config, self._again_due, self._restarts = config, None, 0
         if self._ending:  # its port may be the one that is wanted
             self._next = number, config
             return
@@ -67,6 +95,9 @@ class ServerKeeper:
         if self._next:
             (waiting, _), self._next = self._next, None
             self.answers.append(Refusal(waiting, STOPPED))
+        if self.starts_again:
+            self.said = ""
+        self._again_due, self._restarts = None, 0
         if self._serving:
             self._end(self._serving, "")
         if self._ending:
@@ -77,6 +108,8 @@ class ServerKeeper:
     @property
     def patience(self) -> float:
         """How long nothing is to be done here, whatever comes [s]."""
+        if self._again_due is not None:
+            return max(0.0, self._again_due - self._now())
         return self._serving.patience if self._serving else math.inf
 
     def publish(self, published: Published) -> None:
@@ -96,6 +129,8 @@ class ServerKeeper:
         """Yield what clients ask for; the rest is dealt with here."""
         if self._ending and self._ending.connection.poll():
             self._ended(self._ending)
+        if self._again_due is not None and self._now() >= self._again_due:
+            self._start_again()
         serving = self._serving
         if not serving:
             return
@@ -113,12 +148,16 @@ class ServerKeeper:
 
     def close(self) -> None:
         """End the server, and wait until it is gone."""
+        self._again_due, self._restarts = None, 0
         if self._serving:
             self._end(self._serving, "")
         if self._ending:
             self._ending.join()
 
     def _take(self, status: ServerStatus) -> None:
+        if self.status is None:
+            self._since = self._now()
+            self._config = _at_the_same_ports(self._config, status)
         self.status, self.said = status, ""
         if self._starting is not None:
             self.answers.append(Answer(self._starting, status.address))
@@ -127,6 +166,9 @@ class ServerKeeper:
     def _end(self, serving: Serving, said: str | None) -> None:
         """End the server and say why; None where that is to be found out."""
         self._ending, self._serving = Ending(serving, said), None
+        if self.status is not None and self._now() - self._since > CALM:
+            self._restarts = 0
+        self._was_ready = self.status is not None or self._restarts > 0
         self.status, self.said = None, said or ""
 
     def _ended(self, ending: Ending) -> None:
@@ -136,6 +178,8 @@ class ServerKeeper:
         if self._starting is not None:
             self.answers.append(Refusal(self._starting, ending.said or STOPPED))
             self._starting = None
+        elif ending.said and self._was_ready and not self._stopping:
+            self._plan_again(ending.said)
         self.answers += [Answer(number, self._time()) for number in self._stopping]
         self._stopping.clear()
         if self._next:
@@ -144,3 +188,28 @@ class ServerKeeper:
                 self.serve(number, config)
             except WorkbenchError as error:
                 self.answers.append(Refusal(number, str(error)))
+
+    def _plan_again(self, cause: str) -> None:
+        """Have a server that has ended by itself started again, but not for ever."""
+        if self._restarts == len(PAUSES):
+            self._restarts = 0
+            self.said = f"{cause}; it was started again {len(PAUSES)} times in vain: start it anew"
+            return
+        self._again_due = self._now() + PAUSES[self._restarts]
+        self._restarts += 1
+        self.said = f"{cause}; it is started again"
+
+    def _start_again(self) -> None:
+        self._again_due = None
+        try:
+            self._config.check()
+            self._serving = Serving(self._config, self._flight())
+        except WorkbenchError as error:  # the token file is gone, or the system has no room
+            self._plan_again(str(error))
+
+
+def _at_the_same_ports(config: ServerConfig, status: ServerStatus) -> ServerConfig:
+    """Return the configuration of a server that listens where this one does."""
+    page = urlsplit(status.page).port if status.page else None
+    port = int(status.address.rpartition(":")[2])
+    return dataclasses.replace(config, port=port, web_port=page or config.web_port)

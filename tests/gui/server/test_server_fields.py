@@ -145,3 +145,7 @@ def test_the_state_is_a_word_and_a_sentence():
     failed = server_state(idle, True, nothing, "port 7733 is in use: take another")
     assert failed.running is Running.FAILED
     assert failed.said == "Port 7733 is in use: take another."
+    again = LiveView(Phase.FLYING, "", network=NetworkView(starts_again=True))
+    begun = server_state(again, True, nothing, "the server was killed; it is started again")
+    assert begun.running is Running.STARTING
+    assert begun.said == "The server was killed; it is started again."

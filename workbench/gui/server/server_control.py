@@ -81,7 +81,10 @@ class ServerControl(QObject):
             self._wanted, self._listened = Wanted.NOTHING, False
             self.changed.emit()
         listens = view.network.server is not None
-        if self._listened and not listens and self._wanted is Wanted.NOTHING:
-            self._failure = view.network.said or "the server has ended: start it again"
-            self.changed.emit()
+        ended = (self._listened or self._failure) and not listens
+        if ended and self._wanted is Wanted.NOTHING:
+            failure = view.network.said or self._failure or "the server has ended: start it again"
+            if self._listened or failure != self._failure:
+                self._failure = failure
+                self.changed.emit()
         self._listened = listens and self._wanted is not Wanted.STOP

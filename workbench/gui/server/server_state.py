@@ -56,6 +56,8 @@ def server_state(view: LiveView, flies: bool, wanted: Wanted, failure: str) -> S
         count = len(view.network.server.peers)
         clients = "nobody is connected" if not count else f"{count} connected"
         return ServerState(Running.LISTENING, f"at {view.network.server.address}; {clients}.")
+    if view.network.starts_again:
+        return ServerState(Running.STARTING, f"{failure[:1].upper()}{failure[1:]}.")
     if wanted is Wanted.START:
         return ServerState(Running.STARTING, "It takes a moment.")
     if failure:
