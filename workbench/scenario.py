@@ -13,7 +13,7 @@ from workbench.resources import find_file, find_model, find_world
 from workbench.sensors_config import SensorsConfig, check_sensors
 from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, dump_changes, read_yaml
 
-REQUESTS = ("arm", "take_off", "hold", "land", "stop")
+REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
 START_MODES = ("off", "hovering")
 FINEST_STEP = 1e-5
 SLOWEST = {
@@ -101,7 +101,8 @@ class Action:
     """Something the pilot does at a time [s]; what is not given stays as it is.
 
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off,
-    land, stop) with its height [m], a gust, a push, or new values of live parameters.
+    hold, land, stop, abort_landing) with its height [m], a gust, a push, or new values of live
+    parameters.
     """
 
     at: float = 0.0

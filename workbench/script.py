@@ -35,6 +35,11 @@ class Script:
         """How many actions were handed out."""
         return self._done
 
+    @property
+    def actions_done(self) -> list[Action]:
+        """The actions that were handed out."""
+        return self._actions[: self._done]
+
     def rewind(self, done: int = 0) -> None:
         """Begin again, at the start or where so many actions were handed out."""
         self._done = done

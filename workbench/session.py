@@ -137,6 +137,9 @@ class Session:
     def request(self, what: str, height: float = START_HEIGHT) -> None:
         """Ask the flight mode to arm, take_off (to a height [m]), hold, land, or stop at once.
 
+        In a landing only "stop" and "abort_landing" have an effect: that climbs to the height, or
+        holds the place where the drone is higher.
+
         Raises:
             WorkbenchError: if it is none of these.
         """
@@ -146,6 +149,18 @@ class Session:
         state = self._bench.recorder.now(self._live.root)["mode"]
         mode, seen = FlightMode(int(state[0])), state[1]
         self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
+
+    @property
+    def script(self) -> Sequence[Action]:
+        """What the scenario's script has done so far, in the order of its times."""
+        return self._script.actions_done
+
+    @property
+    def waiting_request(self) -> Request:
+        """What was asked of the flight mode that it has not seen yet, NONE if there is nothing."""
+        wish = self._live.wish
+        seen = self._bench.recorder.now(self._live.root)["mode"][1]
+        return Request(int(wish.request)) if seen < wish.serial else Request.NONE
 
     def gust(self, velocity: Sequence[float], duration: float = 1.0) -> None:
         """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on.

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from workbench.link.backplane import Flight, Hand, ServerStatus, Stage
-from workbench.link.drone_topics import COMMAND
+from workbench.link.drone_topics import COMMAND, PARAMETERS
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
@@ -195,6 +195,7 @@ class Client:
         self.unsent = 0
         self.lease = 0
         self.said: list[dict] = []
+        self.parameters: list[tuple[bytes, float]] = []
         self.seat = served.hub.open(self, f"127.0.0.1:{id(self) % 65536}", "tcp")
         self.peer = self.said[0]["peer"]
 
@@ -204,6 +205,8 @@ class Client:
         for frame in self._decoder.feed(data):
             if frame.kind == Kind.CONTROL:
                 self.said.append(json.loads(frame.payload))
+            if frame.kind == Kind.DATA and frame.topic == PARAMETERS:
+                self.parameters.append(struct.unpack("<48sd", frame.payload))
             if frame.flags & Flag.ACKNOWLEDGE:
                 self.said.append({"op": "batch", "seq": frame.seq})
 

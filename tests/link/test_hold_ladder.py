@@ -13,6 +13,7 @@ from workbench.link.backplane import Hand, Stage
 from workbench.live.messages import Hold, Phase, SetSpeed
 from workbench.live.network_orders import Network
 from workbench.scenario import Action, Rates, Scenario, Start
+from workbench.session import Session
 from workbench.systems.mode import FlightMode
 
 CONTROL = Rates().control_period
@@ -269,6 +270,127 @@ def test_the_ladder_counts_simulated_time(served, holder, speed):
     assert hold_after(served) == 0.5
     (land,) = [each for each in served.script if each.request == "land"]
     assert land.at - last_move(served) == 5.0
+
+
+def mode(served) -> FlightMode:
+    return served.session.snapshot().mode
+
+
+def landing(served, client) -> None:
+    """Let a client, or nobody, land, and fly until it comes down."""
+    if client is not None:
+        asked = client.ask(op="flight", what="land", lease=client.lease)
+        assert asked["op"] == "flight"
+    for _ in range(20):
+        served.fly(0.125)
+        if client is not None:
+            client.command(1.0, 0.0, 0.0)  # the stick that was pushed before stays so
+    assert mode(served) is FlightMode.LANDING
+
+
+@pytest.mark.parametrize(
+    "how", ["stick", "hold", "take_off", "operator's stick", "operator's hold"]
+)
+def test_a_landing_is_ended_in_the_air_by_who_flies(served, holder, how):
+    """And what is recorded of that flies the same, to the bit."""
+    landing(served, holder)
+    low = served.session.snapshot().p_WB[2]
+    if how == "stick":
+        holder.command(0.0, 0.0, 0.0)
+        served.fly(CONTROL)
+        assert mode(served) is FlightMode.LANDING, "neutral asks for nothing"
+        holder.command(0.0, 0.5, 0.0)
+    elif how == "operator's stick":
+        served.order(Action(velocity=[0.0, 0.5, 0.0]))
+    elif how == "operator's hold":
+        served.order(Action(request="hold"))
+    else:
+        said = holder.ask(op="flight", what=how, height=3.0, lease=holder.lease)
+        assert (said["op"], said["what"]) == ("flight", how)
+    for _ in range(8):
+        served.fly(0.25)
+        if how == "stick":
+            holder.command(0.0, 0.5, 0.0)
+        elif "operator" not in how:
+            holder.command(0.0, 0.0, 0.0)
+    z = served.session.snapshot().p_WB[2]
+    assert z > low + 1.0 if how == "take_off" else abs(z - low) < 0.3
+    assert mode(served) is (
+        FlightMode.TAKING_OFF if how == "take_off"
+        else FlightMode.CRUISING if "stick" in how
+        else FlightMode.HOVERING
+    )  # fmt: skip
+    flown = served.flown()
+    again = Session(flown.scenario)
+    again.run()
+    assert again.recording().p_WB.tobytes() == flown.recording.p_WB.tobytes()
+
+
+def test_an_automatic_hold_ends_no_landing_and_who_takes_control_may(served, holder):
+    """The ladder's landing goes on, also when somebody takes control, until that one flies."""
+    landing(served, holder)
+    holder.go()  # HOLD comes at once
+    served.fly(1.0)
+    assert mode(served) is FlightMode.LANDING
+    other = rig.Client(served, "Bob")
+    other.begin()
+    served.fly(0.25)
+    assert mode(served) is FlightMode.LANDING
+    other.command(0.0, 0.0, 0.3)
+    served.fly(0.25)
+    assert mode(served) is not FlightMode.LANDING
+
+
+def test_on_the_ground_a_take_off_is_not_answered_as_done_where_a_stop_comes_first(monkeypatch):
+    ground = rig.build(Scenario(start=Start(mode="off")))
+    served = rig.Served(monkeypatch, ground)
+    client = rig.Client(served, "Ada")
+    client.begin()
+    for first in ("land", "stop"):
+        assert client.ask(op="flight", what=first, lease=client.lease)["op"] == "flight"
+        refused = client.ask(op="flight", what="take_off", lease=client.lease)
+        assert (refused["op"], refused["code"]) == ("nack", "not_now")
+        assert first in refused["said"]
+        served.fly(0.25)
+        done = client.ask(op="flight", what="take_off", lease=client.lease)
+        assert done["op"] == "flight"
+        served.fly(0.25)
+        assert mode(served) is FlightMode.ARMED
+    served.flying._network.close()
+
+
+def test_holds_are_by_who_causes_them(served, holder):
+    """In the log: a grant and a release by the client, a silence by the link."""
+
+    def by():
+        return [who for action, who in served.flying._network._log.done if action.request == "hold"]
+
+    assert by() == ["Ada"]
+    holder.ask(op="release_control", lease=holder.lease)
+    other = rig.Client(served, "Bob")
+    other.begin()
+    served.fly(1.0)
+    assert by() == ["Ada", "Ada", "Bob", "link"]
+
+
+def test_the_answer_to_set_says_when(served, holder):
+    said = holder.ask(op="parameters", set={"kp_roll": 60.0}, lease=holder.lease)
+    assert said["applied_ns"] == round(served.time * 1e9)
+    assert "applied_ns" not in holder.ask(op="parameters", get=["kp_roll"])
+
+
+def test_what_a_script_sets_is_told_as_what_a_client_sets(monkeypatch):
+    script = [Action(0.25, set={"kp_roll": 60.0}), Action(0.5, set={"kp_pitch": 61.0})]
+    served = rig.Served(monkeypatch, rig.build(Scenario(script=script)))
+    for flight in range(2):
+        client = rig.Client(served)
+        client.say(op="subscribe", topics=["/dh_drone/parameters"])
+        served.fly(1.0)
+        told = [(name.rstrip(b"\0").decode(), value) for name, value in client.parameters]
+        assert told == [("kp_roll", 60.0), ("kp_pitch", 61.0)], flight
+        client.go()
+        served.order(Hold.RESET)
+    served.flying._network.close()
 
 
 def test_a_broken_flight_grants_and_goes_on_after_a_reset(served, holder, monkeypatch):

@@ -38,7 +38,7 @@ class Office:
 
     def lease(self, peer: int = 1) -> int:
         lease = self.asks(RequestControl(peer, 5, f"client {peer}"))["lease"]
-        assert [(action.request, by) for action, by in self.did] == [("hold", "link")]
+        assert [(action.request, by) for action, by in self.did] == [("hold", "client 1")]
         self.did.clear()
         return lease
 
@@ -71,7 +71,7 @@ def test_a_flight_operation_is_done_and_on_record(office):
 
 
 def test_a_request_that_would_have_no_effect_is_not_answered_as_done(office):
-    """In the air nothing takes off or arms, and on the way down nothing takes off again."""
+    """In the air nothing takes off or arms; on the way down a take-off climbs again."""
     lease = office.lease()
     office.asks(FlightOperation(1, 6, lease, "take_off", 1.0))
     for _ in range(20):  # the lease lasts half a second
@@ -83,7 +83,8 @@ def test_a_request_that_would_have_no_effect_is_not_answered_as_done(office):
         assert (refused["code"], "hovering" in refused["said"]) == ("not_now", True)
     assert office.asks(FlightOperation(1, 8, lease, "land", 1.0))["op"] == "flight"
     office.session.tick(0.25)
-    assert office.asks(FlightOperation(1, 9, lease, "take_off", 1.0))["code"] == "not_now"
+    assert office.asks(FlightOperation(1, 9, lease, "take_off", 1.0))["op"] == "flight"
+    assert office.did[-1][0].request == "abort_landing"
     assert office.asks(FlightOperation(1, 9, lease, "stop", 1.0))["op"] == "flight"
 
 
@@ -117,7 +118,8 @@ def test_parameters_are_set_together_or_not_at_all(office):
     assert office.asks(SetParameters(1, 6, lease, values))["code"] == "bad_value"
     assert office.session.get("kp_roll") != 90.0
     values = {"kp_roll": 90.0, "kd_roll": 15.0}
-    assert office.asks(SetParameters(1, 7, lease, values)) == {"op": "parameters", "values": values}
+    done = office.asks(SetParameters(1, 7, lease, values))
+    assert done == {"op": "parameters", "values": values, "applied_ns": 0}
     assert [action.set for action, _ in office.did] == [values]
 
 

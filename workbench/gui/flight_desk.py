@@ -113,4 +113,6 @@ def possible(view: LiveView) -> frozenset[str]:
     if mode is FlightMode.OFF:
         able.add("arm")
     able |= {"take_off"} if mode in _ON_GROUND else {"land", "hold"}
+    if mode is FlightMode.LANDING:  # it ends the landing
+        able.add("take_off")
     return frozenset(able)

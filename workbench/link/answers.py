@@ -57,11 +57,12 @@ class Released:
 
 @dataclass(frozen=True, slots=True)
 class ParametersSaid:
-    """Live parameters as they now are."""
+    """Live parameters as they now are; `applied_ns` is when they were set, simulated [ns]."""
 
     op: ClassVar[str] = "parameters"
     id: int
     values: Mapping[str, float]
+    applied_ns: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,7 +233,11 @@ _READERS: dict[str, Callable[[JsonFields], Said]] = {
         f.id, f.integer("lease", 1, LARGEST_ID), f.number("expires", 0.0)
     ),
     "release_control": lambda f: Released(f.id),
-    "parameters": lambda f: ParametersSaid(f.id, f.numbers("values")),
+    "parameters": lambda f: ParametersSaid(
+        f.id,
+        f.numbers("values"),
+        f.integer("applied_ns", 0, LARGEST_PEER) if "applied_ns" in f else None,
+    ),
     "flight": lambda f: Flown(
         f.id, f.choice("what", FLIGHT_OPERATIONS), f.integer("applied_ns", 0, LARGEST_PEER)
     ),

@@ -22,6 +22,8 @@ LAND_AFTER = 5.0
 """Silence after which the drone lands, unless somebody else flies it by then [s]."""
 OLDEST_STATE = 1.0
 """A command that acts on an older state is dropped [s]."""
+LADDER = "link"
+"""Who does what nobody asked for: the ladder of silence."""
 NOBODY_YET = "nobody has asked for control yet"
 """Why nobody flies at first."""
 SCRIPT_FLIES = "the scenario's script flies"
@@ -82,10 +84,15 @@ class Authority:
     Args:
         limits: of what may be asked for; may be replaced while flying.
         lease: makes numbers of leases.
+
+    Attributes:
+        limits: see above.
+        effect_by: who caused the effect that was told last: a client's name, or `LADDER`.
     """
 
     def __init__(self, limits: Limits, lease: Callable[[], int] = new_lease) -> None:
         self.limits = limits
+        self.effect_by = LADDER
         self._new_lease = lease
         self.begin(0.0, NOBODY_YET)
 
@@ -95,6 +102,7 @@ class Authority:
         self._stage, self._reason = Stage.LIVE, reason
         self._since = now
         self._hold_due = self._land_due = self._neutral_due = False
+        self._hold_by = LADDER
 
     def request(self, peer: int, name: str, now: float) -> int:
         """Grant control to a client, and return the number of its lease.
@@ -114,6 +122,7 @@ class Authority:
         self._hand, self._peer, self._name = Hand.CLIENT, peer, name
         self._lease = self._new_lease()
         self._hold_due = self._neutral_due = True
+        self._hold_by = name or f"client {peer}"
         return self._lease
 
     def release(self, peer: int, lease: int, now: float) -> None:
@@ -123,15 +132,16 @@ class Authority:
             DeniedError: if it is not the holder.
         """
         self.check(peer, lease, now)
-        reason = f"{self._who()} released control"
-        self.begin(now, reason)
-        self._hold_due = True
+        who = self._who()
+        self.begin(now, f"{who} released control")
+        self._hold_due, self._hold_by = True, who
 
     def gone(self, peer: int) -> None:
         """Take control from a client whose connection ended; the ladder goes on without it."""
         if self._hand is not Hand.CLIENT or self._peer != peer:
             return
-        self._hold_due = self._stage is Stage.LIVE or self._hold_due
+        if self._stage is Stage.LIVE:
+            self._hold_due, self._hold_by = True, LADDER
         self._lose(f"the connection of {self._who()} ended")
 
     def check(self, peer: int, lease: int, now: float) -> None:
@@ -194,10 +204,10 @@ class Authority:
         """Return what the flight has to do now [s], if anything; each is told once."""
         self._climb(now)
         if self._hold_due:
-            self._hold_due = False
+            self._hold_due, self.effect_by = False, self._hold_by
             return Effect.HOLD
         if self._land_due:
-            self._land_due = False
+            self._land_due, self.effect_by = False, LADDER
             return Effect.LAND
         return None
 
@@ -218,6 +228,7 @@ class Authority:
         silence = now - self._since
         if self._hand is Hand.CLIENT and self._stage is Stage.LIVE and silence >= HOLD_AFTER:
             self._stage, self._lease, self._hold_due = Stage.HOLD, 0, True
+            self._hold_by = LADDER
             self._reason = f"{self._who()} was silent for {HOLD_AFTER:g} s: the drone holds"
         if self._hand is Hand.CLIENT and self._stage is Stage.HOLD and silence >= LOST_AFTER:
             self._lose(f"{self._who()} was silent for {LOST_AFTER:g} s: control is lost")

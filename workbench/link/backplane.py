@@ -46,7 +46,7 @@ class ReleaseControl:
 
 @dataclass(frozen=True, slots=True)
 class FlightOperation:
-    """A client wants to arm, take_off (to a height [m]), land or stop."""
+    """A client wants to arm, take_off (to a height [m]), land, stop or hold."""
 
     peer: int
     id: int

@@ -52,7 +52,7 @@ class DirectControl:
         """Take off to a height above the ground [m]; return when that was begun, simulated [s].
 
         Raises:
-            WorkbenchError: if it is refused; so in the next three.
+            WorkbenchError: if it is refused; so in the next four.
         """
         return self._client.call(self._control.take_off(height))
 
@@ -67,6 +67,10 @@ class DirectControl:
     def stop(self) -> float:
         """Stop the rotors, wherever the drone is; return when that was, simulated [s]."""
         return self._client.call(self._control.stop())
+
+    def hold(self) -> float:
+        """Brake and hold the place, also in a take-off or a landing; return when that was begun."""
+        return self._client.call(self._control.hold())
 
     def set(self, **values: float) -> dict[str, float]:
         """Set live parameters by name, all or none, and return them as they now are.

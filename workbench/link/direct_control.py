@@ -100,7 +100,7 @@ class AsyncDirectControl:
         """Take off to a height above the ground [m]; return when that was begun, simulated [s].
 
         Raises:
-            WorkbenchError: if it is refused; so in the next three.
+            WorkbenchError: if it is refused; so in the next four.
         """
         return await self._fly("take_off", height)
 
@@ -115,6 +115,10 @@ class AsyncDirectControl:
     async def stop(self) -> float:
         """Stop the rotors, wherever the drone is; return when that was, simulated [s]."""
         return await self._fly("stop")
+
+    async def hold(self) -> float:
+        """Brake and hold the place, also in a take-off or a landing; return when that was begun."""
+        return await self._fly("hold")
 
     async def set(self, **values: float) -> dict[str, float]:
         """Set live parameters by name, all or none, and return them as they now are.

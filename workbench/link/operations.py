@@ -10,7 +10,7 @@ from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.json_fields import LARGEST_ID, LONGEST_TOPIC, BadOperation, JsonFields
 from workbench.link.strict_json import read_json, write_json
 
-FLIGHT_OPERATIONS = ("arm", "take_off", "land", "stop")
+FLIGHT_OPERATIONS = ("arm", "take_off", "land", "stop", "hold")
 TAKE_OFF_HEIGHT = 1.5
 """Of a take-off that names none [m]."""
 HIGHEST_TAKE_OFF = 1000.0
@@ -65,7 +65,7 @@ class ReleaseControlOp:
 
 @dataclass(frozen=True, slots=True)
 class FlightOp:
-    """A client wants to arm, take_off to a height above the ground [m], land or stop."""
+    """A client wants to arm, take_off to a height above the ground [m], land, stop or hold."""
 
     id: int
     what: str

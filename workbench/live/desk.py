@@ -1,6 +1,7 @@
 """What clients of the network ask of a flight, done between its steps and answered."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from workbench.errors import WorkbenchError, sentences
 from workbench.link.authority import HOLD_AFTER, DeniedError, Effect
@@ -17,11 +18,13 @@ from workbench.link.backplane import (
 )
 from workbench.live.values import parameter_values
 from workbench.parameters import checked
+from workbench.pilot_numbers import check_height
 from workbench.scenario import REQUESTS, Action
 from workbench.session import Session
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_mode import hears
-from workbench.systems.mode import Request
+from workbench.systems.flight_mode import HOLD_HERE, hears, in_the_air
+from workbench.systems.mode import FlightMode, Request
+from workbench.systems.pilot import urgency
 
 Operation = dict[str, object]
 Did = Callable[[Action, str], None]
@@ -50,7 +53,7 @@ class Desk:
         while effect := self._bridge.authority.effect_due(self._session.time):
             action = effect_action(effect)
             self._session.act(action)
-            self._did(action, "link")
+            self._did(action, self._bridge.authority.effect_by)
 
     def answer(self, asked: Asked) -> Reply | None:
         """Do what is asked for, and return what to say; None where nothing is to be said now."""
@@ -91,14 +94,19 @@ class Desk:
                 return {"op": "parameters", "values": self._get(asked.names)}
             case FlightOperation():
                 authority.check(asked.peer, asked.lease, now)
-                self._listens(asked.what)
-                self._act(Action(request=asked.what, height=asked.height), now)
+                action = Action(request=asked.what, height=asked.height)
+                if asked.what == "hold":
+                    action = effect_action(Effect.HOLD)
+                action = in_landing(action, self._session, self._bridge)
+                self._listens(asked.what, action)
+                self._act(action, now)
                 return {"op": "flight", "what": asked.what, "applied_ns": round(now * 1e9)}
             case SetParameters():
                 authority.check(asked.peer, asked.lease, now)
                 self._get(tuple(asked.values))  # all are there, or none is set
                 self._act(Action(set=checked(asked.values)), now)
-                return {"op": "parameters", "values": self._get(tuple(asked.values))}
+                values = self._get(tuple(asked.values))
+                return {"op": "parameters", "values": values, "applied_ns": round(now * 1e9)}
 
     def _put(self, command: Command) -> None:
         """Let a command wait for its update, where the rest of what may be wrong is found.
@@ -123,14 +131,24 @@ class Desk:
                 "not_now", "the scenario flies its figure of eight, and nobody else can"
             )
 
-    def _listens(self, what: str) -> None:
+    def _listens(self, what: str, action: Action) -> None:
         """Refuse what would be answered as done, and have no effect.
+
+        Args:
+            what: a client asks for.
+            action: that comes of it.
 
         Raises:
             DeniedError: if the flight mode does not hear a request now.
         """
-        mode = self._session.snapshot().mode
-        if what in REQUESTS and not hears(mode, Request[what.upper()]):
+        if action.request not in REQUESTS:
+            return
+        mode, wanted = self._session.snapshot().mode, Request[action.request.upper()]
+        waiting = self._session.waiting_request
+        if waiting is not Request.HOLD and urgency(waiting) > urgency(wanted):  # see `requested`
+            first = waiting.name.lower()
+            raise DeniedError("not_now", f"{first} was asked for just now: ask for {what} again")
+        if not hears(mode, wanted):
             raise DeniedError(
                 "not_now", f"the drone is {mode.label}: {what} has no effect until it is off"
             )
@@ -157,6 +175,27 @@ class Desk:
                     "unknown_parameter", f"the flight has no parameter {name:.60}: hello lists them"
                 )
         return {name: self._values[name] for name in names}
+
+
+def in_landing(action: Action, session: Session, bridge: Bridge) -> Action:
+    """Return what a pilot's action is in a landing, in the air: some end it.
+
+    A take-off climbs again, if the drone is lower than its height; a hold holds, and so does a
+    stick that leaves neutral, or a place to go to. Anything else is returned as it is.
+    """
+    steered = (*(action.velocity or ()), action.yaw_rate or 0.0)
+    is_command = action.velocity is not None or action.yaw_rate is not None
+    moved = (is_command and bridge.moves(*steered)) or action.go_to is not None
+    snapshot = session.snapshot()
+    low = session.vehicle.ground_clearance
+    if snapshot.mode is not FlightMode.LANDING or not in_the_air(snapshot.p_WB[2], low):
+        return action
+    if action.request == "take_off":
+        check_height("take_off", action.height, low, session.get("max_height"))
+        return replace(action, request="abort_landing")
+    if action.request == "hold" or (action.request is None and moved):
+        return replace(action, request="abort_landing", height=HOLD_HERE)
+    return action
 
 
 def effect_action(effect: Effect, at: float = 0.0) -> Action:

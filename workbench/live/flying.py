@@ -194,7 +194,8 @@ class Flying:
                 return self._excite(excitation)
             case StopExciting():
                 self._exciter.end()
-            case Action() as action:
+            case Action() as asked:
+                action = self._network.in_landing(asked)
                 self._session.act(action)  # what is refused takes nothing from anybody
                 if action.flies and (self._network.operate() or self._exciter.end()):
                     self._session.act(action)  # again, after the hold

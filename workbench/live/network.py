@@ -15,7 +15,7 @@ from workbench.link.backplane import (
     Stage,
 )
 from workbench.live.announcer import FAILURE, INFORMATION, WARNING, Announcer
-from workbench.live.desk import Desk, effect_action
+from workbench.live.desk import Desk, effect_action, in_landing
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import Answer, Refusal
 from workbench.live.network_orders import KeepLog, Network, NetworkOrder, NetworkView, Serve
@@ -26,6 +26,7 @@ from workbench.parameters import find_parameter
 from workbench.scenario import Action
 from workbench.session import Session
 from workbench.systems.bridge import Applied, Bridge
+from workbench.systems.flight_mode import HOLD_HERE
 
 BROADCAST_PERIOD = 1.0
 """Between two broadcasts of who flies [s]."""
@@ -72,6 +73,7 @@ class NetworkStage:
         self.view = NetworkView()
         self._control: ControlState | None = None
         self._broadcast_due = 0.0
+        self._scripted = 0  # actions of the script that were told
         self._serves, self._said, self._log_said = False, "", ""
         self._watch_server()
 
@@ -122,6 +124,12 @@ class NetworkStage:
         """Whether the operator flies."""
         return self._bridge.authority.state(self._session.time).hand is Hand.OPERATOR
 
+    def in_landing(self, action: Action) -> Action:
+        """Return what an action of the operator is in a landing, which some end."""
+        if not self.operates:
+            self._bridge.moves()  # the sticks of another say nothing of the operator's
+        return in_landing(action, self._session, self._bridge)
+
     def did(self, action: Action, by: str = OPERATOR) -> None:
         """Take note of an action that came into force now."""
         self._note(dataclasses.replace(action, at=self._session.time), by)
@@ -155,6 +163,11 @@ class NetworkStage:
 
     def flown(self) -> None:
         """Pass on what came of the steps that were flown."""
+        script = self._session.script
+        for action in script[self._scripted :]:
+            for name, value in action.set.items():
+                self._publish(self._announcer.parameter(action.at, name, value))
+        self._scripted = len(script)
         for applied in self._bridge.applied():
             self._note(_action(applied), applied.by)
         for sampled in self._session.drain():
@@ -174,8 +187,10 @@ class NetworkStage:
 
     def begin(self) -> None:
         """Begin with a new flight: it has a log of its own, if any, and its values of the start."""
-        changed = {name for action in self.done for name in action.set}
+        script = self._session.scenario.script
+        changed = {name for action in (*self.done, *script) for name in action.set}
         self._log.begin_anew()
+        self._scripted = 0
         self._show(log=self._log.path)
         self._broadcast_due = 0.0
         self._desk.broken = ""
@@ -259,9 +274,18 @@ class NetworkStage:
             authority.gone(authority.state(self._session.time).peer)
         self._serves = serves
         self._watch_control()
-        if (self.view.server, self._said) != (self._server.status, self._server.said):
-            self._said = self._server.said
-            self._show(server=self._server.status, said=self._said)
+        status, said, again = self._server.status, self._server.said, self._server.starts_again
+        if (self.view.server, self._said) == (status, said):
+            return
+        news = ""
+        if said != self._said:
+            news = said
+        elif self.view.starts_again and status is not None:
+            news = f"the server listens again at {status.address}"
+        self._said = said
+        self._show(server=status, said=said, starts_again=again)
+        if news:
+            self.event(news, WARNING)
 
     def _publish(self, published: Published) -> None:
         self._server.publish(published)
@@ -277,4 +301,8 @@ def _action(applied: Applied) -> Action:
     """Return what a script does to fly the same."""
     if isinstance(applied.what, Effect):
         return effect_action(applied.what, applied.at)
-    return Action(applied.at, velocity=list(applied.what.velocity), yaw_rate=applied.what.yaw_rate)
+    flown = applied.what
+    action = Action(applied.at, velocity=list(flown.velocity), yaw_rate=flown.yaw_rate)
+    if applied.aborts:
+        return dataclasses.replace(action, request="abort_landing", height=HOLD_HERE)
+    return action

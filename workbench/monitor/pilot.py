@@ -57,6 +57,8 @@ class Pilot:
             self._try(lambda: self._operate(key))
         elif key == "space":
             self._sticks.let_go()
+            if self._control is not None and self._lands():
+                self._try(self._abort)
         elif not self._sticks.press(key, self._clock()):
             return False
         elif self._control is None:
@@ -91,6 +93,15 @@ class Pilot:
         newest = self._client.latest("position_data")
         yaw = number(newest, "yaw") if newest else 0.0
         self._control.velocity(*self._sticks.asked(self._clock(), yaw))
+
+    def _lands(self) -> bool:
+        newest = self._client.latest("drone_state")
+        return newest is not None and newest["condition"] == "landing"
+
+    def _abort(self) -> None:
+        assert self._control is not None
+        self._control.hold()
+        self.said = "the landing was ended"
 
     def _operate(self, key: str) -> None:
         if self._control is None:

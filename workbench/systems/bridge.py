@@ -19,7 +19,7 @@ from workbench.link.authority import (
     Limits,
 )
 from workbench.link.backplane import Command, Published, Refused, Sampled
-from workbench.systems.flight_mode import ModeState
+from workbench.systems.flight_mode import HOLD_HERE, ModeState
 from workbench.systems.mode import FlightMode, Request
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, requested
 
@@ -41,11 +41,13 @@ class Applied:
         at: the time of the step [s].
         by: whose wish it was.
         what: a command as it is flown, or what the ladder of a silent holder does.
+        aborts: whether the command ends a landing.
     """
 
     at: float
     by: str
     what: Flown | Effect
+    aborts: bool = False
 
 
 class Bridge:
@@ -65,6 +67,7 @@ class Bridge:
         self.at_once: Callable[[Published], None] = lambda published: None
         self.scripted: frozenset[int] = frozenset()
         self.authority = Authority(Limits(0.0, 0.0, 0.0))
+        self._neutral = True
         self._commands: deque[Command] = deque()
         self._samples: deque[Sampled] = deque(maxlen=MOST_SAMPLES)
         self._applied: list[Applied] = []
@@ -73,6 +76,7 @@ class Bridge:
     def reset(self) -> None:
         """Begin with a new flight: nobody flies, nothing waits."""
         self.authority.begin(0.0, NOBODY_YET)
+        self._neutral = True
         for waiting in (self._commands, self._samples, self._applied, self._refused):
             waiting.clear()
 
@@ -105,6 +109,14 @@ class Bridge:
         refused, self._refused = self._refused, []
         return refused
 
+    def moves(self, *command: float) -> bool:
+        """Note velocity and yaw rate of a pilot; return whether a stick leaves neutral with them.
+
+        That ends a landing, where a command that goes on as it was before the landing does not.
+        """
+        before, self._neutral = self._neutral, not any(command)
+        return before and not self._neutral
+
     def decide(self, now: float, at: float, wish: Wish, mode: Callable[[], ModeState]) -> Wish:
         """Return what is asked for from now on.
 
@@ -119,8 +131,9 @@ class Bridge:
             flying = FlightMode(int(state.mode))
             wish = commanded(wish, AT_REST[:3], 0.0)
             wish = requested(wish, Request[effect.name], 0.0, flying, state.serial)
-            self._applied.append(Applied(at, "link", effect))
+            self._applied.append(Applied(at, self.authority.effect_by, effect))
         last: Flown | None = None
+        moves = False
         while self._commands:
             command = self._commands.popleft()
             try:
@@ -132,12 +145,17 @@ class Bridge:
                 refusal = Refused(command.peer, command.seq, "scaled", flown.scaled)
                 self._refused.append(refusal)
             last = flown
+            moves = self.moves(*flown.velocity, flown.yaw_rate) or moves
         if last is None:
             return wish
+        aborts = moves and int((state := mode()).mode) == FlightMode.LANDING
+        if aborts:
+            landing = Request.ABORT_LANDING
+            wish = requested(wish, landing, HOLD_HERE, FlightMode.LANDING, state.serial)
         asked = commanded(wish, last.velocity, last.yaw_rate)
-        if asked == wish:  # one that is only repeated, or is -0.0 for 0.0, renews, no more
+        if asked == wish and not aborts:  # only repeated, or -0.0 for 0.0: it renews, no more
             return wish
-        self._applied.append(Applied(at, self.authority.state(now).name, last))
+        self._applied.append(Applied(at, self.authority.state(now).name, last, aborts))
         return asked
 
 

@@ -31,6 +31,10 @@ TAKE_OFF_PATIENCE = 3.0
 """A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
 
 
+HOLD_HERE = 0.01
+"""Height of an abort of a landing that climbs nowhere: no drone is that low in the air [m]."""
+
+
 class Settings(NamedTuple):
     """Live numbers of the flight mode."""
 
@@ -80,7 +84,14 @@ def hears(mode: FlightMode, request: Request) -> bool:
         return mode is FlightMode.OFF
     if request is Request.TAKE_OFF:
         return mode in (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF)
+    if request is Request.ABORT_LANDING:
+        return mode is FlightMode.LANDING
     return True
+
+
+def in_the_air(height: float, standing_height: float) -> bool:
+    """Return whether a drone is too high to stand on the ground [m]."""
+    return height > standing_height + TOUCH_DOWN_HEIGHT
 
 
 def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
@@ -101,7 +112,7 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
     if mode is FlightMode.TAKING_OFF:
         return _taking_off(request, state, now, settings)
     if mode is FlightMode.LANDING:
-        return _landing(state, now)
+        return _landing(request, state, now)
     if request is Request.LAND or now.charge <= settings.battery_reserve:
         return _enter(FlightMode.LANDING, state, now)
     return _flying(state, now)
@@ -201,7 +212,12 @@ def _taking_off(
     return state
 
 
-def _landing(state: ModeState, now: Situation) -> ModeState:
+def _landing(request: Request, state: ModeState, now: Situation) -> ModeState:
+    z = now.p_WB[2]
+    if request is Request.ABORT_LANDING and in_the_air(z, now.standing_height):
+        if now.height > z:
+            return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=now.height)
+        return _enter(FlightMode.HOVERING, state, now)
     if not state.holding:
         v_x, v_y, _ = now.v_WB
         if (v_x * v_x + v_y * v_y) ** 0.5 > SLOW:
@@ -209,8 +225,11 @@ def _landing(state: ModeState, now: Situation) -> ModeState:
         x, y = (p + STOPPING_TIME * v for p, v in zip(now.p_WB[:2], now.v_WB[:2], strict=True))
         return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
     moving = abs(now.v_WB[2]) > TOUCH_DOWN_SPEED
-    in_the_air = now.p_WB[2] > now.standing_height + TOUCH_DOWN_HEIGHT
-    if moving or in_the_air or now.time - state.since < 2.0 * TOUCH_DOWN_TIME:
+    if (
+        moving
+        or in_the_air(z, now.standing_height)
+        or now.time - state.since < 2.0 * TOUCH_DOWN_TIME
+    ):
         return state._replace(still_since=now.time)
     if now.time - state.still_since >= TOUCH_DOWN_TIME:
         return _enter(FlightMode.OFF, state, now)

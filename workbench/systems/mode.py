@@ -34,3 +34,6 @@ class Request(IntEnum):
     """End a take-off where it is; the other modes hold by themselves while nothing is asked."""
     LAND = 4
     STOP = 5
+    ABORT_LANDING = 6
+    """Climb to a height, or hold the place if that is lower. It is a request of its own, as the
+    others have no effect in a landing: an automatic hold does not end it, nor do old scripts."""

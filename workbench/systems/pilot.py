@@ -45,6 +45,11 @@ def gone_to(wish: Wish, p_WB: Sequence[float]) -> Wish:
     return wish._replace(reference=there)
 
 
+def urgency(code: float) -> float:
+    """Return which of two requests stays where the flight mode has seen neither: the larger one."""
+    return float(Request.HOLD) if code == Request.ABORT_LANDING else code
+
+
 def requested(wish: Wish, what: Request, height: float, mode: FlightMode, seen: float) -> Wish:
     """Return the wish with a request to the flight mode.
 
@@ -60,7 +65,7 @@ def requested(wish: Wish, what: Request, height: float, mode: FlightMode, seen: 
         reference = AT_REST  # an old command must not come into force later
     code = float(what)
     if seen < wish.serial and wish.request != Request.HOLD:
-        code = max(code, wish.request)  # the last one is still to be seen: the more urgent stays
+        code = max(code, wish.request, key=urgency)  # the last one is still to be seen
     return Wish(reference, code, wish.serial + 1.0, height)
 
 
