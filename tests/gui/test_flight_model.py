@@ -45,6 +45,20 @@ def test_a_flight_begins_obeys_and_begins_anew(workspace, heard, told, qtbot):
     assert begun[1].snapshot.time < 0.5
 
 
+def test_what_a_flight_warns_of_is_a_notice(workspace, heard, told, qtbot):
+    begun, _ = heard
+    flight = workspace.flight
+    flight.fly(Choice("hover"), draw=False)
+    qtbot.waitUntil(lambda: bool(begun), timeout=START)
+    # 1 % a second, and so little above the reserve that it is used up at once
+    flight.order(lambda live: live.set_all({"battery_duration": 100.0, "battery_reserve": 0.9}))
+    flight.order(lambda live: live.set_speed(10.0))
+    qtbot.waitUntil(lambda: len(told) >= 2, timeout=START)
+    said = [notice.what.replace("\N{NO-BREAK SPACE}", " ") for notice in told]
+    assert said[0].endswith("the drone lands at 90 %") and said[0].startswith("battery low: ")
+    assert said[1] == "battery empty: the drone lands with the last 90 %"
+
+
 def test_after_a_reset_only_samples_of_the_new_flight_are_shown(canned):
     old = [part for parts in canned.published[100:103] for part in parts]
     new = [part for parts in canned.published[:3] for part in parts]

@@ -11,7 +11,7 @@ from workbench.live.announcer import WARNING, Announcer
 
 @pytest.fixture
 def announcer() -> Announcer:
-    return Announcer(drone_topics(Outfit(rotors=4, fast=200.0, slow=20.0)))
+    return Announcer(drone_topics(Outfit(rotors=4, fast=200.0, slow=20.0)), lambda: 0.2)
 
 
 def test_a_sentence_is_published_with_its_time_and_severity(announcer):
@@ -33,10 +33,30 @@ def test_a_parameter_is_published_in_full_precision(announcer):
     assert (number, name.rstrip(b"\0"), value) == (PARAMETERS, b"kp_roll", 0.1)
 
 
-def test_a_change_of_mode_is_said_once(announcer):
-    def in_mode(mode):
-        return Published(0, 0, ((DRONE_STATE, struct.pack("<i16sff", mode, b"", 1.0, 1.0)),))
+def said_of(announcer, *states):
+    """Return the sentences, and those that warn, for modes and charges one after the other."""
+    found = []
+    for mode, charge in states:
+        payload = struct.pack("<i16sff", mode, b"", charge, 1.0)
+        found += announcer.changes(Published(0, 0, ((DRONE_STATE, payload),)))
+    return [said for said, _ in found], [said for said, severity in found if severity == WARNING]
 
-    said = [announcer.mode_said(in_mode(mode)) for mode in (0, 0, 1, 1, 7)]
-    assert said == [None, None, "flight mode: armed", None, "flight mode: landing"]
-    assert announcer.mode_said(Published(0, 0, ())) is None
+
+def test_a_change_of_mode_is_said_once(announcer):
+    said, warned = said_of(announcer, (0, 1.0), (0, 1.0), (1, 1.0), (1, 1.0), (7, 1.0))
+    assert said == ["flight mode: armed", "flight mode: landing"]
+    assert warned == []
+    assert list(announcer.changes(Published(0, 0, ()))) == []
+
+
+def test_a_battery_warns_when_it_is_low_when_it_lands_the_drone_and_when_it_is_empty(announcer):
+    flown = (3, 0.9), (3, 0.31), (3, 0.299), (3, 0.25), (3, 0.2), (7, 0.19), (7, 0.1), (0, 0.0)
+    _, warned = said_of(announcer, *flown)
+    assert warned == [
+        "battery low: 30\N{NO-BREAK SPACE}%; the drone lands at 20\N{NO-BREAK SPACE}%",
+        "battery empty: the drone lands with the last 20\N{NO-BREAK SPACE}%",
+        "battery empty: the rotors are off",
+    ]
+    announcer.begin()
+    _, warned = said_of(announcer, (3, 0.9), (7, 0.9), (0, 0.9))
+    assert warned == [], "landings that a pilot asks for warn of nothing"

@@ -10,6 +10,8 @@ from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
+from workbench.gui.visualization.event_list import EventList
+from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 
 
@@ -58,12 +60,22 @@ def make_workspace(preferences: Preferences | None = None) -> Workspace:
         notices=notices,
         look=Look(preferences),
     )
-    workspace.flight.begun.connect(partial(_begin, workspace))
+    events = EventList()
+    workspace.flight.begun.connect(partial(_begin, workspace, events))
     workspace.flight.streamed.connect(workspace.signals.add)
+    workspace.flight.streamed.connect(partial(_warn, workspace, events))
     return workspace
 
 
-def _begin(workspace: Workspace, view: LiveView) -> None:
+def _begin(workspace: Workspace, events: EventList, view: LiveView) -> None:
     workspace.signals.begin(view.topics)
+    events.begin(view.topics)
     if view.scenario is not None:
         workspace.analysis.begin(view.scenario, view.values)
+
+
+def _warn(workspace: Workspace, events: EventList, published: list[Published]) -> None:
+    """Tell what the flight warns of; its failures end it, and are told with its end."""
+    for event in events.add(published):
+        if event.kind == "warning":
+            workspace.notices.warn(event.said)

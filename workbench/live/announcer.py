@@ -2,7 +2,7 @@
 
 import struct
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import DRONE_STATE, EVENTS, PARAMETERS
@@ -11,6 +11,10 @@ from workbench.systems.mode import FlightMode
 
 INFORMATION, WARNING, FAILURE = 0, 1, 2
 """How severe an event is."""
+RESERVE = "battery_reserve"
+"""The parameter that is the charge at which a flight lands by itself."""
+LOW_CHARGE = 0.1
+"""Up to this charge above the reserve a battery is low."""
 
 
 class Announcer:
@@ -18,12 +22,19 @@ class Announcer:
 
     Args:
         topics: of the flight.
+        reserve: tells the battery's charge, 0 .. 1, at which the flight lands by itself.
     """
 
-    def __init__(self, topics: Sequence[Topic]) -> None:
+    def __init__(self, topics: Sequence[Topic], reserve: Callable[[], float]) -> None:
         found = {topic.id: topic for topic in topics}
         self._events, self._parameters = found[EVENTS], found[PARAMETERS]
-        self._mode: int | None = None
+        self._reserve = reserve
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin with a new flight."""
+        self._mode: FlightMode | None = None
+        self._was_low = False
 
     def event(self, time_s: float, said: str, severity: int) -> Published:
         """Return a sentence as it is published at a simulated time [s]."""
@@ -33,15 +44,31 @@ class Announcer:
         """Return a parameter's new value as it is published at a simulated time [s]."""
         return _published(time_s, PARAMETERS, self._parameters.pack((name, value)))
 
-    def mode_said(self, published: Published) -> str | None:
-        """Return a sentence where the flight mode is another one than before."""
+    def changes(self, published: Published) -> Iterator[tuple[str, int]]:
+        """Yield a sentence and its severity for each change of the flight mode or the battery."""
         for number, payload in published.payloads:
             if number == DRONE_STATE:
-                (mode,) = struct.unpack_from("<i", payload)
-                before, self._mode = self._mode, mode
-                if before is not None and mode != before:
-                    return f"flight mode: {FlightMode(mode).label}"
-        return None
+                mode, charge = struct.unpack_from("<i16xf", payload)
+                yield from self._state(FlightMode(mode), charge)
+
+    def _state(self, mode: FlightMode, charge: float) -> Iterator[tuple[str, int]]:
+        before, self._mode = self._mode, mode
+        changed = before is not None and mode is not before
+        if changed:
+            yield f"flight mode: {mode.label}", INFORMATION
+        reserve = self._reserve()
+        if changed and mode is FlightMode.LANDING and charge <= reserve:
+            yield f"battery empty: the drone lands with the last {percent(reserve)}", WARNING
+        elif changed and mode is FlightMode.OFF and charge <= 0.0:
+            yield "battery empty: the rotors are off", WARNING
+        elif not self._was_low and reserve < charge <= reserve + LOW_CHARGE:
+            yield f"battery low: {percent(charge)}; the drone lands at {percent(reserve)}", WARNING
+        self._was_low = charge <= reserve + LOW_CHARGE
+
+
+def percent(charge: float) -> str:
+    """Return a charge 0 .. 1 in words."""
+    return f"{100.0 * charge:.0f}\N{NO-BREAK SPACE}%"
 
 
 def _published(time_s: float, number: int, payload: bytes) -> Published:

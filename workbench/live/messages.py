@@ -35,6 +35,10 @@ class Phase(Enum):
     """The process is gone."""
 
 
+KEPT = 0.98
+"""Share of real time, or of a slower speed that is asked for, from which a flight keeps it."""
+
+
 @dataclass(frozen=True)
 class Pace:
     """How well a flight keeps up with the wall clock.
@@ -53,13 +57,28 @@ class Pace:
     given_up: float
     slow: bool
 
+    @property
+    def too_slow(self) -> bool:
+        """Whether the flight is slower than real time, and than asked, as the machine is."""
+        return self.slow and self.achieved < KEPT * min(self.asked, 1.0)
+
+    @property
+    def text(self) -> str:
+        """The speed in a few characters, with the speed that is asked for where that is missed."""
+        reached = f"{self.achieved:.2f}\N{NO-BREAK SPACE}×"
+        missed = self.slow and self.achieved < KEPT * self.asked
+        return f"{reached} of {self.asked:g}\N{NO-BREAK SPACE}×" if missed else reached
+
     def __str__(self) -> str:
-        if not self.slow:
-            return f"{self.achieved:.2f} times real time"
-        return (
-            f"this machine is too slow: {self.achieved:.2f} times real time instead of "
-            f"{self.asked:g}: let it fly slower, or with fewer sensors"
-        )
+        reached = f"{self.achieved:.2f} times real time"
+        if self.too_slow:
+            return (
+                f"this machine is too slow: {reached} instead of {self.asked:g}: let it fly "
+                f"slower, or with fewer sensors"
+            )
+        if self.slow and self.achieved < KEPT * self.asked:
+            return f"{reached}, the most that this machine reaches, instead of {self.asked:g}"
+        return reached
 
 
 # From the caller.

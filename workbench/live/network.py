@@ -14,7 +14,7 @@ from workbench.link.backplane import (
     Published,
     Stage,
 )
-from workbench.live.announcer import FAILURE, INFORMATION, WARNING, Announcer
+from workbench.live.announcer import FAILURE, INFORMATION, RESERVE, WARNING, Announcer
 from workbench.live.desk import Desk, effect_action, in_landing
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import Answer, Refusal
@@ -69,7 +69,7 @@ class NetworkStage:
         )
         self._server = ServerKeeper(self._flight, lambda: session.time)
         bridge.at_once = self._server.publish
-        self._announcer = Announcer(session.topics)
+        self._announcer = Announcer(session.topics, lambda: session.get(RESERVE))
         self.view = NetworkView()
         self._control: ControlState | None = None
         self._broadcast_due = 0.0
@@ -173,8 +173,8 @@ class NetworkStage:
         for sampled in self._session.drain():
             self._log.write(sampled)
             self._stream.add(sampled.published)
-            if (said := self._announcer.mode_said(sampled.published)) is not None:
-                self.event(said)
+            for said, severity in self._announcer.changes(sampled.published):
+                self.event(said, severity)
         self._tell_refused()
         self._watch_control()
         if self._log.said != self._log_said:
@@ -189,6 +189,7 @@ class NetworkStage:
         """Begin with a new flight: it has a log of its own, if any, and its values of the start."""
         script = self._session.scenario.script
         changed = {name for action in (*self.done, *script) for name in action.set}
+        self._announcer.begin()
         self._log.begin_anew()
         self._scripted = 0
         self._show(log=self._log.path)

@@ -83,7 +83,7 @@ def test_the_horizon_follows_every_view_and_digits_do_not(flown, canned, clock):
 
 def test_the_clock_shows_simulated_time_finer_in_a_pause(flown, canned, clock):
     assert flown.cards["clock"].simulated == "0:03.0"
-    assert flown.cards["clock"].state == "1.00 × real time"
+    assert flown.cards["clock"].state == "1.00\N{NO-BREAK SPACE}× real time"
     flown.show_view(replace(canned.views[-1], phase=Phase.PAUSED))
     assert flown.cards["clock"].simulated == "0:03.000"
     assert flown.cards["clock"].state == "paused"
@@ -100,8 +100,12 @@ def test_in_a_pause_every_view_counts(flown, canned):
 def test_a_slow_machine_is_told_of(flown, canned, clock):
     clock.now += 1.0
     flown.show_view(replace(canned.views[-1], pace=Pace(1.0, 0.62, 0.0, 0.0, True)))
-    assert flown.cards["clock"].state == "too slow: 0.62 ×"
+    assert flown.cards["clock"].state == "too slow: 0.62\N{NO-BREAK SPACE}× of 1\N{NO-BREAK SPACE}×"
     assert flown.cards["clock"].state_sign is Sign.WARNING
+    clock.now += 1.0
+    flown.show_view(replace(canned.views[-1], pace=Pace(2.0, 1.4, 0.0, 0.0, True)))
+    reached = "1.40\N{NO-BREAK SPACE}× of 2\N{NO-BREAK SPACE}× real time"
+    assert flown.cards["clock"].state == reached
 
 
 def test_a_broken_flight_shows_its_last_values_as_such(flown, canned):

@@ -88,11 +88,31 @@ def test_the_battery_says_low_in_words(view, charge, text, tone):
     assert (said.text, said.tone) == (text, tone)
 
 
-def test_a_machine_that_is_too_slow_is_told_twice_in_words(view):
-    slow = dataclasses.replace(view, pace=Pace(1.0, 0.83, 0.1, 2.0, True))
-    assert wording.reached_said(slow).text == "reached 0.83\N{NO-BREAK SPACE}×"
-    assert [said.text for said in wording.warnings_said(slow)] == ["machine too slow"]
-    paused = dataclasses.replace(slow, phase=Phase.PAUSED)
+@pytest.mark.parametrize(
+    ("asked", "achieved", "behind", "reached", "too_slow"),
+    [
+        (1.0, 1.0, False, "reached 1.00 ×", False),
+        (1.0, 0.83, True, "reached 0.83 × of 1 ×", True),
+        (1.0, 0.99, True, "reached 0.99 ×", False),  # a hiccup that is over
+        (1.0, 0.62, False, "reached 0.62 ×", False),  # the first second
+        (2.0, 2.0, False, "reached 2.00 ×", False),
+        (2.0, 1.4, True, "reached 1.40 × of 2 ×", False),
+        (10.0, 0.9, True, "reached 0.90 × of 10 ×", True),
+        (0.5, 0.5, False, "reached 0.50 ×", False),
+        (0.5, 0.3, True, "reached 0.30 × of 0.5 ×", True),
+    ],
+)
+def test_too_slow_is_what_keeps_neither_real_time_nor_what_was_asked(
+    view, asked, achieved, behind, reached, too_slow
+):
+    paced = dataclasses.replace(view, pace=Pace(asked, achieved, 0.1, 2.0, behind))
+    said = wording.reached_said(paced)
+    assert said.text.replace("\N{NO-BREAK SPACE}", " ") == reached
+    assert ("too slow" in said.full) is too_slow
+    assert (said.tone == wording.WARNING) is too_slow
+    warned = [each.text for each in wording.warnings_said(paced)]
+    assert warned == (["machine too slow"] if too_slow else [])
+    paused = dataclasses.replace(paced, phase=Phase.PAUSED)
     assert wording.warnings_said(paused) == ()
 
 

@@ -65,11 +65,12 @@ class ClockCard(Card):
                 self._show_state("broken: last values", Sign.BAD)
             case Phase.ENDED:
                 self._show_state("ended: last values", Sign.BAD)
-            case Phase.FLYING if view.pace is not None and view.pace.slow:
-                self._show_state(f"too slow: {view.pace.achieved:.2f} ×", Sign.WARNING)
+            case Phase.FLYING if view.pace is None:
+                self._show_state("flying", Sign.GOOD)
+            case Phase.FLYING if view.pace.too_slow:
+                self._show_state(f"too slow: {view.pace.text}", Sign.WARNING)
             case Phase.FLYING:
-                pace = view.pace.achieved if view.pace is not None else 1.0
-                self._show_state(f"{pace:.2f} × real time", Sign.GOOD)
+                self._show_state(f"{view.pace.text} real time", Sign.GOOD)
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show the simulated time; to the millisecond where it stands."""

@@ -8,9 +8,7 @@ from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.theme import Look
-
-NEARLY = 0.05
-"""Above the reserve a charge is low from here on."""
+from workbench.live.announcer import LOW_CHARGE
 
 
 def charge_word(charge: float, reserve: float) -> str:
@@ -21,7 +19,7 @@ def charge_word(charge: float, reserve: float) -> str:
         return "empty"
     if charge <= reserve:
         return "reserve: lands"
-    return "low" if charge <= reserve + NEARLY else "good"
+    return "low" if charge <= reserve + LOW_CHARGE else "good"
 
 
 class ChargeBar(Instrument):

@@ -3,14 +3,12 @@
 from dataclasses import dataclass
 
 from workbench.link.backplane import Hand, Stage
+from workbench.live.announcer import LOW_CHARGE, RESERVE
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 from workbench.systems.mode import FlightMode
 
 PLAIN, GOOD, WARNING, BAD, MUTED = "", "good", "warning", "bad", "muted"
-ALMOST_EMPTY = 0.1
-"""Charge above the reserve, at which a flight lands by itself, that is called low."""
-RESERVE = "battery_reserve"
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def battery_said(view: LiveView) -> Said:
     text = f"{100.0 * charge:.0f} %"
     if charge <= reserve:
         return Said(f"{text} empty", "battery", BAD, f"battery {text}: it lands by itself")
-    if charge <= reserve + ALMOST_EMPTY:
+    if charge <= reserve + LOW_CHARGE:
         return Said(f"{text} low", "battery", WARNING, f"battery {text}, low")
     return Said(text, "battery", PLAIN, f"battery {text}")
 
@@ -87,8 +85,8 @@ def reached_said(view: LiveView) -> Said:
         return Said("–", "pace", MUTED, "speed reached: not known")
     if view.phase is Phase.PAUSED:
         return Said("stands", "pause", MUTED, "the flight is paused")
-    text = f"reached {view.pace.achieved:.2f}\N{NO-BREAK SPACE}×"
-    return Said(text, "pace", WARNING if view.pace.slow else PLAIN, str(view.pace))
+    tone = WARNING if view.pace.too_slow else PLAIN
+    return Said(f"reached {view.pace.text}", "pace", tone, str(view.pace))
 
 
 def link_said(view: LiveView) -> Said:
@@ -117,6 +115,6 @@ def warnings_said(view: LiveView) -> tuple[Said, ...]:
     if near is not None and near.warning:
         text = f"obstacle {max(near.distance, 0.0):.1f} m"
         found.append(Said(text, "warning", BAD, f"an obstacle is {near.distance:.1f} m away"))
-    if view.pace is not None and view.pace.slow and view.phase is Phase.FLYING:
+    if view.pace is not None and view.pace.too_slow and view.phase is Phase.FLYING:
         found.append(Said("machine too slow", "warning", WARNING, str(view.pace)))
     return tuple(found)

@@ -126,7 +126,7 @@ class View3d(QWidget):
         QTimer.singleShot(0, self.wake)
 
     def _watch_pace(self, view: LiveView) -> None:
-        slow = view.pace is not None and view.pace.slow and view.phase is Phase.FLYING
+        slow = view.pace is not None and view.pace.too_slow and view.phase is Phase.FLYING
         if not slow or self._web is None or not self.isVisible():
             self._slow_since = math.inf
             return
