@@ -26,6 +26,7 @@ from pydrake.systems.framework import (
     DiscreteValues,
     LeafSystem,
     OutputPort,
+    ValueProducer,
 )
 
 from workbench.plant.gathered import link_of
@@ -36,6 +37,9 @@ from workbench.plant.vehicle import Vehicle
 class PropellerDisplay(LeafSystem):
     """Turns the propellers' shapes about their rotors' axes, as fast as the rotors turn.
 
+    Their frames hang on one that goes with the base link. The scene graph asks for all poses at each
+    physics step, as contact needs some of them: only that frame's pose is computed then.
+
     Input ports:
         state (13): of the plant.
         speeds (m): whose first n are the rotors' speeds [rad/s].
@@ -45,7 +49,8 @@ class PropellerDisplay(LeafSystem):
     Args:
         vehicle: which has the rotors.
         turning: numbers of those that are drawn, see `turning_rotors`.
-        frames: the scene graph's frame for each of these.
+        body: the scene graph's frame that goes with the base link.
+        frames: the scene graph's frame for each of these, on `body`.
         size: of the speeds port, m.
         period: between pictures [s].
     """
@@ -55,6 +60,7 @@ class PropellerDisplay(LeafSystem):
         *,
         vehicle: Vehicle,
         turning: list[int],
+        body: FrameId,
         frames: list[FrameId],
         size: int,
         period: float,
@@ -62,7 +68,7 @@ class PropellerDisplay(LeafSystem):
         super().__init__()
         rotors = [vehicle.rotors[index] for index in turning]
         self._turning = turning
-        self._frames = frames
+        self._body, self._frames = body, frames
         self._period = period
         self._places = [_place(vehicle, rotor) for rotor in rotors]
         self._turns = np.array([r.direction / r.velocity_slowdown for r in rotors])
@@ -70,6 +76,11 @@ class PropellerDisplay(LeafSystem):
         self._speeds = self.DeclareVectorInputPort("speeds", size)
         self.DeclareDiscreteState(len(rotors))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self._turned = self.DeclareCacheEntry(
+            "X_BL",
+            ValueProducer(lambda: Value[object](()), self._calc_turned),
+            {self.xd_ticket()},
+        )
         self.DeclareAbstractOutputPort(
             "poses",
             lambda: Value(FramePoseVector()),
@@ -84,14 +95,21 @@ class PropellerDisplay(LeafSystem):
         turned = angles + self._period * self._turns * speeds
         discrete_state.set_value(np.fmod(turned, 2.0 * math.pi))
 
-    def _calc_poses(self, context: Context, output: Any) -> None:
-        q_WB, p_WB = np.split(self._state.Eval(context)[:7], [4])
-        X_WB = RigidTransform(Quaternion(q_WB / np.linalg.norm(q_WB)), p_WB)
-        poses = output.get_mutable_value()
+    def _calc_turned(self, context: Context, output: Any) -> None:
         angles = context.get_discrete_state(0).CopyToVector()
-        for frame, (X_BR, X_RL), angle in zip(self._frames, self._places, angles, strict=True):
-            turn = RigidTransform(RotationMatrix.MakeZRotation(angle))
-            poses.set_value(frame, X_WB @ X_BR @ turn @ X_RL)
+        turns = (RigidTransform(RotationMatrix.MakeZRotation(angle)) for angle in angles)
+        places = zip(self._places, turns, strict=True)
+        output.set_value(tuple(X_BR @ turn @ X_RL for (X_BR, X_RL), turn in places))
+
+    def _calc_poses(self, context: Context, output: Any) -> None:
+        state = self._state.Eval(context)
+        q_WB = state[:4] / math.sqrt(state[:4] @ state[:4])
+        poses = output.get_mutable_value()
+        # By keyword: by position, pydrake tries every other constructor first, for 60 µs.
+        X_WB = RigidTransform(quaternion=Quaternion(wxyz=q_WB), p=state[4:7])
+        poses.set_value(self._body, X_WB)
+        for frame, X_BL in zip(self._frames, self._turned.Eval(context), strict=True):
+            poses.set_value(frame, X_BL)
 
 
 def add_propeller_display(
@@ -115,11 +133,20 @@ def add_propeller_display(
     """
     source = scene_graph.RegisterSource("propellers")
     turning = turning_rotors(vehicle)
-    frames = [_move_shapes(plant, scene_graph, source, vehicle, vehicle.rotors[i]) for i in turning]
+    body = scene_graph.RegisterFrame(source, GeometryFrame("propellers"))
+    frames = [
+        _move_shapes(plant, scene_graph, (source, body), vehicle, vehicle.rotors[index])
+        for index in turning
+    ]
     display = builder.AddNamedSystem(
         "propeller_display",
         PropellerDisplay(
-            vehicle=vehicle, turning=turning, frames=frames, size=speeds.size(), period=period
+            vehicle=vehicle,
+            turning=turning,
+            body=body,
+            frames=frames,
+            size=speeds.size(),
+            period=period,
         ),
     )
     builder.Connect(plant.get_state_output_port(), display.GetInputPort("state"))
@@ -153,10 +180,18 @@ def _link_pose(vehicle: Vehicle, rotor: Rotor) -> RigidTransform:
 
 
 def _move_shapes(
-    plant: MultibodyPlant, scene_graph: SceneGraph, source: Any, vehicle: Vehicle, rotor: Rotor
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    parent: tuple[Any, FrameId],
+    vehicle: Vehicle,
+    rotor: Rotor,
 ) -> FrameId:
-    """Copy a rotor link's drawn shapes to a frame of `source`, and draw the old ones no more."""
-    frame = scene_graph.RegisterFrame(source, GeometryFrame(rotor.name))
+    """Copy a rotor link's drawn shapes to a frame on `parent`, and draw the old ones no more.
+
+    The parent is a source and its frame.
+    """
+    source, body = parent
+    frame = scene_graph.RegisterFrame(source, body, GeometryFrame(rotor.name))
     inspector = scene_graph.model_inspector()
     base = plant.GetBodyByName(vehicle.base_link)
     drone = plant.GetModelInstanceName(base.model_instance())
