@@ -46,6 +46,7 @@ def build_flight(
     settings: Mapping[str, float] | None,
     meshcat: Meshcat | None,
     bridge: Bridge | None,
+    picture_period: float,
 ) -> BuiltFlight:
     """Read and build what a scenario names; arguments and exceptions are those of `Session`."""
     check_scenario(scenario)
@@ -69,6 +70,7 @@ def build_flight(
         scenario.sensors.seed,
         variation.control_delay,
         bridge,
+        picture_period,
     )
     for action in scenario.script:
         check_settings(vehicle, action.set)

@@ -15,6 +15,7 @@ from pydrake.systems.framework import Diagram
 from workbench.built_flight import build_flight
 from workbench.configured import tell_start
 from workbench.diagram.kept_samples import read_samples
+from workbench.diagram.workbench import PICTURE_PERIOD
 from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
 from workbench.instant import Instant
 from workbench.link.authority import SCRIPT_FLIES, Limits
@@ -47,6 +48,7 @@ class Session:
         settings: parameter values that override those of the scenario's gains.
         meshcat: where to draw, if anywhere.
         bridge: to who listens or commands, if anybody.
+        picture_period: between pictures in Meshcat [s], infinite where `draw` alone makes them.
 
     Raises:
         WorkbenchError: if the scenario cannot be built.
@@ -58,9 +60,10 @@ class Session:
         settings: Mapping[str, float] | None = None,
         meshcat: Meshcat | None = None,
         bridge: Bridge | None = None,
+        picture_period: float = PICTURE_PERIOD,
     ) -> None:
         self.scenario = scenario or Scenario()
-        built = build_flight(self.scenario, settings, meshcat, bridge)
+        built = build_flight(self.scenario, settings, meshcat, bridge, picture_period)
         self.vehicle: Vehicle = built.vehicle
         self.world: World = built.world
         self._bench, self._values, self._bridge = built.bench, built.values, bridge
@@ -263,6 +266,12 @@ class Session:
         """Return the present as a frozen copy."""
         start = start_position(self.scenario.start, self.vehicle)
         return observe(self._bench, self._live.root, start)
+
+    def draw(self) -> None:
+        """Draw the present in Meshcat, if the session draws at all."""
+        visualizer = self._bench.visualizer
+        if visualizer is not None:
+            visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(self._live.root))
 
     def pose(self, a: str, b: str) -> RigidTransform:
         """Return X_AB, the pose of frame B in frame A as it is now; `workbench frames` lists them.

@@ -60,6 +60,7 @@ class Workbench:
     sample_logs: tuple[SampleLog, ...]
     frames: FramePoses
     obstacles: NearestObstacle | None
+    visualizer: MeshcatVisualizer | None = None
     telemetry: Telemetry | None = None
     topics: tuple[Topic, ...] = ()
 
@@ -76,6 +77,7 @@ def make_workbench(
     seed: int = 0,
     control_delay: int = 0,
     bridge: Bridge | None = None,
+    picture_period: float = PICTURE_PERIOD,
 ) -> Workbench:
     """Return the core with pilot, path, flight mode, battery, sensors and recorder around it.
 
@@ -91,6 +93,7 @@ def make_workbench(
         seed: of their noise; that of the air is set with its Context.
         control_delay: control periods by which the controller sees the state late.
         bridge: to the network, or to a log; without one nothing is published.
+        picture_period: between pictures in Meshcat [s], infinite for none but the first.
     """
     builder = DiagramBuilder()
     airframe, wrench = add_airframe_in_air(
@@ -143,8 +146,9 @@ def make_workbench(
         builder.Connect(obstacles.walls_output, modes.GetInputPort("walls"))
         signals |= {"obstacle": obstacles.obstacle_output}
     recorder = add_recorder(builder, signals, rates.record_period)
+    visualizer = None
     if meshcat is not None:
-        _draw(builder, airframe, vehicle, computer, meshcat)
+        visualizer = _draw(builder, airframe, vehicle, computer, meshcat, picture_period)
     sensing = add_sensors(
         builder,
         airframe.plant,
@@ -178,6 +182,7 @@ def make_workbench(
         sample_logs=sample_logs,
         frames=frames,
         obstacles=obstacles,
+        visualizer=visualizer,
         telemetry=telemetry,
         topics=topics,
     )
@@ -234,7 +239,8 @@ def _draw(
     vehicle: Vehicle,
     computer: FlightComputer,
     meshcat: Meshcat,
-) -> None:
+    period: float,
+) -> MeshcatVisualizer:
     """Draw the scene, with propellers that turn."""
     add_propeller_display(
         builder,
@@ -244,9 +250,9 @@ def _draw(
         computer.GetOutputPort("memory"),
         period=PICTURE_PERIOD,
     )
-    MeshcatVisualizer.AddToBuilder(
+    return MeshcatVisualizer.AddToBuilder(
         builder,
         airframe.scene_graph,
         meshcat,
-        MeshcatVisualizerParams(publish_period=PICTURE_PERIOD),
+        MeshcatVisualizerParams(publish_period=period),
     )

@@ -23,6 +23,7 @@ from workbench.live.messages import (
     GetReading,
     Hold,
     Order,
+    Pace,
     Phase,
     Refusal,
     Report,
@@ -62,7 +63,7 @@ class Flying:
         stream: where everything that is published goes.
 
     Attributes:
-        shown: told of every snapshot that is reported.
+        shown: told of every snapshot that is reported, and in a pause again and again.
     """
 
     def __init__(
@@ -88,7 +89,7 @@ class Flying:
         self._broken = ""
         self._flight = 1
         self._seen = session.snapshot()
-        self.shown: Callable[[Snapshot], None] = lambda snapshot: None
+        self.shown: Callable[[Snapshot, Pace], None] = lambda snapshot, pace: None
         self._next_report = now()
 
     def run(self, inbox: Connection, wanted: Callable[[], bool]) -> None:
@@ -113,6 +114,8 @@ class Flying:
                 self.fly()
                 if self._network.view is not self._shown:  # in a pause, too
                     self.report()
+                elif self._clock.paused and not self._broken:  # who begins to look sees it, too
+                    self.shown(self._seen, self._clock.pace(self._now()))
                 for answer in self._network.answers():
                     self._outbox.post(answer)
 
@@ -153,7 +156,8 @@ class Flying:
         exciting, flight = self._exciter.exciting, self._flight
         report = Report(phase, self._broken, snapshot, pace, self._shown, exciting, flight)
         self._outbox.show(report)
-        self.shown(snapshot)
+        if not self._broken:
+            self.shown(snapshot, pace)
 
     def _obey(self, order: Order) -> Answer | Refusal | Later:
         try:

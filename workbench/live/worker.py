@@ -56,9 +56,9 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     """
     from pydrake.geometry import Meshcat, MeshcatParams
 
-    from workbench.live.chase_camera import ChaseCamera
     from workbench.live.choice import Choice
     from workbench.live.flying import Flying
+    from workbench.live.picture import Picture
     from workbench.live.stream import NoStream, Stream
     from workbench.live.values import parameter_values
     from workbench.scenario import without_arrays
@@ -81,7 +81,7 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
         scenario = wanted_flight.load() if isinstance(wanted_flight, Choice) else wanted_flight
         # who hears every sample needs no arrays, which would fill the memory in hours
         flown = without_arrays(scenario) if begin.stream else scenario
-        session = Session(flown, begin.settings, meshcat, bridge)
+        session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
         outbox.post(Starting("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
@@ -93,7 +93,7 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     flying = Flying(session, bridge, begin.settings, outbox, time.perf_counter, stream)
     if meshcat:
         reach = max(math.dist((0.0, 0.0, 0.0), rotor.p_BR) for rotor in session.vehicle.rotors)
-        flying.shown = ChaseCamera(meshcat, reach).follow
+        flying.shown = Picture(meshcat, session.draw, reach, time.perf_counter).show
     flying.run(connection, wanted)
 
 

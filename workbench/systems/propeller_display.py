@@ -37,8 +37,8 @@ from workbench.plant.vehicle import Vehicle
 class PropellerDisplay(LeafSystem):
     """Turns the propellers' shapes about their rotors' axes, as fast as the rotors turn.
 
-    Their frames hang on one that goes with the base link. The scene graph asks for all poses at each
-    physics step, as contact needs some of them: only that frame's pose is computed then.
+    Their frames hang on one that goes with the base link. The scene graph asks for all poses at
+    each physics step, as contact needs some of them: only that frame's pose is computed then.
 
     Input ports:
         state (13): of the plant.
