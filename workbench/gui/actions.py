@@ -56,6 +56,7 @@ THEME_MENU = "T&heme"
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Real-time factors that are offered."""
 SPEED_MENU = "Spee&d"
+CAMERA_MENU = "3-D &camera"
 
 ACTIONS: tuple[ActionRow, ...] = (
     ActionRow("open_scenario", FILE, "&Open scenario...", "Fly another scenario.", "Ctrl+O"),
@@ -159,6 +160,24 @@ ACTIONS: tuple[ActionRow, ...] = (
         "3-D view in the br&owser",
         "Open the page that draws the flight in the browser.",
         "Ctrl+Shift+0",
+    ),
+    *(
+        ActionRow(f"look_{way}", VIEW, text, help, shortcut, submenu=CAMERA_MENU, button=button)
+        for way, text, button, help, shortcut in (
+            ("follow", "&Follow", "Follow", "See the drone from behind, wherever it turns.", "F2"),
+            ("top", "&Top", "Top", "See the drone from above, north up.", "F3"),
+            ("side", "&Side", "Side", "See the drone from the south, height up.", "F4"),
+            ("reset", "&Reset view", "Reset", "See the drone as at the start.", "Ctrl+Shift+9"),
+        )
+    ),
+    ActionRow(
+        "trail_3d",
+        VIEW,
+        "Trai&l",
+        "Show the last 30 s of the path in the 3-D view, or hide them.",
+        "Ctrl+9",
+        checkable=True,
+        submenu=CAMERA_MENU,
     ),
     ActionRow("dismiss", VIEW, "&Dismiss notice", "Take the banner's notice away.", "Ctrl+Shift+D"),
     ActionRow("full_screen", VIEW, "&Full screen", "Fill the screen.", "F11", checkable=True),

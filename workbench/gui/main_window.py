@@ -24,7 +24,7 @@ from workbench.gui.screen_stack import ScreenStack
 from workbench.gui.screen_table import SCREENS, ScreenRow
 from workbench.gui.side_bar import SideBar
 from workbench.gui.top_bar.top_bar import TopBar
-from workbench.gui.view3d.view3d_panel import View3d
+from workbench.gui.view3d.view3d_panel import LOOKS, View3d
 from workbench.gui.window_state import WindowState
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase
@@ -73,7 +73,8 @@ class MainWindow(QMainWindow):
         self.side_bar = SideBar(self.actions_by_name, workspace.look)
         self.top_bar = TopBar(workspace, self.actions_by_name, self.desk, self.recorder)
         self.stack = ScreenStack(workspace, rows)
-        self.view3d = View3d(workspace)
+        self.actions_by_name["trail_3d"].setChecked(True)
+        self.view3d = View3d(workspace, self.actions_by_name)
         self.banner = Banner(workspace, self.actions_by_name)
         self.splitter = QSplitter(Qt.Orientation.Horizontal)
         self._first = first or self._state.screen
@@ -109,6 +110,7 @@ class MainWindow(QMainWindow):
             "reset": desk.reset,
             "view_3d": self._toggle_beside,
             "browse_3d": lambda: self.view3d.browse(),
+            "trail_3d": lambda: self.view3d.show_trail(),
             "dismiss": lambda: self.banner.dismiss(),
             "full_screen": self._toggle_full_screen,
             "keys": lambda: KeysPage(self).show(),
@@ -118,6 +120,8 @@ class MainWindow(QMainWindow):
             handlers[f"show_{screen.name}"] = partial(self.show_screen, screen.name)
         for factor in SPEEDS:
             handlers[f"speed_{factor:g}"] = partial(desk.set_speed, factor)
+        for way in LOOKS:
+            handlers[f"look_{way}"] = partial(self._look, way)
         for theme in THEMES:
             handlers[f"theme_{theme}"] = partial(self._set_theme, theme)
         return handlers
@@ -217,6 +221,9 @@ class MainWindow(QMainWindow):
     def _set_beside(self, beside: bool) -> None:
         self.view3d.setVisible(beside)
         self.actions_by_name["view_3d"].setChecked(beside)
+
+    def _look(self, way: str) -> None:
+        self.view3d.look(way)
 
     def _toggle_full_screen(self) -> None:
         self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)

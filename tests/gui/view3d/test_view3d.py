@@ -1,31 +1,70 @@
 """The 3-D view, with a stand-in for the web engine."""
 
 import dataclasses
+import json
+from collections import defaultdict
 
 import pytest
-from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QDesktopServices
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtCore import Qt, pyqtSignal
+from PyQt6.QtGui import QColor, QDesktopServices, QPainter
+from PyQt6.QtTest import QTest
+from PyQt6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
 from workbench.errors import WorkbenchError
+from workbench.gui.actions import make_actions
 from workbench.gui.view3d import view3d_panel, web_engine
-from workbench.gui.view3d.view3d_panel import ENDED, NOT_DRAWN, WAITING, View3d
-from workbench.gui.view3d.web_engine import FLAGS, load_web_view, missing_library, prepare
+from workbench.gui.view3d.view3d_panel import (
+    BLANK,
+    ENDED,
+    FAULTS,
+    NO_PAGE,
+    NOT_DRAWN,
+    PATIENCE,
+    STATE,
+    WAITING,
+    View3d,
+)
+from workbench.gui.view3d.web_engine import (
+    FLAGS,
+    GBM,
+    SMALL_HEAP,
+    can_draw,
+    load_web_view,
+    missing_library,
+    prepare,
+)
 from workbench.live.messages import Pace, Phase
 
 PAGE, OTHER = "http://localhost:7000", "http://localhost:7001"
 
 
 class Web(QWidget):
-    """A web view that notes where it was sent."""
+    """A web view that notes where it was sent and what it was asked to do, and says how it does."""
+
+    renderProcessTerminated = pyqtSignal(object, int)
 
     def __init__(self):
         super().__init__()
         self.setAcceptDrops(True)  # as the web engine does
-        self.went = []
+        self.went, self.ran = [], []
+        self.state = {"fault": "", "software": True, "connected": True, "pictures": 7}
+        self.is_seen = True
 
     def setUrl(self, url):
         self.went.append(url.toString())
+
+    def page(self):
+        return self
+
+    def runJavaScript(self, code, answered):
+        self.ran.append(code)
+        answered(json.dumps(self.state) if code == STATE and self.state else "")
+
+    def paintEvent(self, event):
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor("white"))
+        if self.is_seen:
+            painter.fillRect(self.rect().adjusted(20, 20, -20, -20), QColor("red"))
 
 
 def no_engine():
@@ -43,15 +82,44 @@ def loaded():
 
 
 @pytest.fixture
-def panel(qtbot, workspace, loaded):
+def actions(qtbot):
+    window = QWidget()
+    qtbot.addWidget(window)
+    made = make_actions(window, defaultdict(lambda: lambda: None))
+    made["trail_3d"].setChecked(True)
+    yield made
+    window.close()
+
+
+@pytest.fixture
+def panel(qtbot, workspace, actions, loaded):
     def load():
         loaded.append(Web())
         return lambda: loaded[-1]
 
-    made = View3d(workspace, load)
+    made = View3d(workspace, actions, load)
+    made.resize(400, 400)
     qtbot.addWidget(made)
     yield made
     made.close_view()
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that stands, for the panel alone."""
+    now = [100.0]
+    monkeypatch.setattr(view3d_panel.time, "monotonic", lambda: now[0])
+    return now
+
+
+@pytest.fixture
+def web(panel, show, drawn, qtbot, loaded, clock):
+    """The web view of a page that is there."""
+    panel.show()
+    show(drawn)
+    qtbot.waitUntil(lambda: bool(loaded) and loaded[0].went == [PAGE], timeout=5000)
+    panel._timer.stop()  # the tests look by hand
+    return loaded[0]
 
 
 def test_before_the_flight_it_says_so_and_loads_nothing(panel, qtbot, loaded):
@@ -100,7 +168,7 @@ def test_the_page_goes_with_its_flight(panel, show, drawn, qtbot, loaded):
     qtbot.waitUntil(lambda: bool(loaded), timeout=5000)
     show(dataclasses.replace(drawn, phase=Phase.ENDED, said="its process is gone"))
     assert panel.said == ENDED
-    assert loaded[0].went[-1] == "about:blank"
+    assert loaded[0].went[-1] == NO_PAGE
 
 
 def test_a_flight_that_is_not_drawn_says_how(panel, show, canned):
@@ -110,11 +178,11 @@ def test_a_flight_that_is_not_drawn_says_how(panel, show, canned):
 
 
 def test_without_the_engine_it_says_what_to_install_and_offers_the_browser(
-    qtbot, workspace, show, drawn, monkeypatch, told
+    qtbot, workspace, actions, show, drawn, monkeypatch, told
 ):
     opened = []
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: not opened.append(url.toString()))
-    panel = View3d(workspace, no_engine)
+    panel = View3d(workspace, actions, no_engine)
     qtbot.addWidget(panel)
     panel.show()
     show(drawn)
@@ -148,18 +216,106 @@ def test_a_flight_that_the_picture_slows_is_told_once(
     assert "Hide the 3-D view (Ctrl+0)" in told[0].remedy
 
 
+@pytest.mark.parametrize("fault", ["webgl", "lost"])
+def test_a_page_that_cannot_draw_says_what_to_do_and_offers_its_address(panel, web, fault):
+    web.state["fault"] = fault
+    panel._look_at_page()
+    assert panel.said == FAULTS[fault]
+    assert panel._address.text() == PAGE
+    assert panel._browse.isVisible()
+    web.state["fault"] = ""
+    panel._again.click()
+    assert web.went == [PAGE, PAGE]
+    assert panel.said == ""
+
+
+def test_a_page_that_hangs_and_one_whose_process_ends_are_told(panel, web, clock):
+    web.state = None
+    panel._look_at_page()
+    assert panel.said == ""
+    clock[0] += PATIENCE + 1.0
+    panel._look_at_page()
+    assert panel.said == FAULTS["silent"]
+    web.renderProcessTerminated.emit(None, 1)
+    assert panel.said == FAULTS["ended"]
+
+
+def test_a_picture_that_is_drawn_but_not_seen_is_told(panel, web, clock):
+    web.is_seen = False
+    panel._look_at_page()
+    assert panel.said == ""
+    clock[0] += PATIENCE + 1.0
+    panel._look_at_page()
+    assert panel.said == BLANK
+    web.is_seen = True
+    panel._look_at_page()
+    assert panel.said == ""
+
+
+def test_a_page_that_begins_looks_as_the_one_before_it_did(panel, web, actions):
+    panel.look("follow")
+    actions["trail_3d"].setChecked(False)
+    web.ran.clear()
+    panel._look_at_page()
+    assert web.ran == [STATE, 'window.workbench?.look("follow")', "window.workbench?.trail(false)"]
+    panel.look("top")
+    assert web.ran[-1] == 'window.workbench?.look("top")'
+
+
+def test_while_it_is_hidden_there_is_no_page(panel, web, qtbot):
+    panel.hide()
+    assert web.went[-1] == NO_PAGE
+    panel.look("top")
+    assert web.ran == []
+    panel.show()
+    qtbot.waitUntil(lambda: web.went[-1] == PAGE, timeout=5000)
+
+
+def test_keys_go_to_the_window_and_not_to_the_page(panel, web, qtbot):
+    heard, window = [], QWidget()
+    qtbot.addWidget(window)
+    line = QLineEdit()
+    window.keyPressEvent = lambda event: heard.append(event.key())
+    layout = QVBoxLayout(window)
+    layout.addWidget(line)
+    layout.addWidget(panel)
+    page = QLineEdit(web)
+    web.setFocusProxy(page)
+    panel._look_at_page()
+    window.show()
+    line.setFocus()
+    QTest.mouseClick(page, Qt.MouseButton.LeftButton)
+    assert not page.hasFocus()
+    page.setFocus()
+    QTest.keyClick(page, Qt.Key.Key_H)
+    assert page.text() == ""
+    assert heard == [Qt.Key.Key_H]
+    panel.setParent(None)
+
+
 @pytest.mark.parametrize(
     ("given", "is_root", "wanted"),
     [
-        ("", False, "--ignore-gpu-blocklist"),
-        ("", True, "--ignore-gpu-blocklist --no-sandbox"),
-        ("--no-sandbox --mine", True, "--no-sandbox --mine --ignore-gpu-blocklist"),
+        ("", False, f"--ignore-gpu-blocklist {SMALL_HEAP}"),
+        ("", True, f"--ignore-gpu-blocklist {SMALL_HEAP} --no-sandbox"),
+        ("--no-sandbox --mine", True, f"--no-sandbox --mine --ignore-gpu-blocklist {SMALL_HEAP}"),
+        ("--js-flags=--mine", False, "--js-flags=--mine --ignore-gpu-blocklist"),
     ],
 )
 def test_chromium_gets_its_flags_beside_those_of_the_user(given, is_root, wanted):
     environment = {FLAGS: given} if given else {}
-    prepare(environment, is_root=is_root)
-    assert environment[FLAGS] == wanted
+    prepare(environment, is_root=is_root, draws=True)
+    assert environment == {FLAGS: wanted}
+
+
+def test_without_a_graphics_processor_no_buffers_are_shared_with_one(tmp_path):
+    node = tmp_path / "renderD128"
+    assert not can_draw([node])
+    node.touch()
+    assert can_draw([node])
+    for given, wanted in (({}, "0"), ({GBM: "1"}, "1")):
+        prepare(given, is_root=False, draws=False)
+        assert given[GBM] == wanted
 
 
 def test_a_missing_package_and_a_missing_library_are_sentences(monkeypatch):

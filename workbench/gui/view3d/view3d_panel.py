@@ -1,16 +1,27 @@
 """The 3-D view beside any screen."""
 
+import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
-from PyQt6.QtCore import Qt, QTimer, QUrl
-from PyQt6.QtGui import QDesktopServices
-from PyQt6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
+from PyQt6.QtCore import QEvent, QObject, Qt, QTimer, QUrl
+from PyQt6.QtGui import QAction, QDesktopServices, QHideEvent, QImage, QShowEvent
+from PyQt6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QStackedLayout,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from workbench.errors import WorkbenchError
 from workbench.gui.style import dressed
-from workbench.gui.view3d.web_engine import load_web_view
+from workbench.gui.view3d.web_engine import GBM, load_web_view
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
@@ -23,48 +34,70 @@ NOT_DRAWN = (
 TOO_SLOW = 4.0
 """Wall time for which a flight beside the picture is too slow until the user is told [s]."""
 ENDED = "The flight has ended, and its 3-D view with it."
+LOADING = "Loading the 3-D view ..."
+FAULTS = {
+    "webgl": "The 3-D view cannot draw here: its web engine finds no WebGL, as OpenGL has no "
+    "driver that works. Install one (on Debian and Ubuntu `libgl1-mesa-dri`, which draws with the "
+    "processor) and start again, or open the view in a browser.",
+    "lost": "The 3-D view has lost its graphics memory. Try again, or open it in a browser.",
+    "ended": "The process that draws the 3-D view has ended. Try again, or open it in a browser.",
+    "silent": "The 3-D view does not answer. Try again, or open it in a browser.",
+}
+"""What is said in the place of a page, by what is wrong with it."""
+BLANK = (
+    "Nothing is seen of the 3-D view, though it draws: start the app with "
+    f"{GBM}=0 set, or open the view in a browser."
+)
+TICK = 1000
+"""Between two looks at the page [ms]."""
+PATIENCE = 20.0
+"""How long a page may be silent, or draw what is not seen [s]."""
+LOOKS = ("follow", "top", "side", "reset")
+BUTTONS = (*(f"look_{way}" for way in LOOKS), "trail_3d")
+"""Names of the actions that stand above the picture."""
+NO_PAGE = "about:blank"
+STATE = "window.workbench?.state()"
+"""Asks the script in the page, which is not there before the page is."""
+GRID = 16
+"""Pixels along a side of a picture that are looked at, to see whether anything is on it."""
 
 
 class View3d(QWidget):
     """Meshcat's page of the present flight, or why there is none; the web engine is loaded last.
 
+    While it is hidden there is no page, which would cost the machine as much as one that is seen.
+
     Args:
         workspace: whose flight is shown.
-        load: returns the class of web views.
+        actions: those of the camera and the trail stand above the picture.
+        load: returns what makes web views.
         parent: in which it stands.
     """
 
     def __init__(
         self,
         workspace: Workspace,
+        actions: Mapping[str, QAction],
         load: Callable[[], Callable[[], QWidget]] = load_web_view,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.setAccessibleName("3-D view of the flight")
         self.setMinimumWidth(NARROWEST)
-        self._workspace, self._load = workspace, load
-        self._web: QWidget | None = None
-        self._missing = ""
-        self._url = ""
+        self._workspace, self._actions, self._load = workspace, actions, load
+        self._web: Any = None
+        self._missing = self._fault = ""
+        self._url = self._open_url = ""
+        self._way = "reset"
+        self._pictures = 0
+        self._heard = self._seen = 0.0
+        self._is_blank = False
         self._slow_since = math.inf
         self._told_slow = False
-        self._words = dressed(QLabel(), "muted")
-        self._words.setWordWrap(True)
-        self._words.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._browse = QPushButton("Open in the &browser")
-        self._browse.clicked.connect(self.browse)
-        self._page = QWidget()
-        page = QVBoxLayout(self._page)
-        page.setContentsMargins(24, 24, 24, 24)
-        page.addStretch(1)
-        page.addWidget(self._words)
-        page.addWidget(self._browse, 0, Qt.AlignmentFlag.AlignHCenter)
-        page.addStretch(1)
-        self._layout = QStackedLayout(self)
-        self._layout.setContentsMargins(0, 0, 0, 0)
-        self._layout.addWidget(self._page)
+        self._lay_out()
+        self._timer = QTimer(self)
+        self._timer.setInterval(TICK)
+        self._timer.timeout.connect(self._look_at_page)
         workspace.flight.viewed.connect(self._follow)
         self._show()
 
@@ -75,8 +108,10 @@ class View3d(QWidget):
 
     @property
     def said(self) -> str:
-        """What stands where the picture would be, "" while it is there."""
-        return "" if self._layout.currentWidget() is not self._page else self._words.text()
+        """What stands where the picture would be, or above it; "" where all is well."""
+        if self._layout.currentWidget() is self._page:
+            return self._words.text()
+        return "" if self._strip.isHidden() else self._strip.text()
 
     def browse(self) -> None:
         """Open the page in the browser."""
@@ -87,31 +122,67 @@ class View3d(QWidget):
                 "no browser could be opened", f"Open {self._url} in one by hand."
             )
 
+    def look(self, way: str) -> None:
+        """Let the camera follow behind the drone, look from the top or a side, or begin anew."""
+        self._way = way
+        if way == "reset" and self._fault:
+            self.reload()
+        else:
+            self._run(f"window.workbench?.look({json.dumps(way)})")
+
+    def show_trail(self) -> None:
+        """Show the path that was flown, or hide it, as its action is checked."""
+        shown = json.dumps(self._actions["trail_3d"].isChecked())
+        self._run(f"window.workbench?.trail({shown})")
+
+    def reload(self) -> None:
+        """Open the page anew."""
+        self._fault = ""
+        self._open_url = ""
+        self._open()
+        self._show()
+
     def wake(self) -> None:
         """Load the web engine, if it is needed by now; the window stands still for that."""
-        if self._web is not None or self._missing or not self._url or not self.isVisible():
+        if self._missing or not self._url or not self.isVisible():
             return
-        try:
-            self._web = self._load()()
-        except WorkbenchError as error:
-            self._missing = str(error)
-        else:
-            self._web.setAccessibleName("Meshcat")
-            self._web.setAcceptDrops(False)  # files are for the window; the page would show them
-            self._layout.addWidget(self._web)
-            self._open()
+        if self._web is None:
+            try:
+                self._web = self._load()()
+            except WorkbenchError as error:
+                self._missing = str(error)
+            else:
+                self._web.setAccessibleName("Meshcat")
+                self._web.setAcceptDrops(False)  # files are for the window; the page shows them
+                self._web.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+                self._web.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)
+                self._web.renderProcessTerminated.connect(lambda *_: self._fail("ended"))
+                self._layout.addWidget(self._web)
+        self._open()
         self._show()
 
     def close_view(self) -> None:
         """End the web engine's page."""
+        self._timer.stop()
         web, self._web = self._web, None
         if web is not None:
             self._layout.removeWidget(web)
             web.close()
             web.deleteLater()
 
-    def showEvent(self, event: object) -> None:
+    def showEvent(self, event: QShowEvent | None) -> None:
         QTimer.singleShot(0, self.wake)  # once the window is painted
+
+    def hideEvent(self, event: QHideEvent | None) -> None:
+        self._open()
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Keep keys from the page: they fly the drone, and some mean another thing there."""
+        kinds = (QEvent.Type.KeyPress, QEvent.Type.KeyRelease)
+        if event is not None and event.type() in kinds:
+            event.ignore()  # for the window, in which the page stands
+            return True
+        return super().eventFilter(watched, event)
 
     def _follow(self, view: LiveView) -> None:
         """Show the page of another flight; tell where the picture costs it its time."""
@@ -120,6 +191,8 @@ class View3d(QWidget):
         words = self._words_for(view)
         if url == self._url and words == self._words.text():
             return
+        if url != self._url:
+            self._fault = ""
         self._url = url
         self._open()
         self._show()
@@ -140,14 +213,86 @@ class View3d(QWidget):
             )
 
     def _open(self) -> None:
-        if self._web is not None:
-            self._web.setUrl(QUrl(self._url or "about:blank"))  # type: ignore[attr-defined]
+        """Let the web engine have the page that is to be seen now, and no other."""
+        if self._web is None:
+            return
+        url = self._url if self.isVisible() and self._url else NO_PAGE
+        if url == self._open_url:
+            return
+        self._open_url = url
+        self._pictures = 0
+        self._heard = self._seen = time.monotonic()
+        self._is_blank = False
+        self._web.setUrl(QUrl(url))
+        if url == NO_PAGE:
+            self._timer.stop()
+        else:
+            self._timer.start()
+
+    def _run(self, code: str, answered: Callable[[Any], None] = lambda answer: None) -> None:
+        """Run a line of JavaScript in the page, if there is one."""
+        if self._web is not None and self._open_url != NO_PAGE:
+            self._web.page().runJavaScript(code, answered)
+
+    def _look_at_page(self) -> None:
+        """Ask the page how it does; it is silent where it hangs."""
+        proxy = self._web.focusProxy() if self._web is not None else None
+        if proxy is not None:  # the page makes another one now and then
+            proxy.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            proxy.installEventFilter(self)
+        if time.monotonic() - self._heard > PATIENCE:
+            self._fail("silent")
+        self._run(STATE, partial(self._hear, self._open_url))
+
+    def _hear(self, url: str, answer: object) -> None:
+        """Take what the page says of itself."""
+        if url != self._open_url or not isinstance(answer, str) or not answer or self._web is None:
+            return
+        state = json.loads(answer)
+        self._heard = time.monotonic()
+        if state["fault"]:
+            self._fail(state["fault"])
+            return
+        if self._fault == "silent":
+            self._fault = ""
+            self._show()
+        began = state["connected"] and not self._pictures
+        if state["connected"]:
+            self._pictures = state["pictures"]
+        if began:
+            self._run(f"window.workbench?.look({json.dumps(self._way)})")
+            self.show_trail()
+        self._see()
+        self._show()
+
+    def _see(self) -> None:
+        """Find out whether what the page draws is seen, until it is."""
+        if (
+            not self._pictures
+            or self._seen == math.inf
+            or self._layout.currentWidget() is self._page
+        ):
+            return
+        if not is_blank(self._web.grab().toImage()):
+            self._seen = math.inf
+        self._is_blank = time.monotonic() - self._seen > PATIENCE
+
+    def _fail(self, fault: str) -> None:
+        """Say in the place of the page what is wrong with it."""
+        if fault != self._fault:
+            self._fault = fault
+            self._show()
 
     def _show(self) -> None:
         self._words.setText(self._words_for(self._workspace.flight.view))
+        self._address.setText(self._url)
+        self._address.setVisible(bool(self._url))
         self._browse.setVisible(bool(self._url))
-        shown = self._web if self._web is not None and self._url else self._page
+        self._again.setVisible(bool(self._fault))
+        self._strip.setVisible(self._is_blank)
+        shown = self._web if self._web is not None and self._url and not self._fault else self._page
         self._layout.setCurrentWidget(shown)
+        self._bar.setVisible(shown is not self._page)
 
     def _words_for(self, view: LiveView) -> str:
         if view.phase is Phase.ENDED:
@@ -156,4 +301,56 @@ class View3d(QWidget):
             return WAITING
         if not view.url:
             return NOT_DRAWN
-        return self._missing or "Loading the 3-D view ..."
+        return self._missing or FAULTS.get(self._fault, LOADING)
+
+    def _lay_out(self) -> None:
+        self._words = dressed(QLabel(), "muted")
+        self._words.setWordWrap(True)
+        self._words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._address = QLabel()
+        self._address.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        for label in (self._words, self._address):
+            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._again = QPushButton("&Try again")
+        self._again.clicked.connect(self.reload)
+        self._browse = QPushButton("Open in the &browser")
+        self._browse.clicked.connect(self.browse)
+        self._page = QWidget()
+        page = QVBoxLayout(self._page)
+        page.setContentsMargins(24, 24, 24, 24)
+        page.addStretch(1)
+        for part in (self._words, self._address):
+            page.addWidget(part)
+        for offer in (self._again, self._browse):
+            page.addWidget(offer, 0, Qt.AlignmentFlag.AlignHCenter)
+        page.addStretch(1)
+        self._bar = QWidget()
+        bar = QHBoxLayout(self._bar)
+        bar.setContentsMargins(4, 2, 4, 2)
+        bar.setSpacing(2)
+        for name in BUTTONS:
+            button = dressed(QToolButton(), "quiet compact")
+            button.setDefaultAction(self._actions[name])
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            bar.addWidget(button)
+        bar.addStretch(1)
+        self._strip = dressed(QLabel(BLANK), "warning")
+        self._strip.setWordWrap(True)
+        self._strip.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._strip.hide()
+        stack = QWidget()
+        self._layout = QStackedLayout(stack)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._layout.addWidget(self._page)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        whole.addWidget(self._bar)
+        whole.addWidget(self._strip)
+        whole.addWidget(stack, 1)
+
+
+def is_blank(image: QImage) -> bool:
+    """Return whether a picture is of one colour."""
+    small = image.scaled(GRID, GRID)
+    return len({small.pixel(x, y) for x in range(GRID) for y in range(GRID)}) <= 1

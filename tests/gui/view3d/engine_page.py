@@ -1,0 +1,99 @@
+"""Meshcat's page in the real web engine, asked a few things; prints the answers as JSON.
+
+A process of its own: the web engine wants to be there before the application.
+"""
+
+import json
+import os
+import sys
+import time
+
+import numpy as np
+from pydrake.geometry import Box, Meshcat, MeshcatParams, Rgba
+from pydrake.math import RigidTransform, RollPitchYaw
+from PyQt6.QtCore import Qt, QUrl
+from PyQt6.QtWidgets import QApplication
+
+from workbench.gui.view3d.view3d_panel import STATE, is_blank
+from workbench.gui.view3d.web_engine import load_web_view
+from workbench.live.chase_camera import ChaseCamera
+from workbench.live.picture import DRONE
+
+LIMIT = 120.0
+PLACE = "[...viewer.camera.position.toArray(), ...viewer.controls.target.toArray()]"
+
+
+class Page:
+    """The page, driven by turns of the event loop."""
+
+    def __init__(self) -> None:
+        make = load_web_view()
+        QApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
+        self.app = QApplication(sys.argv[:1])
+        self.meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+        self.meshcat.SetObject("box", Box(1, 1, 1), Rgba(1, 0, 0, 1))
+        ChaseCamera(self.meshcat, 0.3)
+        self.view = make()
+        self.view.resize(300, 300)
+        self.view.show()
+        self.view.setUrl(QUrl(self.meshcat.web_url()))
+
+    def ask(self, code: str):
+        """Return what a line of JavaScript gives, once it is not null."""
+        answers, end = [], time.monotonic() + LIMIT
+        while True:
+            asked = []
+            self.view.page().runJavaScript(code, asked.append)
+            while not asked:
+                assert time.monotonic() < end, f"no answer to {code}: {answers[-1:]}"
+                self.app.processEvents()
+                time.sleep(0.005)
+            answers += asked
+            if asked[0] not in (None, ""):
+                return asked[0]
+
+    def until(self, reached) -> None:
+        """Wait until something is so."""
+        end = time.monotonic() + LIMIT
+        while not reached():
+            assert time.monotonic() < end
+            self.app.processEvents()
+            time.sleep(0.005)
+
+    def fly(self, place, yaw: float) -> None:
+        """Let the drone be at a place, and the page know."""
+        pose = RigidTransform(RollPitchYaw(0.0, 0.0, yaw), np.array(place))
+        self.meshcat.SetTransform(DRONE, pose)
+        x, y, z = place
+        near = f"viewer.controls.target.distanceTo({{x: {x}, y: {z}, z: {-y}}}) < 1e-6"
+        self.until(lambda: self.ask(f"String({near})") == "true")
+
+    def look(self, way: str) -> list[float]:
+        """Return where the camera stands and what it looks at after an order, y up."""
+        self.ask(f"window.workbench.look('{way}'); true")
+        return self.ask(PLACE)
+
+
+def main() -> None:
+    """Ask, and print."""
+    page = Page()
+    page.until(lambda: json.loads(page.ask(STATE))["pictures"] > 0)
+    page.fly((0.0, 0.0, 1.0), 0.0)
+    page.until(lambda: not is_blank(page.view.grab().toImage()))
+    found = {"state": json.loads(page.ask(STATE)), "home": page.ask(PLACE)}
+    page.fly((30.0, 20.0, 5.0), 0.0)
+    found["along"] = page.ask(PLACE)
+    for way in ("follow", "top", "side"):
+        found[way] = page.look(way)
+    page.look("follow")
+    page.fly((30.0, 20.0, 5.0), 1.5707963267948966)
+    page.until(lambda: page.ask(PLACE)[2] > -19.0)
+    found["turned"] = page.ask(PLACE)
+    page.ask("viewer.camera.position.set(NaN, NaN, NaN); viewer.controls.target.x = NaN; true")
+    found["cured"] = page.look("reset")
+    print(json.dumps(found), flush=True)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
