@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from workbench.analyst.questions import Predict, Step
+from workbench.analyst.questions import DrawMap, Predict, Step, Weigh
 from workbench.analyst.subject import Subject
-from workbench.design.step_response import fly_step
+from workbench.design.step_response import EDGE, axis_velocity, fly_step, step_scenario
 from workbench.errors import WorkbenchError
 from workbench.scenario import Scenario
+from workbench.session import Session
 
 
 @pytest.mark.parametrize(("axis", "amplitude"), [("x", 2.0), ("z", -1.0), ("yaw", 0.2)])
@@ -22,6 +23,35 @@ def test_a_step_is_as_the_diagram_flies_it(answer, axis, amplitude):
     assert predicted.numbers.overshoot == pytest.approx(flown.metrics.overshoot, abs=0.1)
     assert predicted.numbers.peak_rotor_use == pytest.approx(flown.peak_rotor_use, abs=0.005)
     assert not predicted.lost
+
+
+@pytest.mark.parametrize(("axis", "amplitude"), [("x", 1.0), ("y", -1.0), ("yaw", 0.2)])
+@pytest.mark.parametrize("heading", np.radians([-83.0, 30.0, 135.0]))
+def test_a_step_is_predicted_with_the_heading_that_the_drone_has(answer, axis, amplitude, heading):
+    """Unequal gains of pitch and roll, so that the heading tells: within 1 mm/s, or 1 mrad/s."""
+    gains = {"kp_velocity_x": 6.0, "kp_velocity_y": 3.0, "kp_pitch": 80.0, "kp_roll": 180.0}
+    predicted = answer(Predict(gains, Step(axis, amplitude, 2.0, heading)))
+    flight = step_scenario(axis, amplitude, 2.0, Scenario())
+    flight.start.roll_pitch_yaw = [0.0, 0.0, heading]
+    session = Session(flight, gains)
+    session.run()
+    flown = axis_velocity(session.recording().between(EDGE, np.inf), axis)
+    assert np.abs(predicted.response - flown).max() < 1e-3
+
+
+def test_the_map_and_the_sensitivity_are_of_the_heading_too(answer):
+    """With the nose to the north the roll loop flies a step to the east."""
+    gains = {"kp_roll": 180.0, "kp_pitch": 180.0}
+    cases = ((0.0, "kp_pitch", "kp_roll"), (0.5 * np.pi, "kp_roll", "kp_pitch"))
+    for heading, gain, others in cases:
+        step = Step("x", 1.0, 1.0, heading)
+        slopes = {
+            weight.gain: abs(weight.slope)
+            for weight in answer(Weigh(gains, step)).weights["rise_time"]
+        }
+        assert slopes[gain] > 100.0 * slopes.get(others, 0.0)
+        map_ = answer(DrawMap(gains, gain, others, "rise_time", step))
+        assert np.ptp(map_.values, axis=1).min() > 100.0 * np.ptp(map_.values, axis=0).max()
 
 
 def test_the_wind_of_the_settings_blows(answer):

@@ -47,6 +47,7 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
             axis=step.axis,
             amplitude=step.amplitude,
             duration=step.duration,
+            heading=step.heading,
         )
         assert band is not None  # nothing stops it
         values[start : start + BAND] = band.values

@@ -23,12 +23,17 @@ PATIENCE = 0.005
 
 
 def predict(subject: Subject, question: Predict, _: Work) -> Working:
-    """Answer how a step would be flown from hover, in the air that the settings ask for."""
+    """Answer how a step would be flown from hover with the step's heading.
+
+    The air is as the settings ask for.
+    """
     step = question.step
     check_short(step)
     gains = subject.gains(question.gains)
     engine = yield from ready_engine(subject)
-    flown = engine.fly([gains], step.axis, step.amplitude, duration=step.duration)
+    flown = engine.fly(
+        [gains], step.axis, step.amplitude, duration=step.duration, heading=step.heading
+    )
     response = flown.response[0]
     metrics = step_metrics(flown.time, response, step.amplitude)
     yield Predicted(

@@ -27,11 +27,14 @@ class Step:
         axis: x, y, z or yaw.
         amplitude: [m/s] or [rad/s].
         duration: after its edge [s].
+        heading: yaw of the drone at the edge, in W [rad]. A velocity is commanded in W, so the
+            heading decides how much of it the pitch loop flies, and how much the roll loop.
     """
 
     axis: str
     amplitude: float
     duration: float
+    heading: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
         step.axis,
         step.amplitude,
         duration=step.duration,
+        heading=step.heading,
         scenario=subject.scenario,
         settings=subject.gains(question.gains),
         progress=work.check,

@@ -93,6 +93,25 @@ def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
     assert overshoot.state is State.NONE
 
 
+def test_a_step_is_predicted_with_the_heading_at_which_its_round_began(
+    screen, desk_room, canned, flying, judge, predict, qtbot
+):
+    answer(screen, judge, predict, qtbot)
+    fly(screen, canned)
+
+    def turned(yaw, exciting=None):
+        attitude = (*flying.snapshot.roll_pitch_yaw[:2], yaw)
+        snapshot = dataclasses.replace(flying.snapshot, roll_pitch_yaw=attitude)
+        return dataclasses.replace(flying, snapshot=snapshot, exciting=exciting)
+
+    screen.show_view(turned(-1.45))
+    qtbot.waitUntil(lambda: desk_room.analysis.of(Predict)[-1].step == Step("x", 1.0, 2.0, -1.45))
+    begun = Exciting(screen.excitation.choice.excitation, began=1.0, round=1)
+    for yaw in (0.7, 0.9):  # the drone turns while the round is flown
+        screen.show_view(turned(yaw, begun))
+        assert screen.trial.step.heading == 0.7
+
+
 def test_a_lost_prediction_is_told(screen, desk_room, predict, qtbot):
     qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Predict)))
     asked = desk_room.analysis.of(Predict)[-1]

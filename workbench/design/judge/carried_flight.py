@@ -59,13 +59,14 @@ def fly_carried(
     amplitude: float,
     *,
     duration: float,
+    heading: float = 0.0,
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> CarriedFlight:
     """Fly a step with derivatives by all parameters of the controller.
 
-    Arguments are those of `fly_step`.
+    Arguments are those of `fly_step`, and the yaw of the drone at the start, `heading` [rad].
 
     Raises:
         WorkbenchError: if the scenario varies the vehicle: its flight begins in a known hover.
@@ -81,7 +82,7 @@ def fly_carried(
     values = flight_gains(vehicle, config.gains, settings)
     gains = parameter_values("controller", values)
     core = make_flight_core(description, vehicle, values)
-    start = _hover(core, vehicle)
+    start = _hover(core, vehicle, heading)
     simulator = _prepared(core.ToAutoDiffXd(), start, axis, amplitude, Gains(**gains))
     count = round(duration / STEP)
     states, rates = [], []
@@ -109,8 +110,8 @@ def fly_carried(
     )
 
 
-def _hover(core: Diagram, vehicle: Vehicle) -> np.ndarray:
-    """Return the core's state (13 + n + 3) in hover."""
+def _hover(core: Diagram, vehicle: Vehicle, heading: float) -> np.ndarray:
+    """Return the core's state (13 + n + 3) in hover with a yaw [rad]."""
     root = core.CreateDefaultContext()
     frame = thrust_frame(vehicle)
     plant = core.GetSubsystemByName("plant")
@@ -119,7 +120,7 @@ def _hover(core: Diagram, vehicle: Vehicle) -> np.ndarray:
         plant.GetMyMutableContextFromRoot(root),
         vehicle,
         p_WB=[0.0, 0.0, START_HEIGHT],
-        roll_pitch_yaw=frame.roll_pitch_yaw([0.0, 0.0, 0.0]),
+        roll_pitch_yaw=frame.roll_pitch_yaw([0.0, 0.0, heading]),
         v_WB=[0.0, 0.0, 0.0],
         w_WB=[0.0, 0.0, 0.0],
     )

@@ -54,13 +54,14 @@ def step_sensitivity(
     amplitude: float,
     *,
     duration: float = 3.0,
+    heading: float = 0.0,
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Sensitivity, ...]:
     """Return what every parameter of the controller does to every metric of a step from hover.
 
-    Arguments are those of `fly_step`.
+    Arguments are those of `fly_step`, and the yaw of the drone at the start, `heading` [rad].
 
     Raises:
         WorkbenchError: if axis, amplitude or duration make no step.
@@ -76,6 +77,7 @@ def step_sensitivity(
         axis,
         amplitude,
         duration=duration,
+        heading=heading,
         scenario=scenario,
         settings=settings,
         progress=progress,

@@ -67,7 +67,6 @@ class RolloutEngine:
         cores = len(os.sched_getaffinity(0))
         self._threads = cores if threads is None else max(1, min(threads, cores))
         self._seed = seed
-        self._start = start_state(vehicle, Start())
         self._vary(variation or Variation())
 
     def varied(self, variation: Variation) -> "RolloutEngine":
@@ -87,6 +86,7 @@ class RolloutEngine:
         amplitude: float,
         *,
         duration: float = 3.0,
+        heading: float = 0.0,
         stride: int = 1,
         variations: Sequence[Variation] | None = None,
         seeds: Sequence[int] | None = None,
@@ -104,6 +104,7 @@ class RolloutEngine:
             axis: x, y, z or yaw.
             amplitude: of the command, [m/s] or [rad/s].
             duration: flown after the edge [s].
+            heading: yaw of all drones at the start [rad].
             stride: the first and every stride-th control period after it are kept.
             variations: how each candidate's vehicle differs from what the law knows (N); without
                 them as the engine's.
@@ -114,7 +115,7 @@ class RolloutEngine:
         Raises:
             WorkbenchError: if that makes no step, or the gains are not what they should be.
         """
-        batch = self._steps(gains, axis, amplitude, duration, stride, variations, seeds)
+        batch = self._steps(gains, axis, amplitude, duration, heading, stride, variations, seeds)
         curves, flown = batch.curves(VELOCITIES, self._threads, progress, stop)
         return Rollouts(
             axis=axis,
@@ -132,6 +133,7 @@ class RolloutEngine:
         amplitude: float,
         *,
         duration: float = 3.0,
+        heading: float = 0.0,
         variations: Sequence[Variation] | None = None,
         seeds: Sequence[int] | None = None,
         progress: Callable[[float], None] | None = None,
@@ -144,7 +146,7 @@ class RolloutEngine:
         Raises:
             WorkbenchError: as `fly` does.
         """
-        batch = self._steps(gains, axis, amplitude, duration, 1, variations, seeds)
+        batch = self._steps(gains, axis, amplitude, duration, heading, 1, variations, seeds)
         times = batch.time
         numbers = np.full((batch.size, NUMBERS), np.nan)
 
@@ -200,16 +202,18 @@ class RolloutEngine:
         axis: str,
         amplitude: float,
         duration: float,
+        heading: float,
         stride: int,
         variations: Sequence[Variation] | None,
         seeds: Sequence[int] | None,
     ) -> Batch:
-        """Return flights of a step from hover."""
+        """Return flights of a step from hover with a yaw [rad]."""
         check_step(axis, amplitude)
         commands = np.zeros(4)
         commands[AXES.index(axis)] = amplitude
         schedule = make_schedule(self.rates, EDGE, duration, stride)
-        return self._batch(gains, commands, self._start, schedule, variations, seeds)
+        start = start_state(self.vehicle, Start(roll_pitch_yaw=[0.0, 0.0, heading]))
+        return self._batch(gains, commands, start, schedule, variations, seeds)
 
     def _batch(
         self,

@@ -41,6 +41,7 @@ def gain_map(
     axis: str = "x",
     amplitude: float = 1.0,
     duration: float = 2.0,
+    heading: float = 0.0,
     stop: Callable[[], bool] | None = None,
 ) -> GainMap | None:
     """Fly a step at every point of a grid; some 30 ms for 32 x 32 flights of 2 s on two cores.
@@ -56,6 +57,7 @@ def gain_map(
         axis: of the step, x, y, z or yaw.
         amplitude: of its command [m/s] or [rad/s].
         duration: flown after the command's edge [s].
+        heading: yaw of the drone at the start [rad].
         stop: asked every few milliseconds; true gives the map up.
 
     Returns:
@@ -81,7 +83,7 @@ def gain_map(
     table = np.tile([values[name] for name in names], (len(rows), 1))
     table[:, names.index(x.name)] = columns
     table[:, names.index(y.name)] = rows
-    measured = engine.measure(table, axis, amplitude, duration=duration, stop=stop)
+    measured = engine.measure(table, axis, amplitude, duration=duration, heading=heading, stop=stop)
     if len(measured) < len(table):
         return None
     if metric == "peak_rotor_use":

@@ -1,5 +1,6 @@
 """The card of the response: live, against its prediction, its limits and the last ones."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -33,6 +34,8 @@ FRAME = 1.0 / 32.0
 """Between two pictures of what is being flown [s]."""
 LONGEST_STEP = 30.0
 """That is predicted [s]."""
+TURNED = math.radians(1.0)
+"""A prediction does not follow smaller changes of the heading [rad]."""
 
 
 class ResponseCard(Card):
@@ -63,6 +66,7 @@ class ResponseCard(Card):
         self._choice = choice
         self._view = LiveView()
         self._gains: Mapping[str, float] = {}
+        self._heading, self._round_begun = 0.0, math.nan
         self._histories = {axis.name: ResponseHistory(self._take) for axis in AXES}
         self._predicted: Predicted | None = None
         self._refusal = ""
@@ -103,7 +107,8 @@ class ResponseCard(Card):
         part = self.part
         if part is None:
             return None
-        return Step(self._choice.axis, part.jump, min(part.duration, LONGEST_STEP))
+        duration = min(part.duration, LONGEST_STEP)
+        return Step(self._choice.axis, part.jump, duration, self._heading)
 
     def begin(self, view: LiveView) -> None:
         """Forget the responses of another flight."""
@@ -129,6 +134,7 @@ class ResponseCard(Card):
             gains: that fly.
         """
         self._view, self._gains = view, gains
+        self._take_heading(view)
         now = self._workspace.signals.now
         if view.exciting is not None:
             self._histories[view.exciting.excitation.axis].begin(view.exciting, gains)
@@ -168,6 +174,16 @@ class ResponseCard(Card):
             seen = (time >= flown.begun) & (time <= flown.next_edge(float(time[0])))
             seen &= time[0] >= flown.begun - SAME  # else it knows nothing of this round's command
             self.plot.show_future(time[seen] - flown.begun, values[seen])
+
+    def _take_heading(self, view: LiveView) -> None:
+        """Predict with the heading at which a round began, or with the present one before it."""
+        begun = view.exciting.began if view.exciting is not None else math.nan
+        if view.snapshot is None or begun == self._round_begun:
+            return
+        self._round_begun = begun
+        heading = view.snapshot.roll_pitch_yaw[2]
+        if abs(math.remainder(heading - self._heading, math.tau)) > TURNED:
+            self._heading = heading
 
     def _parts(self) -> tuple[StepPart, ...]:
         flown = self.history.round
