@@ -85,8 +85,12 @@ class Excitation:
     @property
     def round_time(self) -> float:
         """How long it takes, once [s]."""
-        rests = self.shape in (Shape.STEP, Shape.DOUBLET)
-        return 2.0 * self.period if rests else self.period
+        return 2.0 * self.period if self.rests else self.period
+
+    @property
+    def rests(self) -> bool:
+        """Whether a round ends with a rest, so that the next one begins at rest."""
+        return self.shape in (Shape.STEP, Shape.DOUBLET)
 
     @property
     def edges(self) -> tuple[float, ...]:
@@ -147,8 +151,17 @@ class Exciting:
         excitation: that is.
         began: simulated time at which the present round began, or begins within a moment [s].
         round: its number, the first is 1.
+        from_rest: whether it began at rest: the first one does, and one after a way back.
+        returning: whether the round is over, and the drone goes back to where the first one began.
     """
 
     excitation: Excitation
     began: float
     round: int
+    from_rest: bool = False
+    returning: bool = False
+
+    @property
+    def again(self) -> bool:
+        """Whether the round before went over into this one."""
+        return self.round > 1 and not self.from_rest

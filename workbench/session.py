@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
 
+import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
@@ -272,6 +273,32 @@ class Session:
         visualizer = self._bench.visualizer
         if visualizer is not None:
             visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(self._live.root))
+
+    def state(self) -> np.ndarray:
+        """Return the state of the plant now (13): q_WB, p_WB, w_WB and v_WB, SI units."""
+        plant = self._bench.airframe.plant
+        context = plant.GetMyContextFromRoot(self._live.root)
+        state: np.ndarray = plant.GetPositionsAndVelocities(context)
+        return state
+
+    def free_way(self, direction_W: Sequence[float], most: float) -> tuple[float, str]:
+        """Return how far the drone can go straight on now before it may touch something [m].
+
+        Args:
+            direction_W: unit vector in W.
+            most: how far to look [m].
+
+        Returns:
+            The way, `most` at most, and what ends it, "" where nothing does.
+        """
+        obstacles, found = self._bench.obstacles, (most, "")
+        if obstacles is not None:
+            found = obstacles.free_way(self._live.root, direction_W, most)
+        down = -direction_W[2]
+        if down > 0.0:
+            height = float(self.state()[6]) - self.vehicle.ground_clearance
+            found = min(found, (max(0.0, height) / down, "the ground"))
+        return found
 
     def pose(self, a: str, b: str) -> RigidTransform:
         """Return X_AB, the pose of frame B in frame A as it is now; `workbench frames` lists them.

@@ -3,8 +3,10 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
+from workbench.design.step_response import unwrapped_yaw
 from workbench.errors import WorkbenchError
 from workbench.excitation import Excitation, Shape
 from workbench.flight_log.record import read_log
@@ -113,11 +115,13 @@ def test_a_step_begins_with_the_next_control_update_and_ends_at_exact_steps():
     began = bench.obey(Excite(ONE_STEP)).value
     assert began == 0.3046875  # 39 control periods
     assert bench.done == []
-    bench.fly(2.0)
+    bench.fly(6.0)
     on = Action(began, velocity=[1.0, 0.0, 0.0], yaw_rate=0.0)
     off = dataclasses.replace(AT_REST, at=began + 0.5)
-    end = dataclasses.replace(AT_REST, at=began + 1.0)
-    assert bench.done == [on, off, end]
+    *flown, back, end = bench.done
+    assert flown == [on, off]
+    assert (back.at, back.go_to) == (began + 1.0, pytest.approx([0.0, 0.0, 1.5]))
+    assert end == dataclasses.replace(AT_REST, at=end.at)
     assert bench.shown.exciting is None
     assert bench.asked == (0.0, 0.0, 0.0, 0.0)
 
@@ -186,11 +190,12 @@ def test_a_chirp_changes_with_every_control_update():
     bench = Bench()
     bench.obey(Excite(CHIRP))
     bench.fly_to(2.0)
-    *sine, end = bench.done
+    sine, back = bench.done[:192], bench.done[192]
     assert [action.at for action in sine] == [k * CONTROL for k in range(192)]
     assert [action.velocity[2] for action in sine] == [CHIRP.command(action.at) for action in sine]
-    assert end == dataclasses.replace(AT_REST, at=1.5)
-    assert bench.flying._network._log.done._others == {}  # each is kept in a few numbers
+    assert back == Action(1.5, go_to=[0.0, 0.0, 1.5])
+    others = bench.flying._network._log.done._others
+    assert set(others) == {192}  # each of the sine is kept in a few numbers
 
 
 @pytest.mark.parametrize("excitation", [SQUARE, CHIRP], ids=lambda e: e.shape.name)
@@ -423,6 +428,100 @@ def test_replays_are_saved_as_scenarios(tmp_path):
     again = Session(load_scenario(tmp_path / "again.yaml"))
     again.run()
     assert_equal_to_the_bit(flown.recording, again.recording())
+
+
+@pytest.mark.parametrize(
+    "excitation",
+    [
+        Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True),
+        Excitation("y", Shape.SQUARE, 1.0, 1.0, repeats=True),
+        Excitation("z", Shape.CHIRP, 0.8, 3.0, repeats=True),
+        Excitation("yaw", Shape.DOUBLET, 0.4, 2.0, repeats=True),
+    ],
+    ids=lambda e: e.shape.name,
+)
+def test_an_excitation_that_repeats_in_wind_does_not_wander_off(excitation):
+    """Each round goes back to where the first one began, and the next one begins at rest."""
+    bench = Bench(Scenario(script=[Action(at=0.0, set={"wind_x": 5.0, "wind_y": -3.0})]))
+    bench.fly(4.0)
+    begun = bench.session.snapshot()
+    assert isinstance(bench.obey(Excite(excitation)), Answer)
+    bench.fly(40.0)
+    assert bench.shown.exciting.round > 3
+    assert bench.shown.excitation_ended == ""
+    flown = bench.session.recording().between(4.0, np.inf)
+    furthest = abs(excitation.amplitude) * excitation.period + 1.5
+    assert np.linalg.norm(flown.p_WB - begun.p_WB, axis=1).max() < furthest
+    yaw = unwrapped_yaw(flown.q_WB)
+    assert np.abs(yaw - yaw[0]).max() < abs(excitation.amplitude) * excitation.period + 0.3
+
+
+@pytest.fixture
+def walled(tmp_path):
+    """A wall 3 m to the east of where the flight begins."""
+    path = tmp_path / "walled.yaml"
+    path.write_text(
+        "title: A wall\nobstacles:\n"
+        "  - {name: wall, shape: {box: [0.2, 20, 6]}, position: [3.1, 0, 3]}\n"
+    )
+    return Scenario(world=str(path))
+
+
+def test_an_excitation_without_room_is_refused_and_nothing_moves(walled):
+    bench = Bench(walled)
+    towards = Excitation("x", Shape.STEP, 2.0, 2.0, repeats=True)
+    said = bench.obey(Excite(towards)).said
+    assert "the excitation needs 5.6 m east, and wall is 2." in said
+    said = bench.obey(Excite(Excitation("z", Shape.STEP, -1.0, 2.0))).said
+    assert "down, and the ground is 1." in said
+    assert bench.done == []
+    for change in ({"amplitude": -2.0}, {"axis": "y"}):
+        assert isinstance(bench.obey(Excite(dataclasses.replace(towards, **change))), Answer)
+
+
+def test_an_excitation_stops_before_what_comes_into_its_way(walled):
+    """There is room for it in still air; then a wind blows towards the wall."""
+    bench = Bench(walled)
+    assert isinstance(bench.obey(Excite(Excitation("x", Shape.STEP, 0.8, 2.0, True))), Answer)
+    bench.obey(Action(set={"wind_x": 6.0}))
+    bench.fly(15.0)
+    assert bench.shown.exciting is None
+    assert "the drone goes back to where it began" in bench.shown.excitation_ended
+    assert bench.session.snapshot().p_WB[0] < 1.0
+    flown = bench.session.recording()
+    assert flown.p_WB[:, 0].max() < 2.6
+    assert bench.shown.hit is None
+
+
+SWINGING = {"of its attitude": {"kd_pitch": 1.0}, "of its velocity": {"kp_velocity_x": 18.0}}
+
+
+@pytest.mark.parametrize("gains", SWINGING.values(), ids=SWINGING)
+def test_an_excitation_ends_when_the_drone_swings_at_a_step_that_no_pace_moves(gains):
+    flown = []
+    for speed in (0.5, 4.0):
+        bench = Bench()
+        bench.obey(SetSpeed(speed))
+        bench.obey(Action(set=gains))
+        bench.obey(Excite(Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True)))
+        bench.fly(3.0 / speed)
+        assert bench.shown.exciting is None
+        assert "the drone swings" in bench.shown.excitation_ended
+        flown.append(bench.done)
+    assert flown[0] == flown[1]
+    assert flown[0][-1].velocity == [0.0, 0.0, 0.0]
+
+
+def test_a_hard_hit_is_told_and_a_landing_is_none(walled):
+    bench = Bench(walled)
+    bench.obey(Action(velocity=[2.0, 0.0, 0.0]))
+    bench.fly(3.0)
+    assert bench.shown.hit.speed > 1.0
+    bench = Bench()
+    bench.obey(Action(request="land"))
+    bench.fly(10.0)
+    assert bench.session.snapshot().mode is FlightMode.OFF
+    assert bench.shown.hit is None
 
 
 ENOUGH = 120.0

@@ -175,7 +175,19 @@ class FlightModel(QObject):
                 self._notices.fail(view.said, "Open a scenario, or reset, to fly again.")
             elif view.phase is Phase.BROKEN:
                 self._notices.fail(view.said, "Reset the flight (Ctrl+R) to fly again.")
+        self._tell_trouble(before, view)
         self.viewed.emit(view)
+
+    def _tell_trouble(self, before: LiveView, view: LiveView) -> None:
+        """Tell why an excitation has ended by itself, and of a hard hit."""
+        ended = view.excitation_ended
+        if ended and not before.excitation_ended:
+            self._notices.warn(f"The excitation has ended: {ended}.")
+        elif view.hit is not None and view.hit != before.hit:
+            self._notices.warn(
+                f"The drone has hit something hard at t = {view.hit.time:.1f} s: its velocity "
+                f"changed by {view.hit.speed:.1f} m/s at once."
+            )
 
     def _is_over(self) -> bool:
         return self._view.phase in (Phase.ENDED, Phase.BROKEN)

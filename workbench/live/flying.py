@@ -5,11 +5,14 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from multiprocessing.connection import Connection, wait
 
+import numpy as np
+
 from workbench.errors import WorkbenchError, sentences
 from workbench.excitation import Excitation
 from workbench.link.backplane import Disconnect
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.exciter import Exciter
+from workbench.live.hard_hit import hit_speed
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
     Answer,
@@ -21,6 +24,7 @@ from workbench.live.messages import (
     GetInstant,
     GetParameter,
     GetReading,
+    Hit,
     Hold,
     Order,
     Pace,
@@ -47,6 +51,8 @@ LONGEST_FLY_ON = 60.0
 """Flown at once in a pause [s]: nobody is heard meanwhile."""
 MOST_ORDERS = 100
 """Obeyed between two slices; the others wait, so that orders cannot stop the flight."""
+ONE_HIT = 1.0
+"""What bounces within this [s] is one hit."""
 LONGEST_WAIT = 0.5
 """After which the loop looks whether it is still wanted [s]."""
 
@@ -87,6 +93,7 @@ class Flying:
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
         self._shown = self._network.view
         self._broken = ""
+        self._hit: Hit | None = None
         self._flight = 1
         self._seen = session.snapshot()
         self.shown: Callable[[Snapshot, Pace], None] = lambda snapshot, pace: None
@@ -154,7 +161,10 @@ class Flying:
         snapshot, pace = self._seen, self._clock.pace(now)
         self._stream.flush()
         exciting, flight = self._exciter.exciting, self._flight
-        report = Report(phase, self._broken, snapshot, pace, self._shown, exciting, flight)
+        ended, hit = self._exciter.ended, self._hit
+        report = Report(
+            phase, self._broken, snapshot, pace, self._shown, exciting, flight, ended, hit
+        )
         self._outbox.show(report)
         if not self._broken:
             self.shown(snapshot, pace)
@@ -210,6 +220,7 @@ class Flying:
         self._session.reset()
         self._flight += 1
         self._exciter.drop()
+        self._exciter.ended, self._hit = "", None
         self._network.begin()
         self._broken = ""
         self._clock.restart(self._now())
@@ -246,13 +257,23 @@ class Flying:
     def _fly(self, steps: int) -> None:
         try:
             for part in self._exciter.parts(steps):
+                before = self._session.state()
                 self._session.tick(part * self._step)
+                self._look_for_hit(before[10:13], part * self._step)
         except WorkbenchError as error:  # what Drake refuses, or what the script asks for
             self._broken = str(error)
             self._exciter.drop()
             self._network.broke(self._broken)
             self.report()
         self._network.flown()
+
+    def _look_for_hit(self, before: np.ndarray, duration: float) -> None:
+        """Take note of a hard hit within a part that was flown."""
+        after = self._session.state()[10:13]
+        speed = hit_speed(self._session.vehicle, before, after, duration)
+        again = self._hit is not None and self._session.time - self._hit.time < ONE_HIT
+        if speed and not again:
+            self._hit = Hit(self._session.time, speed)
 
     def _flown(self) -> Flown:
         done = self._network.done

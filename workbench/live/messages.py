@@ -214,11 +214,26 @@ class Started:
 
 
 @dataclass(frozen=True)
+class Hit:
+    """A hard hit.
+
+    Attributes:
+        time: simulated [s].
+        speed: by how much it changed the drone's velocity [m/s].
+    """
+
+    time: float
+    speed: float
+
+
+@dataclass(frozen=True)
 class Report:
     """The present: where the flight is, a sentence where it is broken, its network, and more.
 
     `exciting` is the excitation that is flown, None while none is; `flight` counts the flights that
-    this process has begun, one at its start and one with every reset.
+    this process has begun, one at its start and one with every reset; `excitation_ended` says why
+    the last excitation ended before it was over, "" where it did not; `hit` is the last hard hit,
+    if any.
     """
 
     phase: Phase
@@ -228,6 +243,8 @@ class Report:
     network: NetworkView
     exciting: Exciting | None
     flight: int
+    excitation_ended: str = ""
+    hit: Hit | None = None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from workbench.excitation import Exciting
 from workbench.link.topics import Topic
-from workbench.live.messages import Pace, Phase, Report, Started, Starting, Told
+from workbench.live.messages import Hit, Pace, Phase, Report, Started, Starting, Told
 from workbench.live.network_orders import NetworkView
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario
@@ -31,6 +31,8 @@ class LiveView:
         network: who watches and who commands.
         exciting: the excitation that is flown, None while none is.
         flight: its number in its process; a reset begins the next one.
+        excitation_ended: why the last excitation ended before it was over, "" where it did not.
+        hit: the last hard hit of this flight, None before the first.
     """
 
     phase: Phase = Phase.STARTING
@@ -46,11 +48,13 @@ class LiveView:
     network: NetworkView = NetworkView()
     exciting: Exciting | None = None
     flight: int = 0
+    excitation_ended: str = ""
+    hit: Hit | None = None
 
     def after(self, message: object) -> "LiveView":
         """Return the view once a message was heard; itself where that changes nothing."""
         match message:
-            case Report(phase, said, snapshot, pace, network, exciting, flight):
+            case Report(phase, said, snapshot, pace, network, exciting, flight, why, hit):
                 return dataclasses.replace(
                     self,
                     phase=phase,
@@ -60,6 +64,8 @@ class LiveView:
                     network=network,
                     exciting=exciting,
                     flight=flight,
+                    excitation_ended=why,
+                    hit=hit,
                 )
             case Started(vehicle, values, url, scenario, topics):
                 return dataclasses.replace(

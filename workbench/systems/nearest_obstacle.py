@@ -1,7 +1,7 @@
 """The nearest obstacle: how far and in which direction, from the scene's signed distances."""
 
 import math
-from collections.abc import Set
+from collections.abc import Sequence, Set
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -19,6 +19,10 @@ RANGE = 30.0
 """What is farther than this from the drone's middle is not looked for [m]."""
 APART = 0.9
 """Of two obstacles in directions n and m with n · m above this, only the nearer is a wall."""
+STRIDE = 0.5
+"""A free way is looked along in pieces no longer than this [m]."""
+TOUCHES = 0.005
+"""A piece shorter than this ends a free way [m]."""
 
 
 class NearestObstacle(LeafSystem):
@@ -88,6 +92,37 @@ class NearestObstacle(LeafSystem):
         name = self._query.Eval(context).inspector().GetName(id)
         return obstacle_of(name), clearance, clearance + self._radius
 
+    def free_way(
+        self, root_context: Context, direction_W: Sequence[float], most: float
+    ) -> tuple[float, str]:
+        """Return how far the drone can go straight on now, however it is turned [m].
+
+        An obstacle that it leaves, or passes, does not end the way. One that it goes towards lies
+        behind the plane in its nearest point, so the way to that plane is free.
+
+        Args:
+            root_context: of the diagram.
+            direction_W: unit vector in W.
+            most: how far to look [m].
+
+        Returns:
+            The way, `most` at most, and the name of what ends it, "" where nothing does.
+        """
+        context = self.GetMyContextFromRoot(root_context)
+        query = self._query.Eval(context)
+        p_WC, direction, way = self._middle(context), np.array(direction_W), 0.0
+        while way < most:
+            step, ahead = min(STRIDE, most - way), ""
+            for clearance, n_W, id in self._around(query, p_WC + way * direction, STRIDE):
+                towards = float(direction @ np.array(n_W))
+                if towards > 0.0 and max(0.0, clearance) < step * towards:
+                    step = max(0.0, clearance) / towards
+                    ahead = obstacle_of(query.inspector().GetName(id))
+            way += step
+            if ahead and step < TOUCHES:
+                return way, ahead
+        return most, ""
+
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         found = sorted((clearance, *n_W) for clearance, n_W, _ in self._found(context))
         warning_distance = float(context.get_numeric_parameter(0).CopyToVector()[0])
@@ -96,13 +131,22 @@ class NearestObstacle(LeafSystem):
 
     def _found(self, context: Context) -> list[tuple[float, tuple[float, ...], GeometryId]]:
         """Return clearance [m], direction in W and geometry of every obstacle in range."""
+        return self._around(self._query.Eval(context), self._middle(context), RANGE - self._radius)
+
+    def _middle(self, context: Context) -> np.ndarray:
+        """Return the middle of the sphere that holds the drone, in W (3) [m]."""
         state = self._state.Eval(context)
         R_WB = RotationMatrix(Quaternion(state[0:4] / np.linalg.norm(state[0:4])))
-        p_WC = state[4:7] + R_WB @ self._p_BC
-        query = self._query.Eval(context)
+        p_WC: np.ndarray = state[4:7] + R_WB @ self._p_BC
+        return p_WC
+
+    def _around(
+        self, query: QueryObject, p_WC: np.ndarray, most: float
+    ) -> list[tuple[float, tuple[float, ...], GeometryId]]:
+        """Return the same of the obstacles that a drone elsewhere is no farther from than this."""
         return [
             (each.distance - self._radius, tuple((-each.grad_W).tolist()), each.id_G)
-            for each in query.ComputeSignedDistanceToPoint(p_WC, RANGE)
+            for each in query.ComputeSignedDistanceToPoint(p_WC, most + self._radius)
             if each.id_G not in self._not_obstacles
         ]
 

@@ -99,7 +99,7 @@ def test_nothing_can_be_started_before_there_is_a_flight(desk_room, qtbot):
 
 
 def test_it_says_how_far_the_drone_will_go(card):
-    assert card.said.text() == "2.0 m a round"
+    assert card.said.text() == "2.0 m along x, and back"
 
 
 def test_what_is_changed_while_it_runs_is_flown(card, desk_room, flying):

@@ -51,6 +51,7 @@ class ExcitationCard(Card):
         self.choice = load_choice(workspace.preferences.store)
         self._running = False
         self._mode = FlightMode.OFF
+        self._seen: tuple[object, ...] = ()
         self.axis = QComboBox()
         self.axis.addItems([axis.name for axis in AXES])
         self.shape = QComboBox()
@@ -89,8 +90,10 @@ class ExcitationCard(Card):
         """Show what can be done now."""
         running = view.exciting is not None
         mode = view.snapshot.mode if view.snapshot is not None else FlightMode.OFF
-        if running != self._running or mode is not self._mode or not self.said.text():
-            self._running, self._mode = running, mode
+        returning = view.exciting is not None and view.exciting.returning
+        seen = (running, returning, view.excitation_ended, mode)
+        if seen != self._seen or not self.said.text():
+            self._seen, self._running, self._mode = seen, running, mode
             self._show_state(view)
 
     def start_or_stop(self) -> None:
@@ -157,12 +160,16 @@ class ExcitationCard(Card):
         self.take_off.setVisible(view.snapshot is not None and self._mode in GROUNDED)
         if view.snapshot is None:
             self.said.say("Nothing flies yet.")
+        elif view.exciting is not None and view.exciting.returning:
+            self.said.say("Flying back to where it began.", "good")
         elif self._running:
             self.said.say("Running.", "good")
         elif self._mode in GROUNDED:
             self.said.say("The drone must hover: take off.", "warning")
         elif self._mode in BUSY:
             self.said.say(f"The drone is {self._mode.label}.")
+        elif view.excitation_ended:
+            self.said.say(f"Ended: {view.excitation_ended}.", "warning")
         else:
             self.said.say(reach_text(self.choice.excitation) or "Ready.")
 

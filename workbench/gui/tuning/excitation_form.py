@@ -57,8 +57,7 @@ def reach_text(excitation: Excitation) -> str:
         return ""
     share = 1.0 if excitation.shape is Shape.STEP else 0.5
     way = excitation.amplitude * excitation.period * share
-    each = excitation.shape is Shape.STEP and excitation.repeats
-    return f"{way:.1f} m {'a round' if each else f'along {axis.name}'}".replace("-", "−")
+    return f"{way:.1f} m along {axis.name}, and back".replace("-", "−")
 
 
 def load_choice(store: QSettings) -> ExcitationChoice:

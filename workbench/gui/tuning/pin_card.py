@@ -139,8 +139,8 @@ class PinCard(Card):
             unit = unit_for(find_axis(step.axis).unit, self._preferences)
             self.what.setText(
                 f"Pins the gains that fly with a step of {unit.text(step.amplitude)} along "
-                f"{step.axis} for {step.duration:g} s, flown from hover with heading 0: its numbers as "
-                "limits, its curve as a band."
+                f"{step.axis} for {step.duration:g} s, flown from hover with heading 0: its "
+                "numbers as limits, its curve as a band."
             )
         busy = self._asked is not None
         self.button.setEnabled(not fault and bool(self._trial.flown) and not busy)

@@ -109,7 +109,7 @@ class ResponseHistory:
             self._changed = self._changed or gains != before.gains
             return
         self._keep(min(begun, before.end) if before is not None else begun)
-        self.round = Round(excitation, begun, dict(gains), exciting.round > 1)
+        self.round = Round(excitation, begun, dict(gains), exciting.again)
         self._running, self._measured, self._changed = True, False, False
 
     def end(self, now: float) -> None:
