@@ -20,6 +20,7 @@ QMenu::separator { height: 1px; background: $line; margin: 4px 8px; }
 *[class~="strip"] { background: $card; border: none; border-bottom: 1px solid $line; }
 QLabel { background: transparent; border: none; }
 QLabel[class~="title"] { font-size: ${title}pt; font-weight: 600; }
+QLabel[class~="small"] { font-size: ${small}pt; }
 QLabel[class~="heading"] { font-weight: 600; }
 QLabel[class~="muted"] { color: $muted; }
 QLabel[class~="value"] { font-size: ${value}pt; }

@@ -158,7 +158,7 @@ def test_a_change_is_marked_by_shape_and_word(bench, panel, qtbot):
     bench.desk.propose(NAME, 4.0)
     mark = panel.rows[NAME].mark
     qtbot.waitUntil(lambda: mark.text() == "◆")
-    assert mark.accessibleName() == "Speed x: tried, not kept; kept is 3 1/s"
+    assert mark.accessibleName() == "Velocity x Kp: tried, not kept; kept is 3 1/s"
     bench.desk.keep()
     qtbot.waitUntil(lambda: mark.text() == "")
 
@@ -195,7 +195,7 @@ def test_limits_are_shown_and_typed_in_degrees(bench, panel, workspace):
     row._type(45.0)
     assert bench.flight.given == [("max_tilt", pytest.approx(0.785398, abs=1e-6))]
     row._type(95.0)
-    assert row.complaint.text() == "✕ Tilt is 95°: keep it within 2.865° to 68.75°"
+    assert row.complaint.text() == "✕ Max tilt is 95°: keep it within 2.865° to 68.75°"
     workspace.preferences.set("angle_unit", "radian")
     assert row.field.suffix() == ""
     assert row._unit_shown.text() == "rad"
@@ -231,8 +231,8 @@ def test_linking_by_its_box_moves_both(bench, panel):
 
 def test_every_control_says_its_name_unit_and_range(panel):
     row = panel.rows[NAME]
-    assert row.slider.accessibleName() == "Speed x slider, 0 1/s to 30 1/s"
-    assert row.field.accessibleName() == "Speed x value, 0 1/s to 30 1/s"
+    assert row.slider.accessibleName() == "Velocity x Kp slider, 0 1/s to 30 1/s"
+    assert row.field.accessibleName() == "Velocity x Kp value, 0 1/s to 30 1/s"
     assert row._name.buddy() is row.field
     assert "acceleration per velocity error along x" in row.slider.toolTip()
     for part in panel.findChildren((QAbstractSpinBox, QLineEdit)):
@@ -273,3 +273,15 @@ def test_what_happens_elsewhere_takes_nothing_from_who_types(bench, panel, qtbot
     qtbot.waitUntil(lambda: panel.rows["kp_roll"].field.value() == 170.0)
     qtbot.wait(20)
     assert field.text() == "4."
+
+
+def test_the_parameters_own_name_stands_beside_its_label_where_there_is_room(panel, qapp):
+    """One label a gain, and the name that files and commands use."""
+    row = panel.rows["kp_velocity_x"]
+    labels = {each._label.text for each in panel.rows.values()}
+    assert len(labels) == len(panel.rows)
+    for width, shown in ((520, True), (330, False)):
+        panel.resize(width, 700)
+        qapp.processEvents()
+        assert row.own_name.isVisible() is shown
+        assert row.own_name.text() == "kp_velocity_x"

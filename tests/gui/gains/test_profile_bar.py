@@ -73,7 +73,7 @@ def test_undo_says_what_it_would_take_back(bench, window):
     assert not window.bar.buttons["undo"].isEnabled()
     bench.desk.propose(NAME, 4.0)
     assert window.bar.buttons["undo"].isEnabled()
-    assert window.bar.buttons["undo"].accessibleName() == "Undo Speed x"
+    assert window.bar.buttons["undo"].accessibleName() == "Undo Velocity x Kp"
 
 
 def test_a_slot_is_filled_and_compared_by_one_key(bench, window):

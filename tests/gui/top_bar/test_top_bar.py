@@ -79,7 +79,7 @@ def test_time_is_never_rounded_up(view, time, text):
     [
         (1.0, "100 %", wording.PLAIN),
         (0.29, "29 % low", wording.WARNING),
-        (0.2, "20 % empty", wording.BAD),
+        (0.2, "20 % left", wording.BAD),
     ],
 )
 def test_the_battery_says_low_in_words(view, charge, text, tone):

@@ -62,7 +62,7 @@ def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(
     desk_room.analysis.judged.emit(judge(FLOWN, low))
     assert row(card, "pitch").state is State.LOW
     assert [cell.over for cell in row(card, "pitch").cells] == [False, False, True, False, False]
-    assert card.said.text() == "Weakest: pitch, phase 30.0° (≥ 45°)"
+    assert card.said.text() == "Weakest: pitch, phase margin 30.0° (≥ 45°)"
     assert row(card, "pitch").strong
 
 

@@ -120,7 +120,7 @@ class GainDesk(GainState):
             self._complain(name, str(error))
             return
         names = [name, partner(name)] if self.linked and partner(name) else [name]
-        words = gain_label(find_parameter(name)).words
+        words = gain_label(find_parameter(name)).text
         changed = self._put({each: value for each in names}, words)
         if self.is_at_once:
             self.apply()  # first of all: to show it takes longer than to order it

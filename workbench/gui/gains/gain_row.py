@@ -1,8 +1,10 @@
 """The line of one parameter: name, slider, number, what has changed, and a way back."""
 
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QSize, Qt
+from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
 
+from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_field import GainField
 from workbench.gui.gains.gain_rows import gain_label, partner
@@ -17,6 +19,8 @@ from workbench.parameters import Parameter
 
 MOST_DECIMALS = 3
 SHAPES = {Mark.KEPT: "", Mark.TRIED: "◆", Mark.PROPOSED: "◇"}
+OWN_NAME_WIDTH, ROOM_FOR_NAME = 11.6, 54.0
+"""Of the parameter's own name, and of a line that has room for it, in widths of a digit."""
 NAME_WIDTH, FIELD_WIDTH, UNIT_WIDTH, MARK_WIDTH = 14.4, 7.4, 3.8, 1.6
 """Of the columns, in widths of a digit, so that all lines have them alike."""
 
@@ -56,6 +60,7 @@ class GainRow(QWidget):
         self.complaint.setWordWrap(True)
         self.complaint.hide()
         self._name = QLabel(self)
+        self.own_name = dressed(ElidedLabel(self), "muted small")
         self._unit_shown = dressed(QLabel(self), "muted")
         self._name.setBuddy(self.field)
         self._lay_out()
@@ -105,7 +110,7 @@ class GainRow(QWidget):
             self.field.show_value(self._unit.shown(proposed))
         self._mark = mark
         self.mark.setText(SHAPES[mark])
-        said = f"{self._label.words}: {mark.value}; kept is {self._text(kept)}"
+        said = f"{self._label.text}: {mark.value}; kept is {self._text(kept)}"
         self.mark.setAccessibleName(said)
         self.mark.setToolTip("" if mark is Mark.KEPT else said)
         self.reset.setEnabled(proposed != self._desk.start[name])
@@ -165,7 +170,7 @@ class GainRow(QWidget):
         value = self._unit.read(shown)
         low, high = self.row.minimum, self.row.maximum
         if self._unit.factor != 1.0 and not low <= value <= high:
-            said = f"{self._label.words} is {self._text(value)}: keep it within {self._limits()}"
+            said = f"{self._label.text} is {self._text(value)}: keep it within {self._limits()}"
             self.complain(said)  # in the unit that was typed
         else:
             self._desk.propose(self.row.name, value)
@@ -183,7 +188,7 @@ class GainRow(QWidget):
 
     def _say_names(self) -> None:
         """Say name, unit, range and help to those who point, and to those who listen."""
-        row, words = self.row, self._label.words
+        row, words = self.row, self._label.text
         limits = self._limits()
         stable = self._stable
         lines = [f"{row.name}: {row.help}", f"limits {limits}"]
@@ -200,6 +205,18 @@ class GainRow(QWidget):
         self.reset.setAccessibleName(f"Reset {words} to {start}")
         self.reset.setToolTip(f"Back to {start}, as the flight began")
 
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show the parameter's own name where there is room for it."""
+        super().resizeEvent(event)
+        digit = self.fontMetrics().horizontalAdvance("0")
+        self.own_name.setVisible(self.width() >= ROOM_FOR_NAME * digit)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the room without the parameter's own name."""
+        least = super().minimumSizeHint()
+        extra = self.own_name.width() + 4 if not self.own_name.isHidden() else 0
+        return QSize(least.width() - extra, least.height())
+
     def _lay_out(self) -> None:
         digit = self.fontMetrics().horizontalAdvance("0")
         self._name.setFixedWidth(round(NAME_WIDTH * digit))
@@ -211,8 +228,18 @@ class GainRow(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(4)
         grid.setVerticalSpacing(1)
-        parts = (self._name, self.slider, self.field, self._unit_shown, self.mark, self.reset)
+        self.own_name.setText(self.row.name)
+        self.own_name.setFixedWidth(round(OWN_NAME_WIDTH * digit))
+        parts = (
+            self._name,
+            self.own_name,
+            self.slider,
+            self.field,
+            self._unit_shown,
+            self.mark,
+            self.reset,
+        )
         for column, part in enumerate(parts):
             grid.addWidget(part, 0, column)
         grid.addWidget(self.complaint, 1, 0, 1, len(parts))
-        grid.setColumnStretch(1, 1)
+        grid.setColumnStretch(2, 1)

@@ -48,26 +48,31 @@ class GainLabel:
     words: str
     symbol: str = ""
 
+    @property
+    def text(self) -> str:
+        """Words and symbol."""
+        return f"{self.words} {self.symbol}".strip()
+
 
 _LABELS = {
-    "kp_velocity_x": GainLabel(_VELOCITY, "Speed x", "Kp"),
-    "kp_velocity_y": GainLabel(_VELOCITY, "Speed y", "Kp"),
-    "kp_velocity_z": GainLabel(_VELOCITY, "Climb", "Kp"),
-    "kd_velocity_x": GainLabel(_VELOCITY, "Damping x", "Kd"),
-    "kd_velocity_y": GainLabel(_VELOCITY, "Damping y", "Kd"),
-    "kd_velocity_z": GainLabel(_VELOCITY, "Damping z", "Kd"),
+    "kp_velocity_x": GainLabel(_VELOCITY, "Velocity x", "Kp"),
+    "kp_velocity_y": GainLabel(_VELOCITY, "Velocity y", "Kp"),
+    "kp_velocity_z": GainLabel(_VELOCITY, "Velocity z", "Kp"),
+    "kd_velocity_x": GainLabel(_VELOCITY, "Velocity x", "Kd"),
+    "kd_velocity_y": GainLabel(_VELOCITY, "Velocity y", "Kd"),
+    "kd_velocity_z": GainLabel(_VELOCITY, "Velocity z", "Kd"),
     "kp_roll": GainLabel(_ATTITUDE, "Roll", "Kp"),
     "kp_pitch": GainLabel(_ATTITUDE, "Pitch", "Kp"),
-    "kd_roll": GainLabel(_ATTITUDE, "Roll rate", "Kd"),
-    "kd_pitch": GainLabel(_ATTITUDE, "Pitch rate", "Kd"),
+    "kd_roll": GainLabel(_ATTITUDE, "Roll", "Kd"),
+    "kd_pitch": GainLabel(_ATTITUDE, "Pitch", "Kd"),
     "kp_yaw_rate": GainLabel(_YAW, "Yaw rate", "Kp"),
-    "kp_position_xy": GainLabel(_POSITION, "Level hold", "Kp"),
-    "kp_position_z": GainLabel(_POSITION, "Height hold", "Kp"),
-    "max_speed": GainLabel(_LIMITS, "Level speed"),
-    "max_climb_rate": GainLabel(_LIMITS, "Climb rate"),
-    "max_height": GainLabel(_LIMITS, "Height"),
-    "max_tilt": GainLabel(_LIMITS, "Tilt"),
-    "max_yaw_rate": GainLabel(_LIMITS, "Yaw rate"),
+    "kp_position_xy": GainLabel(_POSITION, "Position x, y", "Kp"),
+    "kp_position_z": GainLabel(_POSITION, "Position z", "Kp"),
+    "max_speed": GainLabel(_LIMITS, "Max speed"),
+    "max_climb_rate": GainLabel(_LIMITS, "Max climb rate"),
+    "max_height": GainLabel(_LIMITS, "Max height"),
+    "max_tilt": GainLabel(_LIMITS, "Max tilt"),
+    "max_yaw_rate": GainLabel(_LIMITS, "Max yaw rate"),
 }
 
 

@@ -88,10 +88,10 @@ class OfferList(QFrame):
         label = gain_label(find_parameter(change.name))
         unit = unit_for(change.unit, self._preferences)
         a, b = (f"{unit.shown(value):.4g}" for value in (change.a, change.b))
-        tick = QCheckBox(f"{label.words} {label.symbol}".strip())
+        tick = QCheckBox(label.text)
         tick.setChecked(True)
         tick.setToolTip(change.name)
-        tick.setAccessibleName(f"{label.words}: {a} becomes {b} {unit.symbol}")
+        tick.setAccessibleName(f"{label.text}: {a} becomes {b} {unit.symbol}")
         tick.toggled.connect(self._count)
         self.ticks[change.name] = tick
         grid.addWidget(tick, line, 0)

@@ -73,7 +73,8 @@ def battery_said(view: LiveView) -> Said:
     reserve = view.values.get(RESERVE, 0.0)
     text = f"{100.0 * charge:.0f} %"
     if charge <= reserve:
-        return Said(f"{text} empty", "battery", BAD, f"battery {text}: it lands by itself")
+        full = f"battery {text} left: the drone lands by itself"
+        return Said(f"{text} left", "battery", BAD, full)
     if charge <= reserve + LOW_CHARGE:
         return Said(f"{text} low", "battery", WARNING, f"battery {text}, low")
     return Said(text, "battery", PLAIN, f"battery {text}")
@@ -84,7 +85,7 @@ def reached_said(view: LiveView) -> Said:
     if view.pace is None or view.phase not in (Phase.FLYING, Phase.PAUSED):
         return Said("–", "pace", MUTED, "speed reached: not known")
     if view.phase is Phase.PAUSED:
-        return Said("stands", "pause", MUTED, "the flight is paused")
+        return Said("paused", "pause", MUTED, "the flight is paused")
     tone = WARNING if view.pace.too_slow else PLAIN
     return Said(f"reached {view.pace.text}", "pace", tone, str(view.pace))
 

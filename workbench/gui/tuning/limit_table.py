@@ -106,9 +106,21 @@ STEP_LIMITS = (
 )
 DEGREES = 180.0 / math.pi
 MARGIN_LIMITS = (
-    _margin("gain_margin", "gain", "dB", (1.0, 6.0, 0.0, 60.0), 1, "how far the gain may rise"),
     _margin(
-        "gain_reduction_margin", "less", "dB", (-1.0, 6.0, 0.0, 60.0), 1, "how far it may fall"
+        "gain_margin",
+        "gain\N{NO-BREAK SPACE}+",
+        "dB",
+        (1.0, 6.0, 0.0, 60.0),
+        1,
+        "how far the gain may rise",
+    ),
+    _margin(
+        "gain_reduction_margin",
+        "gain\N{NO-BREAK SPACE}−",
+        "dB",
+        (-1.0, 6.0, 0.0, 60.0),
+        1,
+        "how far the gain may fall",
     ),
     _margin("phase_margin", "phase", "°", (DEGREES, 45.0, 0.0, 180.0), 1, "phase that is borne"),
     _margin("delay_margin", "delay", "ms", (1e3, 10.0, 0.0, 1e4), 0, "delay that is borne"),

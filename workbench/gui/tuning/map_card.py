@@ -144,8 +144,7 @@ class MapCard(Card):
 
 
 def _words(name: str) -> str:
-    label = gain_label(find_parameter(name))
-    return f"{label.words} {label.symbol}".strip()
+    return gain_label(find_parameter(name)).text
 
 
 def _rounded(value: float) -> float:

@@ -7,7 +7,6 @@ from workbench.analyst.replies import Judged, JudgedLoop
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit
 from workbench.gui.tuning.table_rows import Cell, Row, State
 
-_SPOKEN = {"less": "reduction"}
 LimitOf = Callable[[str], float]
 
 
@@ -43,7 +42,7 @@ def margins_headline(judged: Judged, limit_of: LimitOf) -> str:
     low = [limit for limit in MARGIN_LIMITS if not _keeps(loop, limit, limit_of)]
     limit = min(low or MARGIN_LIMITS, key=lambda each: _share(loop, each, limit_of))
     value = _with_unit(limit.text(getattr(loop, limit.name)), limit)
-    said = f"Weakest: {name}, {_SPOKEN.get(limit.short, limit.short)} {value}"
+    said = f"Weakest: {name}, {limit.label.lower()} {value}"
     if low:
         return f"{said} ({limit.sign} {_with_unit(f'{limit_of(limit.name):g}', limit)})"
     return said

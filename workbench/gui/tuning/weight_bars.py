@@ -83,7 +83,7 @@ class WeightBars(QWidget):
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "Not known yet")
             return
         height = min(self.height() / len(self._weights), self.fontMetrics().height() + 12.0)
-        names = [gain_label(find_parameter(weight.gain)).words for weight in self._weights]
+        names = [gain_label(find_parameter(weight.gain)).text for weight in self._weights]
         label = max(self.fontMetrics().horizontalAdvance(name) for name in names) + 10.0
         numbers = [text.rsplit(" ", 2 if self._limit.unit else 1) for text in self.texts]
         shown = [" ".join(parts[1:]) for parts in numbers]

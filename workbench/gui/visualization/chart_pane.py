@@ -17,6 +17,7 @@ from workbench.gui.charts.curve_style import COMMAND, CurveStyle
 from workbench.gui.charts.strip_chart import StripChart
 from workbench.gui.visualization.board_layout import ChartSpec
 from workbench.gui.visualization.series_source import SeriesSource
+from workbench.gui.visualization.signal_catalog import signal_label
 from workbench.gui.visualization.signal_tree import MIME
 from workbench.gui.workspace import Workspace
 
@@ -143,7 +144,7 @@ class ChartPane(StripChart):
     def _draw_signal(self, name: str, unit: str) -> None:
         topic, _, field = name.partition(".")
         is_command = topic == "command_velocity"
-        label = f"{field} command" if is_command else field
+        label = f"{field} command" if is_command else signal_label(name)
         colour = None
         style = CurveStyle.SOLID
         if is_command:

@@ -27,6 +27,37 @@ TITLES = {
     "derived": "Derived",
     "exact_state": "Exact state",
 }
+VECTORS = {
+    "imu.specific_force": "xyz",
+    "imu.angular_velocity": "xyz",
+    "imu.q_WS": "wxyz",
+    "gps.velocity": "xyz",
+    "lidar.direction": "xyz",
+    "wind.wind": "xyz",
+}
+"""Components of the fields that are vectors or quaternions."""
+
+
+_ROTORS = "rotors"
+
+
+def signal_label(name: str) -> str:
+    """Return a signal's name within its topic as charts show it.
+
+    Indices count from 0; rotors are counted from 1, as parameters and the Home screen do, and
+    the components of a vector are x, y and z, those of a quaternion w, x, y and z.
+
+    Args:
+        name: TOPIC.FIELD, or TOPIC.FIELD.INDEX.
+    """
+    topic, _, field = name.partition(".")
+    of, _, index = field.rpartition(".")
+    if not index.isdecimal() or not of:
+        return field
+    if topic == _ROTORS:
+        return f"{of} rotor {int(index) + 1}"
+    components = VECTORS.get(f"{topic}.{of}", "")
+    return f"{of} {components[int(index)]}" if int(index) < len(components) else field
 
 
 @dataclass(frozen=True)
@@ -35,13 +66,13 @@ class SignalInfo:
 
     Attributes:
         name: TOPIC.FIELD.
-        field: its name within the topic.
+        label: its name within the topic, as charts show it.
         unit: SI.
         help: what is known besides.
     """
 
     name: str
-    field: str
+    label: str
     unit: str
     help: str
 
@@ -73,7 +104,7 @@ def make_catalog(units: Mapping[str, str], topics: Iterable[Topic]) -> tuple[Sig
     for name, unit in units.items():
         topic, _, field = name.partition(".")
         whole = f"{topic}.{field.partition('.')[0]}"
-        found = SignalInfo(name, field, unit, known.get(name, known.get(whole, "")))
+        found = SignalInfo(name, signal_label(name), unit, known.get(name, known.get(whole, "")))
         groups.setdefault(topic, []).append(found)
     return tuple(
         SignalGroup(topic, TITLES.get(topic, topic.replace("_", " ").capitalize()), tuple(signals))

@@ -40,8 +40,10 @@ class SignalModel(QStandardItemModel):
             empty = QStandardItem("")
             empty.setFlags(Qt.ItemFlag.ItemIsEnabled)
             for signal in group.signals:
-                name, unit = QStandardItem(signal.field), QStandardItem(signal.unit)
-                tip = f"{signal.name} [{signal.unit or '1'}]"
+                own = signal.name.partition(".")[2]
+                shown = signal.label if signal.label == own else f"{signal.label} ({own})"
+                name, unit = QStandardItem(shown), QStandardItem(signal.unit)
+                tip = f"{signal.name} [{signal.unit or '1'}], {signal.label}"
                 for item in (name, unit):
                     item.setData(signal.name, NAME)
                     item.setToolTip(f"{tip}: {signal.help}" if signal.help else tip)
