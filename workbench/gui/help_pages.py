@@ -10,18 +10,20 @@ from PyQt6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
 
-from workbench.gui.actions import FILE, FLIGHT, HELP, MENUS, VIEW, rows_of
+from workbench.gui.actions import MENUS, rows_of
 from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
 from workbench.gui.style import dressed
 
 LONGEST_KEY = "Ctrl+Shift+W  "
-COLUMNS = ((FILE, VIEW), (FLIGHT, HELP))
 WORDS = 268
-"""Width of what a key does: three columns fit into 1280 [px]."""
+"""Width of what a key does: two columns fit into the smallest window [px]."""
+MARGIN = 40
+"""Of the page to the edges of the window [px]."""
 TUNING_KEYS = (
     ("Ctrl+E", "Start or stop the excitation."),
     ("Ctrl+F", "Search the parameters."),
@@ -47,23 +49,34 @@ class KeysPage(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Keys")
-        columns = QHBoxLayout()
+        page = QWidget()
+        columns = QHBoxLayout(page)
         columns.setSpacing(24)
-        for menus in COLUMNS:
+        for tables in (
+            [(menu.replace("&", ""), _keys_of(menu)) for menu in MENUS],
+            [("Tuning", _tuning_keys())],
+        ):
             column = QVBoxLayout()
-            for menu in (menu for menu in MENUS if menu in menus):
-                column.addLayout(_table(menu.replace("&", ""), _keys_of(menu)))
-                column.addSpacing(12)
+            for heading, keys in tables:
+                if keys:
+                    column.addLayout(_table(heading, keys))
+                    column.addSpacing(12)
             column.addStretch(1)
             columns.addLayout(column)
-        tuning = QVBoxLayout()
-        tuning.addLayout(_table("Tuning", _tuning_keys()))
-        tuning.addStretch(1)
-        columns.addLayout(tuning)
+        scrolling = QScrollArea()
+        scrolling.setWidgetResizable(True)
+        scrolling.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scrolling.setWidget(page)
+        bar = scrolling.verticalScrollBar()
+        assert bar is not None
+        scrolling.setMinimumWidth(page.sizeHint().width() + bar.sizeHint().width())
         layout = QVBoxLayout(self)
         layout.setContentsMargins(22, 18, 22, 14)
-        layout.addLayout(columns)
+        layout.addWidget(scrolling)
         layout.addWidget(_close_button(self))
+        room = parent.window().height() - MARGIN if parent is not None else page.sizeHint().height()
+        rest = layout.minimumSize().height() - scrolling.minimumSizeHint().height()
+        self.resize(0, min(room, page.sizeHint().height() + rest + MARGIN // 2))
 
 
 class AboutPage(QDialog):
@@ -98,6 +111,7 @@ def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
         words = QLabel(help)
         words.setWordWrap(True)
         words.setFixedWidth(WORDS)
+        words.setMinimumHeight(words.heightForWidth(WORDS))
         grid.addWidget(words, at, 1)
     grid.setColumnMinimumWidth(0, QLabel(LONGEST_KEY).sizeHint().width())
     grid.setColumnStretch(1, 1)

@@ -26,6 +26,18 @@ def fit_page(screen: QWidget, layout: QLayout) -> None:
     outer.addWidget(area)
 
 
+def scrolled(part: QWidget) -> QScrollArea:
+    """Return an area in which a part has all the width, and is scrolled where it is too high."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setMinimumWidth(part.minimumSizeHint().width())
+    area.setWidget(part)
+    return area
+
+
 class _Ground(QWidget):
     """Holds a page, and asks for as little height as the page can do with at its width.
 

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
@@ -126,3 +128,17 @@ def test_an_answer_that_comes_after_another_flight_began_is_not_shown(card, desk
     card.begin()
     desk_room.analysis.tuned.emit(tuned())
     assert card.pages.currentIndex() == 0
+
+
+def test_the_numbers_before_and_after_have_their_own_columns(card, desk_room, trial, qtbot):
+    """A long wish gives way; what is cut of it stands in its tool tip."""
+    long = Wished("tilt.phase_margin >= 45 deg, of all", "38.9123 deg", "44.0312 deg", False)
+    press(qtbot, card.start)
+    desk_room.analysis.tuned.emit(dataclasses.replace(tuned(), wishes=(long,)))
+    for width in (330, 420, 900):
+        card.resize(width, 420)
+        label, cell, word = card.table._columns()
+        widest = card.table.fontMetrics().horizontalAdvance("44.0312 deg")
+        assert cell >= widest
+        assert label + 2 * cell + word <= card.table.width() + 1
+        assert card.table.help_at(label / 2, 1.5 * card.table._row_height()) == long.wish

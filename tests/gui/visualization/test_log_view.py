@@ -1,5 +1,6 @@
 """A log in the charts: read beside the app, scrubbed and played, refused with a sentence."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from PyQt6.QtTest import QTest
 
 from workbench.errors import WorkbenchError
 from workbench.flight_log.flight_log import FlightLog
+from workbench.gui.visualization.log_bar import LogBar
 from workbench.gui.visualization.log_clock import LogClock
 from workbench.gui.visualization.log_names import live_name, si_unit
 from workbench.gui.visualization.log_source import LogSource
@@ -97,12 +99,30 @@ def test_the_time_bar_scrubs(shown):
     bar.slider.setValue(150)
     assert pane.window_ends[1] == 1.5
     assert max(line.time[-1] for line in pane.canvas.scene.lines) <= 1.5
-    assert bar.time.text() == "1.50 of 3.00 s"
+    assert bar.time.text() == "1.50 of 0.00 to 3.00 s"
     bar.slider.setFocus()
     QTest.keyClick(bar.slider, Qt.Key.Key_Right)
     assert bar.clock.time == pytest.approx(1.6)
     QTest.mouseClick(bar.earlier, Qt.MouseButton.LeftButton)
     assert bar.clock.time == pytest.approx(1.5)
+
+
+def test_the_time_bar_of_a_log_that_began_in_flight_begins_with_its_first_sample(log, qtbot):
+    contents = contents_of(log, lambda _: None)
+    assert (contents.begin, contents.end) == pytest.approx((0.0, 3.0), abs=0.02)
+    bar = LogBar()
+    qtbot.addWidget(bar)
+    bar.show_log(dataclasses.replace(contents, begin=119.0, end=122.0))
+    assert (bar.slider.minimum(), bar.slider.maximum()) == (11900, 12200)
+    assert bar.time.text() == "122.00 of 119.00 to 122.00 s"
+    bar.slider.setFocus()
+    QTest.keyClick(bar.slider, Qt.Key.Key_Home)
+    assert bar.clock.time == 119.0
+    bar.clock.step(-1)
+    assert bar.clock.time == 119.0
+    with qtbot.waitSignal(bar.whole_wanted) as wanted:
+        QTest.mouseClick(bar.whole, Qt.MouseButton.LeftButton)
+    assert wanted.args == [119.0, 122.0]
 
 
 def test_all_of_a_log_is_seen_at_once(shown):
@@ -117,7 +137,7 @@ def test_a_log_plays_to_its_end(shown, qtbot):
     QTest.mouseClick(bar.play, Qt.MouseButton.LeftButton)
     assert bar.clock.plays
     qtbot.waitUntil(lambda: not bar.clock.plays, timeout=LIMIT)
-    assert bar.clock.time == bar.clock.duration
+    assert bar.clock.time == bar.clock.end
     assert bar.play.text() == "&Play"
 
 
@@ -160,7 +180,7 @@ def test_the_newest_of_two_logs_wins(begun, log, told, qtbot, tmp_path):
 
 
 def test_a_clock_loops():
-    clock = LogClock(10.0)
+    clock = LogClock(0.0, 10.0)
     clock.play()
     assert clock.time == 0.0
     clock.speed = 2.0
@@ -175,7 +195,7 @@ def test_a_clock_loops():
 
 
 def test_a_step_stops_the_clock_and_stays_within_the_log():
-    clock = LogClock(1.0)
+    clock = LogClock(0.0, 1.0)
     clock.go_to(0.55)
     clock.play()
     clock.step(1)

@@ -13,6 +13,8 @@ from workbench.gui.charts.scene import Scene
 from workbench.gui.charts.strokes import Stroke, StrokeMaker
 from workbench.gui.theme import Look
 
+LEAST_HEIGHT = 140
+"""In which a curve can be read [pixels]; a board of more charts is scrolled."""
 SMALLEST_BOX = 8.0
 """A drag has to be so long to zoom [pixels]."""
 
@@ -55,7 +57,7 @@ class Canvas(QWidget):
         self.setMouseTracking(True)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(160, 90)
+        self.setMinimumSize(160, LEAST_HEIGHT)
         look.changed.connect(self._repaint_all)
 
     def sizeHint(self) -> QSize:

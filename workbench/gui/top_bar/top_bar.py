@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from PyQt6.QtCore import QSize, Qt
-from PyQt6.QtGui import QAction
+from PyQt6.QtGui import QAction, QResizeEvent
 from PyQt6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -29,6 +29,8 @@ from workbench.live.view import LiveView
 ICON = 18
 FLYING = ("arm", "take_off", "hold", "land", "stop")
 HOLDING = ("pause", "step", "reset")
+SHORTENED = (("record",), ("arm", "take_off", "hold", "land"))
+"""Buttons that have their picture alone where there is no room for their words; STOP keeps its."""
 DISABLED = "line"
 """Colour of a picture on a button that has no effect now."""
 
@@ -81,6 +83,31 @@ class TopBar(QFrame):
         if view.pace is not None:
             self.speed.show_factor(view.pace.asked)
 
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as many words as there is room for."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the height of both rows; what is too wide is shortened."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    def _fit(self) -> None:
+        """Shorten one group after the other, until all has room."""
+        for shortened in range(len(SHORTENED) + 1):
+            for index, names in enumerate(SHORTENED):
+                for name in names:
+                    self._show_words(name, index >= shortened)
+            self._speed_label.setVisible(shortened < len(SHORTENED))
+            if self._row.minimumSize().width() <= self.width():
+                return
+
+    def _show_words(self, name: str, shown: bool) -> None:
+        styles = Qt.ToolButtonStyle
+        style = styles.ToolButtonTextBesideIcon if shown else styles.ToolButtonIconOnly
+        if self._buttons[name].toolButtonStyle() is not style:
+            self._buttons[name].setToolButtonStyle(style)
+
     def _show_recording(self) -> None:
         recorder = self._recorder
         self.strip.recording.setVisible(recorder.is_recording)
@@ -89,6 +116,7 @@ class TopBar(QFrame):
             self.strip.recording.show_said(said)
         self._draw_button("record", "recording" if recorder.is_recording else "record")
         self._actions["record"].setIconText("Stop" if recorder.is_recording else "Record")
+        self._fit()
 
     def _draw(self) -> None:
         """Draw the pictures in the present colours."""
@@ -102,7 +130,7 @@ class TopBar(QFrame):
         self._actions[name].setIcon(made)
 
     def _lay_out(self) -> None:
-        row = QHBoxLayout()
+        row = self._row = QHBoxLayout()
         row.setContentsMargins(10, 8, 10, 5)
         row.setSpacing(6)
         row.addWidget(self.badge)
@@ -114,7 +142,7 @@ class TopBar(QFrame):
         for name in HOLDING:
             row.addWidget(self._make_button(name, with_text=False))
         row.addSpacing(10)
-        label = dressed(QLabel("Sp&eed"), "muted")
+        label = self._speed_label = dressed(QLabel("Sp&eed"), "muted")
         label.setBuddy(self.speed)
         row.addWidget(label)
         row.addWidget(self.speed)
@@ -134,6 +162,7 @@ class TopBar(QFrame):
         button.setDefaultAction(action)
         button.setIconSize(QSize(ICON, ICON))
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        button.setSizePolicy(QSizePolicy.Policy.Minimum, QSizePolicy.Policy.Fixed)
         keys = f", {row.shortcut}" if row.shortcut else ""
         button.setAccessibleName(f"{row.label}{keys}")
         style = Qt.ToolButtonStyle

@@ -1,5 +1,7 @@
 """Where the parts of the tuning screen stand: side by side where there is room, else in tabs."""
 
+from enum import Enum
+
 from PyQt6.QtCore import QSize, Qt
 from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QHBoxLayout, QLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
@@ -7,12 +9,27 @@ from PyQt6.QtWidgets import QHBoxLayout, QLayout, QSplitter, QTabWidget, QVBoxLa
 WIDE = 1150
 """From this width on there are three columns [px]."""
 GAP = 8
-GAINS, MIDDLE = 364, 364
-"""Widths at first; the rest is for margins and tabs [px]."""
+GAINS, MIDDLE = 448, 364
+"""Least widths at first, where all stand side by side [px]."""
+SHARES = (0.3, 0.3)
+"""Of a wide screen, for gains and response; the rest is for margins and tabs."""
 CLOSE = "QTabBar::tab { padding: 6px 5px; margin-right: 0; }"
-"""For eight tabs side by side in half of a narrow screen."""
-LEAST, SHORTEST = 360, 520
+"""For eight tabs side by side in half of a narrow screen, six in a third of a usual one."""
+WIDEST_CLOSE = 1400
+"""From this width on tabs stand apart [px]."""
+LEAST, SHORTEST = 372, 520
 """Width of the tabs, and height of all, in which nothing is cut [px]."""
+
+
+class Columns(Enum):
+    """What stands side by side; the rest is in tabs."""
+
+    ALL = 3
+    """Gains, response, and margins with the tabs."""
+    GAINS = 2
+    """Gains, and tabs."""
+    NONE = 1
+    """Tabs alone."""
 
 
 class Arrangement(QWidget):
@@ -29,8 +46,9 @@ class Arrangement(QWidget):
         self, gains: QWidget, response: QWidget, margins: QWidget, tabs: QTabWidget
     ) -> None:
         super().__init__()
-        self._response, self._margins, self._tabs = response, margins, tabs
-        self._is_wide: bool | None = None
+        self._gains, self._response = gains, response
+        self._margins, self._tabs = margins, tabs
+        self._columns: Columns | None = None
         tabs.setDocumentMode(True)
         tabs.setUsesScrollButtons(True)
         tabs.setElideMode(Qt.TextElideMode.ElideNone)
@@ -41,7 +59,7 @@ class Arrangement(QWidget):
         self.splitter.setChildrenCollapsible(False)
         for part in (gains, self._middle, self._right):
             self.splitter.addWidget(part)
-        for index, share in enumerate((0, 3, 2)):
+        for index, share in enumerate((2, 3, 3)):
             self.splitter.setStretchFactor(index, share)
         box = QHBoxLayout(self)
         box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
@@ -51,30 +69,33 @@ class Arrangement(QWidget):
     @property
     def is_wide(self) -> bool:
         """Whether all columns are side by side."""
-        return bool(self._is_wide)
+        return self._columns is Columns.ALL
 
     def minimumSizeHint(self) -> QSize:
         """Return the room that is enough in tabs."""
-        narrow = self.splitter.widget(0)
-        assert narrow is not None
-        return QSize(narrow.minimumSizeHint().width() + LEAST + 3 * GAP, SHORTEST)
+        return QSize(LEAST + 2 * GAP, SHORTEST)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Stand as the width allows."""
         super().resizeEvent(event)
-        self.arrange(self.width() >= WIDE)
+        both = self._gains.minimumSizeHint().width() + LEAST + 3 * GAP
+        columns = Columns.GAINS if self.width() >= both else Columns.NONE
+        self.arrange(Columns.ALL if self.width() >= WIDE else columns)
+        style = "" if self.width() >= WIDEST_CLOSE else CLOSE
+        if style != self._tabs.styleSheet():
+            self._tabs.setStyleSheet(style)
 
-    def arrange(self, wide: bool) -> None:
+    def arrange(self, columns: Columns) -> None:
         """Stand side by side, or in tabs."""
-        if wide == self._is_wide:
+        if columns is self._columns:
             return
-        self._is_wide = wide
-        self._tabs.setStyleSheet("" if wide else CLOSE)
+        self._columns = columns
+        wide = columns is Columns.ALL
         chosen = self._tabs.currentWidget()
         middle, right = self._middle.layout(), self._right.layout()
         assert isinstance(middle, QVBoxLayout) and isinstance(right, QVBoxLayout)
         if wide:
-            for part in (self._response, self._margins):
+            for part in (self._gains, self._response, self._margins):
                 if self._tabs.indexOf(part) >= 0:
                     self._tabs.removeTab(self._tabs.indexOf(part))
             middle.addWidget(self._response)
@@ -82,14 +103,26 @@ class Arrangement(QWidget):
             right.addWidget(self._tabs)
             right.setStretch(1, 1)
             self._right.show()
-            for part in (self._response, self._margins):
+            self.splitter.insertWidget(0, self._gains)
+            for part in (self._gains, self._response, self._margins):
                 part.show()
-            self.splitter.setSizes([GAINS, MIDDLE, self.width() - GAINS - MIDDLE - 4 * GAP])
+            gains = max(GAINS, round(SHARES[0] * self.width()))
+            response = max(MIDDLE, round(SHARES[1] * self.width()))
+            rest = self.width() - gains - response - 4 * GAP
+            self.splitter.setSizes([gains, response, rest])
         else:
             middle.addWidget(self._tabs)
             self._tabs.insertTab(0, self._response, "Step")
             self._tabs.insertTab(1, self._margins, "Margins")
             self._right.hide()
+            if columns is Columns.GAINS:
+                self._tabs.removeTab(self._tabs.indexOf(self._gains))
+                self.splitter.insertWidget(0, self._gains)
+                self._gains.show()
+                gains = min(GAINS, self.width() - LEAST - 3 * GAP)
+                self.splitter.setSizes([gains, self.width() - gains - 3 * GAP, 0])
+            else:
+                self._tabs.insertTab(0, self._gains, "Gains")
             self._tabs.setCurrentIndex(0)
         self._tabs.show()  # what changes its parent is hidden until the next turn of events
         if chosen is not None and self._tabs.indexOf(chosen) >= 0 and wide:

@@ -154,8 +154,13 @@ class NumberTable(QWidget):
         labels = [self._widest, *(row.label for row in self._rows)]
         label = max(metrics.horizontalAdvance(each) for each in labels) + GAP
         word = metrics.horizontalAdvance(State.MISSED.value if self._wide else "over") + MARK + GAP
-        cell = (self.width() - label - word) / max(1, len(self._head))
-        return label, min(cell, WIDEST), word
+        columns = max(1, len(self._head))
+        cell = min((self.width() - label - word) / columns, WIDEST)
+        if not self._paired:  # numbers keep their room, and a long label gives way
+            texts = [*self._head, *(each.text for row in self._rows for each in row.cells)]
+            cell = max(cell, max(map(metrics.horizontalAdvance, texts)) + GAP)
+            label = min(label, max(0.0, self.width() - word - columns * cell))
+        return label, cell, word
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
         """Paint the head, and the rows that have changed."""
@@ -181,7 +186,10 @@ class NumberTable(QWidget):
                 painter.fillRect(QRectF(0.0, top, self.width(), height), self._shade())
             painter.setFont(self._strong if row.strong else self.font())
             painter.setPen(colour("ink" if row.strong else "muted"))
-            painter.drawText(QRectF(0.0, top, label, height), left, row.label)
+            name = self.fontMetrics().elidedText(
+                row.label, Qt.TextElideMode.ElideRight, round(label - 0.5 * GAP)
+            )
+            painter.drawText(QRectF(0.0, top, label, height), left, name)
             painter.setFont(self.font())
             broken = row.state is State.BROKEN  # its word needs the room of the last cell
             for index, each in enumerate(row.cells[:-1] if broken else row.cells):
@@ -256,10 +264,12 @@ class NumberTable(QWidget):
         return super().event(event)
 
     def help_at(self, x: float, y: float) -> str:
-        """Return what is said of the number at a place of the widget."""
+        """Return what is said of the number or the label at a place of the widget."""
         label, cell, _ = self._columns()
         number = int(y / self._row_height()) - 1
         column = int((x - label) // cell)
+        if 0 <= number < len(self._rows) and x < label:
+            return self._rows[number].label
         if 0 <= number < len(self._rows) and 0 <= column < len(self._rows[number].cells):
             return self._rows[number].cells[column].help
         return ""

@@ -8,6 +8,7 @@ from workbench.analyst.replies import Predicted, Reply
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.gui.gains.profile_bar import ProfileBar
+from workbench.gui.page import scrolled
 from workbench.gui.screen import Screen
 from workbench.gui.soon import Soon
 from workbench.gui.tuning.arrangement import GAP, Arrangement
@@ -70,7 +71,7 @@ class TuningScreen(Screen):
         for card, name in (
             (self.poles, "Poles"),
             (self.map, "Map"),
-            (self.weights, "Weights"),
+            (self.weights, "Sensitivity"),
             (self.fork, "Fork"),
             (self.autotune, "Tune"),
             (self.pin, "Pin"),
@@ -79,7 +80,7 @@ class TuningScreen(Screen):
         self.panel = GainPanel(workspace, self.desk)
         self.arrangement = Arrangement(
             _stacked(ProfileBar(workspace, self.desk), self.panel),
-            _stacked(self.excitation, self.response),
+            scrolled(_stacked(self.excitation, self.response)),
             self.margins,
             self.tabs,
         )

@@ -12,6 +12,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.page import scrolled
 from workbench.gui.visualization.board_layout import (
     DEFAULT,
     PRESETS,
@@ -143,7 +144,7 @@ class ChartsPage(QWidget):
         split = QSplitter(Qt.Orientation.Horizontal)
         split.setChildrenCollapsible(False)
         split.addWidget(self.tree)
-        split.addWidget(self.board)
+        split.addWidget(scrolled(self.board))
         split.setStretchFactor(1, 1)
         split.setSizes([250, 900])
         self.tree.setMinimumWidth(200)

@@ -2,7 +2,7 @@
 
 from time import perf_counter
 
-from PyQt6.QtCore import Qt, QTimer, pyqtSignal
+from PyQt6.QtCore import QSignalBlocker, Qt, QTimer, pyqtSignal
 from PyQt6.QtWidgets import (
     QComboBox,
     QFrame,
@@ -34,14 +34,14 @@ class LogBar(QFrame):
 
     moved = pyqtSignal(float)
     """The time that is to be shown [s]."""
-    whole_wanted = pyqtSignal(float)
-    """All of the log is to be seen, from 0 to this time [s]."""
+    whole_wanted = pyqtSignal(float, float)
+    """All of the log is to be seen, from a time to another [s]."""
     live_wanted = pyqtSignal()
     """The log is no longer wanted."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.clock = LogClock(0.0)
+        self.clock = LogClock(0.0, 0.0)
         self._last = 0.0
         self._timer = QTimer(self)
         self._timer.setInterval(PERIOD)
@@ -70,15 +70,16 @@ class LogBar(QFrame):
 
     def show_log(self, contents: LogContents) -> None:
         """Show a log that was read, at its end."""
-        self.clock = LogClock(contents.duration)
+        self.clock = LogClock(contents.begin, contents.end)
         self.clock.speed = SPEEDS[self.speed.currentIndex()]
         self.clock.loops = self.loop.isChecked()
         self.name.setText(f"LOG  {contents.path.name}")
         self.name.setToolTip(f"{contents.path}, vehicle {contents.vehicle}")
         self.remark.setText(contents.remark)
         self.remark.setVisible(bool(contents.remark))
-        self.slider.setRange(0, round(contents.duration * PARTS))
-        self.slider.setAccessibleDescription(f"0 to {contents.duration:.2f} s")
+        with QSignalBlocker(self.slider):  # a range that leaves its value out moves it
+            self.slider.setRange(round(contents.begin * PARTS), round(contents.end * PARTS))
+        self.slider.setAccessibleDescription(f"{contents.begin:.2f} to {contents.end:.2f} s")
         self._show()
 
     def stop(self) -> None:
@@ -126,8 +127,9 @@ class LogBar(QFrame):
         self.slider.blockSignals(False)
         self.play.setChecked(self.clock.plays)
         self.play.setText("&Pause" if self.clock.plays else "&Play")
-        now, end = number_text(self.clock.time, 2), number_text(self.clock.duration, 2)
-        self.time.setText(f"{now} of {end} s")
+        now, end = number_text(self.clock.time, 2), number_text(self.clock.end, 2)
+        begin = number_text(self.clock.begin, 2)
+        self.time.setText(f"{now} of {begin} to {end} s")
         self.moved.emit(self.clock.time)
 
     def _lay_out(self) -> None:
@@ -161,7 +163,9 @@ class LogBar(QFrame):
         self.speed.setAccessibleName("Seconds of the log in a second")
         self.earlier.setAccessibleName("A tenth of a second earlier")
         self.later.setAccessibleName("A tenth of a second later")
-        self.time.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000.00 of 0000.00 s"))
+        self.time.setMinimumWidth(
+            self.fontMetrics().horizontalAdvance("0000.00 of 0000.00 to 0000.00 s")
+        )
 
     def _connect(self) -> None:
         self.play.clicked.connect(self._toggle_play)
@@ -170,5 +174,5 @@ class LogBar(QFrame):
         self.slider.valueChanged.connect(self._scrub)
         self.speed.currentIndexChanged.connect(self._set_speed)
         self.loop.clicked.connect(self._set_loop)
-        self.whole.clicked.connect(lambda: self.whole_wanted.emit(self.clock.duration))
+        self.whole.clicked.connect(lambda: self.whole_wanted.emit(self.clock.begin, self.clock.end))
         self.back.clicked.connect(self.live_wanted)

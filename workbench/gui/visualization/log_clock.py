@@ -9,27 +9,29 @@ class LogClock:
     """A time within a log that runs, stands, or is moved.
 
     Args:
-        duration: of the log [s].
+        begin: time of the log's first sample [s].
+        end: of its last one [s].
 
     Attributes:
-        duration: of the log [s].
+        begin: see there.
+        end: see there.
         time: that is shown [s].
         speed: seconds of the log in a second.
         plays: whether it runs.
         loops: whether it begins again at the end.
     """
 
-    def __init__(self, duration: float) -> None:
-        self.duration = max(duration, 0.0)
-        self.time = self.duration
+    def __init__(self, begin: float, end: float) -> None:
+        self.begin, self.end = begin, max(begin, end)
+        self.time = self.end
         self.speed = 1.0
         self.plays = False
         self.loops = False
 
     def play(self) -> None:
         """Run; from the start if it stands at the end."""
-        if self.time >= self.duration:
-            self.time = 0.0
+        if self.time >= self.end:
+            self.time = self.begin
         self.plays = True
 
     def pause(self) -> None:
@@ -38,7 +40,7 @@ class LogClock:
 
     def go_to(self, time: float) -> None:
         """Show a time [s]."""
-        self.time = min(max(time, 0.0), self.duration)
+        self.time = min(max(time, self.begin), self.end)
 
     def step(self, steps: int) -> None:
         """Stand, and show a time some steps later."""
@@ -50,9 +52,10 @@ class LogClock:
         if not self.plays:
             return
         self.time += self.speed * passed
-        if self.time >= self.duration:
-            if self.loops and self.duration > 0.0:
-                self.time %= self.duration
+        if self.time >= self.end:
+            duration = self.end - self.begin
+            if self.loops and duration > 0.0:
+                self.time = self.begin + (self.time - self.begin) % duration
             else:
-                self.time = self.duration
+                self.time = self.end
                 self.plays = False

@@ -35,7 +35,8 @@ class LogContents:
     Attributes:
         path: of the log.
         vehicle: what flew.
-        duration: time of the last sample [s].
+        begin: time of the first sample [s]; not 0 where recording began in flight.
+        end: time of the last one [s].
         remark: what is missing, "" if nothing is.
         units: SI unit of each series, by its name in a flight.
         times: of the samples of each topic, by its name (n) [s].
@@ -45,7 +46,8 @@ class LogContents:
 
     path: Path
     vehicle: str
-    duration: float
+    begin: float
+    end: float
     remark: str
     units: Mapping[str, str]
     times: Mapping[str, np.ndarray]

@@ -45,9 +45,10 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
             times.setdefault(topic, series.time)
             topic_of[name] = topic
         progress(READING + (1.0 - READING) * (number + 1) / len(record.topics))
-    duration = max((float(time[-1]) for time in times.values() if len(time)), default=0.0)
+    begin = min((float(time[0]) for time in times.values() if len(time)), default=0.0)
+    end = max((float(time[-1]) for time in times.values() if len(time)), default=0.0)
     return LogContents(
-        path, record.vehicle, duration, record.remark, units, times, values, topic_of
+        path, record.vehicle, begin, end, record.remark, units, times, values, topic_of
     )
 
 

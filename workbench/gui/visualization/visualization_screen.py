@@ -84,7 +84,7 @@ class VisualizationScreen(Screen):
         self._reader.ready.connect(self._show_log)
         self._reader.refused.connect(self._refuse)
         self.log_bar.moved.connect(self._show_log_at)
-        self.log_bar.whole_wanted.connect(lambda end: self.charts.board.show_window(0.0, end))
+        self.log_bar.whole_wanted.connect(self.charts.board.show_window)
         self.log_bar.live_wanted.connect(self.close_log)
         workspace.flight.streamed.connect(self.events.add)
         if workspace.flight.view.snapshot is not None:

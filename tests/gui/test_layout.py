@@ -1,0 +1,222 @@
+"""No text is cut, nothing lies on anything, and charts can be read: all screens, usual sizes."""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import (
+    QAbstractButton,
+    QAbstractScrollArea,
+    QAbstractSpinBox,
+    QComboBox,
+    QLabel,
+    QMainWindow,
+    QMenuBar,
+    QSizeGrip,
+    QSlider,
+    QSplitterHandle,
+    QStackedWidget,
+    QTabBar,
+    QTabWidget,
+    QToolButton,
+    QWidget,
+)
+
+from workbench.analyst.replies import Tuned, TunedStep, Wished
+from workbench.gui.charts.canvas import Canvas
+from workbench.gui.charts.head_button import HeadButton
+from workbench.gui.elided_label import ElidedLabel
+from workbench.gui.gains.gain_group import GainGroup
+from workbench.gui.help_pages import AboutPage, KeysPage
+from workbench.gui.main_window import MainWindow
+from workbench.gui.screen_table import SCREENS
+from workbench.gui.style import apply_style
+
+LEAST_CHART = 110
+"""Height below which a chart shows nothing [px]."""
+NARROWEST_SLIDER, WIDE_SLIDER, LARGE = 70, 120, 1800
+"""Least width of a slider, that in a large window, and width of a large window [px]."""
+INNER = (QAbstractSpinBox, QComboBox, QTabBar, QAbstractScrollArea)
+"""They lay their parts out by themselves."""
+SIZES = ((1024, 700), (1366, 768), (1920, 1080))
+TIME = np.linspace(0.0, 2.0, 50)
+TUNED = Tuned(
+    before={"kp_velocity_x": 4.45},
+    gains={"kp_velocity_x": 5.5},
+    met=False,
+    stopped=False,
+    wishes=(
+        Wished("level.rise_time <= 0.433 s", "0.5123 s", "0.3812 s", True),
+        Wished("tilt.phase_margin >= 45 deg", "38.91 deg", "44.03 deg", False),
+    ),
+    steps=(TunedStep("x", TIME, TIME, 0.5 * TIME),),
+    said=("The overshoot is at odds with the rise time.",),
+)
+
+
+def faults(window: QWidget) -> Iterator[str]:
+    """Yield a sentence for each fault of the widgets that can be seen."""
+    for each in (window, *window.findChildren(QWidget)):
+        if not each.isVisible() or isinstance(each.parent(), INNER):
+            continue
+        yield from _cut_text(each)
+        if isinstance(each, Canvas) and each.height() < LEAST_CHART:
+            yield f"{_name(each)} is {each.height()} px high"
+        least = WIDE_SLIDER if window.width() >= LARGE else NARROWEST_SLIDER
+        if isinstance(each, QSlider) and each.width() < least:
+            yield f"{_name(each)} is {each.width()} px wide"
+        if not isinstance(each, INNER):
+            yield from _places(each)
+
+
+def _cut_text(each: QWidget) -> Iterator[str]:
+    """Yield whether a text is cut that no tool tip has."""
+    if isinstance(each, ElidedLabel) or "paintEvent" in vars(type(each)):
+        return
+    if isinstance(each, QLabel) and each.text() and each.pixmap().isNull():
+        room = each.contentsRect()
+        if each.wordWrap():
+            if each.heightForWidth(each.width()) > each.height() + 1:
+                yield f"{_name(each)} is cut below"
+        elif each.sizeHint().width() > each.width() + 1:
+            yield f"{_name(each)} is cut: {room.width()} of {each.sizeHint().width()} px"
+        elif each.sizeHint().height() > each.height() + 3:
+            yield f"{_name(each)} is cut in height"
+    if isinstance(each, QAbstractButton) and each.text():
+        icon_only = (
+            isinstance(each, QToolButton)
+            and each.toolButtonStyle() is Qt.ToolButtonStyle.ToolButtonIconOnly
+            and not each.icon().isNull()
+        )
+        words = each.text().replace("&", "")
+        needed = each.fontMetrics().horizontalAdvance(words)
+        if not icon_only:
+            needed = max(needed, each.sizeHint().width() if isinstance(each, QToolButton) else 0)
+            needed = max(needed, each.minimumSizeHint().width())
+        if not icon_only and needed > each.width() + 1:
+            yield f"{_name(each)} is cut: {each.width()} of {needed} px"
+    if isinstance(each, QComboBox):
+        needed = each.fontMetrics().horizontalAdvance(each.currentText()) + 24
+        if needed > each.width() and each.currentText() not in each.toolTip():
+            yield f"{_name(each)} cuts '{each.currentText()}': {each.width()} of {needed} px"
+
+
+def _places(parent: QWidget) -> Iterator[str]:
+    """Yield what of a widget's children lies outside of it, or on another one."""
+    shown = [
+        each
+        for each in parent.children()
+        if isinstance(each, QWidget)
+        and each.isVisible()
+        and not each.isWindow()
+        and not isinstance(each, QSizeGrip | QSplitterHandle)
+        and not isinstance(each, HeadButton)  # a legend keeps their corner free
+        and not each.testAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+    ]
+    scrolls = isinstance(parent.parent(), QAbstractScrollArea)
+    room = parent.rect().adjusted(-1, -1, 1, 1)
+    for each in shown:
+        if not scrolls and not room.contains(each.geometry()):
+            yield f"{_name(each)} reaches out of {_name(parent)}"
+    if isinstance(parent, QStackedWidget | QMainWindow):
+        return
+    for one, other in combinations(shown, 2):
+        common = one.geometry().intersected(other.geometry())
+        if common.width() > 1 and common.height() > 1 and not isinstance(other, QMenuBar):
+            yield f"{_name(one)} lies on {_name(other)}"
+
+
+def _name(each: QWidget) -> str:
+    words = each.text() if isinstance(each, QLabel | QAbstractButton) else ""
+    words = words or each.accessibleName() or each.objectName()
+    parent = each.parent()
+    above = ""
+    while isinstance(parent, QWidget) and not above:
+        above = parent.accessibleName() or parent.objectName()
+        parent = parent.parent()
+    return f"{type(each).__name__} '{words}' of '{above}'"
+
+
+@pytest.fixture
+def window(qapp, qtbot, workspace, canned, monkeypatch):
+    """The window before a flight out of a can, with what opens on its screens open."""
+    made = MainWindow(workspace, first="home", view3d=False)
+    qtbot.addWidget(made)
+    apply_style(qapp, workspace.look)
+    made.show()
+    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=60_000)
+    screens = [made.stack.screen_of(row.name) for row in SCREENS]
+    for index in range(60):
+        view = canned.views[index]
+        monkeypatch.setattr(workspace.flight, "_view", view)
+        if index == 0:
+            workspace.flight.begun.emit(view)
+        workspace.flight.streamed.emit(list(canned.published[index]))
+        workspace.flight.viewed.emit(view)
+    tuning = screens[[row.name for row in SCREENS].index("tuning")]
+    tuning.autotune.search()
+    workspace.analysis.tuned.emit(TUNED)
+    yield made
+    made.close()
+
+
+def pages_of(screen):
+    """Yield the name of each tab of a screen while it is shown, or "" of the screen alone."""
+    tabs = [each for each in screen.findChildren(QTabWidget) if each.isVisible()]
+    for each in tabs:
+        for index in range(each.count()):
+            each.setCurrentIndex(index)
+            yield each.tabText(index)
+        each.setCurrentIndex(0)
+    if not tabs:
+        yield ""
+
+
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside 3-D"])
+@pytest.mark.parametrize("size", SIZES, ids=str)
+def test_all_screens_are_laid_out_well(window, qapp, size, beside):
+    window.resize(*size)
+    if window.view3d.isVisibleTo(window) is not beside:
+        window.actions_by_name["view_3d"].trigger()
+    found = []
+    for row in SCREENS:
+        window.show_screen(row.name)
+        qapp.processEvents()
+        for page in pages_of(window.stack.current):
+            for _ in range(5):  # a layout may ask for another one
+                qapp.processEvents()
+            found += [f"{row.title} {page}: {fault}" for fault in faults(window)]
+    assert found == []
+    stop = window.top_bar.button("stop")
+    assert stop.width() >= stop.sizeHint().width()
+
+
+def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
+    window.show_screen("tuning")
+    window.resize(*SIZES[0])
+    qapp.processEvents()
+    screen = window.stack.current
+    for group in screen.findChildren(GainGroup):
+        group.set_open(True)
+    for card in (screen.response, screen.margins):
+        card.form.button.click()
+    found = []
+    for page in pages_of(screen):
+        for _ in range(5):
+            qapp.processEvents()
+        found += [f"{page}: {fault}" for fault in faults(window)]
+    assert found == []
+
+
+@pytest.mark.parametrize("kind", [KeysPage, AboutPage])
+def test_dialogs_fit_into_the_smallest_window(window, qapp, qtbot, kind):
+    window.resize(*SIZES[0])
+    page = kind(window)
+    qtbot.addWidget(page)
+    page.show()
+    qapp.processEvents()
+    assert list(faults(page)) == []
+    assert page.width() <= window.width() and page.height() <= window.height()
+    assert page.findChildren(QAbstractButton)
