@@ -40,7 +40,7 @@ NARROWEST_SLIDER, WIDE_SLIDER, LARGE = 70, 120, 1800
 """Least width of a slider, that in a large window, and width of a large window [px]."""
 INNER = (QAbstractSpinBox, QComboBox, QTabBar, QAbstractScrollArea)
 """They lay their parts out by themselves."""
-SIZES = ((1024, 700), (1366, 768), (1920, 1080))
+SIZES = ((1024, 640), (1024, 700), (1366, 768), (1920, 1080))
 TIME = np.linspace(0.0, 2.0, 50)
 TUNED = Tuned(
     before={"kp_velocity_x": 4.45},
