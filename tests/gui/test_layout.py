@@ -220,3 +220,18 @@ def test_dialogs_fit_into_the_smallest_window(window, qapp, qtbot, kind):
     assert list(faults(page)) == []
     assert page.width() <= window.width() and page.height() <= window.height()
     assert page.findChildren(QAbstractButton)
+
+
+@pytest.mark.parametrize("count", [3, 7, 18])
+def test_a_drop_down_list_shows_whole_rows(qapp, qtbot, workspace, count):
+    apply_style(qapp, workspace.look)
+    box = QComboBox()
+    qtbot.addWidget(box)
+    box.addItems([f"item {number}" for number in range(count)])
+    box.setCurrentIndex(count // 2)
+    box.show()
+    box.showPopup()
+    qapp.processEvents()
+    rows = box.view().viewport().height() / box.view().sizeHintForRow(0)
+    assert rows == pytest.approx(min(count, box.maxVisibleItems()))
+    box.hidePopup()

@@ -106,6 +106,7 @@ QAbstractSpinBox[class~="bare"]::up-button, QAbstractSpinBox[class~="bare"]::dow
 QAbstractSpinBox[class~="bare"]::up-arrow, QAbstractSpinBox[class~="bare"]::down-arrow {
   image: none; width: 0; height: 0;
 }
+QComboBox { combobox-popup: 0; }
 QComboBox, QComboBox:focus { padding-right: 2px; }
 QComboBox::drop-down { border: none; width: 16px; }
 QComboBox::down-arrow { image: url("$pictures/down.svg"); width: 10px; height: 10px; }

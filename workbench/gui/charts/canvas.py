@@ -13,7 +13,7 @@ from workbench.gui.charts.scene import Scene
 from workbench.gui.charts.strokes import Stroke, StrokeMaker
 from workbench.gui.theme import Look
 
-LEAST_HEIGHT = 140
+LEAST_HEIGHT = 120
 """In which a curve can be read [pixels]; a board of more charts is scrolled."""
 SMALLEST_BOX = 8.0
 """A drag has to be so long to zoom [pixels]."""
