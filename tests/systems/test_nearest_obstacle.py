@@ -203,3 +203,22 @@ def test_of_a_plant_the_drone_and_the_ground_are_no_obstacles(description):
     shapes = sum(len(link.collisions) for link in description.model.links)
     assert len(found) == shapes + 1
     assert sum(isinstance(inspector.GetShape(each), HalfSpace) for each in found) == 1
+
+
+def test_a_free_way_ends_at_what_the_drone_flies_towards_and_passes_the_rest():
+    """A box ahead, a wall that it flies along, and a sphere that it leaves."""
+    x, y, z = HERE
+    scene = Scene(
+        (RigidTransform([x + 4.0, y, z]), Box(2.0, 2.0, 2.0)),
+        (RigidTransform([x, y - 1.3, z]), Box(20.0, 2.0, 2.0)),
+        (RigidTransform([x - 0.6, y, z]), Sphere(0.3)),
+    )
+    root = scene.simulator.get_context()
+    assert scene.system.free_way(root, [1.0, 0.0, 0.0], 10.0) == (
+        pytest.approx(3.0 - RADIUS, abs=0.01),
+        "shape0",
+    )
+    assert scene.system.free_way(root, [1.0, 0.0, 0.0], 2.0) == (2.0, "")
+    way, what = scene.system.free_way(root, [0.0, -1.0, 0.0], 10.0)
+    assert (way, what) == (pytest.approx(0.3 - RADIUS, abs=0.01), "shape1")
+    assert scene.system.free_way(root, [0.0, 1.0, 0.0], 10.0) == (10.0, "")
