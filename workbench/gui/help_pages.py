@@ -74,7 +74,8 @@ class KeysPage(QDialog):
         layout.setContentsMargins(22, 18, 22, 14)
         layout.addWidget(scrolling)
         layout.addWidget(_close_button(self))
-        room = parent.window().height() - MARGIN if parent is not None else page.sizeHint().height()
+        above = parent.window() if parent is not None else None
+        room = above.height() - MARGIN if above is not None else page.sizeHint().height()
         rest = layout.minimumSize().height() - scrolling.minimumSizeHint().height()
         self.resize(0, min(room, page.sizeHint().height() + rest + MARGIN // 2))
 
