@@ -178,7 +178,7 @@ def test_a_speed_is_wanted_once_it_is_entered(qtbot):
     qtbot.addWidget(box)
     box.show()
     wanted = []
-    box.wanted.connect(wanted.append)
+    box.edited.connect(wanted.append)
     box.selectAll()
     qtbot.keyClicks(box, "0.25")
     assert wanted == []
@@ -192,7 +192,7 @@ def test_the_flight_s_speed_is_shown_without_an_echo(qtbot):
     box = SpeedBox()
     qtbot.addWidget(box)
     wanted = []
-    box.wanted.connect(wanted.append)
+    box.edited.connect(wanted.append)
     box.show_factor(5.0)
     assert (box.value(), wanted) == (5.0, [])
 

@@ -76,8 +76,12 @@ def test_each_axis_keeps_its_own_amplitude(card):
 
 
 def test_nothing_is_no_amplitude(card):
-    card.amplitude.setValue(0.0)
-    assert card.choice.amplitude == card.amplitude.value() == 1.0
+    card.amplitude.lineEdit().setText("0")
+    card.amplitude.interpretText()
+    assert "out of range" in card.amplitude.fault
+    assert card.choice.amplitude == card.amplitude.si == 1.0
+    card.amplitude.stepBy(-10)
+    assert card.choice.amplitude == card.amplitude.si == pytest.approx(-0.1)
 
 
 def test_on_the_ground_it_offers_to_take_off(card, desk_room, flying, qtbot):

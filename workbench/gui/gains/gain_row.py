@@ -69,7 +69,8 @@ class GainRow(QWidget):
             part.grasped.connect(desk.grasp)
             part.released.connect(desk.settle)
         self.slider.dragged.connect(self._drag)
-        self.field.typed.connect(self._type)
+        self.field.edited.connect(self._type)
+        self.field.refused.connect(self._show_complaint)
         self.reset.clicked.connect(self._reset)
         self.show_unit()
 
@@ -131,10 +132,7 @@ class GainRow(QWidget):
 
     def complain(self, said: str) -> None:
         """Say why a value may not be; "" once all is well."""
-        self.complaint.setText(f"✕ {said}".replace("^2", "²") if said else "")
-        self.complaint.setVisible(bool(said))
-        set_class(self.field, "bare bad" if said else "bare")
-        self._seen = None
+        self._show_complaint(said)
         if not said:
             self.show_value()
 
@@ -152,6 +150,13 @@ class GainRow(QWidget):
         self._seen = None  # a text that is half typed goes
         self.show_value()
         return was
+
+    def _show_complaint(self, said: str) -> None:
+        """Show what is wrong with the text in the field, and leave the text as it is."""
+        self.complaint.setText(f"✕ {said}".replace("^2", "²") if said else "")
+        self.complaint.setVisible(bool(said))
+        set_class(self.field, "bare bad" if said else "bare")
+        self._seen = None
 
     def _drag(self, place: float) -> None:
         self._propose_shown(rounded(self._unit.shown(self._scale.value(place))))
@@ -173,6 +178,7 @@ class GainRow(QWidget):
             said = f"{self._label.text} is {self._text(value)}: keep it within {self._limits()}"
             self.complain(said)  # in the unit that was typed
         else:
+            self._show_complaint("")
             self._desk.propose(self.row.name, value)
 
     def _reset(self) -> None:

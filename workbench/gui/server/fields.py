@@ -7,6 +7,7 @@ from pathlib import Path
 from PyQt6.QtCore import QSettings
 
 from workbench.errors import WorkbenchError
+from workbench.gui.typed_number import read_whole_number
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
 from workbench.link.server.config import ServerConfig
 
@@ -37,10 +38,13 @@ class ServerFields:
 
     def config(self) -> ServerConfig:
         """Return what a server is to do; its `check` says whether it can be had."""
-        is_number = self.port.isascii() and self.port.isdigit() and len(self.port) <= 9
+        try:
+            port: int | str = read_whole_number(self.port)
+        except WorkbenchError:
+            port = self.port
         return ServerConfig(
             host=self.host,
-            port=int(self.port) if is_number else self.port,  # type: ignore[arg-type]
+            port=port,  # type: ignore[arg-type]
             token_file=self.token_file,
             tls_cert=self.tls_cert,
             tls_key=self.tls_key,

@@ -9,7 +9,6 @@ from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QDoubleSpinBox,
     QFileDialog,
     QHBoxLayout,
     QLineEdit,
@@ -17,13 +16,14 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.number_field import NumberField
 from workbench.gui.preferences import Preferences
 from workbench.gui.units import unit_for
 
 MOST_DECIMALS = 6
 
 
-class NumberBox(QDoubleSpinBox):
+class NumberBox(NumberField):
     """A number in SI, shown in the unit that the user prefers now.
 
     Args:
@@ -44,51 +44,24 @@ class NumberBox(QDoubleSpinBox):
         label: str,
         changed: Callable[[float], None],
     ) -> None:
-        super().__init__()
-        self._preferences, self._si, self._label = preferences, si, label
+        super().__init__(label)
+        self._preferences, self._si_unit = preferences, si
         self._ends = minimum, maximum
-        self._value = minimum
-        self._changed = changed
-        self.setKeyboardTracking(False)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._show_unit()
-        self.valueChanged.connect(self._take)
-        preferences.changed.connect(self._follow)
+        self.edited.connect(changed)
+        preferences.changed.connect(lambda _: self._show_unit())
 
     def show_value(self, value: float) -> None:
         """Show a value in SI, and tell nobody."""
-        self._value = value
-        self.blockSignals(True)
-        self.setValue(self._unit.shown(value))
-        self.blockSignals(False)
-
-    def _take(self, shown: float) -> None:
-        self._value = self._unit.read(shown)
-        self._changed(self._value)
-
-    def _follow(self, name: str) -> None:
-        if unit_for(self._si, self._preferences) != self._unit:
-            self._show_unit()
+        self.show_si(value)
 
     def _show_unit(self) -> None:
         """Show value and range in the unit that is preferred now, and tell nobody."""
-        self._unit = unit = unit_for(self._si, self._preferences)
+        unit = unit_for(self._si_unit, self._preferences)
         low, high = map(unit.shown, self._ends)
-        self.blockSignals(True)
-        self.setDecimals(decimals_of(high - low))
-        self.setRange(low, high)
+        self.show_decimals(decimals_of(high - low))
         self.setSingleStep(10.0 ** (math.floor(math.log10(high - low)) - 2))
-        self.setSuffix(f" {unit.symbol}" if unit.symbol else "")
-        self.setAccessibleName(f"{self._label}, {low:g} to {high:g} {unit.symbol}".rstrip())
-        self.setValue(unit.shown(self._value))
-        self.blockSignals(False)
-
-    def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Change nothing while the page is scrolled over it."""
-        if event is not None and not self.hasFocus():
-            event.ignore()
-        else:
-            super().wheelEvent(event)
+        self.set_range(unit, *self._ends)
 
 
 class Choices(QComboBox):

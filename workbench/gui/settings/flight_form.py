@@ -1,8 +1,9 @@
 """What the next flight is built from: world, sensors, noise and rates."""
 
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QCheckBox, QHBoxLayout, QSpinBox, QWidget
+from PyQt6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
+from workbench.gui.number_field import NumberField
 from workbench.gui.settings.controls import Choices, Switch
 from workbench.gui.settings.flight_setup import (
     FACTORS,
@@ -13,9 +14,13 @@ from workbench.gui.settings.flight_setup import (
     setup_of,
 )
 from workbench.gui.settings.row import Row
+from workbench.gui.units import Unit
 from workbench.live.view import LiveView
 from workbench.resources import list_worlds
 from workbench.scenario import SLOWEST, Scenario
+
+LARGEST_SEED = 2**31 - 1
+"""That every generator of random numbers takes."""
 
 
 class FlightForm(QWidget):
@@ -34,9 +39,10 @@ class FlightForm(QWidget):
         self._sensors_layout.setContentsMargins(0, 0, 0, 0)
         self._boxes: dict[str, QCheckBox] = {}
         self._noise = Switch(lambda _: self._show_changes())
-        self._seed = QSpinBox()
-        self._seed.setRange(0, 2**31 - 1)
-        self._seed.valueChanged.connect(self._show_changes)
+        self._seed = NumberField("Seed", 0, whole=True)
+        self._seed.set_range(Unit(""), 0, LARGEST_SEED)
+        self._seed.edited.connect(self._show_changes)
+        self._seed.refused.connect(self._show_changes)
         self._periods = {name: Choices([], self._choose_period) for name in RATES}
         self.rows = [
             Row("World", "What is around the drone.", self._world),
@@ -52,8 +58,8 @@ class FlightForm(QWidget):
 
     @property
     def is_changed(self) -> bool:
-        """Whether it describes another flight than the present one."""
-        return self._flown is not None and self.setup != self._flown
+        """Whether it describes another flight than the present one, and one that can be flown."""
+        return self._flown is not None and self.setup != self._flown and not self._seed.fault
 
     @property
     def setup(self) -> FlightSetup:
@@ -62,7 +68,7 @@ class FlightForm(QWidget):
             world=self._world.currentText(),
             sensors=tuple(kind for kind, box in self._boxes.items() if box.isChecked()),
             noise=self._noise.isChecked(),
-            seed=self._seed.value(),
+            seed=int(self._seed.si),
             rates=self._rates(),
         )
 
@@ -96,7 +102,7 @@ class FlightForm(QWidget):
         for kind, box in self._boxes.items():
             box.setChecked(kind in wanted.sensors)
         self._noise.show_value(wanted.noise)
-        self._seed.setValue(wanted.seed)
+        self._seed.show_si(wanted.seed)
         self._show_rates(*wanted.rates)
         self._show_changes()
 

@@ -2,10 +2,11 @@
 
 from bisect import bisect_left, bisect_right
 
-from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QDoubleSpinBox, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.actions import SPEEDS
+from workbench.gui.number_field import NumberField
+from workbench.gui.units import Unit
 
 SLOWEST, FASTEST = 0.01, 20.0
 """What a flight can be asked for."""
@@ -13,39 +14,28 @@ LONGEST = 11
 """Of its text and arrows, in digits."""
 
 
-class SpeedBox(QDoubleSpinBox):
+class SpeedBox(NumberField):
     """A number of times real time; its arrows go from one usual factor to the next.
 
     Args:
         parent: in which it stands.
     """
 
-    wanted = pyqtSignal(float)
-    """The user wants this factor."""
-
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setRange(SLOWEST, FASTEST)
-        self.setDecimals(2)
-        self.setValue(1.0)
-        self.setSuffix("\N{NO-BREAK SPACE}×")
-        self.setKeyboardTracking(False)
+        super().__init__("Speed wanted, in times real time", parent=parent)
+        self.set_range(Unit("×"), SLOWEST, FASTEST)
+        self.show_si(1.0)
         self.setFixedWidth(LONGEST * self.fontMetrics().horizontalAdvance("0"))
-        self.setAccessibleName(f"Speed wanted, in times real time, {SLOWEST:g} to {FASTEST:g}")
         self.setToolTip("Speed wanted: simulated seconds in a second; arrows step through presets")
-        self.valueChanged.connect(self.wanted)
 
     def show_factor(self, factor: float) -> None:
         """Show what is in force, unless the user is about to type another."""
-        line = self.lineEdit()
-        typing = self.hasFocus() and line is not None and line.isModified()
-        if factor != self.value() and not typing:
-            self.blockSignals(True)
-            self.setValue(factor)
-            self.blockSignals(False)
+        if factor != self.value() and not self.is_typed_in and not self.fault:
+            self.show_si(factor)
 
     def stepBy(self, steps: int) -> None:
         """Go to the next usual factor, and so on."""
+        self.restore()
         for _ in range(abs(steps)):
             self.setValue(next_speed(self.value(), up=steps > 0))
 

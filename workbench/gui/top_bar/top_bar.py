@@ -61,7 +61,7 @@ class TopBar(QFrame):
         self._look, self._actions, self._recorder = workspace.look, actions, recorder
         self.badge = ModeBadge(workspace.look)
         self.speed = SpeedBox()
-        self.speed.wanted.connect(desk.set_speed)
+        self.speed.edited.connect(desk.set_speed)
         self.strip = StatusStrip(workspace.look)
         self._buttons: dict[str, QToolButton] = {}
         self._lay_out()

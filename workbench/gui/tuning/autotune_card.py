@@ -19,10 +19,10 @@ from workbench.analyst.questions import Question, Tune
 from workbench.analyst.replies import Searched, Tuned, Wished
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.number_field import buddy
 from workbench.gui.tuning.axes import find_axis
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.gains_text import gains_text
-from workbench.gui.tuning.number_field import buddy
 from workbench.gui.tuning.number_table import NumberTable
 from workbench.gui.tuning.table_rows import Cell, Row, State
 from workbench.gui.tuning.trial import Trial

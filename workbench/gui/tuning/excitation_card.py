@@ -7,6 +7,7 @@ from PyQt6.QtGui import QKeySequence, QShortcut
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QPushButton, QWidget
 
 from workbench.excitation import Shape
+from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.axes import AXES, find_axis
 from workbench.gui.tuning.card import SPACING, Card
@@ -18,7 +19,6 @@ from workbench.gui.tuning.excitation_form import (
     load_choice,
     reach_text,
 )
-from workbench.gui.tuning.number_field import NumberField, buddy
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
@@ -71,6 +71,8 @@ class ExcitationCard(Card):
         self.shape.activated.connect(self._choose_shape)
         self.amplitude.edited.connect(self._choose_amplitude)
         self.period.edited.connect(lambda value: self._take(replace(self.choice, period=value)))
+        for field in (self.amplitude, self.period):
+            field.refused.connect(lambda _: self._show_state(self._flight.view))
         self.repeats.toggled.connect(lambda on: self._take(replace(self.choice, repeats=on)))
         self.button.clicked.connect(self.start_or_stop)
         self.take_off.clicked.connect(self._take_off)
@@ -114,9 +116,6 @@ class ExcitationCard(Card):
         self._take(replace(self.choice, shape=tuple(Shape)[index]))
 
     def _choose_amplitude(self, amplitude: float) -> None:
-        if abs(amplitude) < LEAST:  # nothing to see: the last one stays
-            self._show_choice()
-            return
         self._take(self.choice.with_amplitude(amplitude))
 
     def _take(self, choice: ExcitationChoice) -> None:
@@ -137,7 +136,7 @@ class ExcitationCard(Card):
         self.shape.setCurrentIndex(tuple(Shape).index(choice.shape))
         row = find_parameter(axis.limit)
         most = self._flight.view.values.get(axis.limit, row.maximum)
-        self.amplitude.set_range(unit_for(axis.unit, self._preferences), -most, most)
+        self.amplitude.set_range(unit_for(axis.unit, self._preferences), -most, most, LEAST)
         self.amplitude.show_si(min(max(choice.amplitude, -most), most))
         self.period.show_si(choice.period)
         with QSignalBlocker(self.repeats):
@@ -156,7 +155,8 @@ class ExcitationCard(Card):
         flies = view.snapshot is not None and self._mode not in (*GROUNDED, *BUSY)
         self.button.setText("Stop" if self._running else "Start")
         set_class(self.button, "" if self._running else "primary")
-        self.button.setEnabled(flies or self._running)
+        faults = self.amplitude.fault or self.period.fault
+        self.button.setEnabled(self._running or (flies and not faults))
         self.take_off.setVisible(view.snapshot is not None and self._mode in GROUNDED)
         if view.snapshot is None:
             self.said.say("Nothing flies yet.")
@@ -164,6 +164,8 @@ class ExcitationCard(Card):
             self.said.say("Flying back to where it began.", "good")
         elif self._running:
             self.said.say("Running.", "good")
+        elif faults:
+            self.said.say(faults, "warning")
         elif self._mode in GROUNDED:
             self.said.say("The drone must hover: take off.", "warning")
         elif self._mode in BUSY:

@@ -10,12 +10,12 @@ from workbench.analyst.replies import Forked
 from workbench.branches import Branch
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed
 from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.controller_gains import controller_gains
 from workbench.gui.tuning.fork_curves import QUANTITIES
 from workbench.gui.tuning.gains_text import gains_text
-from workbench.gui.tuning.number_field import NumberField, buddy
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
@@ -56,6 +56,7 @@ class ForkCard(Card):
         self.duration = NumberField("Time ahead", 1, 0.5)
         self.duration.set_range(Unit("s"), *DURATIONS)
         self.duration.show_si(5.0)
+        self.duration.refused.connect(lambda _: self.refresh())
         self.with_step = QCheckBox("With a s&tep")
         self.with_step.setChecked(True)
         self.with_step.setToolTip("The step of the excitation is asked for at once")
@@ -193,7 +194,8 @@ class ForkCard(Card):
             self.said.say("Flying both …")
 
     def _show_state(self) -> None:
-        self.button.setEnabled(not self._busy and bool(self._trial.flown))
+        can = bool(self._trial.flown) and not self.duration.fault
+        self.button.setEnabled(not self._busy and can)
         done = self._forked is not None and not self._busy
         self.keep.setEnabled(done)
         self.drop.setEnabled(done)

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from PyQt6.QtWidgets import QGridLayout, QToolButton, QWidget
 
+from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.tuning.limit_table import Limit
 from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.number_field import NumberField, buddy
 from workbench.gui.units import Unit
 
 BARE = "QAbstractSpinBox { padding-right: 5px; } QAbstractSpinBox:focus { padding-right: 4px; }"

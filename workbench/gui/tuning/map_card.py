@@ -6,11 +6,11 @@ from PyQt6.QtWidgets import QComboBox, QGridLayout, QWidget
 from workbench.analyst.questions import DrawMap, Question
 from workbench.analyst.replies import Mapped, Reply
 from workbench.gui.gains.gain_rows import gain_label
+from workbench.gui.number_field import buddy
 from workbench.gui.tuning.card import SPACING, Card, Sentence
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.limit_table import STEP_LIMITS
 from workbench.gui.tuning.map_view import MapView
-from workbench.gui.tuning.number_field import buddy
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 from workbench.parameters import find_parameter

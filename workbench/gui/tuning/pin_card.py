@@ -18,10 +18,10 @@ from PyQt6.QtWidgets import (
 
 from workbench.analyst.questions import Pin, Question
 from workbench.analyst.replies import Pinned
+from workbench.gui.number_field import buddy
 from workbench.gui.style import set_class
 from workbench.gui.tuning.axes import find_axis
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
-from workbench.gui.tuning.number_field import buddy
 from workbench.gui.tuning.pin_text import name_fault, regress_command, spec_path
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import unit_for

@@ -5,10 +5,10 @@ from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QWidget
 
 from workbench.analyst.questions import Question, Weigh
 from workbench.analyst.replies import Reply, Weighed
+from workbench.gui.number_field import buddy
 from workbench.gui.tuning.card import Card, wrapped
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.limit_table import STEP_LIMITS, find_limit
-from workbench.gui.tuning.number_field import buddy
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.tuning.weight_bars import WeightBars
 from workbench.gui.workspace import Workspace

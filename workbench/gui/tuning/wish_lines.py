@@ -7,7 +7,7 @@ from PyQt6.QtWidgets import QCompleter, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import wrapped
-from workbench.gui.tuning.wish_text import completions, what_is_wrong
+from workbench.gui.tuning.wish_text import completions, what_is_wrong, with_point
 
 MOST = 6
 """Wishes that there is room for."""
@@ -41,7 +41,7 @@ class WishLine(QWidget):
     @property
     def text(self) -> str:
         """The wish, "" for none."""
-        return self.field.text().strip()
+        return with_point(self.field.text())
 
     @property
     def is_good(self) -> bool:

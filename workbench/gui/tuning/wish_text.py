@@ -2,6 +2,9 @@
 
 import re
 
+from workbench.errors import WorkbenchError
+from workbench.gui.typed_number import NUMBER, read_number
+
 SUBJECTS = {
     "step": ("x", "y", "z", "yaw", "level"),
     "loop": (
@@ -52,8 +55,7 @@ METRICS = {
 """Numbers of each kind."""
 _LARGER = ("phase_margin", "gain_margin", "delay_margin", "disk_margin", "bandwidth")
 _FORM = re.compile(
-    r"(\w+)\s*\.\s*(\w+)\s*(<=|>=|≤|≥|<|>)\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-    r"\s*([A-Za-z%°]\S*)?"
+    rf"(\w+)\s*\.\s*(\w+)\s*(<=|>=|≤|≥|<|>)\s*(?P<number>{NUMBER})\s*([A-Za-z%°]\S*)?"
 )
 
 
@@ -85,7 +87,20 @@ def what_is_wrong(text: str) -> str:
     known = subjects_of(kinds[0], metric)
     if subject not in known:
         return f"{subject} has no {metric}: that is of {', '.join(known)}."
+    try:
+        read_number(form["number"])
+    except WorkbenchError as error:
+        return str(error)
     return ""
+
+
+def with_point(text: str) -> str:
+    """Return a wish with a point before the decimals of its number, where it has a comma."""
+    form = _FORM.fullmatch(text.strip())
+    if form is None:
+        return text.strip()
+    begin, end = form.span("number")
+    return form.string[:begin] + form["number"].replace(",", ".") + form.string[end:]
 
 
 def wishes_in(text: str) -> tuple[str, ...]:

@@ -1,0 +1,197 @@
+"""Every number field of every screen and dialog, typed into by the keyboard in the real window."""
+
+import pytest
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QScrollArea, QTabWidget
+
+from workbench.errors import WorkbenchError
+from workbench.gui.main_window import MainWindow
+from workbench.gui.number_field import NumberField
+from workbench.gui.screen_table import SCREENS
+from workbench.gui.style import apply_style
+from workbench.gui.tuning.wish_lines import WishLine
+from workbench.gui.typed_number import read_number
+
+RIGHT = {
+    "1.2": 1.2,
+    "1,2": 1.2,
+    "0,5": 0.5,
+    ",5": 0.5,
+    "-0,5": -0.5,
+    "1e-1": 0.1,
+    "1,5E+1": 15.0,
+    "1e9": 1e9,
+    "+3": 3.0,
+    " 7 ": 7.0,
+}
+"""What is typed, and the number that it says."""
+WRONG = (
+    "1.000,5",
+    "1,000.5",
+    "1.2.3",
+    "1 2",
+    "abc",
+    "",
+    "1e",
+    "--1",
+    "1e999",
+    "nan",
+    "inf",
+    "0x10",
+)
+"""What says no number."""
+
+
+def test_a_comma_separates_decimals_and_nothing_else():
+    for text, number in RIGHT.items():
+        assert read_number(text) == number, text
+    for text in WRONG:
+        with pytest.raises(WorkbenchError, match=r"\.$"):
+            read_number(text)
+
+
+@pytest.fixture
+def window(qapp, qtbot, workspace, canned, monkeypatch):
+    """The window with all its screens, before a flight out of a can that does what it is told."""
+    made = MainWindow(workspace, first="home", view3d=False)
+    qtbot.addWidget(made)
+    apply_style(qapp, workspace.look)
+    made.show()
+    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=30_000)
+    for row in SCREENS:
+        made.stack.screen_of(row.name)
+    monkeypatch.setattr(workspace.flight, "_view", canned.views[0])
+    monkeypatch.setattr(workspace.flight, "order", lambda give, done=None, refused=None: None)
+    workspace.flight.begun.emit(canned.views[0])
+    workspace.flight.viewed.emit(canned.views[0])
+    yield made
+    made.close()
+
+
+def uncover(window, widget) -> bool:
+    """Show a widget as its user would: open what it is in; return whether it can be seen then."""
+    part = widget
+    while part is not None and part is not window:
+        parent = part.parentWidget()
+        tabs = parent.parentWidget() if parent is not None else None
+        if isinstance(tabs, QTabWidget) and tabs.indexOf(part) >= 0:
+            tabs.setCurrentWidget(part)
+        elif isinstance(parent, QScrollArea):
+            parent.ensureWidgetVisible(widget)
+        part.setVisible(True)
+        part = parent
+    QApplication.processEvents()
+    return widget.isVisible() and widget.isEnabled()
+
+
+def enter(qtbot, field, text) -> None:
+    """Type a text in place of what stands there, unit and all, and leave with Enter."""
+    field.setFocus()
+    field.selectAll()
+    qtbot.keyClick(field, Qt.Key.Key_Delete)
+    qtbot.keyClicks(field, text)
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+
+
+def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
+    """What is read of each text is one rule; a field adds its range, and whether it is whole."""
+    tried = []
+    for row in SCREENS:
+        window.show_screen(row.name)
+        if row.name == "tuning":
+            window.stack.current.panel._make_more()
+        for field in window.findChildren(QAbstractSpinBox):
+            if not uncover(window, field):
+                continue
+            assert isinstance(field, NumberField), f"{field.accessibleName()} takes 1,2 for 12"
+            try_field(qtbot, field)
+            tried.append(field)
+    left = [each for each in window.findChildren(QAbstractSpinBox) if each not in tried]
+    assert not [each.accessibleName() for each in left if each.isEnabled()]
+    assert len(tried) > 60
+
+
+def try_field(qtbot, field) -> None:
+    """Type everything into one field."""
+    name = field.accessibleName()
+    for text, number in RIGHT.items():
+        before = field.value()
+        enter(qtbot, field, text)
+        if field.fault:
+            refused(field, text.strip(), before, name)
+        elif not said_beside(field):
+            assert field.value() == pytest.approx(number, rel=1e-9), f"{name}: {text}"
+            assert "bad" not in str(field.property("class")), name
+    for text in WRONG:
+        before = field.value()
+        enter(qtbot, field, text)
+        refused(field, text.strip(), before, name)
+    qtbot.keyClick(field, Qt.Key.Key_Escape)
+    assert not field.fault, f"{name}: Escape brings the value back"
+
+
+def refused(field, text, before, name) -> None:
+    """Assert that a text stands where it was typed, is marked and told, and has changed nothing."""
+    assert field.cleanText() == text, f"{name}: {text} is gone, {field.text()} stands there"
+    assert field.value() == before, f"{name}: {text} was taken"
+    assert field.fault.endswith("."), f"{name}: {text}"
+    assert field.accessibleDescription() == field.fault, name
+    assert "bad" in str(field.property("class")), f"{name}: {text} is not marked"
+    assert field.toolTip() == field.fault or said_beside(field), f"{name}: {text} is not told"
+
+
+def said_beside(field) -> str:
+    """Return what the line of a gain says is wrong with it."""
+    label = getattr(field.parentWidget(), "complaint", None)
+    return label.text() if label is not None and label.isVisible() else ""
+
+
+def test_what_flies_is_what_was_typed(window, qtbot, workspace, monkeypatch):
+    """A gain, a limit and the speed, as they are ordered of the flight."""
+    ordered = []
+
+    class Live:
+        def __getattr__(self, name):
+            return lambda *args: name == "instant" or ordered.append((name, *args))
+
+    monkeypatch.setattr(
+        workspace.flight, "order", lambda give, done=None, refused=None: give(Live())
+    )
+    window.show_screen("tuning")
+    panel = window.stack.current.panel
+    window.stack.current.desk._judge.knows = lambda values: True
+    enter(qtbot, panel.rows["max_climb_rate"].field, "1,2")
+    assert ordered.pop() == ("set_all", {"max_climb_rate": 1.2})
+    enter(qtbot, window.top_bar.speed, "0,5")
+    assert ordered.pop() == ("set_speed", 0.5)
+    for text in ("1.000,5", "1e9", "abc"):
+        enter(qtbot, window.top_bar.speed, text)
+        assert window.top_bar.speed.cleanText() == text
+    assert not ordered
+
+
+def test_lines_with_a_number_in_them_follow_the_same_rule(window, qtbot):
+    """A wish and the server's port are texts; their numbers are read alike."""
+    window.show_screen("tuning")
+    card = window.stack.current.autotune
+    assert uncover(window, card.wishes)
+    line = card.findChildren(WishLine)[0]
+    for text, good in (
+        ("x.rise_time <= 0,4 s", "x.rise_time <= 0.4 s"),
+        ("x.rise_time <= 4e-1 s", "x.rise_time <= 4e-1 s"),
+        ("x.rise_time <= 1.000,5 s", ""),
+    ):
+        enter(qtbot, line.field, text)
+        assert line.field.text() == text
+        assert line.is_good == bool(good), text
+        assert line.fault.isVisible() != bool(good), text
+        assert not good or line.text == good
+    window.show_screen("server")
+    form = window.stack.current.form
+    port = form.lines["port"]
+    assert isinstance(port, QLineEdit)
+    for text, number in (("7,7e3", 7700), ("7733", 7733), ("1,2", None), ("77.33", None)):
+        enter(qtbot, port, text)
+        assert port.text() == text
+        assert bool(form.fault("port")) == (number is None), form.fault("port")
+        assert number is None or form.fields.config().port == number

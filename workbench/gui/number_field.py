@@ -1,0 +1,273 @@
+"""The number field of the app: a number in SI that is shown in a unit, and its label."""
+
+import math
+
+from PyQt6.QtCore import QLocale, QPoint, Qt, pyqtSignal
+from PyQt6.QtGui import QKeyEvent, QValidator, QWheelEvent
+from PyQt6.QtWidgets import QDoubleSpinBox, QLabel, QToolTip, QWidget
+
+from workbench.errors import WorkbenchError
+from workbench.gui.style import dressed, set_class
+from workbench.gui.typed_number import read_number, read_whole_number
+from workbench.gui.units import Unit
+
+EXACT_DECIMALS = 12
+"""That the spin box keeps of a value; fewer are shown."""
+CLOSE = 1e-4
+"""A text that is as near as this stands for the exact value."""
+DIGITS = 5
+"""Significant ones of a value that the usual decimals do not show."""
+REFUSED = "bad"
+"""Class of a field in which something stands that is not taken."""
+
+
+class NumberField(QDoubleSpinBox):
+    """A number that is typed or stepped; every number field of the app is one.
+
+    Qt's own spin box drops the characters that it does not like while they are typed, so that 1,2
+    becomes 12. Here every character stays. What is no number, or out of range, stays as it was
+    typed, is marked, and is told in a sentence; the value does not change. Escape brings the value
+    back.
+
+    Args:
+        label: what the number is, for its accessible name.
+        decimals: as shown.
+        step: of an arrow, as shown.
+        parent: whose life it shares.
+        whole: whether it is a whole number.
+    """
+
+    edited = pyqtSignal(float)
+    """The new value in SI; the user has changed it."""
+    refused = pyqtSignal(str)
+    """Why what is typed is not taken, a sentence; "" once something else is typed."""
+
+    def __init__(
+        self,
+        label: str = "",
+        decimals: int = 2,
+        step: float = 1.0,
+        parent: QWidget | None = None,
+        *,
+        whole: bool = False,
+    ) -> None:
+        super().__init__(parent)
+        self._label = label
+        self._unit = Unit("")
+        self._si = 0.0
+        self._least = 0.0
+        self._whole = whole
+        self._shown_decimals = decimals
+        self._fault, self._tip, self._description = "", "", ""
+        self._refused_text: str | None = None
+        self.setLocale(QLocale.c())
+        self.setDecimals(EXACT_DECIMALS)
+        self.setSingleStep(step)
+        self.setKeyboardTracking(False)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.valueChanged.connect(self._tell)
+        line = self.lineEdit()
+        assert line is not None
+        line.textEdited.connect(self._look)
+
+    @property
+    def si(self) -> float:
+        """The value in SI."""
+        same = round(self._unit.shown(self._si), EXACT_DECIMALS) == self.value()
+        return self._si if same else self._unit.read(self.value())
+
+    @property
+    def fault(self) -> str:
+        """Why what stands in the field is not taken, a sentence; "" where it is."""
+        return self._fault
+
+    @property
+    def is_typed_in(self) -> bool:
+        """Whether the user is about to type another value."""
+        line = self.lineEdit()
+        return self.hasFocus() and line is not None and line.isModified()
+
+    def set_range(self, unit: Unit, minimum: float, maximum: float, least: float = 0.0) -> None:
+        """Show the value in a unit, within limits in SI; tells nobody.
+
+        Args:
+            unit: in which it is shown.
+            minimum: of the value, in SI.
+            maximum: of the value, in SI.
+            least: of its magnitude, in SI.
+        """
+        kept = self.si
+        self._unit, self._least = unit, least
+        low, high = unit.shown(minimum), unit.shown(maximum)
+        self.blockSignals(True)
+        self.setRange(low, high)
+        glue = "" if unit.symbol in ("", "°", "%") else " "
+        self.setSuffix(f"{glue}{unit.symbol}")
+        self.setValue(unit.shown(kept))
+        self.blockSignals(False)
+        name = f"{self._label}, {self._limits()}"
+        if name != self.accessibleName():
+            self.setAccessibleName(name)
+            self.setToolTip(name)
+
+    def show_decimals(self, decimals: int) -> None:
+        """Show so many decimals."""
+        self._shown_decimals = decimals
+
+    def show_si(self, value: float) -> None:
+        """Show a value, and tell nobody; a text that was refused stays until the value changes."""
+        shown = self._unit.shown(value)
+        if self._fault and round(shown, EXACT_DECIMALS) == self.value():
+            return
+        self._si = value
+        self._accept()
+        blocked = self.blockSignals(True)
+        self.setValue(shown)
+        self.blockSignals(blocked)
+
+    def setToolTip(self, text: str | None) -> None:
+        """Let a pointer over the field tell this, while nothing is wrong with what stands in it."""
+        self._tip = text or ""
+        if not self._fault:
+            super().setToolTip(text)
+
+    def restore(self) -> None:
+        """Show the value in place of what was typed."""
+        self._accept()
+        line = self.lineEdit()
+        assert line is not None
+        line.setText(f"{self.textFromValue(self.value())}{self.suffix()}")
+
+    def textFromValue(self, value: float) -> str:
+        if self._refused_text is not None:
+            return self._refused_text
+        return self.number_text(value)
+
+    def number_text(self, value: float) -> str:
+        """Return a number as it is shown, without its unit."""
+        text = f"{value:.{self._shown_decimals}f}"
+        if not math.isclose(float(text), value, rel_tol=CLOSE, abs_tol=1e-12):
+            text = f"{value:.{DIGITS}g}"
+        return "0" + text[2:] if text.startswith("-0") and float(text) == 0.0 else text
+
+    def validate(self, text: str | None, place: int) -> tuple[QValidator.State, str, int]:
+        fault = self._fault_of(text or "")
+        state = QValidator.State.Intermediate if fault else QValidator.State.Acceptable
+        return state, text or "", place
+
+    def valueFromText(self, text: str | None) -> float:
+        plain = self._without_unit(text or "")
+        if plain == self.number_text(self.value()):
+            return self.value()  # the rest of its decimals is not lost by showing them
+        return read_number(plain)
+
+    def fixup(self, text: str | None) -> str:
+        """Refuse what stands in the field: it was left, or entered; Qt's name."""
+        self._refuse(text or "")
+        return text or ""
+
+    def stepBy(self, steps: int) -> None:
+        self._accept()
+        aim = self.value() + steps * self.singleStep()
+        if abs(aim) < self._unit.shown(self._least) - CLOSE:
+            steps += 1 if steps > 0 else -1  # over what is too near to 0
+        super().stepBy(steps)
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        if event is not None and event.key() == Qt.Key.Key_Escape:
+            line = self.lineEdit()
+            if self._fault or (line is not None and line.isModified()):
+                self.restore()
+                event.accept()
+                return
+        super().keyPressEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        """Change nothing unless the field has been chosen: a page is scrolled over it."""
+        if event is not None and not self.hasFocus():
+            event.ignore()
+        else:
+            super().wheelEvent(event)
+
+    def tell(self, said: str) -> None:
+        """Tell why what is typed is not taken; "" for no reason any more."""
+        super().setToolTip(said or self._tip)
+        if said and self.isVisible():
+            QToolTip.showText(self.mapToGlobal(QPoint(0, self.height())), said, self)
+        elif not said:
+            QToolTip.hideText()
+
+    def _tell(self, value: float) -> None:
+        self._accept()
+        self._si = self.si
+        self.edited.emit(self._si)
+
+    def _look(self, text: str) -> None:
+        """Take the mark away as soon as the text is mended."""
+        self._refused_text = None
+        if self._fault and not self._fault_of(text):
+            self._accept()
+
+    def _refuse(self, text: str) -> None:
+        self._refused_text = self._without_unit(text)
+        fault = self._fault_of(text)
+        if fault == self._fault:
+            return
+        if not self._fault:
+            self._description = self.accessibleDescription()
+        self._fault = fault
+        self.setAccessibleDescription(fault)
+        self._mark()
+        self.tell(fault)
+        self.refused.emit(fault)
+
+    def _accept(self) -> None:
+        self._refused_text = None
+        if self._fault:
+            self._fault = ""
+            self.setAccessibleDescription(self._description)
+            self._mark()
+            self.tell("")
+            self.refused.emit("")
+
+    def _mark(self) -> None:
+        names = [name for name in str(self.property("class") or "").split() if name != REFUSED]
+        set_class(self, " ".join([*names, REFUSED] if self._fault else names))
+
+    def _fault_of(self, text: str) -> str:
+        """Return what is wrong with a text, a sentence; "" where nothing is."""
+        plain = self._without_unit(text)
+        try:
+            number = float(read_whole_number(plain)) if self._whole else read_number(plain)
+        except WorkbenchError as error:
+            return str(error)
+        if plain == self.number_text(self.value()):
+            return ""  # a limit that its decimals do not show exactly
+        near = self._unit.shown(self._least)
+        if not self.minimum() <= number <= self.maximum() or abs(number) < near:
+            return f"{plain}{self.suffix()} is out of range: keep it within {self._limits()}."
+        return ""
+
+    def _limits(self) -> str:
+        low, high = self.minimum(), self.maximum()
+        limits = f"{low:.6g} to {high:.6g}{self.suffix()}"
+        near = self._unit.shown(self._least)
+        return f"{limits}, and {near:.3g}{self.suffix()} or more from 0" if near else limits
+
+    def _without_unit(self, text: str) -> str:
+        plain, symbol = text.strip(), self.suffix().strip()
+        while symbol and plain.endswith(symbol):  # Qt adds another where a part of it is deleted
+            plain = plain.removesuffix(symbol).strip()
+        return plain
+
+
+def buddy(text: str, widget: QWidget, help: str = "") -> QLabel:
+    """Return a label with a mnemonic that leads to a widget; name the widget where it has none."""
+    label = dressed(QLabel(text), "muted")
+    label.setBuddy(widget)
+    if not widget.accessibleName():
+        widget.setAccessibleName(text.replace("&", ""))
+    if help:
+        widget.setToolTip(help)
+        widget.setAccessibleDescription(help)
+    return label
