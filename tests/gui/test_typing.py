@@ -25,20 +25,7 @@ RIGHT = {
     " 7 ": 7.0,
 }
 """What is typed, and the number that it says."""
-WRONG = (
-    "1.000,5",
-    "1,000.5",
-    "1.2.3",
-    "1 2",
-    "abc",
-    "",
-    "1e",
-    "--1",
-    "1e999",
-    "nan",
-    "inf",
-    "0x10",
-)
+WRONG = ("1.000,5", "1,000.5", "1.2.3", "1 2", "abc", "", "1e", "--1", "1e999", "nan", "0x10")
 """What says no number."""
 
 

@@ -1,7 +1,8 @@
 """The table of actions: menus, buttons, shortcuts and the page of keys are made from it.
 
 The key that stops the rotors is F12: one key at the end of a row, found without looking, that no
-text field, number field, table or plot has another use for, and that needs no second finger.
+text field, number field, table or plot has another use for, and that needs no second finger. No
+other key does it, by whatever way: its button never has the focus, and no menu has it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -32,6 +33,7 @@ class ActionRow:
         after_line: whether a line parts it from the one above.
         submenu: in which it stands, "" for none.
         button: text on its button where that is another.
+        in_menu: whether it stands in the menu, where arrows and Enter choose it, too.
     """
 
     name: str
@@ -44,6 +46,7 @@ class ActionRow:
     after_line: bool = False
     submenu: str = ""
     button: str = ""
+    in_menu: bool = True
 
     @property
     def label(self) -> str:
@@ -97,10 +100,11 @@ ACTIONS: tuple[ActionRow, ...] = (
     ActionRow(
         "stop",
         FLIGHT,
-        "&STOP",
+        "STOP",
         "Switch the rotors off at once; in the air it falls. Works wherever the keyboard is.",
         "F12",
         "stop",
+        in_menu=False,
     ),
     ActionRow(
         "pause",

@@ -13,6 +13,7 @@ from workbench.gui.actions import SPEEDS, THEMES, make_actions
 from workbench.gui.banner import Banner
 from workbench.gui.camera import Camera
 from workbench.gui.flight_desk import FlightDesk, possible
+from workbench.gui.focus_guard import FocusGuard
 from workbench.gui.help_pages import AboutPage, KeysPage
 from workbench.gui.interpreter import spare_collector, take_short_turns
 from workbench.gui.menus import RECENT, RecentMenu, fill_menus
@@ -69,6 +70,7 @@ class MainWindow(QMainWindow):
         self.recorder.recorded.connect(lambda path: self.recent.add(FileKind.LOG, path))
         self.opener = Opener(self.desk, self.recent, workspace.notices, self._show_log, self)
         self._camera = Camera(self, workspace)
+        self._focus_guard = FocusGuard(self)
         self.actions_by_name = make_actions(self, self._handlers())
         self.side_bar = SideBar(self.actions_by_name, workspace.look)
         self.top_bar = TopBar(workspace, self.actions_by_name, self.desk, self.recorder)

@@ -21,6 +21,8 @@ def fill_menus(bar: QMenuBar, actions: Mapping[str, QAction]) -> dict[str, QMenu
         bar.addMenu(menu)
         made[text] = menu
         for row in rows_of(text):
+            if not row.in_menu:
+                continue
             if row.after_line:
                 menu.addSeparator()
             if row.submenu and row.submenu not in made:

@@ -6,6 +6,7 @@ from pathlib import Path
 from PyQt6.QtWidgets import QFileDialog, QWidget
 
 from workbench.errors import WorkbenchError
+from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_desk import FlightDesk
 from workbench.gui.notices import Notices
 from workbench.gui.opening import FILTERS, FileKind, kind_of
@@ -71,12 +72,7 @@ class Opener:
     def ask(self, kind: FileKind) -> QFileDialog:
         """Let a file be chosen, while the flight, and the key that stops it, go on."""
         dialog = QFileDialog(self._window, f"Open {kind.value}", str(self._folders[kind]))
-        # Qt's own, as the desktop's would take the key that stops.
-        dialog.setOption(QFileDialog.Option.DontUseNativeDialog)
         dialog.setNameFilters([FILTERS[kind], "All files (*)"])
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.setModal(False)
-        dialog.fileSelected.connect(lambda path: self.open(kind, Path(path)))
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.show()
+        show_file_dialog(dialog, lambda path: self.open(kind, Path(path)))
         return dialog

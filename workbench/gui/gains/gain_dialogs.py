@@ -5,6 +5,8 @@ from pathlib import Path
 
 from PyQt6.QtWidgets import QFileDialog, QWidget
 
+from workbench.gui.file_dialogs import show_file_dialog
+
 FILTER = "Gain files (*.yaml *.yml)"
 
 
@@ -38,7 +40,5 @@ def ask_to_save(parent: QWidget, path: str, chosen: Callable[[Path], None]) -> Q
 
 
 def _show(dialog: QFileDialog, chosen: Callable[[Path], None]) -> QFileDialog:
-    dialog.fileSelected.connect(lambda path: chosen(Path(path)))
-    dialog.finished.connect(dialog.deleteLater)
-    dialog.open()
+    show_file_dialog(dialog, lambda path: chosen(Path(path)))
     return dialog

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from PyQt6.QtCore import QSettings, Qt, QTimer, pyqtSignal
+from PyQt6.QtCore import QSettings, QTimer, pyqtSignal
 from PyQt6.QtWidgets import (
     QCheckBox,
     QFileDialog,
@@ -15,6 +15,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.errors import WorkbenchError
+from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.server.fields import (
     ServerFields,
     file_faults,
@@ -182,16 +183,14 @@ class ServerForm(QWidget):
     def _choose(self, name: str, what: str) -> None:
         dialog = QFileDialog(self, f"Choose a {what}", self.lines[name].text())
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(self.lines[name].setText)
-        _open(dialog)
+        show_file_dialog(dialog, self.lines[name].setText)
 
     def _choose_new(self) -> None:
         dialog = QFileDialog(self, "Make a file of tokens", "link.tokens")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # none is overwritten
         dialog.selectFile("link.tokens")
-        dialog.fileSelected.connect(self.make_tokens)
-        _open(dialog)
+        show_file_dialog(dialog, self.make_tokens)
 
     def _show(self, fields: ServerFields) -> None:
         for name, line in self.lines.items():
@@ -222,8 +221,3 @@ class ServerForm(QWidget):
         self._faults[name].setText(f"✕ {fault}" if fault else "")
         self._faults[name].setVisible(bool(fault))
         set_class(self.lines[name], "bad" if fault else "")
-
-
-def _open(dialog: QFileDialog) -> None:
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.open()

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
 
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QWheelEvent
@@ -16,6 +15,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.number_field import NumberField
 from workbench.gui.preferences import Preferences
 from workbench.gui.units import unit_for
@@ -134,9 +134,7 @@ class Folder(QWidget):
         dialog = QFileDialog(self, "Choose a folder", self.line.text())
         dialog.setFileMode(QFileDialog.FileMode.Directory)
         dialog.setOption(QFileDialog.Option.ShowDirsOnly)
-        dialog.fileSelected.connect(partial(self._take))
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.open()
+        show_file_dialog(dialog, self._take)
 
     def _take(self, path: str) -> None:
         self.show_value(path)

@@ -138,6 +138,7 @@ class TopBar(QFrame):
         for name in FLYING:
             row.addWidget(self._make_button(name, with_text=True))
         self._buttons["stop"].setProperty("class", "danger")
+        self._buttons["stop"].setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its key is F12, and no other
         row.addSpacing(10)
         for name in HOLDING:
             row.addWidget(self._make_button(name, with_text=False))

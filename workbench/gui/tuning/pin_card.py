@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtWidgets import (
     QCheckBox,
@@ -18,6 +17,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.analyst.questions import Pin, Question
 from workbench.analyst.replies import Pinned
+from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.number_field import buddy
 from workbench.gui.style import set_class
 from workbench.gui.tuning.axes import find_axis
@@ -154,9 +154,7 @@ class PinCard(Card):
         dialog = QFileDialog(self, "Folder for the regression", self.folder.text())
         dialog.setFileMode(QFileDialog.FileMode.Directory)
         dialog.setOption(QFileDialog.Option.ShowDirsOnly)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.fileSelected.connect(self.folder.setText)
-        dialog.open()
+        show_file_dialog(dialog, self.folder.setText)
 
     def _copy(self) -> None:
         clipboard = QGuiApplication.clipboard()

@@ -13,6 +13,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.log_folder import log_folder
 from workbench.gui.screen import Screen
 from workbench.gui.style import set_class
@@ -153,9 +154,7 @@ class VisualizationScreen(Screen):
         folder = str(log_folder(self.workspace.preferences))
         dialog = QFileDialog(self, "Open log", folder, "Logs (*.mcap);;All files (*)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(lambda name: self.open_log(Path(name)))
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.open()
+        show_file_dialog(dialog, lambda name: self.open_log(Path(name)))
 
     def _cancel(self) -> None:
         self._reader.stop()
