@@ -24,8 +24,9 @@ from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
 
 from workbench.errors import WorkbenchError
-from workbench.flight_log import mcap_writer
+from workbench.flight_log import flight_log, mcap_writer
 from workbench.flight_log.flight_log import FlightLog
+from workbench.flight_log.logged_flight import LoggedFlight
 from workbench.flight_log.mcap_writer import CHUNK_SIZE
 from workbench.flight_log.record import read_log
 from workbench.gain_files import load_gains
@@ -335,3 +336,34 @@ def test_a_writer_that_fails_at_its_start_says_where(tmp_path, monkeypatch):
     monkeypatch.setattr(mcap_writer.McapWriter, "attach", full)
     with pytest.raises(WorkbenchError, match=r"a\.mcap: cannot be written: No space left"):
         FlightLog(tmp_path / "a.mcap", (), Scenario(), {}, {}, "x")
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_log_whose_file_is_gone_is_told_and_the_flight_goes_on(tmp_path, monkeypatch, moved):
+    """What is written to a deleted file is lost without any error; one that was moved is whole."""
+    monkeypatch.setattr(flight_log, "LOOK_PERIOD", 0.0)
+    path, other = tmp_path / "flight.mcap", tmp_path / "other.mcap"
+    flight = LoggedFlight(path, Scenario(duration=1.0), {})
+
+    def lose(share):
+        if share >= 0.5 and path.exists():
+            path.rename(other) if moved else path.unlink()
+
+    flight.run(lose)
+    assert flight.session.time == pytest.approx(1.0)
+    assert flight.said.startswith(f"{path}: the log ends at ")
+    assert "moved or deleted" in flight.said
+    assert not path.exists()
+    if moved:
+        assert other.read_bytes().endswith(mcap_writer.MAGIC)
+        assert read_log(other).scenario().duration == 1.0
+
+
+def test_a_log_whose_file_is_gone_when_it_is_ended_is_told(tmp_path):
+    path = tmp_path / "flight.mcap"
+    flight = LoggedFlight(path, Scenario(duration=0.1), {})
+    path.unlink()
+    path.write_text("another file")
+    flight.run(lambda share: None)
+    assert "moved or deleted" in flight.said
+    assert path.read_text() == "another file"

@@ -258,6 +258,20 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
         assert (keeper.starts_again, keeper.said) == (False, "")
 
 
+def test_a_log_that_loses_its_file_is_said_and_is_no_success(flight, tmp_path):
+    path = tmp_path / "flight.mcap"
+    flight.keep_log(path).result(ENOUGH)
+    path.unlink()
+    wait_for(lambda: "moved or deleted" in flight.latest().network.log_said)
+    assert flight.latest().network.log == ""
+    assert flight.stop_log().result(ENOUGH) == ""
+    flight.keep_log(path).result(ENOUGH)
+    assert flight.latest().network.log_said == ""
+    path.unlink()
+    assert flight.stop_log().result(ENOUGH) == ""
+    assert "moved or deleted" in flight.latest().network.log_said
+
+
 def test_a_server_that_stands_still_is_ended_while_the_flight_flies(flight, address):
     (server,) = children(flight.pid)
     os.kill(server, signal.SIGSTOP)

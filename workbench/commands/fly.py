@@ -122,22 +122,25 @@ def run(args: argparse.Namespace) -> int:
             figure = plot_flight(flown.recording, f"{name}: {title}", flown.world)
             write_png(figure, plot)
     _report(title, flown, outputs.files, args.json)
-    say_written([*outputs.files, *([args.log] if args.log else [])])
+    say_written([*outputs.files, *([args.log] if args.log and not flown.log_said else [])])
     if flown.broken:
         say(f"{flown.broken}; what was flown until then is in the log")
+        return ExitCode.NOT_AS_DEMANDED
+    if flown.log_said:  # it was said when the log was lost
         return ExitCode.NOT_AS_DEMANDED
     return ExitCode.DONE
 
 
 @dataclass(frozen=True)
 class _Flown:
-    """A flight, where it was flown, what its sensors did, and why it broke off, if it did."""
+    """A flight, where it was flown, what its sensors did, and why it or its log broke off."""
 
     recording: "Recording"
     world: "World"
     sensors: "tuple[SensorStatus, ...]" = ()
     samples: "tuple[Samples, ...]" = ()
     broken: str = ""
+    log_said: str = ""
 
 
 def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None) -> _Flown:
@@ -154,9 +157,9 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
                 )
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
             return _Flown(recording, read_configured_world(scenario))
-        broken = ""
+        broken = log_said = ""
         if page is None:
-            session, broken = _flown_session(scenario, args, progress)
+            session, broken, log_said = _flown_session(scenario, args, progress)
         else:
             if args.log:
                 raise WorkbenchError("a flight is filmed or logged: leave out --html or --log")
@@ -169,29 +172,33 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             sensors=() if broken else session.snapshot().sensors,
             samples=session.samples(),
             broken=broken,
+            log_said=log_said,
         )
 
 
 def _flown_session(
     scenario: "Scenario", args: argparse.Namespace, progress: "Callable[[float], None]"
-) -> "tuple[Session, str]":
-    """Fly to the end, or until the flight breaks off; return the session, and why it broke off."""
+) -> "tuple[Session, str, str]":
+    """Fly to the end, or until the flight breaks off.
+
+    Returns:
+        The session, why it broke off, and why its log did.
+    """
     from workbench.session import Session
 
+    logged = None
     if args.log:
         from workbench.flight_log.logged_flight import LoggedFlight
 
         make_folder_of(args.log)
-        flight = LoggedFlight(args.log, scenario, dict(args.set))
-        session, run = flight.session, flight.run
-    else:
-        session = Session(scenario, dict(args.set))
-        run = session.run
+        logged = LoggedFlight(args.log, scenario, dict(args.set))
+    session = logged.session if logged else Session(scenario, dict(args.set))
+    broken = ""
     try:
-        run(progress)
+        (logged or session).run(progress)
     except FlightBrokenError as error:  # what led to it is in the log
-        return session, str(error)
-    return session, ""
+        broken = str(error)
+    return session, broken, logged.said if logged else ""
 
 
 def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> None:

@@ -121,6 +121,9 @@ def run(args: argparse.Namespace) -> int:
         code = _watch(flight, args.duration, stopped)
         if args.log:
             flight.stop_log().result()  # a long log takes its time, and is not to be cut short
+            if lost := flight.latest().network.log_said:
+                say(lost)
+                return ExitCode.NOT_AS_DEMANDED
         return code
 
 
@@ -187,7 +190,7 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
     from workbench.live.messages import Phase
 
     told: tuple[str, ...] = ()
-    who, ended = NOBODY_YET, ""
+    who, ended, lost = NOBODY_YET, "", ""
     while not stopped.wait(LOOK):
         view = flight.latest()
         if view.phase is Phase.ENDED:
@@ -199,6 +202,9 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
             say(f"{view.said}; the server stops")
             return ExitCode.NOT_AS_DEMANDED
         ended = _say_server(view, ended)
+        if view.network.log_said != lost:
+            lost = view.network.log_said
+            say(lost)
         told = _say_refusals(view, told)
         who = _say_control(view, who)
         if duration is not None and view.snapshot and view.snapshot.time >= duration:

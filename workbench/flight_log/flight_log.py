@@ -34,6 +34,8 @@ from workbench.scenario import Action, Scenario
 
 NS = 1e9
 """Nanoseconds in a second."""
+LOOK_PERIOD = 1.0
+"""Between two looks whether the file is still in its place [s]."""
 _FAILURES = (OSError, ValueError, KeyError, TypeError, OverflowError, struct.error)
 """What writing may raise: a full disk, or a payload that is none of its topic."""
 
@@ -84,6 +86,7 @@ class FlightLog:
         self._step = scenario.rates.physics_step
         self._state, self._action = codec(STATE.type).encode, codec(ACTIONS.type).encode
         self._last_ns = 0
+        self._look_due = time.monotonic() + LOOK_PERIOD
         self._open = True
         found = versions()
         _refuse_others(path)
@@ -138,8 +141,19 @@ class FlightLog:
         except _FAILURES as error:
             self._end(error)
 
+    def look(self) -> None:
+        """End the log if its file was moved or deleted; looks no more than once a second.
+
+        What is written to a deleted file is lost without any error.
+        """
+        now = time.monotonic()
+        if self._open and now >= self._look_due:
+            self._look_due = now + LOOK_PERIOD
+            self._check_place()
+
     def close(self) -> None:
-        """End the file; nothing more is written."""
+        """End the file; nothing more is written. `said` tells if it is not whole."""
+        self._check_place()
         if self._open:
             try:
                 self._writer.finish()
@@ -186,6 +200,18 @@ class FlightLog:
             for topic in topics
         }
 
+    def _check_place(self) -> None:
+        """End the log where its file is not in its place any more; make whole what was moved."""
+        if not self._open or self._writer.is_in_place():
+            return
+        self._open = False
+        try:
+            self._writer.finish()
+        except _FAILURES as error:
+            self._end(error)
+        else:
+            self._tell("the file was moved or deleted")
+
     def _publish(self, published: Published) -> None:
         """Write the messages of topics."""
         t_ns, wall_ns, write = published.t_ns, published.wall_ns, self._writer.message
@@ -217,6 +243,9 @@ class FlightLog:
             self._writer.give_up()
         except OSError as failure:
             reason = f"{reason}; {failure.strerror}"
+        self._tell(reason)
+
+    def _tell(self, reason: str) -> None:
         self.said = (
             f"{self.path}: the log ends at {self._last_ns / NS:.3f} s: {reason}; "
             "the flight goes on without it"

@@ -36,6 +36,11 @@ class LoggedFlight:
             self.session.vehicle.name,
         )
 
+    @property
+    def said(self) -> str:
+        """Why the log is not whole, "" else."""
+        return self._log.said
+
     def run(self, progress: Callable[[float], None]) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1.
 
@@ -56,3 +61,4 @@ class LoggedFlight:
     def _drain(self) -> None:
         for sampled in self.session.drain():
             self._log.write(sampled)
+        self._log.look()

@@ -4,6 +4,7 @@ The `mcap` package's own writer takes five times as long a message, which counts
 but messages and their index are its records.
 """
 
+import os
 import struct
 import zlib
 from array import array
@@ -55,6 +56,7 @@ class McapWriter:
     """
 
     def __init__(self, path: Path, library: str) -> None:
+        self._path = path
         self._file = path.open("wb", buffering=0)
         self._at = 0
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION)
@@ -71,6 +73,17 @@ class McapWriter:
     def size(self) -> int:
         """Bytes that are whole in the file."""
         return self._at
+
+    def is_in_place(self) -> bool:
+        """Return whether the path still leads to the file."""
+        try:
+            there = self._path.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        except OSError:  # it cannot be told, and writing goes on
+            return True
+        mine = os.fstat(self._file.fileno())
+        return (there.st_dev, there.st_ino) == (mine.st_dev, mine.st_ino)
 
     def add_schema(self, name: str, text: str) -> int:
         """Add a type of ROS 2 messages and return its number."""

@@ -45,7 +45,6 @@ class Recorder(QObject):
         self._flight, self._preferences, self._notices = flight, preferences, notices
         self._path = ""
         self._since = 0.0
-        self._stopping = False
         self._timer = QTimer(self)
         self._timer.setInterval(LOOK)
         self._timer.timeout.connect(self.changed)
@@ -75,8 +74,8 @@ class Recorder(QObject):
     def toggle(self) -> None:
         """Begin, or end."""
         if self._path:
-            self._stopping = True
-            self._flight.order(LiveFlight.stop_log, self._ended, self._refuse)
+            # the flight says how it ended, as it does of a log that nobody stopped
+            self._flight.order(LiveFlight.stop_log, refused=lambda said: None)
             return
         try:
             folder = log_folder(self._preferences)
@@ -99,30 +98,21 @@ class Recorder(QObject):
             self._timer.start()
         else:
             self._timer.stop()
-        if before and not self._stopping:
+        if before:
             self._tell_end(before, view.network)
         self.changed.emit()
 
     def _tell_end(self, ended: str, network: NetworkView) -> None:
-        """Tell of a log that nobody stopped: its flight is over, or the disk is full."""
-        if network.log or not network.said:
-            self._keep(ended)
+        """Tell how a log has ended, once: it is whole, or it is not there any more."""
+        if not network.log_said and Path(ended).is_file():
+            self._notices.inform(f"recorded {ended}")
+            self.recorded.emit(ended)
             return
+        said = network.log_said or f"{ended}: the file was moved or deleted"
         remedy = "The flight goes on. Choose another folder in Settings, then record again."
-        self._notices.fail(f"recording has ended: {network.said}", remedy)
-
-    def _ended(self, path: str) -> None:
-        self._stopping = False
-        if path:
-            self._keep(path)
-        self.changed.emit()
-
-    def _keep(self, path: str) -> None:
-        self._notices.inform(f"recorded {path}")
-        self.recorded.emit(path)
+        self._notices.fail(f"recording has ended: {said}", remedy)
 
     def _refuse(self, said: str) -> None:
-        self._stopping = False
         self._notices.warn(said, "Choose another folder for logs in Settings.")
         self.changed.emit()
 

@@ -55,12 +55,21 @@ class LogKeeper:
         return self.path
 
     def stop(self) -> str:
-        """End the log, if there is one, and return its path."""
-        path = self.path
+        """End the log, if there is one, and return its path; "" where it is not whole."""
         if self._log:
+            path = self.path
             self._log.close()
-            self._log = None
-        return path
+            self._take_end()
+            if self._log:
+                self._log = None
+                return path
+        return ""
+
+    def look(self) -> None:
+        """Notice that a log's file was moved or deleted, in a pause, too."""
+        if self._log:
+            self._log.look()
+            self._take_end()
 
     def act(self, action: Action, by: str) -> None:
         """Keep what came into force."""
@@ -72,19 +81,18 @@ class LogKeeper:
         """Keep a sample."""
         if self._log:
             self._log.write(sampled)
-            self._look()
+            self._take_end()
 
     def publish(self, published: Published) -> None:
         """Keep what was published besides samples."""
         if self._log:
             self._log.publish(published)
-            self._look()
+            self._take_end()
 
     def begin_anew(self) -> None:
         """Begin with a new flight: a log goes on in the next file, as `flight-2.mcap`."""
         self.done.clear()
-        if self._log and self._first:
-            self.stop()
+        if self._log and self._first and self.stop():
             try:
                 self._open(self._next_path(self._first))
             except WorkbenchError as error:
@@ -114,7 +122,7 @@ class LogKeeper:
         for action, by in self.done:
             self._log.act(action.at, action, by)
 
-    def _look(self) -> None:
+    def _take_end(self) -> None:
         """Notice that a log ended by itself: a disk that is full does not end the flight."""
         if self._log and self._log.said:
             self.said = self._log.said

@@ -74,7 +74,7 @@ class NetworkStage:
         self._control: ControlState | None = None
         self._broadcast_due = 0.0
         self._scripted = 0  # actions of the script that were told
-        self._serves, self._said, self._log_said = False, "", ""
+        self._serves, self._said = False, ""
         self._watch_server()
 
     @property
@@ -107,7 +107,7 @@ class NetworkStage:
             case Disconnect():
                 self._server.tell(wanted)
                 answer = self._session.time
-        self._show(log=self._log.path)
+        self._show_log()
         self._watch_server()
         return answer
 
@@ -155,6 +155,8 @@ class NetworkStage:
             if time.perf_counter() >= end:
                 break
         self._watch_server()
+        self._log.look()
+        self._show_log()
 
     def answers(self) -> list[Answer | Refusal]:
         """Return what is known by now of orders that had to wait, once the view shows it."""
@@ -177,9 +179,7 @@ class NetworkStage:
                 self.event(said, severity)
         self._tell_refused()
         self._watch_control()
-        if self._log.said != self._log_said:
-            self._log_said = self._log.said
-            self._show(said=self._log.said, log=self._log.path)
+        self._show_log()
 
     def event(self, said: str, severity: int = INFORMATION) -> None:
         """Let everybody know what happened."""
@@ -192,7 +192,7 @@ class NetworkStage:
         self._announcer.begin()
         self._log.begin_anew()
         self._scripted = 0
-        self._show(log=self._log.path)
+        self._show_log()
         self._broadcast_due = 0.0
         self._desk.broken = ""
         self.event("the flight began anew")
@@ -292,6 +292,10 @@ class NetworkStage:
         self._server.publish(published)
         self._log.publish(published)
         self._stream.add(published)
+
+    def _show_log(self) -> None:
+        if (self.view.log, self.view.log_said) != (self._log.path, self._log.said):
+            self._show(log=self._log.path, log_said=self._log.said)
 
     def _show(self, **changes: object) -> None:
         """Let the view show how it goes."""

@@ -43,9 +43,10 @@ class NetworkView:
     Attributes:
         server: as it said last, None where none runs.
         control: who flies, None until it was said.
-        said: why there is no server, or no log, any more; "" else.
+        said: why there is no server any more; "" else.
         starts_again: whether the server has ended by itself and is being started again.
         log: path of the log that is being written, "" without.
+        log_said: why the last log is not whole; "" else.
     """
 
     server: ServerStatus | None = None
@@ -53,3 +54,4 @@ class NetworkView:
     said: str = ""
     log: str = ""
     starts_again: bool = False
+    log_said: str = ""

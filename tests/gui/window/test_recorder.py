@@ -33,22 +33,25 @@ def test_a_log_that_ends_by_itself_is_told_and_the_flight_goes_on(opened, show, 
     show(dataclasses.replace(view, network=NetworkView(log="/tmp/a.mcap")))
     assert window.recorder.is_recording
     assert window.actions_by_name["record"].isChecked()
-    show(dataclasses.replace(view, network=NetworkView(said="the disk is full")))
+    show(dataclasses.replace(view, network=NetworkView(log_said="the disk is full")))
     assert told[0].what == "recording has ended: the disk is full"
     assert "The flight goes on" in told[0].remedy
     assert not window.actions_by_name["record"].isChecked()
 
 
-def test_a_log_that_ends_with_its_flight_is_kept_and_told(opened, show, canned, told):
+def test_a_log_that_ends_with_its_flight_is_kept_and_told(opened, show, canned, told, tmp_path):
     """A reset goes on in the next file; a flight that is over, or dead, records no more."""
     window = opened()
-    first = dataclasses.replace(canned.views[0], network=NetworkView(log="/tmp/a.mcap"))
-    second = dataclasses.replace(first, network=NetworkView(log="/tmp/a-2.mcap"))
+    a, b = tmp_path / "a.mcap", tmp_path / "a-2.mcap"
+    a.touch()
+    b.touch()
+    first = dataclasses.replace(canned.views[0], network=NetworkView(log=str(a)))
+    second = dataclasses.replace(first, network=NetworkView(log=str(b)))
     for view in (first, second, second.ended("the flight's process was killed")):
         show(view)
     assert not window.recorder.is_recording
     assert not window.actions_by_name["record"].isChecked()
-    assert [each.what for each in told] == ["recorded /tmp/a.mcap", "recorded /tmp/a-2.mcap"]
+    assert [each.what for each in told] == [f"recorded {a}", f"recorded {b}"]
 
 
 def test_log_names_suit_file_systems():
