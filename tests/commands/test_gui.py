@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from workbench import system_libraries
+from workbench.cli import main
 from workbench.commands.display import answers, check_display, check_libraries
 from workbench.errors import WorkbenchError
 
@@ -95,3 +96,20 @@ def test_what_the_screen_needs_and_the_system_lacks_is_named(tmp_path, monkeypat
     assert "sudo apt-get install libxcb-cursor0 libxcb-icccm4" in said
     assert "QT_QPA_PLATFORM=offscreen" in said
     check_libraries({"QT_QPA_PLATFORM": "offscreen"})  # whose plugin is not there
+
+
+def test_arguments_of_a_xacro_file_are_given_as_elsewhere(monkeypatch, tmp_path):
+    flown = []
+    monkeypatch.setattr("workbench.gui.app.run", lambda choice, **_: flown.append(choice) or 0)
+    monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
+    model = tmp_path / "mine.urdf.xacro"
+    model.write_text("<robot/>")
+    options = ["--arg", "mass:=1.25", "--arg", "name:=a b", "--package", f"mine={tmp_path}"]
+    assert main(["gui", "--model", str(model), *options]) == 0
+    assert (flown[0].model, flown[0].sensors) == (str(model), ("all",))
+    vehicle = flown[0].load().vehicle
+    assert vehicle.args == {"mass": "1.25", "name": "a b"}
+    assert vehicle.packages == {"mine": str(tmp_path)}
+    assert main(["gui", "--arg", "mass:=2"]) == 0
+    assert flown[1].load().vehicle.args == {"mass": "2"}
+    assert main(["gui", "--arg", "mass=2"]) == 2

@@ -138,12 +138,15 @@ def test_an_unknown_name_is_answered_with_the_nearest(choose, config, words):
     assert "\n" not in said
 
 
-@pytest.mark.parametrize("config", [{"use": ["all"]}, {"use": ["imu"]}, {"rates": {"imu": 5.0}}])
+@pytest.mark.parametrize(
+    "config", [{"use": ["imu"]}, {"use": ["all", "imu"]}, {"rates": {"imu": 5.0}}]
+)
 def test_a_vehicle_without_sensors_says_so(choose, vehicle, config):
     blind = dataclasses.replace(vehicle, sensors=())
     with pytest.raises(WorkbenchError, match=r"dh_drone has no sensors: add some to .*drone\.urdf"):
         choose(blind, **config)
     assert choose(blind) == ()
+    assert choose(blind, use=["all"]) == ()  # all that it has
 
 
 def noises(sensor) -> list[Noise]:

@@ -4,7 +4,7 @@ import argparse
 import os
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands.options import NO_SENSORS, add_command
+from workbench.commands.options import NO_SENSORS, add_command, add_description_options
 from workbench.errors import WorkbenchError
 from workbench.gui.first_flight import DEFAULT_SCENARIO
 
@@ -33,6 +33,7 @@ def add_parser(commands: Any) -> None:
         metavar="NAME|PATH",
         help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder",
     )
+    add_description_options(parser)
     parser.add_argument(
         "--world", default="", metavar="NAME|PATH", help="shipped world, or its file"
     )
@@ -65,7 +66,8 @@ def run(args: argparse.Namespace) -> int:
     from workbench.gui.screen_table import find_screen
 
     named = (args.scenario, args.model, args.world, args.gains, args.sensors, args.demo or None)
-    choice = _choice(args) if any(each not in (None, "") for each in named) else None
+    described = args.arg or args.package
+    choice = _choice(args) if described or any(each not in (None, "") for each in named) else None
     if choice:
         choice.check()
     if args.screen:
@@ -91,4 +93,12 @@ def _choice(args: argparse.Namespace) -> "Choice":
         sensors = tuple(name for name in names if name not in ("", NO_SENSORS))
     elif args.model:
         sensors = ("all",)  # those of another drone may have other names
-    return Choice(scenario, args.model, args.world, args.gains, sensors)
+    return Choice(
+        scenario,
+        args.model,
+        args.world,
+        args.gains,
+        sensors,
+        dict(args.arg),
+        dict(args.package),
+    )

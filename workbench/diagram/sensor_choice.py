@@ -47,6 +47,8 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
     config = scenario.sensors
     for key, names in (("use", config.use), ("rates", config.rates), ("latency", config.latency)):
         for name in names:
+            if key == "use" and name == ALL:
+                continue  # all that there are: none where it has none
             _check_name(vehicle, name, f"sensors.{key}")
     step = scenario.rates.physics_step
     return tuple(

@@ -1,7 +1,8 @@
 """What to fly, by names, for whoever does not read scenarios: that loads parts of Drake."""
 
 import dataclasses
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from workbench.resources import find_file, find_model, find_scenario, find_world
 from workbench.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
@@ -18,6 +19,8 @@ class Choice:
         world: a shipped world's name, or a file's path.
         gains: path of a gain file.
         sensors: that measure, by name or kind; "all" for all.
+        args: values of arguments of the drone's xacro file, by name.
+        packages: folders that its description refers to, by the package's name.
     """
 
     scenario: str = ""
@@ -25,6 +28,8 @@ class Choice:
     world: str = ""
     gains: str = ""
     sensors: tuple[str, ...] | None = None
+    args: Mapping[str, str] = field(default_factory=dict)
+    packages: Mapping[str, str] = field(default_factory=dict)
 
     def check(self) -> None:
         """Refuse what is not there, without a look inside.
@@ -51,6 +56,10 @@ class Choice:
         scenario = load_scenario(find_scenario(self.scenario)) if self.scenario else Scenario()
         if self.model:
             scenario.vehicle = VehicleConfig(model=self.model)
+            # rates and latencies were for the sensors of the scenario's own drone
+            scenario.sensors = dataclasses.replace(scenario.sensors, rates={}, latency={})
+        scenario.vehicle.args |= self.args
+        scenario.vehicle.packages |= self.packages
         if self.gains:
             scenario.vehicle.gains = self.gains
         if self.sensors is not None:
@@ -58,3 +67,11 @@ class Choice:
         scenario.world = self.world or scenario.world
         check_scenario(scenario)
         return scenario
+
+
+def with_arguments(what: Choice | Scenario, args: Mapping[str, str]) -> Choice | Scenario:
+    """Return what is to be flown with values for more arguments of its drone's xacro file."""
+    if isinstance(what, Choice):
+        return dataclasses.replace(what, args={**what.args, **args})
+    vehicle = dataclasses.replace(what.vehicle, args={**what.vehicle.args, **args})
+    return dataclasses.replace(what, vehicle=vehicle)

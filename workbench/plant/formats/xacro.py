@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from workbench.errors import WorkbenchError
+from workbench.plant.formats.xacro_arguments import MissingArgumentsError, XacroArgument
 from workbench.plant.formats.xacro_cache import keep_expansion, kept_expansion
 from workbench.plant.formats.xml import Element
 from workbench.plant.limited import LimitedError, run_limited
@@ -56,6 +57,9 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
         raise WorkbenchError(
             f"{path}: cannot be expanded: {error}: simplify its expressions and macros"
         ) from error
+    if "needed" in answer:
+        needed = tuple(XacroArgument(name, default) for name, default in answer["needed"])
+        raise MissingArgumentsError(str(path), needed)
     text = str(answer["text"])
     if answer["read"]:
         keep_expansion(request, text, answer["read"])

@@ -17,7 +17,6 @@ from workbench.plant.limited import one_line, serve
 from workbench.plant.packages import PackageFinder
 
 _DEEPEST_INCLUDE = 50
-_MOST_NAMED = 40
 _STAND_IN = "1"
 """A number, a name and a truth value, so that expansion goes on and finds what else is missing."""
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
@@ -58,7 +57,7 @@ class _Reading:
         self._finder = finder
         self._parse = xacro.parse
         self._texts: dict[str, str] = {}
-        self.declared: set[str] = set()
+        self.declared: dict[str, str] = {}
         self.used: dict[str, None] = {}
         self.read: dict[str, None] = {}
         self.looked_around = False
@@ -88,7 +87,7 @@ class _Reading:
         for argument in list(document.getElementsByTagName("xacro:arg")):
             name = argument.getAttribute("name")
             if argument.hasAttribute("default"):
-                self.declared.add(name)
+                self.declared.setdefault(name, argument.getAttribute("default"))
             elif name and (parent := argument.parentNode):
                 # xacro refuses an argument without a default; here the user is asked for a value
                 self.used[name] = None
@@ -131,7 +130,7 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
     """Return the URDF text for a request of `expand_xacro`, and the files that were read for it.
 
     There are none of them where the text hangs on more: on what is in folders, what is missing, or
-    the environment.
+    the environment. Where arguments need a value, return all that are not given instead.
     """
     path, given = Path(request["path"]), request["args"]
     reading = _Reading(PackageFinder(Path(request["source"]), request["packages"]))
@@ -147,26 +146,31 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         if not args.missing:  # else that may be why
             raise WorkbenchError(f"{_being_read(path)}: xacro stopped: {_reason(error)}") from error
     _check_args(path, given, args, reading)
+    if args.missing:
+        return {"needed": _arguments(given, args, reading)}
     if len(text.encode(errors="replace")) > MOST_BYTES:
         raise WorkbenchError(f"{path}: comes to more than {MOST_BYTES // 1_000_000} MB of URDF")
     return {"text": text, "read": [] if reading.looked_around else list(reading.read)}
 
 
 def _check_args(path: Path, given: dict[str, str], args: _Args, reading: _Reading) -> None:
-    """Refuse arguments that no file knows, and the lack of those without a default."""
-    known = reading.declared | reading.used.keys() | args.asked
+    """Refuse arguments that no file knows."""
+    known = reading.declared.keys() | reading.used.keys() | args.asked
     for name in given:
         if not known:
             raise WorkbenchError(f"{path}: takes no arguments, and '{name}' was given")
         if name not in known:
             raise unknown_name(f"argument of {path.name}", name, known)
-    if args.missing:
-        others = [name for name in reading.used if name not in reading.declared | given.keys()]
-        needed = [f"--arg {name}:=…" for name in dict.fromkeys([*args.missing, *others])]
-        more = f" and {len(needed) - _MOST_NAMED} more" if len(needed) > _MOST_NAMED else ""
-        raise WorkbenchError(
-            f"{path}: has arguments without a default: give {' '.join(needed[:_MOST_NAMED])}{more}"
-        )
+
+
+def _arguments(
+    given: dict[str, str], args: _Args, reading: _Reading
+) -> list[tuple[str, str | None]]:
+    """Return name and default of each argument that is not given; first those that have none."""
+    others = [name for name in reading.used if name not in reading.declared | given]
+    missing = dict.fromkeys([*args.missing, *others])
+    defaults = [each for each in reading.declared.items() if each[0] not in given]
+    return [*((name, None) for name in missing), *defaults]
 
 
 def _answer_find(find: Callable[[str], str]) -> None:
