@@ -44,9 +44,9 @@ class FlightDesk(QObject):
         """Fly another drone; its sensors have other names, so all that it has measure."""
         now = self._flight.what
         if isinstance(now, Choice):
-            self.fly(replace(now, model=path, gains="", sensors=("all",)))
+            self.fly(Choice(now.scenario, path, now.world, sensors=("all",)))
         else:
-            sensors = replace(now.sensors, use=["all"])
+            sensors = replace(now.sensors, use=["all"], rates={}, latency={})
             self.fly(replace(now, vehicle=VehicleConfig(model=path), sensors=sensors))
 
     def fly_world(self, path: str) -> None:

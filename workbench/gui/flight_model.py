@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -19,6 +20,17 @@ from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 from workbench.scenario import Scenario
 
+
+@dataclass(frozen=True)
+class _Attempt:
+    """What is to be flown, and how; `live` is the flight that does, once its process begins."""
+
+    what: Choice | Scenario
+    settings: Mapping[str, float]
+    draw: bool
+    live: LiveFlight | None = None
+
+
 PERIOD = 16
 """Between two looks at the flight [ms]."""
 NOTHING = "nothing flies: open a scenario first"
@@ -33,7 +45,7 @@ class FlightModel(QObject):
 
     Attributes:
         draws: whether any flight is drawn in 3-D.
-        what: is flown, or was last.
+        asks_first: hears what would replace the flight, and does that, at once or later, or not.
     """
 
     begun = pyqtSignal(object)
@@ -44,13 +56,21 @@ class FlightModel(QObject):
     """A list of `Published`: everything that was sampled since the last one."""
     phase_changed = pyqtSignal(object)
     """A `Phase`."""
+    opening = pyqtSignal(str)
+    """What is done to begin another flight while the present one goes on; "" once it is over."""
+    arguments_wanted = pyqtSignal(object, object)
+    """What cannot be flown, a `Choice` or `Scenario`, without values for arguments of its xacro
+    file, and those `XacroArgument`s."""
 
     def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._notices = notices
         self.draws = True
-        self.what: Choice | Scenario = Choice()
+        self.asks_first: Callable[[Callable[[], None]], None] = lambda go_on: go_on()
         self._live: LiveFlight | None = None
+        self._present = self._good = _Attempt(Choice(), {}, draw=False)
+        self._next: _Attempt | None = None
+        self._next_said = ""
         self._again: Callable[[], None] = self._say_nothing_flies
         self._view = LiveView()
         self._answers = Answers(lambda said: notices.warn(said), self)
@@ -67,6 +87,11 @@ class FlightModel(QObject):
         return self._view
 
     @property
+    def what(self) -> Choice | Scenario:
+        """What flies, or is about to; what could not be flown is forgotten."""
+        return (self._next or self._present).what
+
+    @property
     def live(self) -> LiveFlight | None:
         """The flight itself, None before the first and after the last."""
         return self._live
@@ -79,28 +104,21 @@ class FlightModel(QObject):
     def fly(
         self, choice: Choice | Scenario, settings: Mapping[str, float] | None = None, *, draw: bool
     ) -> None:
-        """End the present flight and begin another."""
-        self.end()
-        self.what = choice
-        self._again = partial(self.fly, choice, settings, draw=draw)
-        try:
-            self._live = LiveFlight(choice, settings, draw=draw and self.draws, stream=True)
-        except WorkbenchError as error:
-            self._show(LiveView().ended(str(error)))
-            self._notices.fail(str(error), "Close other programs, then open the scenario again.")
-            return
-        self._missed = 0
-        self._show(self._live.latest())
-        self._timer.start()
+        """Begin another flight, and end the present one as soon as the other one flies.
+
+        What cannot be read or built ends nothing: the present flight goes on, and is told why.
+        """
+        self._ask(_Attempt(choice, dict(settings or {}), draw))
 
     def again(self) -> None:
         """Fly what was flown last, in a process of its own."""
         self._again()
 
     def end(self) -> None:
-        """End the flight, if there is one, in the background."""
-        live, self._live = self._live, None
+        """End the flight, if there is one, and what was to follow it, in the background."""
         self._timer.stop()
+        self._drop_next()
+        live, self._live = self._live, None
         if live is not None:
             self._errands.do(live.close)
 
@@ -109,6 +127,86 @@ class FlightModel(QObject):
         self.end()
         self._answers.close()
         self._errands.close()
+
+    def _ask(self, wanted: _Attempt) -> None:
+        """Begin a flight, once nothing of the present one would be lost."""
+        self.asks_first(lambda: self._try(wanted))
+
+    def _try(self, wanted: _Attempt) -> None:
+        """Begin a flight: in place of the present one where there is none to be seen."""
+        self._drop_next()
+        keeps = self._live is not None and self._view.snapshot is not None
+        if not keeps:
+            self.end()
+            self._again = partial(self._ask, wanted)
+        try:
+            attempt = self._start(wanted)
+        except WorkbenchError as error:
+            self._tell_not_begun(str(error), "Close other programs, then open it again.")
+            return
+        if keeps:
+            self._next, self._next_said = attempt, ""
+            self._look_at_next()
+        else:
+            self._begin(attempt)
+
+    def _start(self, wanted: _Attempt) -> _Attempt:
+        draw = wanted.draw and self.draws
+        return replace(
+            wanted, live=LiveFlight(wanted.what, wanted.settings, draw=draw, stream=True)
+        )
+
+    def _begin(self, attempt: _Attempt) -> None:
+        """Show a flight from now on."""
+        assert attempt.live is not None
+        self._live, self._present = attempt.live, attempt
+        self._again = partial(self._ask, attempt)
+        self._missed = 0
+        self._show(self._live.latest())
+        self._timer.start()
+
+    def _look_at_next(self) -> None:
+        """Let the next flight take the place of the present one once it flies."""
+        attempt = self._next
+        if attempt is None or attempt.live is None:
+            return
+        view = attempt.live.latest()
+        if view.phase is Phase.ENDED:
+            self._drop_next()
+            self._tell_cannot_fly(attempt, view)
+        elif view.snapshot is not None:
+            before, self._next = self._live, None
+            self.opening.emit("")
+            if before is not None:
+                self._errands.do(before.close)
+            self._begin(attempt)
+        elif view.said != self._next_said:
+            self._next_said = view.said
+            self.opening.emit(view.said)
+
+    def _drop_next(self) -> None:
+        """Begin nothing else than what flies."""
+        attempt, self._next = self._next, None
+        if attempt is not None and attempt.live is not None:
+            self.opening.emit("")
+            self._errands.do(attempt.live.close)
+
+    def _tell_cannot_fly(self, attempt: _Attempt, view: LiveView) -> None:
+        """Tell why what was wanted cannot be flown; where only values are missing, ask for them."""
+        if view.needed:
+            self.arguments_wanted.emit(attempt.what, view.needed)
+        else:
+            self._tell_not_begun(view.said, "Mend it, or open another.")
+
+    def _tell_not_begun(self, said: str, remedy: str) -> None:
+        """Tell why another flight has not begun, and whether the present one goes on."""
+        if self._live is None:
+            self._show(LiveView().ended(said))
+            self._notices.fail(said, remedy)
+        elif self._view.phase in (Phase.FLYING, Phase.PAUSED):
+            self._notices.warn(said, f"The present flight goes on. {remedy}")
+        else:
+            self._notices.fail(said, f"{remedy} Reset flies again what flew before.")
 
     def order(
         self,
@@ -140,6 +238,7 @@ class FlightModel(QObject):
 
     def _look(self) -> None:
         """Show what is new; who hears of it may end the flight, or begin another."""
+        self._look_at_next()
         live = self._live
         if live is None:
             return
@@ -168,11 +267,12 @@ class FlightModel(QObject):
     def _show(self, view: LiveView) -> None:
         before, self._view = self._view, view
         if began_anew(before, view):
+            self._good = self._present
             self.begun.emit(view)
         if view.phase is not before.phase:
             self.phase_changed.emit(view.phase)
             if view.phase is Phase.ENDED and self._live is not None:
-                self._notices.fail(view.said, "Open a scenario, or reset, to fly again.")
+                self._end_of(view)
             elif view.phase is Phase.BROKEN:
                 self._notices.fail(view.said, "Reset the flight (Ctrl+R) to fly again.")
         self._tell_trouble(before, view)
@@ -188,6 +288,15 @@ class FlightModel(QObject):
                 f"The drone has hit something hard at t = {view.hit.time:.1f} s: its velocity "
                 f"changed by {view.hit.speed:.1f} m/s at once."
             )
+
+    def _end_of(self, view: LiveView) -> None:
+        """Tell of a flight that has ended by itself, or that could not begin."""
+        attempt = self._present
+        self._present = self._good
+        if view.needed:
+            self.arguments_wanted.emit(attempt.what, view.needed)
+        else:
+            self._notices.fail(view.said, "Open a scenario, or reset, to fly again.")
 
     def _is_over(self) -> bool:
         return self._view.phase in (Phase.ENDED, Phase.BROKEN)

@@ -1,15 +1,24 @@
 """The window: side bar, top bar, screens, the 3-D view beside them, and the banner."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 from PyQt6.QtCore import QEvent, Qt, QTimer
 from PyQt6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPaintEvent
-from PyQt6.QtWidgets import QHBoxLayout, QMainWindow, QMenuBar, QSplitter, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import (
+    QHBoxLayout,
+    QMainWindow,
+    QMenuBar,
+    QMessageBox,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
 
 from workbench.gui.actions import SPEEDS, THEMES, make_actions
+from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.banner import Banner
 from workbench.gui.camera import Camera
 from workbench.gui.flight_desk import FlightDesk, possible
@@ -21,6 +30,7 @@ from workbench.gui.opener import Opener
 from workbench.gui.opening import FileKind
 from workbench.gui.recent import RecentFiles
 from workbench.gui.recorder import Recorder
+from workbench.gui.screen import Screen
 from workbench.gui.screen_stack import ScreenStack
 from workbench.gui.screen_table import SCREENS, ScreenRow
 from workbench.gui.side_bar import SideBar
@@ -28,8 +38,11 @@ from workbench.gui.top_bar.top_bar import TopBar
 from workbench.gui.view3d.view3d_panel import LOOKS, View3d
 from workbench.gui.window_state import WindowState
 from workbench.gui.workspace import Workspace
+from workbench.live.choice import Choice, with_arguments
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
+from workbench.plant.formats.xacro_arguments import XacroArgument
+from workbench.scenario import Scenario
 
 TITLE = "Drake drone workbench"
 FIRST_SIZE = (1280, 720)
@@ -81,6 +94,7 @@ class MainWindow(QMainWindow):
         self.splitter = QSplitter(Qt.Orientation.Horizontal)
         self._first = first or self._state.screen
         self._painted = self._closed = False
+        self._question: QMessageBox | None = None
         self._lay_out()
         self._connect()
         self._state.restore(self, self.splitter)
@@ -160,6 +174,8 @@ class MainWindow(QMainWindow):
         flight = self.workspace.flight
         flight.viewed.connect(self._show_possible)
         flight.begun.connect(self._show_title)
+        flight.arguments_wanted.connect(self._ask_for_arguments)
+        flight.asks_first = self._ask_to_save
         flight.phase_changed.connect(lambda phase: self._show_possible(flight.view))
         self.recorder.changed.connect(self._show_recording)
         self.stack.completed.connect(spare_collector)
@@ -217,6 +233,24 @@ class MainWindow(QMainWindow):
         else:
             opens(path)
 
+    def _ask_for_arguments(self, what: Choice | Scenario, needed: Sequence[XacroArgument]) -> None:
+        """Ask for arguments without which a drone cannot be read; what flies goes on."""
+        model = what.model if isinstance(what, Choice) else what.vehicle.model
+        name = Path(model).name or "The drone's description"
+
+        def fly(values: Mapping[str, str]) -> None:
+            self.desk.fly(with_arguments(what, values))
+
+        dialog = ArgumentsDialog(name, needed, fly, self)
+        names = ", ".join(each.name for each in needed if each.default is None)
+        dialog.rejected.connect(
+            lambda: self.workspace.notices.warn(
+                f"{name} was not opened: it needs values for {names}.",
+                "Open it again to give them, or open another.",
+            )
+        )
+        dialog.show()
+
     def _toggle_beside(self) -> None:
         self._set_beside(not self.view3d.isVisibleTo(self))
 
@@ -232,7 +266,46 @@ class MainWindow(QMainWindow):
         self.actions_by_name["full_screen"].setChecked(self.isFullScreen())
 
     def _quit(self) -> None:
-        self.close()
+        self._ask_to_save(self.close)
+
+    def _unsaved(self) -> Screen | None:
+        """Return the screen that has what would be lost with the flight."""
+        return next((screen for screen in self.stack.screens if screen.unsaved()), None)
+
+    def _ask_to_save(self, go_on: Callable[[], object]) -> None:
+        """Go on with what ends the flight, once nothing would be lost, or the user lets it be.
+
+        A flight in the air is no reason to ask: it can be flown again, and its log is ended whole.
+        The question is not modal: the flight goes on, and F12 stops its rotors.
+        """
+        if self._question is not None:
+            self._question.close()
+        screen = self._unsaved()
+        if screen is None:
+            go_on()
+            return
+        kinds = QMessageBox.StandardButton
+        box = QMessageBox(
+            QMessageBox.Icon.Question,
+            "Unsaved gains",
+            screen.unsaved(),
+            kinds.Save | kinds.Discard | kinds.Cancel,
+            self,
+        )
+        box.setModal(False)
+        save, discard = box.button(kinds.Save), box.button(kinds.Discard)
+        assert save is not None and discard is not None
+        save.setText("&Save…")
+        save.clicked.connect(lambda: screen.save_unsaved(go_on))
+        discard.clicked.connect(lambda: go_on())
+        box.finished.connect(self._forget_question)
+        self._question = box
+        box.show()
+
+    def _forget_question(self) -> None:
+        if self._question is not None:
+            self._question.deleteLater()
+            self._question = None
 
     def _begin(self) -> None:
         """Make the screens, once the window is seen."""
@@ -265,7 +338,16 @@ class MainWindow(QMainWindow):
                 self.opener.drop(Path(url.toLocalFile()))
 
     def closeEvent(self, event: QCloseEvent | None) -> None:
-        """Keep where the window was, and end all that was started."""
+        """Keep where the window was, and end all that was started.
+
+        Who closes the window by its frame is asked as by Ctrl+Q; who ends the program, as by
+        Ctrl+C in its terminal, is not: nobody might be there to answer.
+        """
+        by_frame = event is not None and event.spontaneous()
+        if event is not None and by_frame and not self._closed and self._unsaved() is not None:
+            event.ignore()
+            self._quit()
+            return
         if not self._closed:
             self._closed = True
             screen = self.stack.name or self._first

@@ -1,5 +1,7 @@
 """What every screen of the app is."""
 
+from collections.abc import Callable
+
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.workspace import Workspace
@@ -27,6 +29,13 @@ class Screen(QWidget):
 
     def show_view(self, view: LiveView) -> None:
         """Show the present; called at most sixty times a second, and only while it is seen."""
+
+    def unsaved(self) -> str:
+        """Return what would be lost with the flight, as a sentence; "" for nothing."""
+        return ""
+
+    def save_unsaved(self, saved: Callable[[], object]) -> None:
+        """Let the user save that, and call back once it is saved."""
 
     def release(self) -> None:
         """Let go of what is held: the screen is left, or the window has lost focus."""

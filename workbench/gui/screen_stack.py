@@ -56,6 +56,11 @@ class ScreenStack(QStackedWidget):
         """The screen that is seen, None where it could not be made."""
         return self._screens.get(self._name)
 
+    @property
+    def screens(self) -> tuple[Screen, ...]:
+        """Those that were made until now."""
+        return tuple(self._screens.values())
+
     def screen_of(self, name: str) -> Screen | None:
         """Return a screen, made now if need be; None where it cannot be made."""
         self._make(self._row(name))

@@ -112,23 +112,23 @@ class Exchange:
     def _listen(self) -> None:
         """Hear the process until it is gone, and show that it is."""
         try:
-            said = self._hear_all()
+            failed = self._hear_all()
         except Exception as error:  # what cannot be read: nothing can be trusted now
-            said = f"the flight's process said what cannot be read: {error!r:.100}"
+            failed = Failed(f"the flight's process said what cannot be read: {error!r:.100}")
             self._process.end(0.0)
-        self._end(said)
+        self._end(failed)
 
-    def _hear_all(self) -> str:
+    def _hear_all(self) -> Failed:
         """Hear the process until it is gone; return what it said of a failure, if anything."""
-        said = ""
+        heard = Failed("")
         with suppress(EOFError, OSError):  # it is gone; `_end` finds out why
             while True:
                 message = self._process.connection.recv()
                 if isinstance(message, Failed):
-                    said = message.said
+                    heard = message
                 else:
                     self._hear(message)
-        return said
+        return heard
 
     def _hear(self, message: object) -> None:
         if isinstance(message, Streamed):
@@ -145,11 +145,11 @@ class Exchange:
             case Refusal(number, said):
                 self._waiting.pop(number).set_exception(WorkbenchError(said))
 
-    def _end(self, said: str) -> None:
+    def _end(self, failed: Failed) -> None:
         """Show that the flight has ended, and fail what still waits."""
-        reason = said or ("the flight is closed" if self._closed else self._process.cause())
+        reason = failed.said or ("the flight is closed" if self._closed else self._process.cause())
         with self._lock:
-            self.view = self.view.ended(reason)
+            self.view = self.view.ended(reason, failed.needed)
             waiting, self._waiting = self._waiting, {}
         for answer in waiting.values():
             answer.set_exception(WorkbenchError(reason))

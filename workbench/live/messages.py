@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from workbench.link.topics import Topic
     from workbench.live.choice import Choice
     from workbench.live.network_orders import NetworkOrder, NetworkView
+    from workbench.plant.formats.xacro_arguments import XacroArgument
     from workbench.plant.vehicle import Vehicle
     from workbench.recording import Recording
     from workbench.samples import Samples
@@ -278,9 +279,10 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Failed:
-    """The flight cannot begin, or ends; a sentence."""
+    """The flight cannot begin, or ends: a sentence, and arguments that its xacro file needs."""
 
     said: str
+    needed: tuple[XacroArgument, ...] = ()
 
 
 @dataclass(frozen=True)

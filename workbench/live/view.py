@@ -8,6 +8,7 @@ from workbench.excitation import Exciting
 from workbench.link.topics import Topic
 from workbench.live.messages import Hit, Pace, Phase, Report, Started, Starting, Told
 from workbench.live.network_orders import NetworkView
+from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario
 from workbench.snapshot import Snapshot
@@ -33,6 +34,7 @@ class LiveView:
         flight: its number in its process; a reset begins the next one.
         excitation_ended: why the last excitation ended before it was over, "" where it did not.
         hit: the last hard hit of this flight, None before the first.
+        needed: arguments of its xacro file without which it could not begin.
     """
 
     phase: Phase = Phase.STARTING
@@ -50,6 +52,7 @@ class LiveView:
     flight: int = 0
     excitation_ended: str = ""
     hit: Hit | None = None
+    needed: tuple[XacroArgument, ...] = ()
 
     def after(self, message: object) -> "LiveView":
         """Return the view once a message was heard; itself where that changes nothing."""
@@ -77,8 +80,8 @@ class LiveView:
                 return dataclasses.replace(self, remarks=(*self.remarks, said))
         return self
 
-    def ended(self, said: str) -> "LiveView":
+    def ended(self, said: str, needed: tuple[XacroArgument, ...] = ()) -> "LiveView":
         """Return the view of the flight that has ended, and why."""
         return dataclasses.replace(
-            self, phase=Phase.ENDED, said=said, network=NetworkView(), exciting=None
+            self, phase=Phase.ENDED, said=said, network=NetworkView(), exciting=None, needed=needed
         )

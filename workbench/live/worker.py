@@ -15,6 +15,7 @@ from workbench.cache import PROGRESS_LOGGER
 from workbench.errors import WorkbenchError, sentences
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
 from workbench.live.outbox import LogPoster, Outbox
+from workbench.plant.formats.xacro_arguments import MissingArgumentsError
 
 LAST_WORDS = 2.0
 """Time to send what is left to say [s]."""
@@ -29,6 +30,8 @@ def main(connection: Connection) -> int:
         begin = _first(connection)
         if begin is not None:
             _fly(begin, connection, outbox, lambda: os.getppid() == caller)
+    except MissingArgumentsError as error:
+        outbox.post(Failed(str(error), error.arguments))
     except WorkbenchError as error:
         outbox.post(Failed(str(error)))
     except Exception as error:  # a fault of ours: the caller is to know

@@ -14,9 +14,11 @@ from workbench.scenario import Scenario, SensorsConfig
 def flown(workspace, monkeypatch):
     """What the window wants to fly."""
     choices = []
+    monkeypatch.setattr(
+        type(workspace.flight), "what", property(lambda _: choices[-1] if choices else Choice())
+    )
 
     def fly(choice, draw):
-        workspace.flight.what = choice
         choices.append(choice)
 
     monkeypatch.setattr(workspace.flight, "fly", fly)

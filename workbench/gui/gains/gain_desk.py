@@ -1,6 +1,6 @@
 """The gains that are being tuned: what is proposed, what flies, and what was kept."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from PyQt6.QtCore import QObject
@@ -238,6 +238,26 @@ class GainDesk(GainState):
         """Write what flies to a gain file, with a sentence on where it comes from."""
         self.profiles.save(path, origin, self._wanted)
 
+    def unsaved(self) -> str:
+        """Return which gains would be lost with the flight, as a sentence; "" for none.
+
+        What flies, or what was kept, is lost if it is neither as the flight began nor as the
+        profile that was loaded or saved last.
+        """
+        flown, kept = self._is_lost(self._wanted), self._is_lost(self.kept)
+        if not flown and not kept:
+            return ""
+        which = "The gains that fly" if flown else "The gains that you kept"
+        said = f"{which} are in no file: they were tuned since the flight began."
+        if flown and kept and self.kept != self._wanted:
+            return f"{said} Others are kept; Revert flies these, so that they can be saved."
+        return said
+
+    def save_unsaved(self, path: Path, saved: Callable[[], object]) -> None:
+        """Write what `unsaved` tells of to a gain file, and call back once it is written."""
+        values = self._wanted if self._is_lost(self._wanted) else self.kept
+        self.profiles.save(path, f"tuned in flight, from {self.profiles.name}", values, saved)
+
     def as_yaml(self) -> str:
         """Return what flies as a gain file's text."""
         return write_text(GainFile(self.profiles.vehicle, "copied while flying", self._wanted))
@@ -245,6 +265,11 @@ class GainDesk(GainState):
     def close(self) -> None:
         """Wait for what is being read or written; the last call."""
         self.profiles.close()
+
+    def _is_lost(self, values: Values) -> bool:
+        """Return whether values of the profile are to be had nowhere else."""
+        as_begun = values == self._book.profile(self.start) if self.rows else True
+        return not as_begun and not self.profiles.has(values)
 
     @property
     def _wanted(self) -> dict[str, float]:

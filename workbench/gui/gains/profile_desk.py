@@ -56,8 +56,11 @@ class ProfileDesk(QObject):
     @property
     def is_changed(self) -> bool:
         """Whether the flight has other values than the profile that was loaded or saved last."""
-        present = self._present()
-        return any(present.get(name) != value for name, value in self._values.items())
+        return not self.has(self._present())
+
+    def has(self, values: Values) -> bool:
+        """Return whether the profile that was loaded or saved last has these values."""
+        return all(values.get(name) == value for name, value in self._values.items())
 
     @property
     def vehicle(self) -> str:
@@ -106,19 +109,25 @@ class ProfileDesk(QObject):
         self.offer = None
         self.offered.emit(None)
 
-    def save(self, path: Path, origin: str, values: Values) -> None:
+    def save(
+        self, path: Path, origin: str, values: Values, saved: Callable[[], object] | None = None
+    ) -> None:
         """Write values to a gain file, which keeps its history.
 
         Args:
             path: of the file.
             origin: a sentence on where they come from.
             values: by name.
+            saved: called once they are written.
         """
         profile = GainFile(self.vehicle, origin, dict(values))
-        self._answers.expect(
-            self._errands.run(lambda: save_gains(path, profile)),
-            done=lambda written: self._saved(path, written),
-        )
+
+        def tell(written: GainFile) -> None:
+            self._saved(path, written)
+            if saved is not None:
+                saved()
+
+        self._answers.expect(self._errands.run(lambda: save_gains(path, profile)), done=tell)
 
     def close(self) -> None:
         """Wait for what is being read or written; the last call."""

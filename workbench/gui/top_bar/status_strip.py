@@ -27,16 +27,32 @@ class StatusStrip(QFrame):
         self.link = Chip("Link", look)
         self.recording = Chip("Recording", look)
         self.recording.hide()
+        self.opening = Chip("Opening", look)
+        self.opening.hide()
         self.warnings = [Chip("Warning", look) for _ in range(WARNINGS)]
         layout = QHBoxLayout(self)
         layout.setContentsMargins(20, 1, 12, 7)
         layout.setSpacing(24)
-        for chip in (self.time, self.battery, self.reached, self.link, self.recording):
+        for chip in (
+            self.time,
+            self.battery,
+            self.reached,
+            self.link,
+            self.recording,
+            self.opening,
+        ):
             layout.addWidget(chip)
         layout.addStretch(1)
         for chip in self.warnings:
             layout.addWidget(chip)
         self.setMinimumHeight(self.sizeHint().height())
+
+    def show_opening(self, said: str) -> None:
+        """Show what is done to begin another flight; "" once it is over."""
+        self.opening.setVisible(bool(said))
+        if said:
+            full = f"another flight is being prepared: {said}; the present one goes on until then"
+            self.opening.show_said(wording.Said(f"opening: {said}", "pace", wording.MUTED, full))
 
     def show_view(self, view: LiveView) -> None:
         """Show the present."""

@@ -68,6 +68,7 @@ class TopBar(QFrame):
         workspace.look.changed.connect(self._draw)
         recorder.changed.connect(self._show_recording)
         workspace.flight.viewed.connect(self.show_view)
+        workspace.flight.opening.connect(self.strip.show_opening)
         self._draw()
         self._show_recording()
         self.show_view(workspace.flight.view)

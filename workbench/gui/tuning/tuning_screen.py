@@ -1,11 +1,14 @@
 """The tuning screen: gains, excitation, response, margins, and all that helps to choose."""
 
+from collections.abc import Callable
+
 from PyQt6.QtGui import QHideEvent, QShowEvent
 from PyQt6.QtWidgets import QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
 from workbench.analyst.questions import Predict, Question
 from workbench.analyst.replies import Predicted, Reply
 from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_dialogs import ask_to_save
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.gui.gains.profile_bar import ProfileBar
 from workbench.gui.page import scrolled
@@ -109,6 +112,16 @@ class TuningScreen(Screen):
         self.excitation.show_view(view)
         self.response.show_view(view, self.trial.flown)
         self.trial.set_step(self.response.step)
+
+    def unsaved(self) -> str:
+        """Return which gains would be lost with the flight."""
+        return self.desk.unsaved()
+
+    def save_unsaved(self, saved: Callable[[], object]) -> None:
+        """Ask for a file, and write them to it."""
+        ask_to_save(
+            self.window() or self, "gains.yaml", lambda path: self.desk.save_unsaved(path, saved)
+        )
 
     def close_screen(self) -> None:
         """End what the desk has started."""
