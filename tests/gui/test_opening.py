@@ -271,7 +271,7 @@ def test_published_drones_open(user, window, name):
     """A xacro file's arguments are given in the dialog where it asks for some."""
     file = PUBLISHED / name
     if not file.is_file():
-        pytest.skip(f"{file} is not here: the published descriptions are kept beside the project")
+        pytest.skip("put the published descriptions into ../shared/models to try them")
     before = user.flight.live
     user.drop(file)
     dialogs = lambda: [d for d in window.findChildren(ArgumentsDialog) if d.isVisible()]  # noqa: E731
