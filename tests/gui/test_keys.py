@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 from PyQt6.QtCore import QEvent, Qt, QTimer
-from PyQt6.QtGui import QKeySequence
+from PyQt6.QtGui import QAction, QKeySequence, QShortcut
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
 from workbench.gui.actions import ACTIONS
@@ -218,6 +218,28 @@ def test_f12_stops_above_every_file_dialog(window, orders, canned, show, qtbot):
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         opened += 1
     assert opened == 5
+
+
+def test_no_key_does_two_things_on_any_screen(window, orders, canned, show):
+    """Qt does neither of two things that one key would do."""
+    show(view_of(canned, Phase.FLYING, FlightMode.HOVERING))
+    for row in SCREENS:
+        window.show_screen(row.name)
+        others = [window.stack.screen_of(each.name) for each in SCREENS if each.name != row.name]
+        hidden = {id(key) for other in others for key in keys_of(other)}
+        used: dict[str, list[str]] = {}
+        for each in keys_of(window):
+            if id(each) not in hidden:
+                for key in each.shortcuts() if isinstance(each, QAction) else [each.key()]:
+                    used.setdefault(key.toString(), []).append(each.objectName() or repr(each))
+        twice = {key: names for key, names in used.items() if key and len(names) > 1}
+        assert not twice, f"{row.name}: {twice}"
+        assert "F12" in used and len(used) > 20
+
+
+def keys_of(widget: QWidget) -> list[QAction | QShortcut]:
+    """Return everything below a widget that a key may do."""
+    return [*widget.findChildren(QAction), *widget.findChildren(QShortcut)]
 
 
 class TerminalLine(QLineEdit):

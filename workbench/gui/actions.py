@@ -168,9 +168,15 @@ ACTIONS: tuple[ActionRow, ...] = (
     *(
         ActionRow(f"look_{way}", VIEW, text, help, shortcut, submenu=CAMERA_MENU, button=button)
         for way, text, button, help, shortcut in (
-            ("follow", "&Follow", "Follow", "See the drone from behind, wherever it turns.", "F2"),
-            ("top", "&Top", "Top", "See the drone from above, north up.", "F3"),
-            ("side", "&Side", "Side", "See the drone from the south, height up.", "F4"),
+            (
+                "follow",
+                "&Follow",
+                "Follow",
+                "See the drone from behind, wherever it turns.",
+                "Ctrl+7",
+            ),
+            ("top", "&Top", "Top", "See the drone from above, north up.", "Ctrl+8"),
+            ("side", "&Side", "Side", "See the drone from the south, height up.", "Ctrl+Shift+8"),
             ("reset", "&Reset view", "Reset", "See the drone as at the start.", "Ctrl+Shift+9"),
         )
     ),
