@@ -27,7 +27,7 @@ from workbench.link.backplane import Hand
 from workbench.live.choice import Choice
 from workbench.systems.mode import FlightMode
 
-LIMIT = 120_000
+LIMIT = 600_000
 """Any single thing happens within this time, however slow the machine is [ms]."""
 LEFT = Qt.MouseButton.LeftButton
 CONTROL = Qt.KeyboardModifier.ControlModifier
