@@ -1,6 +1,7 @@
 """Sampling, noise and faults of the camera, in front of a picture that is made up."""
 
 import copy
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from workbench.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera, Noise
 from workbench.systems.sensors.depth_camera import DepthCameraSystem
 from workbench.systems.sensors.faults import Fault
+from workbench.systems.sensors.readings import DepthImage
 
 PERIOD = 64 / 1024
 WIDTH, HEIGHT = 320, 240
@@ -91,9 +93,21 @@ class Setup:
 def test_pictures_are_taken_once_a_period_and_stamped_then():
     setup = Setup()
     assert setup.camera.reading(setup.context) is None
+    assert math.isnan(setup.camera.image_output.Eval(setup.context).stamp)
     stamps = [setup.at(n * PERIOD).stamp for n in range(17)]
     assert stamps == [n * PERIOD for n in range(17)]
     assert setup.camera.samples_taken(setup.context) == 17
+
+
+@pytest.mark.parametrize("kind", ["rgbd", "depth"])
+def test_the_port_of_pictures_is_declared_with_a_picture(kind):
+    # Drake from 1.58 on takes no None in a port, and others connect to it by the model's type.
+    camera = Setup(replace(SENSOR, type=kind)).camera
+    model = camera.image_output.Allocate().get_value()
+    assert isinstance(model, DepthImage) and math.isnan(model.stamp)
+    assert model.depth.shape == (HEIGHT, WIDTH) and np.isnan(model.depth).all()
+    assert len(model.points_W()) == 0
+    assert (model.colour is None) == (kind == "depth")
 
 
 def test_a_picture_shows_the_truth_at_its_stamp():

@@ -27,6 +27,7 @@ from workbench.systems.casting.caster import Caster
 from workbench.systems.casting.scene import collect_scene
 from workbench.systems.sensors.faults import Fault
 from workbench.systems.sensors.lidar import USUAL, Lidar
+from workbench.systems.sensors.readings import LidarScan
 
 PERIOD = 1 / 16
 HOUSE = Box(20.0, 12.0, 8.0)
@@ -172,7 +173,9 @@ def test_ports_say_what_the_reading_says(bench, make_lidar):
     on_bench = bench(make_lidar(latency=0.25 * PERIOD), state=standing())
     sensor, context = on_bench.sensor, on_bench.context
     on_bench.settle()
-    assert sensor.scan_output.Eval(context) is None
+    blank = sensor.scan_output.Eval(context)
+    assert on_bench.reading() is None and math.isnan(blank.stamp)
+    assert np.isnan(blank.ranges).all() and (blank.returns, len(blank.points_W())) == (0, 0)
     assert np.isnan(sensor.ranges_output.Eval(context)).all()
     on_bench.run(0.5 * PERIOD)
     scan = sensor.scan_output.Eval(context)
@@ -182,6 +185,12 @@ def test_ports_say_what_the_reading_says(bench, make_lidar):
     for array in (scan.ranges, scan.p_WS, scan.R_WS, scan.pattern.directions_S):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
+
+
+def test_the_port_of_scans_is_declared_with_a_scan(make_lidar):
+    # Drake from 1.58 on takes no None in a port, and others connect to it by the model's type.
+    model = make_lidar().scan_output.Allocate().get_value()
+    assert isinstance(model, LidarScan) and model.ranges.shape == model.pattern.shape
 
 
 def test_only_truth_feeds_through(make_lidar):

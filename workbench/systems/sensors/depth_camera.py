@@ -44,7 +44,7 @@ class DepthCameraSystem(LeafSystem):
         colour: a picture of colour, for cameras that have it.
         pose: X_WC of the optical frame.
     Output port:
-        image: the `DepthImage` delivered last, None before the first.
+        image: the `DepthImage` delivered last, stamp and depth NaN before the first.
     Numeric parameter 0: `faults.Fault`.
     """
 
@@ -75,9 +75,10 @@ class DepthCameraSystem(LeafSystem):
             self.colour_input = self.DeclareAbstractInputPort("colour", Value(ImageRgba8U()))
         self._images = self.DeclareAbstractState(AbstractValue.Make(()))
         self._count = self.DeclareDiscreteState([0.0])
+        self._blank = _blank(sensor, self._pinhole)
         self.image_output = self.DeclareAbstractOutputPort(
             "image",
-            lambda: AbstractValue.Make(None),
+            lambda: AbstractValue.Make(self._blank),
             self._calc_image,
             {self.abstract_state_ticket(self._images), self.time_ticket()},
         )
@@ -143,7 +144,22 @@ class DepthCameraSystem(LeafSystem):
         return depth
 
     def _calc_image(self, context: Context, output: Any) -> None:
-        output.set_value(self.reading(context))
+        output.set_value(self.reading(context) or self._blank)
+
+
+def _blank(sensor: DepthCamera, pinhole: Pinhole) -> DepthImage:
+    """Return what the port holds before the first picture: it shows nothing and takes no memory."""
+    pixels = (sensor.height, sensor.width)
+    has_colour = sensor.type in COLOUR_TYPES
+    return DepthImage(
+        stamp=math.nan,
+        frame=sensor.frame,
+        p_WS=fixed(np.full(3, math.nan)),
+        R_WS=fixed(np.full((3, 3), math.nan)),
+        pinhole=pinhole,
+        depth=np.broadcast_to(np.float32(math.nan), pixels),
+        colour=np.broadcast_to(np.uint8(0), (*pixels, 3)) if has_colour else None,
+    )
 
 
 def add_depth_camera(

@@ -38,7 +38,8 @@ class Lidar(SampledSensor):
         geometry_query: of the scene graph, asked for the poses of what moves.
     Output ports, besides those of `SampledSensor`:
         ranges (n): of the sample delivered last [m], NaN before the first.
-        scan: that sample as `LidarScan`, None before the first; made when somebody reads it.
+        scan: that sample as `LidarScan`, stamp and ranges NaN before the first; made when somebody
+            reads it.
     """
 
     def __init__(
@@ -86,7 +87,10 @@ class Lidar(SampledSensor):
             "ranges", self._n, self._calc_ranges, delivery
         )
         self.scan_output = self.DeclareAbstractOutputPort(
-            "scan", lambda: AbstractValue.Make(None), self._calc_scan, delivery
+            "scan",
+            lambda: AbstractValue.Make(self._scan(np.full(1 + self.size, math.nan))),
+            self._calc_scan,
+            delivery,
         )
 
     def truth(self, context: Context) -> np.ndarray:
@@ -126,8 +130,10 @@ class Lidar(SampledSensor):
     def reading(self, context: Context) -> LidarScan | None:
         """Return the sample delivered last, None if none was."""
         sample = self.delivered(context)
-        if math.isnan(sample[0]):
-            return None
+        return None if math.isnan(sample[0]) else self._scan(sample)
+
+    def _scan(self, sample: np.ndarray) -> LidarScan:
+        """Return what is delivered (1 + size) as a record."""
         ranges, p_WS, q_WS = np.split(sample[1:], [self._n, self._n + 3])
         return LidarScan(
             stamp=float(sample[0]),
@@ -142,4 +148,4 @@ class Lidar(SampledSensor):
         output.SetFromVector(self.delivered(context)[1 : 1 + self._n])
 
     def _calc_scan(self, context: Context, output: Any) -> None:
-        output.set_value(self.reading(context))
+        output.set_value(self._scan(self.delivered(context)))
