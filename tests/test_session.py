@@ -1,11 +1,14 @@
 """Oracles: the same flight flown in another way, to the bit; and what was asked for."""
 
 import dataclasses
+import gc
+import importlib.metadata
 import logging
 import math
 
 import numpy as np
 import pytest
+from pydrake.systems.framework import LeafSystem
 
 from workbench.errors import WorkbenchError
 from workbench.recording import Recording
@@ -406,3 +409,20 @@ def test_what_breaks_in_flight_becomes_a_sentence(monkeypatch):
     session.go_to([0.0, 0.0, math.nan])
     with pytest.raises(WorkbenchError, match="broke off after 0.1"):
         session.tick(0.5)
+
+
+def alive() -> set[int]:
+    """Return which leaf systems of Python or C++ a garbage collection leaves."""
+    gc.collect()
+    return {id(it) for it in gc.get_objects() if isinstance(it, LeafSystem)}
+
+
+def test_nothing_stays_of_a_session_that_is_let_go():
+    if importlib.metadata.version("drake") < "1.58":
+        pytest.skip("Drake before 1.58 keeps every LeafSystem of Python: docs/dependencies.md")
+    before = alive()
+    session = Session(Scenario(sensors=SensorsConfig(use=["all"]), duration=0.2))
+    session.run()
+    assert len(alive() - before) > 10
+    del session
+    assert not alive() - before

@@ -1,6 +1,7 @@
 """All frames as one message on a port: what ROS's tf2 carries, ready to be a topic."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -9,6 +10,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, LeafSystem
 
 from workbench.plant.frame_tree import FrameTree, Transform
+from workbench.systems.weak_callback import weakly
 
 TOPIC = "/dh_drone/frames"
 """Where `FrameTransforms` go."""
@@ -42,7 +44,7 @@ class FramePoses(LeafSystem):
         self.frames_output = self.DeclareAbstractOutputPort(
             "frames",
             lambda: Value(FrameTransforms(0.0, ())),
-            self._calc_frames,
+            weakly(self._calc_frames),
             {self.input_port_ticket(self._state.get_index()), self.time_ticket()},
         )
 
@@ -69,7 +71,7 @@ class FramePoses(LeafSystem):
         q_WB = Quaternion(state[0:4] / np.linalg.norm(state[0:4]))
         return RigidTransform(q_WB, state[4:7])
 
-    def _calc_frames(self, context: Context, output: Value) -> None:
+    def _calc_frames(self, context: Context, output: Any) -> None:
         time = context.get_time()
         transforms = self._tree.transforms(self._pose_of_base(context), time)
         output.set_value(FrameTransforms(time, transforms))

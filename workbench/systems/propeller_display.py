@@ -32,6 +32,7 @@ from pydrake.systems.framework import (
 from workbench.plant.gathered import link_of
 from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
+from workbench.systems.weak_callback import weakly
 
 
 class PropellerDisplay(LeafSystem):
@@ -78,13 +79,13 @@ class PropellerDisplay(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self._turned = self.DeclareCacheEntry(
             "X_BL",
-            ValueProducer(lambda: Value[object](()), self._calc_turned),
+            ValueProducer(lambda: Value[object](()), weakly(self._calc_turned)),
             {self.xd_ticket()},
         )
         self.DeclareAbstractOutputPort(
             "poses",
             lambda: Value(FramePoseVector()),
-            self._calc_poses,
+            weakly(self._calc_poses),
             {self._state.ticket(), self.xd_ticket()},
         )
 

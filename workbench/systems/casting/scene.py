@@ -71,9 +71,9 @@ def collect_scene(
             if frame not in frames:
                 frames.append(frame)
             place = 1 + frames.index(frame)
-        geometries.append(
-            CastGeometry(id, inspector.GetName(id), inspector.GetShape(id), place, X_FG)
-        )
+        # Copies: what an inspector lends keeps the scene graph alive.
+        shape, X_FG = inspector.GetShape(id).Clone(), RigidTransform(X_FG)
+        geometries.append(CastGeometry(id, inspector.GetName(id), shape, place, X_FG))
     return CastScene(tuple(frames), tuple(geometries))
 
 

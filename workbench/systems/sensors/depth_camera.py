@@ -21,6 +21,7 @@ from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.pinhole import R_SC, Pinhole, make_pinhole
 from workbench.systems.sensors.readings import DepthImage, fixed
 from workbench.systems.sensors.sampled_sensor import LATE
+from workbench.systems.weak_callback import weakly
 
 MOST_PIXELS = 4_000_000
 """Of a picture; each takes 7 bytes."""
@@ -75,11 +76,11 @@ class DepthCameraSystem(LeafSystem):
             self.colour_input = self.DeclareAbstractInputPort("colour", Value(ImageRgba8U()))
         self._images = self.DeclareAbstractState(AbstractValue.Make(()))
         self._count = self.DeclareDiscreteState([0.0])
-        self._blank = _blank(sensor, self._pinhole)
+        self._blank = blank = _blank(sensor, self._pinhole)
         self.image_output = self.DeclareAbstractOutputPort(
             "image",
-            lambda: AbstractValue.Make(self._blank),
-            self._calc_image,
+            lambda: AbstractValue.Make(blank),
+            weakly(self._calc_image),
             {self.abstract_state_ticket(self._images), self.time_ticket()},
         )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)

@@ -18,6 +18,7 @@ from workbench.systems.sensors.mounting import motion, rotation
 from workbench.systems.sensors.readings import LidarScan, fixed
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.sensors.scan_pattern import make_scan_pattern
+from workbench.systems.weak_callback import weakly
 
 USUAL = 0.01
 """Deviation of a common one, from which a fault makes noise where the description has none [m]."""
@@ -86,10 +87,11 @@ class Lidar(SampledSensor):
         self.ranges_output = self.DeclareVectorOutputPort(
             "ranges", self._n, self._calc_ranges, delivery
         )
+        blank = self._scan(np.full(1 + self.size, math.nan))
         self.scan_output = self.DeclareAbstractOutputPort(
             "scan",
-            lambda: AbstractValue.Make(self._scan(np.full(1 + self.size, math.nan))),
-            self._calc_scan,
+            lambda: AbstractValue.Make(blank),
+            weakly(self._calc_scan),
             delivery,
         )
 
