@@ -1,9 +1,9 @@
 # Every target first sets up what it needs: .venv with the pinned packages, and system libraries.
-# Another Python: make PYTHON=python3.12 test
+# It takes the newest supported Python that it finds, pyenv's included; a .venv that stands keeps
+# its own. Another Python: make PYTHON=python3.12 test; another folder: make VENV=.venv-3.12 test
 
-# A .venv that stands keeps its Python unless another is named.
-PYTHON ?= $(shell test -x .venv/bin/python && echo .venv/bin/python || echo python3)
-BIN := .venv/bin
+VENV ?= .venv
+BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
 .PHONY: help setup run test format bench clean
@@ -13,9 +13,9 @@ help: ## show this list
 	do printf '  %-12s %s\n' "$$name" "$$what"; done
 
 setup: ## make .venv and check the system's libraries; redone only where something changed
-	@command -v $(PYTHON) >/dev/null || { echo "There is no $(PYTHON) here: run" \
-	"\`sudo apt-get install $(PYTHON)\`, or name another as in \`make PYTHON=python3.12 test\`." >&2; exit 2; }
-	@$(PYTHON) tools/set_up.py
+	@command -v python3 >/dev/null || { echo "There is no python3 here to run the set-up with:" \
+	"run \`sudo apt-get install python3-venv\`, or install another Python 3.11 to 3.13." >&2; exit 2; }
+	@python3 tools/set_up.py --venv $(VENV) $(if $(PYTHON),--python $(PYTHON))
 	@$(BIN)/python tools/check_system.py
 
 run: setup ## open the app; without a screen, fly the published steps and write out/
@@ -38,5 +38,5 @@ bench: setup ## measure, beside other simulators, and write docs/performance.md;
 	$(BIN)/python benchmarks/run.py --write
 
 clean: ## remove .venv, build leftovers and caches; out/ stays
-	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-* build dist .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

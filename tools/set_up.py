@@ -1,43 +1,78 @@
-"""Make .venv and install the workbench in it, where that is not done yet.
+"""Make a virtual environment and install the workbench in it, where that is not done yet.
 
-Standard library only, and no syntax newer than Python 3.6: it must be able to say that a
-Python is too old.
+It has the Python that is named; otherwise the one it has; otherwise the newest supported one that
+is found, among the programs of PATH and pyenv's.
+
+Standard library only, and no syntax newer than Python 3.6: any python3 can run it.
 """
 
+import argparse
 import hashlib
-import importlib.util
+import os
+import shutil
 import subprocess
 import sys
+from collections import namedtuple
 from pathlib import Path
 
 from apt import install, leave
 
 ROOT = Path(__file__).resolve().parent.parent
-VENV = ROOT / ".venv"
-STAMP = VENV / "set-up-for"
-"""Holds what .venv was made for: written last, so that a broken-off set-up is done again."""
+STAMP = "set-up-for"
+"""Holds what an environment was made for: written last, so that a broken-off set-up is redone."""
 
-OLDEST = (3, 11)
-VERSION = f"{sys.version_info[0]}.{sys.version_info[1]}"
+SUPPORTED = ("3.13", "3.12", "3.11")
+"""The Pythons that the tests pass with, newest first; as `requires-python` says."""
+SENTENCE = "The workbench runs on Python 3.11, 3.12 and 3.13"
+
+PROBE = """
+import sys
+flags = getattr(sys, "abiflags", "")
+print("%d.%d" % sys.version_info[:2] + flags)
+print(getattr(sys, "_base_executable", None) or sys.executable)
+import ensurepip, venv
+print("makes environments")
+"""
+"""Prints version, the program itself (not a link of a virtual environment), and the last line if
+environments can be made: Debian leaves ensurepip out. A flag "t" is a Python without the lock."""
+
+Python = namedtuple("Python", "path version makes_environments")
+"""A Python program: its path, its version as "3.13", whether it has venv and ensurepip."""
 
 
 def main():
-    """Do what is left to do."""
-    if sys.version_info < OLDEST:
-        leave(
-            f"Python {VERSION} at {sys.executable} is too old, the workbench needs 3.11 or newer: "
-            "install one and name it, as in `make PYTHON=python3.12 test`."
-        )
-    wanted = _wanted()
-    if STAMP.exists() and STAMP.read_text() == wanted and _fits():
+    """Do what is left to do, or print the path of a Python."""
+    args = _arguments()
+    if args.find:
+        found = _choose(_found([args.find]))
+        if found is None:
+            sys.exit(1)
+        print(found.path)
         return
-    if not _fits():
-        _make_venv()
-    print("Installing the packages of constraints.txt into .venv (some 1 GB) ...", flush=True)
+    venv = ROOT / args.venv
+    if not (_standing(venv) in SUPPORTED and not args.python):
+        python = _named(args.python) if args.python else _newest()
+        if _standing(venv) != python.version:
+            _make_venv(venv, python)
+    wanted = _wanted()
+    stamp = venv / STAMP
+    if stamp.exists() and stamp.read_text() == wanted:
+        return
+    print(f"Installing what constraints.txt pins into {venv.name} (some 1 GB) ...", flush=True)
     # The build back end comes first and pinned, so that pip need not fetch another for the build.
-    _pip("hatchling")
-    _pip("--no-build-isolation", "-e", ".[dev]")
-    STAMP.write_text(wanted)
+    _pip(venv, "hatchling")
+    _pip(venv, "--no-build-isolation", "-e", ".[dev]")
+    stamp.write_text(wanted)
+
+
+def _arguments():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--venv", default=".venv", help="the environment's folder")
+    parser.add_argument("--python", help="the program to make it with")
+    parser.add_argument(
+        "--find", metavar="VERSION", help="print the path of that Python; exit code 1 without one"
+    )
+    return parser.parse_args()
 
 
 def _wanted():
@@ -46,29 +81,99 @@ def _wanted():
     return hashlib.sha256(files).hexdigest()
 
 
-def _fits():
-    """Return whether .venv runs, is of this Python, and was made where it stands."""
+def _standing(venv):
+    """Return the version of an environment that runs and was made where it stands, else None."""
     try:
-        config = (VENV / "pyvenv.cfg").read_text()
+        config = (venv / "pyvenv.cfg").read_text()
     except OSError:
-        return False
+        return None
     made_by = dict(line.split(" = ", 1) for line in config.splitlines() if " = " in line)
-    return (
-        (VENV / "bin" / "python").exists()  # false for a link to a Python that is gone
-        and made_by.get("version", "").startswith(VERSION + ".")
-        and made_by.get("command", "").endswith(" " + str(VENV))
+    runs = (venv / "bin" / "python").exists()  # false for a link to a Python that is gone
+    if runs and made_by.get("command", "").endswith(" " + str(venv)):
+        return ".".join(made_by.get("version", "").split(".")[:2])
+    return None
+
+
+def _named(program):
+    """Return the Python that was asked for, or leave with a sentence."""
+    path = shutil.which(program)
+    python = path and _probe(path)
+    if not python:
+        leave(
+            f"There is no Python that runs as {program}: install it, or name another, as in "
+            "`make PYTHON=python3.12 test`."
+        )
+    if python.version not in SUPPORTED:
+        leave(
+            f"{SENTENCE}, and {program} is Python {python.version}: name another, as in "
+            "`make PYTHON=python3.12 test`, or none, for the newest that is found."
+        )
+    return python
+
+
+def _newest():
+    """Return the newest supported Python that is found, or leave with a sentence."""
+    found = _found(SUPPORTED)
+    python = _choose(found)
+    if python is None:
+        here = _probe(sys.executable)
+        leave(
+            f"{SENTENCE}, and none of them is on PATH or in pyenv ({here.path} is Python "
+            f"{here.version}): install one, as by `sudo apt-get install python3.12-venv` or "
+            f"`pyenv install {SUPPORTED[0]}`, then run make again."
+        )
+    if found[0].version != python.version:
+        print(
+            f"{found[0].path} lacks ensurepip, which Debian has in python{found[0].version}-venv: "
+            f"taking Python {python.version}.",
+            flush=True,
+        )
+    return python
+
+
+def _choose(found):
+    """Return the first that can make an environment, else the first, None of none."""
+    return next((it for it in found if it.makes_environments), found[0] if found else None)
+
+
+def _found(versions):
+    """Return the Pythons of some versions that run, in the order of the versions."""
+    folders = [Path(folder) for folder in os.get_exec_path()]
+    pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
+    folders += sorted(pyenv.glob("*/bin"))
+    found = {}
+    for folder in folders:
+        for name in ["python3"] + [f"python{version}" for version in versions]:
+            path = folder / name
+            python = _probe(path) if os.access(str(path), os.X_OK) else None
+            if python and python.version in versions:
+                found.setdefault(python.path, python)
+    return sorted(found.values(), key=lambda python: versions.index(python.version))
+
+
+def _probe(path):
+    """Return what a program says of itself, None if it is no Python that runs.
+
+    pyenv's shims, for one, run only for the versions that are switched on.
+    """
+    done = subprocess.run(
+        [str(path), "-c", PROBE],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
     )
+    lines = done.stdout.decode(errors="replace").splitlines()
+    return Python(lines[1], lines[0], done.returncode == 0) if len(lines) > 1 else None
 
 
-def _make_venv():
-    if importlib.util.find_spec("ensurepip") is None:
-        install([f"python{VERSION}-venv"], f"Python {VERSION} lacks ensurepip")
-    print(f"Making .venv with Python {VERSION} ...", flush=True)
-    _run([sys.executable, "-m", "venv", "--clear", str(VENV)], "Making .venv failed")
+def _make_venv(venv, python):
+    if not python.makes_environments:
+        install([f"python{python.version}-venv"], f"Python {python.version} lacks ensurepip")
+    print(f"Making {venv.name} with Python {python.version}, {python.path} ...", flush=True)
+    _run([python.path, "-m", "venv", "--clear", str(venv)], f"Making {venv.name} failed")
 
 
-def _pip(*what):
-    pip = [str(VENV / "bin" / "python"), "-m", "pip", "--disable-pip-version-check"]
+def _pip(venv, *what):
+    pip = [str(venv / "bin" / "python"), "-m", "pip", "--disable-pip-version-check"]
     _run(
         pip + ["install", "-qq", "-c", "constraints.txt"] + list(what),
         "Installing failed: if pip could not reach its package index, check the network",

@@ -1,0 +1,165 @@
+"""Set-up: the Python it takes or refuses; what is pinned fits what is promised."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.markers import default_environment
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+
+ROOT = Path(__file__).resolve().parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PYTHONS = ["3.11", "3.12", "3.13"]
+FAKE = """#!/bin/sh
+# Answers as a Python does that the set-up asks for its version, to make an environment, to install.
+case "$1 $2" in
+"-c "*) echo {version}; echo "$0"; exit {lacks_ensurepip} ;;
+"-m venv")
+    /bin/mkdir -p "$4/bin" && /bin/cp "$0" "$4/bin/python"
+    printf 'version = {version}.1\\ncommand = x -m venv --clear %s\\n' "$4" > "$4/pyvenv.cfg" ;;
+esac
+"""
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """Return a copy of what sets up, on a machine whose Pythons are scripts."""
+    return Machine(tmp_path)
+
+
+class Machine:
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder / "clone"
+        self.environment = {"PATH": str(folder / "bin"), "HOME": str(folder)}
+        for name in ("tools/set_up.py", "tools/apt.py", "pyproject.toml", "constraints.txt"):
+            (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.folder / name).write_text((ROOT / name).read_text())
+
+    def put(self, place: str, version: str, *, lacks_ensurepip: bool = False) -> Path:
+        """Put a Python at a path below the home."""
+        path = self.folder.parent / place
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(FAKE.format(version=version, lacks_ensurepip=int(lacks_ensurepip)))
+        path.chmod(0o755)
+        return path
+
+    def set_up(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, str(self.folder / "tools" / "set_up.py"), *arguments],
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def taken(self, *arguments: str) -> str:
+        """Return the version of the environment after a set-up."""
+        done = self.set_up(*arguments)
+        assert done.returncode == 0, done.stdout
+        config = (self.folder / ".venv" / "pyvenv.cfg").read_text()
+        return re.findall(r"version = (\d+\.\d+)", config)[0]
+
+
+def test_the_newest_supported_python_is_taken_wherever_it_is(machine):
+    machine.put("bin/python3", "3.10")
+    machine.put("bin/python3.11", "3.11")
+    assert machine.set_up("--find", "3.12").returncode == 1
+    shim = machine.put("bin/python3.13", "3.13")
+    shim.write_text("#!/bin/sh\necho 'pyenv: python3.13: command not found' >&2; exit 127\n")
+    machine.put(".pyenv/versions/3.12.1/bin/python3.12", "3.12")
+    machine.put(".pyenv/versions/3.13t/bin/python3.13", "3.13t")  # no wheels are for it
+    machine.put(".pyenv/versions/3.14.0/bin/python3", "3.14")
+    assert machine.taken() == "3.12"
+    other = machine.put("elsewhere/versions/3.13.0/bin/python3", "3.13")
+    assert machine.taken() == "3.12"  # what stands keeps its Python
+    machine.environment["PYENV_ROOT"] = str(other.parents[3])
+    assert machine.set_up("--find", "3.13").stdout == f"{other}\n"
+    assert machine.taken() == "3.12"
+    assert machine.taken("--python", str(other)) == "3.13"  # but where another is named
+    assert machine.taken() == "3.13"
+    assert machine.set_up().stdout == ""  # nothing is left to do
+
+
+def test_a_python_that_cannot_make_environments_is_the_last_choice(machine):
+    machine.put("bin/python3.13", "3.13", lacks_ensurepip=True)
+    alone = machine.set_up()
+    assert alone.returncode == 2 and "install what Debian calls python3.13-venv" in alone.stdout
+    machine.put("bin/python3.12", "3.12")
+    said = machine.set_up().stdout
+    assert "lacks ensurepip" in said and "Making .venv with Python 3.12" in said
+
+
+@pytest.mark.parametrize(
+    ("here", "arguments", "said"),
+    [
+        ("3.10", (), "runs on Python 3.11, 3.12 and 3.13, and none of them is on PATH"),
+        ("3.14", (), "runs on Python 3.11, 3.12 and 3.13, and none of them is on PATH"),
+        (
+            "3.10",
+            ("--python", "python3"),
+            "python3 is Python 3.10: name another, as in `make",
+        ),
+        (
+            "3.14",
+            ("--python", "python3"),
+            "python3 is Python 3.14: name another, as in `make",
+        ),
+        (
+            "3.13",
+            ("--python", "python3.9"),
+            "no Python that runs as python3.9: install it",
+        ),
+        ("3.13", ("--python", "true"), "no Python that runs as true: install it"),
+    ],
+)
+def test_other_pythons_are_refused_with_a_sentence(machine, here, arguments, said):
+    machine.put("bin/python3", here)
+    machine.put("bin/true", "").write_text("#!/bin/sh\n")
+    done = machine.set_up(*arguments)
+    assert (done.returncode, said in done.stdout) == (2, True), done.stdout
+    assert not (machine.folder / ".venv").exists()
+
+
+def test_all_places_promise_the_same_pythons():
+    minors = [f"3.{minor}" for minor in range(30)]
+    assert [it for it in minors if it in SpecifierSet(PROJECT["requires-python"])] == PYTHONS
+    classifier = "Programming Language :: Python :: 3."
+    assert [
+        it.rpartition(" ")[2] for it in PROJECT["classifiers"] if it.startswith(classifier)
+    ] == PYTHONS
+    set_up = (ROOT / "tools" / "set_up.py").read_text()
+    assert re.search(r"SUPPORTED = \((.*)\)", set_up)[1] == '"3.13", "3.12", "3.11"'
+    ci = (ROOT / ".ci" / "run").read_text()
+    assert f"for version in {PYTHONS[0]} {PYTHONS[-1]};" in ci
+
+
+@pytest.mark.parametrize("python", PYTHONS)
+def test_what_is_pinned_is_what_the_requirements_allow(python):
+    environment = default_environment() | {
+        "python_version": python,
+        "python_full_version": f"{python}.0",
+    }
+    pins: dict[str, str] = {}
+    for line in (ROOT / "constraints.txt").read_text().splitlines():
+        if line.startswith("#"):
+            continue
+        pin = Requirement(line)
+        if pin.marker is None or pin.marker.evaluate(environment):
+            assert canonical(pin.name) not in pins, f"two pins of {pin.name}"
+            pins[canonical(pin.name)] = str(pin.specifier).removeprefix("==")
+    extras = PROJECT["optional-dependencies"].values()
+    wanted = [Requirement(it) for it in sum(extras, PROJECT["dependencies"])]
+    for it in wanted:
+        if it.marker is None or it.marker.evaluate(environment):
+            assert pins[canonical(it.name)] in it.specifier, it
+    drake = next(it.specifier for it in wanted if it.name == "drake")
+    assert pins["drake"] == ("1.51.1" if python == "3.11" else "1.58.0")
+    assert "1.59.0" not in drake and "1.50.0" not in drake
+
+
+def canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
