@@ -6,7 +6,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test format bench clean
+.PHONY: help setup run test format notebooks bench clean
 
 help: ## show this list
 	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
@@ -32,6 +32,9 @@ test: setup ## lint, types and tests
 format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+notebooks: setup ## run the notebooks and store what they show; some minutes
+	$(BIN)/python tools/notebooks.py
 
 bench: setup ## measure, beside other simulators, and write docs/performance.md; half an hour
 	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[bench]"

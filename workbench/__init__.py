@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from workbench.branches import Branch
+    from workbench.design.block_graph import read_block_graph
     from workbench.design.fork import fly_fork
     from workbench.design.judge.live import live_margins
     from workbench.design.judge.loop_judgement import judge_loops
@@ -20,11 +21,15 @@ if TYPE_CHECKING:
     from workbench.design.judge.sampled_stability import slowest_rate
     from workbench.design.judge.sensitivity import step_sensitivity
     from workbench.design.judge.step_pair import linear_step
+    from workbench.design.lidar_trial import fly_trial
     from workbench.design.linear.linearize import linearize
     from workbench.design.linear.loops import find_loop
     from workbench.design.linear.model import LinearModel
     from workbench.design.linear.operating_point import OperatingPoint
     from workbench.design.linear.study import LinearStudy
+    from workbench.design.plots import STYLE
+    from workbench.design.plots_flight import plot_flight
+    from workbench.design.plots_lidar import plot_trial
     from workbench.design.regress.flight import Changes
     from workbench.design.regress.junit import junit_xml
     from workbench.design.regress.loading import load_spec
@@ -49,6 +54,7 @@ if TYPE_CHECKING:
     from workbench.errors import WorkbenchError
     from workbench.excitation import Excitation, Shape
     from workbench.gain_diff import diff_gains
+    from workbench.gain_rule import CONTROL_DELAY, slowest_rotor
     from workbench.gains import (
         GainFile,
         flight_gains,
@@ -59,16 +65,21 @@ if TYPE_CHECKING:
         save_gains,
     )
     from workbench.live.flight import LiveFlight
+    from workbench.plant.gravity import GRAVITY
     from workbench.plant.loading import load_vehicle
+    from workbench.plant.rotors import wrench_matrix
     from workbench.plant.variation import Variation
     from workbench.plant.vehicle import Vehicle
+    from workbench.resources import find_model, find_scenario
     from workbench.scenario import Scenario, SensorsConfig, VehicleConfig, load_scenario
     from workbench.session import Session
 
 _HOME = {
     "Branch": "workbench.branches",
+    "CONTROL_DELAY": "workbench.gain_rule",
     "Changes": "workbench.design.regress.flight",
     "Excitation": "workbench.excitation",
+    "GRAVITY": "workbench.plant.gravity",
     "GainFile": "workbench.gains",
     "Judgement": "workbench.design.judge.report",
     "LinearModel": "workbench.design.linear.model",
@@ -77,6 +88,7 @@ _HOME = {
     "LoopMargins": "workbench.design.judge.margins",
     "OperatingPoint": "workbench.design.linear.operating_point",
     "RolloutEngine": "workbench.design.rollout.engine",
+    "STYLE": "workbench.design.plots",
     "Scenario": "workbench.scenario",
     "SensorsConfig": "workbench.scenario",
     "Session": "workbench.session",
@@ -92,9 +104,12 @@ _HOME = {
     "agreement": "workbench.design.rollout.agreement",
     "diff_gains": "workbench.gain_diff",
     "find_loop": "workbench.design.linear.loops",
+    "find_model": "workbench.resources",
+    "find_scenario": "workbench.resources",
     "flight_gains": "workbench.gains",
     "fly_fork": "workbench.design.fork",
     "fly_step": "workbench.design.step_response",
+    "fly_trial": "workbench.design.lidar_trial",
     "gain_map": "workbench.design.sweep.gain_map",
     "gains_at": "workbench.gains",
     "judge": "workbench.design.judge.report",
@@ -114,15 +129,18 @@ _HOME = {
     "make_workbench": "workbench.diagram.workbench",
     "operating_map": "workbench.design.judge.operating_map",
     "plot_curve": "workbench.design.regress.plots",
+    "plot_flight": "workbench.design.plots_flight",
     "plot_loop": "workbench.design.judge.plots_loop",
     "plot_loops": "workbench.design.judge.plots_loop",
     "plot_map": "workbench.design.judge.plots_map",
     "plot_rates": "workbench.design.judge.plots_map",
     "plot_sensitivity": "workbench.design.judge.plots_map",
     "plot_sweep": "workbench.design.sweep.plot_sweep",
+    "plot_trial": "workbench.design.plots_lidar",
     "plot_tuning": "workbench.design.tune.picture",
     "prove_best": "workbench.design.sweep.best",
     "random_trials": "workbench.design.rollout.agreement",
+    "read_block_graph": "workbench.design.block_graph",
     "record": "workbench.design.regress.running",
     "regress": "workbench.design.regress.running",
     "results_page": "workbench.design.regress.page",
@@ -130,16 +148,20 @@ _HOME = {
     "rule_values": "workbench.gains",
     "save_gains": "workbench.gains",
     "slowest_rate": "workbench.design.judge.sampled_stability",
+    "slowest_rotor": "workbench.gain_rule",
     "step_sensitivity": "workbench.design.judge.sensitivity",
     "sweep": "workbench.design.sweep.sweep",
     "tune": "workbench.design.tune.tuner",
     "wishes_for": "workbench.design.tune.wish_file",
+    "wrench_matrix": "workbench.plant.rotors",
 }
 
 __all__ = [
     "Branch",
+    "CONTROL_DELAY",
     "Changes",
     "Excitation",
+    "GRAVITY",
     "GainFile",
     "Judgement",
     "LinearModel",
@@ -148,6 +170,7 @@ __all__ = [
     "LoopMargins",
     "OperatingPoint",
     "RolloutEngine",
+    "STYLE",
     "Scenario",
     "SensorsConfig",
     "Session",
@@ -163,9 +186,12 @@ __all__ = [
     "agreement",
     "diff_gains",
     "find_loop",
+    "find_model",
+    "find_scenario",
     "flight_gains",
     "fly_fork",
     "fly_step",
+    "fly_trial",
     "gain_map",
     "gains_at",
     "judge",
@@ -185,15 +211,18 @@ __all__ = [
     "make_workbench",
     "operating_map",
     "plot_curve",
+    "plot_flight",
     "plot_loop",
     "plot_loops",
     "plot_map",
     "plot_rates",
     "plot_sensitivity",
     "plot_sweep",
+    "plot_trial",
     "plot_tuning",
     "prove_best",
     "random_trials",
+    "read_block_graph",
     "record",
     "regress",
     "results_page",
@@ -201,10 +230,12 @@ __all__ = [
     "rule_values",
     "save_gains",
     "slowest_rate",
+    "slowest_rotor",
     "step_sensitivity",
     "sweep",
     "tune",
     "wishes_for",
+    "wrench_matrix",
 ]
 
 
