@@ -10,7 +10,7 @@ BIN := $(VENV)/bin
 
 help: ## show this list
 	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
-	do printf '  %-12s %s\n' "$$name" "$$what"; done
+	do printf '  %-16s %s\n' "$$name" "$$what"; done
 
 setup: ## make .venv and check the system's libraries; redone only where something changed
 	@command -v python3 >/dev/null || { echo "There is no python3 here to run the set-up with:" \
