@@ -79,7 +79,7 @@ MAY_IMPORT = {
     "pytest_plugin": "errors atomic_write design",
     "__main__": "cli",
     "__init__": "errors branches excitation scenario plant diagram session live design gains "
-    "gain_diff",
+    "gain_diff gain_rule resources",
 }
 """What of ours a room may import besides itself. `room/file` is what one file of it may besides."""
 

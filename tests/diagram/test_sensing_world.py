@@ -158,7 +158,7 @@ def moving(tmp_path_factory):
     [
         (1.0, [3.0, -1.0, 1.5], 0.0),  # the plate is 2 m behind the drone
         (2.0, [3.0, 0.0, 1.5], 0.6),  # the plate is below it, its top at 0.6 m
-        (2.25, [3.0, 0.25, 1.5], 0.6),
+        (2.125, [3.0, 0.125, 1.5], 0.6),  # not later: at 2.25 s its edge is below the drone
         (2.5, [3.0, 0.5, 1.5], 0.0),  # its edge is past the drone
         (5.0, [3.0, 1.0, 1.5], 0.0),  # on its way back
     ],
