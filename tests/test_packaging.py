@@ -58,7 +58,7 @@ def test_wheel_holds_models_command_and_licence(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
         entry_points = next(name for name in names if name.endswith("/entry_points.txt"))
-        assert "workbench = workbench.cli:main" in archive.read(entry_points).decode()
+        assert "workbench = workbench.__main__:main" in archive.read(entry_points).decode()
     models = {path for path in (ROOT / "models").rglob("*") if path.is_file()}
     assert {f"workbench/{path.relative_to(ROOT)}" for path in models} <= set(names)
     assert "workbench/models/dh_drone/drone.urdf.xacro" in names

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat
 from pydrake.systems.framework import LeafSystem
 
 from workbench.errors import WorkbenchError
@@ -417,11 +418,13 @@ def alive() -> set[int]:
     return {id(it) for it in gc.get_objects() if isinstance(it, LeafSystem)}
 
 
-def test_nothing_stays_of_a_session_that_is_let_go():
+@pytest.mark.parametrize("drawn", [False, True])
+def test_nothing_stays_of_a_session_that_is_let_go(drawn):
     if importlib.metadata.version("drake") < "1.58":
-        pytest.skip("Drake before 1.58 keeps every LeafSystem of Python: docs/dependencies.md")
+        pytest.skip("Drake before 1.58 keeps every LeafSystem of Python: docs/install.md")
     before = alive()
-    session = Session(Scenario(sensors=SensorsConfig(use=["all"]), duration=0.2))
+    scenario = Scenario(sensors=SensorsConfig(use=["all"]), duration=0.2)
+    session = Session(scenario, meshcat=Meshcat() if drawn else None)
     session.run()
     assert len(alive() - before) > 10
     del session

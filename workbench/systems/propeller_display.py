@@ -81,7 +81,7 @@ class PropellerDisplay(LeafSystem):
             "X_BL",
             ValueProducer(lambda: Value[object](()), weakly(self._calc_turned)),
             {self.xd_ticket()},
-        )
+        ).cache_index()
         self.DeclareAbstractOutputPort(
             "poses",
             lambda: Value(FramePoseVector()),
@@ -109,7 +109,8 @@ class PropellerDisplay(LeafSystem):
         # By keyword: by position, pydrake tries every other constructor first, for 60 µs.
         X_WB = RigidTransform(quaternion=Quaternion(wxyz=q_WB), p=state[4:7])
         poses.set_value(self._body, X_WB)
-        for frame, X_BL in zip(self._frames, self._turned.Eval(context), strict=True):
+        turned = self.get_cache_entry(self._turned).Eval(context)
+        for frame, X_BL in zip(self._frames, turned, strict=True):
             poses.set_value(frame, X_BL)
 
 
