@@ -12,6 +12,7 @@ STEP = Step("x", 2.0, 1.5)
 def test_each_value_is_that_of_a_step_with_these_gains(answer):
     mapped = answer(DrawMap({"kd_pitch": 20.0}, "kp_pitch", "kp_velocity_x", "overshoot", STEP))
     assert mapped.values.shape == (len(mapped.y), len(mapped.x)) == (25, 25)
+    assert np.isfinite(mapped.values).mean() > 0.5  # others have not settled
     for row, column in ((0, 0), (3, 20), (12, 12), (24, 7), (23, 24)):
         gains = {
             "kd_pitch": 20.0,
@@ -19,7 +20,10 @@ def test_each_value_is_that_of_a_step_with_these_gains(answer):
             "kp_velocity_x": float(mapped.y[row]),
         }
         single = answer(Predict(gains, STEP)).numbers.overshoot
-        assert mapped.values[row, column] == pytest.approx(single, abs=1e-6), (row, column)
+        assert mapped.values[row, column] == pytest.approx(single, abs=1e-6, nan_ok=True), (
+            row,
+            column,
+        )
 
 
 def test_the_gains_themselves_are_in_the_middle_and_the_map_goes_from_half_to_twice(answer):

@@ -230,8 +230,8 @@ def test_a_stranger_flies_a_real_flight_which_lands_when_it_falls_silent(peer):
         return (float(words[9]), float(words[6])) if words else (0.0, 0.0)
 
     with workbench("serve", "--port", "0", "--sensors", "none") as flight:
-        comes(lambda: flight.lines)
-        address = flight.lines[0].split()[-1]
+        comes(lambda: any("127.0.0.1:" in line for line in flight.lines))
+        address = next(line for line in flight.lines if "127.0.0.1:" in line).split()[-1]
         with passing_on(address) as gateway:
             comes(lambda: peer.last("/dh_drone/odometry"))
             peer.write("fly 0 0 0 0")

@@ -279,8 +279,8 @@ class NetworkStage:
         if (self.view.server, self._said) == (status, said):
             return
         news = ""
-        if said != self._said:
-            news = said
+        if said != self._said and (self.view.server is not None or self.view.starts_again):
+            news = said  # that one cannot begin is answered to who asked for it
         elif self.view.starts_again and status is not None:
             news = f"the server listens again at {status.address}"
         self._said = said

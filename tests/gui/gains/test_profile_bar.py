@@ -6,9 +6,7 @@ from PyQt6.QtGui import QGuiApplication, QKeySequence
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
-from workbench.gui.actions import ACTIONS
 from workbench.gui.gains.gain_panel import GainPanel
-from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
 from workbench.gui.gains.profile_bar import ProfileBar
 
 NAME = "kp_velocity_x"
@@ -162,12 +160,6 @@ def test_a_key_flies_what_is_doubted(bench, window):
     bench.analysis.judge(stable=False)
     press(window, "Ctrl+Return")
     assert bench.flight.given == [("kp_roll", 900.0)]
-
-
-def test_keys_are_unique_in_the_app():
-    keys = [row.shortcut for row in (*ACTIONS, *PROFILE_ACTIONS) if row.shortcut]
-    keys += ["Ctrl+F", "Ctrl+Return"]
-    assert len(keys) == len(set(keys))
 
 
 def test_it_stands_in_the_width_of_the_gains(window):

@@ -257,7 +257,8 @@ def test_a_server_that_another_flight_ends_says_so(own, qtbot):
     own.press(own.screen.start_button)
     qtbot.waitUntil(lambda: own.running is Running.LISTENING, timeout=LONG)
     own.flight.fly(Choice("hover"), draw=False)
-    assert own.screen.said.text() == "The server has ended with its flight: start it again."
+    ended = "The server has ended with its flight: start it again."
+    qtbot.waitUntil(lambda: own.screen.said.text() == ended, timeout=LONG)
     qtbot.waitUntil(lambda: own.flight.is_flying, timeout=LONG)
     assert own.running is Running.FAILED
     own.press(own.screen.start_button)

@@ -41,7 +41,7 @@ def test_where_others_reach_it_tokens_are_needed(tmp_path, host):
         (ServerConfig(token_file="/nowhere/tokens"), "/nowhere/tokens"),
         (ServerConfig(tls_cert="a.pem"), "tls_key is missing"),
         (ServerConfig(tls_key="a.pem"), "tls_cert is missing"),
-        (ServerConfig(tls_cert="/nowhere/a", tls_key="/nowhere/b"), "/nowhere/a: cannot be read"),
+        (ServerConfig(tls_cert="/nowhere/a", tls_key="/nowhere/b"), "/nowhere/a: no such file"),
     ],
 )
 def test_what_cannot_be_had_is_said_in_a_sentence(config, said):

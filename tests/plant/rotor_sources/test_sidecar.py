@@ -223,5 +223,5 @@ def test_bytes_that_are_no_text_are_answered(read, tmp_path, model):
     (tmp_path / "broken.yaml").write_bytes(b"rotors: \xff\xfe")
     with pytest.raises(WorkbenchError, match=r"broken\.yaml"):
         read_sidecar(tmp_path / "broken.yaml", model(), "base", Remarks())
-    with pytest.raises(WorkbenchError, match="cannot be read"):
+    with pytest.raises(WorkbenchError, match="is a folder"):
         read_sidecar(tmp_path, model(), "base", Remarks())

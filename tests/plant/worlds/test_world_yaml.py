@@ -137,7 +137,7 @@ def test_other_files_are_no_worlds(fault, name):
 def test_a_folder_and_a_missing_file_are_no_worlds(tmp_path):
     with pytest.raises(WorkbenchError, match="is a folder: give the world's file"):
         read_world(tmp_path)
-    with pytest.raises(WorkbenchError, match="none.yaml: cannot be read"):
+    with pytest.raises(WorkbenchError, match="none.yaml: no such file"):
         read_world(tmp_path / "none.yaml")
 
 
