@@ -43,6 +43,9 @@ WALL_PERIOD = 1 / 32
 PICTURE_PERIOD = 1 / 32
 """Between pictures in Meshcat [s]."""
 
+NEVER = 1e9
+"""Longer than any flight [s]: Drake from 1.58 on takes no infinite period."""
+
 
 @dataclass(frozen=True)
 class Workbench:
@@ -254,5 +257,5 @@ def _draw(
         builder,
         airframe.scene_graph,
         meshcat,
-        MeshcatVisualizerParams(publish_period=period),
+        MeshcatVisualizerParams(publish_period=min(period, NEVER)),
     )

@@ -59,10 +59,11 @@ def test_what_is_logged_there_is_logged_here(executor, caplog):
 
 def test_who_does_not_want_the_rest_waits_for_none_of_it():
     """As with Ctrl-C: what is being flown would go on for as long as it takes."""
+    others = multiprocessing.active_children()
     tasks = [Square(1), Square(2, seconds=FOR_EVER)]
     done = LocalProcesses(2).run(tasks)
     began = time.monotonic()
     assert next(done) == (0, 1)
     done.close()
     assert time.monotonic() - began < FOR_EVER
-    assert multiprocessing.active_children() == []
+    assert set(multiprocessing.active_children()) <= set(others)
