@@ -1,6 +1,5 @@
 """A workspace with nothing of the user's in it, and a flight in a can for it to show."""
 
-import gc
 import threading
 from dataclasses import dataclass, replace
 
@@ -85,17 +84,6 @@ def told(workspace):
     notices = []
     workspace.notices.told.connect(notices.append)
     return notices
-
-
-@pytest.fixture(autouse=True)
-def no_widget_goes_while_it_is_painted():
-    """Let no cycle of objects be collected in a test: its window might be one, and just painting.
-
-    In the app somebody holds the window as long as it is there.
-    """
-    gc.disable()
-    yield
-    gc.enable()
 
 
 @pytest.fixture(autouse=True)
