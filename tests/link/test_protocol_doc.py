@@ -46,7 +46,7 @@ def codes(text):
     return [code for row in rows(text) for code in row[0].split(", ") if code != "code"]
 
 
-def test_the_small_client_runs(server):
+def test_the_small_client_runs(server, fakes):
     [program] = blocks("python")
     lines = [line for line in program.splitlines() if line.strip()]
     assert len(lines) <= 30
@@ -68,6 +68,8 @@ def test_the_small_client_runs(server):
                     )
                 time.sleep(0.002)
                 assert process.poll() is None and time.monotonic() < end
+            # what it still had to say would come back to it as a broken connection
+            fakes.wait_until(lambda: server.peers[0].acknowledged == server.peers[0].seq)
             server.close()
             assert process.wait(60) == 0, "it ends by itself when the server does"
         finally:
