@@ -10,21 +10,12 @@ import numpy as np
 
 from workbench.design.judge.carried_flight import CarriedFlight, fly_carried
 from workbench.design.judge.hermite import Carried, Curve
+from workbench.design.step_metrics import NUMBERS
 from workbench.design.step_response import AXES, LEAST_DURATION
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.scenario import Scenario
 
-METRICS = (
-    "rise_time",
-    "settling_time",
-    "overshoot",
-    "undershoot",
-    "peak",
-    "peak_time",
-    "steady_state_value",
-    "steady_state_error",
-    "peak_rotor_use",
-)
+METRICS = (*NUMBERS, "peak_rotor_use")
 SETTLED = 0.02
 """The band of the settling time, as share of the steady state; python-control's."""
 NOTHING = 1e-6
