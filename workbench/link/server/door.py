@@ -18,8 +18,9 @@ MOST = 128
 """Connections at once."""
 MOST_OF_A_NETWORK = 32
 """Of one address (of IPv6, one network of 64 bits); a browser opens half a dozen for a page."""
-AT_ONCE = 16
-"""Connections that are accepted before anything else is done."""
+AT_ONCE = 2
+"""Connections that are accepted before anything else is done: each takes about a millisecond until
+its client has heard hello."""
 REST = 0.2
 """Until accepting is tried again when the system has no more descriptors [s]."""
 HANDSHAKE_TIME = 3.0
