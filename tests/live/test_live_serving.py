@@ -277,8 +277,8 @@ def test_a_server_that_stands_still_is_ended_while_the_flight_flies(flight, addr
     os.kill(server, signal.SIGSTOP)
     before = flight.latest().snapshot.time
     stopped = flight.stop_serving()
-    wait_for(lambda: flight.latest().snapshot.time > before + 0.25)
-    assert not stopped.done()  # it is given two seconds to say goodbye
+    wait_for(lambda: flight.latest().snapshot.time > before or stopped.done())
+    assert flight.latest().snapshot.time > before  # while the server has two seconds for goodbye
     stopped.result(ENOUGH)
     assert not is_running(server)
 
