@@ -7,6 +7,7 @@ import json
 import os
 import sys
 import time
+import traceback
 
 import numpy as np
 from pydrake.geometry import Box, Meshcat, MeshcatParams, Rgba
@@ -34,6 +35,7 @@ class Page:
         self.meshcat.SetObject("box", Box(1, 1, 1), Rgba(1, 0, 0, 1))
         ChaseCamera(self.meshcat, 0.3)
         self.view = make()
+        self.view.page().renderProcessTerminated.connect(_ended)
         self.view.resize(300, 300)
         self.view.show()
         self.view.setUrl(QUrl(self.meshcat.web_url()))
@@ -74,10 +76,25 @@ class Page:
         return self.ask(PLACE)
 
 
+def _ended(status, code) -> None:
+    """Say that the page's process has ended, as where the system has no memory to share."""
+    print(json.dumps({"state": {"fault": f"its process ended: {status.name}, {code}"}}), flush=True)
+    os._exit(0)
+
+
 def main() -> None:
     """Ask, and print."""
     page = Page()
-    page.until(lambda: json.loads(page.ask(STATE))["pictures"] > 0)
+    state = {}
+
+    def draws() -> bool:
+        state.update(json.loads(page.ask(STATE)))
+        return state["pictures"] > 0 or bool(state["fault"])
+
+    page.until(draws)
+    if state["fault"]:
+        print(json.dumps({"state": state}), flush=True)
+        os._exit(0)
     page.fly((0.0, 0.0, 1.0), 0.0)
     page.until(lambda: not is_blank(page.view.grab().toImage()))
     found = {"state": json.loads(page.ask(STATE)), "home": page.ask(PLACE)}
@@ -96,4 +113,8 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)  # to take down a web engine that does not answer may wait for ever
