@@ -1,11 +1,15 @@
 """What `workbench inspect` says of the shipped drone and of files that are wrong."""
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 
 from workbench.cli import main
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.loading import load_vehicle
+from workbench.systems.air.settings import calm_air
 
 URDF = """<robot name="plate"><link name="base">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.05"/></inertial>
@@ -57,6 +61,36 @@ def test_json_says_what_a_program_needs(capsys):
     assert data["warnings"] == []
 
 
+def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
+    """Every field of a rotor that the plant reads, each with a value of its own, and the air's."""
+    path = tmp_path / "plate.urdf"
+    path.write_text(URDF)
+    more = "rotor_drag_coefficient: 3.0e-5, rolling_moment_coefficient: 2.0e-6, inertia: 4.0e-5, "
+    (tmp_path / "plate.rotors.yaml").write_text(ROTORS.replace("defaults: {", "defaults: {" + more))
+    data = read_json(capsys, str(path))
+    vehicle = load_vehicle(path)
+    renamed = {
+        "p_BR": "position",
+        "axis_B": "axis",
+        "motor_constant": "thrust_coefficient",
+        "moment_constant": "moment_coefficient",
+        "max_rot_velocity": "max_speed",
+    }
+    drawn = {"velocity_slowdown"}
+    for rotor, told in zip(vehicle.rotors, data["rotors"], strict=True):
+        fields = {f.name for f in dataclasses.fields(rotor)} - drawn
+        for name in fields:
+            value = getattr(rotor, name)
+            assert told[renamed.get(name, name)] == (
+                list(value) if isinstance(value, tuple) else value
+            )
+    assert (vehicle.rotors[0].inertia, vehicle.rotors[0].rotor_drag_coefficient) == (4e-5, 3e-5)
+    air = calm_air(vehicle)
+    assert (data["drag_area"], data["air_density"]) == (air.drag_area, air.air_density)
+    assert data["gravity"] == GRAVITY
+    assert data["ground_clearance"] == vehicle.ground_clearance
+
+
 def test_warnings_are_sentences_with_the_file(plate, capsys):
     warnings = read_json(capsys, str(plate))["warnings"]
     assert all(warning.startswith(str(plate)) for warning in warnings)
@@ -67,7 +101,8 @@ def test_warnings_are_sentences_with_the_file(plate, capsys):
 def test_people_get_tables_a_tree_and_remarks(plate, capsys):
     assert main(["inspect", str(plate)]) == 0
     said = capsys.readouterr().out
-    for words in ("thrust to weight", "rotors (4)", "hover speed", "frames", "repaired", "missing"):
+    heads = "thrust to weight|rotors (4)|hover speed|inertia kg m²|body drag|rotor drag|frames"
+    for words in (*heads.split("|"), "not stated", "repaired", "missing"):
         assert words in said
     assert said.count(str(plate)) == 1  # in the title, and not again with each remark
 

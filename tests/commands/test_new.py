@@ -35,6 +35,8 @@ def test_a_data_sheet_becomes_a_description(run, tmp_path):
     assert first.moment_constant == pytest.approx(values["moment_constant"])
     assert first.max_rot_velocity == pytest.approx(values["max_speed"])
     assert first.time_constant_up == pytest.approx(values["time_constant"])
+    assert first.inertia == pytest.approx(values["rotor_inertia"])
+    assert first.inertia == pytest.approx(0.012 * 0.254**2 / 12.0, rel=0.05)  # a rod of 12 g
     assert told["thrust_to_weight"] == pytest.approx(vehicle.thrust_to_weight)
     assert 600.0 < told["hover_time"] < 2400.0
     assert told["next"] == f"workbench hover --model {target}"

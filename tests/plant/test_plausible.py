@@ -88,6 +88,8 @@ def test_a_drone_as_it_is_published_is_a_drone(root, least):
         (lambda v: with_rotors(v, motor_constant=8.54858e-4), "that of a propeller of some"),
         (lambda v: with_rotors(v, time_constant_up=12.5), "are they in s?"),
         (lambda v: with_rotors(v, moment_constant=1.6), "its moment constant is 1.6 m"),
+        (lambda v: with_rotors(v, inertia=1e-7), "about 4e-05 kg m²: is it the rotor's own"),
+        (lambda v: with_rotors(v, inertia=0.065), "or a placeholder?"),
         (lambda v: dataclasses.replace(v, p_BoBcm_B=(0.16, 0.0, 0.0)), "the centre of mass"),
     ],
 )

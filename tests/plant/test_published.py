@@ -83,6 +83,8 @@ def test_hummingbird_rotors(file):
         assert rotor.moment_constant == 0.016
         assert (rotor.time_constant_up, rotor.time_constant_down) == (0.0125, 0.025)
         assert rotor.max_rot_velocity == 838.0
+        # a tenth of the box: the macro multiplies the mass by rotor_velocity_slowdown_sim
+        assert rotor.inertia == pytest.approx(0.0833333 * 0.009 * (0.1**2 + 0.015**2))
 
 
 def test_hummingbird_says_what_is_missing():
@@ -141,6 +143,7 @@ def test_x500(path):
         assert rotor.moment_constant == 0.016
         assert (rotor.time_constant_up, rotor.time_constant_down) == (0.0125, 0.025)
         assert rotor.max_rot_velocity == 1000.0
+        assert rotor.inertia == pytest.approx(own[2])
     assert said(description, "gz_frame_id", "x500_base")
     assert said(description, "NXP-HGD-CF.dae", "not found")
     assert said(description, "magnetometer_sensor")

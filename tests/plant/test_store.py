@@ -43,6 +43,7 @@ def assert_same(one, other):
         assert after.max_thrust == before.max_thrust
         assert after.moment_constant == before.moment_constant
         assert after.time_constant_down == before.time_constant_down
+        assert after.inertia == before.inertia
     for before, after in zip(one.sensors, other.sensors, strict=True):
         assert (after.name, after.type, after.frame, after.rate) == (
             before.name,

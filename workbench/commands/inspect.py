@@ -89,7 +89,10 @@ def _write(description: "Description", folder: Path) -> list[Path]:
 
 
 def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -> dict[str, Any]:
-    """Return the vehicle in the field's plain words."""
+    """Return the vehicle in the field's plain words: all that its plant flies with, and more."""
+    from workbench.plant.drag import AIR_DENSITY, drag_area
+    from workbench.plant.gravity import GRAVITY
+
     hover = vehicle.hover_speeds
     return {
         "name": vehicle.name,
@@ -99,6 +102,10 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
         "com": vehicle.p_BoBcm_B,
         "inertia": vehicle.I_BBcm_B,
         "thrust_to_weight": vehicle.thrust_to_weight,
+        "gravity": GRAVITY,
+        "air_density": AIR_DENSITY,
+        "drag_area": drag_area(vehicle.mass),
+        "ground_clearance": vehicle.ground_clearance,
         "rotors": [
             {
                 "name": rotor.name,
@@ -112,6 +119,9 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
                 "time_constant_up": rotor.time_constant_up,
                 "time_constant_down": rotor.time_constant_down,
                 "max_speed": rotor.max_rot_velocity,
+                "rotor_drag_coefficient": rotor.rotor_drag_coefficient,
+                "rolling_moment_coefficient": rotor.rolling_moment_coefficient,
+                "inertia": rotor.inertia,
                 "hover_speed": float(speed),
             }
             for rotor, speed in zip(vehicle.rotors, hover, strict=True)
@@ -124,10 +134,14 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
                 "rate": sensor.rate,
                 "link": sensor.link,
                 "position": sensor.p_BS,
+                "rotation": sensor.R_BS,
             }
             for sensor in vehicle.sensors
         ],
-        "frames": [{"name": frame.name, "position": frame.p_BF} for frame in vehicle.frames],
+        "frames": [
+            {"name": frame.name, "position": frame.p_BF, "rotation": frame.R_BF}
+            for frame in vehicle.frames
+        ],
         "warnings": [
             *map(str, description.remarks),
             *(f"{vehicle.source}: {doubt}" for doubt in unlikely),

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from workbench.commands.printing import print_table
+from workbench.plant.drag import drag_area
 from workbench.plant.remarks import HEADINGS, Remark
 
 if TYPE_CHECKING:
@@ -70,8 +71,20 @@ def _body(vehicle: "Vehicle") -> list[tuple[str, str]]:
         ("products of inertia", f"{_exact(inertia[[0, 0, 1], [1, 2, 2]])} kg m² xy, xz, yz"),
         ("thrust to weight", f"{vehicle.thrust_to_weight:.2f}"),
         ("hover speed", hover[0] if len(set(hover)) == 1 else ", ".join(hover)),
+        ("body drag", f"{drag_area(vehicle.mass):.4g} m² of drag area, as of its mass"),
+        ("rotor drag", _rotor_drag(vehicle)),
         ("ground clearance", f"{vehicle.ground_clearance:.3f} m from {vehicle.base_link}"),
     ]
+
+
+def _rotor_drag(vehicle: "Vehicle") -> str:
+    """Return the coefficients of drag across the axes, of each rotor where they differ."""
+    found = [
+        f"{rotor.rotor_drag_coefficient:.4g} N, {rotor.rolling_moment_coefficient:.4g} N m"
+        for rotor in vehicle.rotors
+    ]
+    each = found[0] if len(set(found)) == 1 else "; ".join(found)
+    return f"{each} per rad/s of the rotor and m/s across its axis"
 
 
 def _rotors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
@@ -86,6 +99,7 @@ def _rotors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
             f"{rotor.moment_constant:.5g}",
             f"{rotor.time_constant_up:g} / {rotor.time_constant_down:g}",
             f"{rotor.max_rot_velocity:.5g}",
+            f"{rotor.inertia:.4g}" if rotor.inertia else "not stated",
         )
         for rotor in vehicle.rotors
     ]
@@ -99,6 +113,7 @@ def _rotors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
             "moment/thrust m",
             "lag up / down s",
             "max rad/s",
+            "inertia kg m²",
         ),
         *rows,
     ]

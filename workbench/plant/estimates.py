@@ -12,6 +12,7 @@ from workbench.errors import WorkbenchError
 from workbench.plant.data_sheet import DataSheet, Propeller
 from workbench.plant.drag import AIR_DENSITY
 from workbench.plant.gravity import GRAVITY
+from workbench.plant.rotors import PROPELLER_DENSITY, propeller_inertia
 
 END_SHARE = 0.35
 """Of the mass: motors, speed controllers and propellers, at the ends of the arms."""
@@ -225,6 +226,7 @@ def _rotor(sheet: DataSheet) -> list[Figure]:
                 measured.source,
             )
     found += [constant, moment, _largest_speed(sheet, constant.value, pair), _lag(propeller)]
+    found.append(_inertia(propeller))
     return found
 
 
@@ -265,6 +267,19 @@ def _lag(propeller: Propeller) -> Figure:
         f"{_LAG:g} s at 5.1 in, usual for racers, with the square root of the diameter; published "
         "values for one size differ by a factor of two",
         f"{_LAG:g}*(diameter/{_LAG_DIAMETER:g})**0.5",
+    )
+
+
+def _inertia(propeller: Propeller) -> Figure:
+    """Return a rotor's inertia about its axis."""
+    return Figure(
+        "rotor_inertia",
+        propeller_inertia(propeller.diameter, propeller.blades),
+        "kg m²",
+        "inertia of a rotor about its axis",
+        f"blades as thin rods, two of them weighing {PROPELLER_DENSITY:g} kg/m³ D^3 (12 g at 10 "
+        "in), without the motor's bell; right within a factor of two or three",
+        f"{propeller.blades}/2*{PROPELLER_DENSITY:g}*diameter**5/12",
     )
 
 

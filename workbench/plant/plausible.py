@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.plant.rotors import Rotor
+from workbench.plant.rotors import Rotor, propeller_diameter, propeller_inertia
 from workbench.plant.vehicle import Vehicle
 
 _ARM = 0.2
@@ -28,18 +28,15 @@ _WEAKEST, _STRONGEST = 1.2, 20.0
 """Thrust-to-weight: with less a gust cannot be met; racing quadrotors have 15."""
 _FASTEST = 300.0
 """Speed of a blade's tip [m/s]: close to that of sound, 340, propellers give no more thrust."""
-_THRUST_COEFFICIENT = 0.1
-"""Thrust over density, squared revolutions a second, and the fourth power of the diameter;
-propellers of drones have 0.06 to 0.14 (UIUC propeller data base), so that a diameter that follows
-from it is right to a fifth."""
-_AIR = 1.225
-"""Density [kg/m³]."""
 _OVERLAP = 1.6
 """Diameter over the distance to the next hub; coaxial rotors aside, published ones have up to 1."""
 _LAGS = (5e-4, 0.5)
 """Time constants of rotors [s]; published ones have 0.01 to 0.1."""
 _TORQUE = (0.005, 1.0)
 """Drag torque over thrust and diameter: propellers have 0.05 to 0.1, published ones up to 0.45."""
+_SPINNING = (0.07, 30.0)
+"""Inertia of a rotor over that of a propeller of its thrust. Published ones have 0.2 to 2; the
+diameter, right to a fifth, goes into it with its fifth power, and motors' bells add to it."""
 _UNEVEN = 2.5
 """Between the hover speeds of one drone's rotors."""
 
@@ -105,7 +102,7 @@ def _of_the_thrust(vehicle: Vehicle) -> Iterator[str]:
 
 def _of_the_rotors(vehicle: Vehicle) -> Iterator[str]:
     """Yield what is unlikely of the first rotor of which it is; the others are mostly alike."""
-    for clauses in (_of_speed, _of_size, _of_lag, _of_torque):
+    for clauses in (_of_speed, _of_size, _of_lag, _of_torque, _of_spinning):
         for rotor in vehicle.rotors:
             said = clauses(vehicle, rotor)
             if said:
@@ -156,10 +153,19 @@ def _of_torque(vehicle: Vehicle, rotor: Rotor) -> str:
     )
 
 
+def _of_spinning(vehicle: Vehicle, rotor: Rotor) -> str:
+    usual = propeller_inertia(_diameter(rotor))
+    if rotor.inertia == 0.0 or _SPINNING[0] <= rotor.inertia / usual <= _SPINNING[1]:
+        return ""
+    return (
+        f"its inertia about its axis is {rotor.inertia:.3g} kg m², and a propeller of its thrust "
+        f"has about {usual:.1g} kg m²: is it the rotor's own, or a placeholder?"
+    )
+
+
 def _diameter(rotor: Rotor) -> float:
-    """Return about how large a propeller of a motor constant is [m]."""
-    squared = rotor.motor_constant * (2.0 * math.pi) ** 2
-    return float((squared / (_THRUST_COEFFICIENT * _AIR)) ** 0.25)
+    """Return about how large a rotor's propeller is [m]."""
+    return propeller_diameter(rotor.motor_constant)
 
 
 def _longest_arm(vehicle: Vehicle) -> Rotor:

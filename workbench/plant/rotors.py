@@ -1,5 +1,6 @@
 """Rotors: what a description says of each, and how their thrusts make a wrench."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,14 @@ from workbench.errors import WorkbenchError
 
 LEAST_LIFT = 0.3
 """Share of thrust along body z under which a rotor takes no part in hovering: 73° off."""
+_THRUST_COEFFICIENT = 0.1
+"""Thrust over density, squared revolutions a second, and the fourth power of the diameter;
+propellers of drones have 0.06 to 0.14 (UIUC propeller data base), so that a diameter that follows
+from it is right to a fifth."""
+_AIR = 1.225
+"""Density [kg/m³]."""
+PROPELLER_DENSITY = 0.75
+"""Mass of a propeller of two blades over the cube of its diameter [kg/m³]: 12 g at 10 in."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +41,7 @@ class Rotor:
             and hub [N / (rad/s · m/s)].
         rolling_moment_coefficient: moment against that way, over the same two speeds
             [N·m / (rad/s · m/s)].
+        inertia: about the spin axis, of all that turns [kg·m²]; 0 where nothing states it.
     """
 
     name: str
@@ -48,6 +58,7 @@ class Rotor:
     velocity_slowdown: float = 10.0
     rotor_drag_coefficient: float = 0.0
     rolling_moment_coefficient: float = 0.0
+    inertia: float = 0.0
 
     @property
     def max_thrust(self) -> float:
@@ -58,6 +69,22 @@ class Rotor:
     def lifts(self) -> bool:
         """Whether it helps to hover; one that pushes forwards or down stays at rest."""
         return self.axis_B[2] > LEAST_LIFT
+
+
+def propeller_diameter(motor_constant: float) -> float:
+    """Return about how large a propeller of a motor constant is [m]."""
+    squared = motor_constant * (2.0 * math.pi) ** 2
+    return float((squared / (_THRUST_COEFFICIENT * _AIR)) ** 0.25)
+
+
+def propeller_inertia(diameter: float, blades: int = 2) -> float:
+    """Return about what inertia a propeller has about its axis [kg·m²]: that of thin rods.
+
+    Args:
+        diameter: of the propeller [m].
+        blades: how many it has, each as heavy as half a propeller of two.
+    """
+    return blades / 2.0 * PROPELLER_DENSITY * diameter**5 / 12.0
 
 
 def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:

@@ -61,6 +61,7 @@ def add_rotors(
             ("rotorVelocitySlowdownSim", rotor.velocity_slowdown),
             ("rotorDragCoefficient", rotor.rotor_drag_coefficient),
             ("rollingMomentCoefficient", rotor.rolling_moment_coefficient),
+            ("rotorInertia", rotor.inertia),
         ):
             ET.SubElement(plugin, tag).text = value if isinstance(value, str) else repr(value)
 

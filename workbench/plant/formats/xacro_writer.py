@@ -114,6 +114,8 @@ _TEXT = """\
         <maxRotVelocity>${{max_speed}}</maxRotVelocity>
         <motorConstant>${{motor_constant}}</motorConstant>
         <momentConstant>${{moment_constant}}</momentConstant>
+        <!-- Not Gazebo's: there a rotor's link has it. -->
+        <rotorInertia>${{rotor_inertia}}</rotorInertia>
         <commandSubTopic>command/motor_speed</commandSubTopic>
         <motorNumber>${{number - 1}}</motorNumber>
         <motorType>velocity</motorType>

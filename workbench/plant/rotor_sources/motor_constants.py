@@ -18,6 +18,8 @@ class MotorConstants:
     velocity_slowdown: float
     rotor_drag_coefficient: float = 0.0
     rolling_moment_coefficient: float = 0.0
+    inertia: float | None = None
+    """None where it is not stated, and that of the rotor's link counts."""
 
 
 # kDefault... in rotors_gazebo_plugins' gazebo_motor_model.h and common.h (the slowdown), the same
@@ -64,6 +66,7 @@ def read_constants(
         else otherwise.velocity_slowdown,  # without a remark: it is for the picture only
         rotor_drag_coefficient=_or_none(tags, "rotorDragCoefficient"),
         rolling_moment_coefficient=_or_none(tags, "rollingMomentCoefficient"),
+        inertia=tags.not_negative("rotorInertia") if tags.has("rotorInertia") else None,
     )
     note_assumed(missing, source, tags.file, element, remarks)
     return found

@@ -10,6 +10,7 @@ from workbench.plant.rotor_sources.limit import refuse_crowd
 from workbench.plant.rotor_sources.motor_constants import GAZEBO, read_constants
 from workbench.plant.rotor_sources.mount import mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
+from workbench.plant.rotor_sources.spin import spin_inertia
 from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotors import Rotor
 
@@ -112,6 +113,16 @@ def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
         velocity_slowdown=constants.velocity_slowdown,
         rotor_drag_coefficient=constants.rotor_drag_coefficient,
         rolling_moment_coefficient=constants.rolling_moment_coefficient,
+        inertia=spin_inertia(
+            model,
+            joint,
+            motor_constant=motor_constant,
+            slowdown=constants.velocity_slowdown,
+            file=tags.file,
+            remarks=remarks,
+        )
+        if constants.inertia is None
+        else constants.inertia,
     )
 
 

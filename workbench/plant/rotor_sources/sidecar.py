@@ -12,6 +12,7 @@ from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.mount import Mount, Triple, body_pose, mount_on_joint, triple
 from workbench.plant.rotor_sources.names import find_joint, find_link
 from workbench.plant.rotor_sources.sidecar_file import Entry, Place, load_sidecar
+from workbench.plant.rotor_sources.spin import spin_inertia
 from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, TURNS
 from workbench.plant.rotors import Rotor
 
@@ -47,6 +48,20 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
         mount = mount_on_joint(model, base_link, joint, link, place.file.path, remarks)
     else:
         mount = _free_mount(place, entry, model, base_link, link)
+    motor_constant = _positive(place, "motor_constant", entry.motor_constant)
+    if entry.inertia is not None:
+        inertia = _not_negative(place, "inertia", entry.inertia)
+    elif joint:
+        inertia = spin_inertia(
+            model,
+            joint,
+            motor_constant=motor_constant,
+            slowdown=1.0,
+            file=place.file.path,
+            remarks=remarks,
+        )
+    else:
+        inertia = 0.0
     return Rotor(
         name=entry.name or (joint.name if joint else f"rotor_{place.index}"),
         joint=joint.name if joint else "",
@@ -54,7 +69,7 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
         p_BR=mount.p_BR,
         axis_B=mount.axis_B,
         direction=turn * mount.sense,
-        motor_constant=_positive(place, "motor_constant", entry.motor_constant),
+        motor_constant=motor_constant,
         moment_constant=_positive(place, "moment_constant", entry.moment_constant),
         time_constant_up=_positive(place, "time_constant_up", entry.time_constant_up),
         time_constant_down=_positive(place, "time_constant_down", entry.time_constant_down),
@@ -65,6 +80,7 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
         rolling_moment_coefficient=_not_negative(
             place, "rolling_moment_coefficient", entry.rolling_moment_coefficient
         ),
+        inertia=inertia,
     )
 
 

@@ -17,6 +17,7 @@ class Shared:
     """What several rotors may share; units as in `Rotor`.
 
     `axis` is thrust's in the link's frame, and `direction` (cw or ccw) is seen from its tip.
+    `inertia` None stands for that of the link that turns.
     """
 
     link: str | None = None
@@ -29,6 +30,7 @@ class Shared:
     max_rot_velocity: float | None = None
     rotor_drag_coefficient: float = 0.0
     rolling_moment_coefficient: float = 0.0
+    inertia: float | None = None
 
 
 @dataclass

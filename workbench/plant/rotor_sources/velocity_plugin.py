@@ -16,6 +16,7 @@ from workbench.plant.rotor_sources.motor_constants import (
 )
 from workbench.plant.rotor_sources.mount import Mount, mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
+from workbench.plant.rotor_sources.spin import spin_inertia
 from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotor_sources.weight import total_mass
 from workbench.plant.rotors import Rotor
@@ -94,6 +95,16 @@ def read_velocity_plugin(
             velocity_slowdown=constants.velocity_slowdown,
             rotor_drag_coefficient=constants.rotor_drag_coefficient,
             rolling_moment_coefficient=constants.rolling_moment_coefficient,
+            inertia=spin_inertia(
+                model,
+                rotor.joint,
+                motor_constant=motor_constant,
+                slowdown=constants.velocity_slowdown,
+                file=tags.file,
+                remarks=remarks,
+            )
+            if constants.inertia is None
+            else constants.inertia,
         )
         for rotor, turn in zip(named, turns, strict=True)
     )
