@@ -116,6 +116,9 @@ def test_crazyflie():
         largest = math.sqrt(2.25 * 9.8 * 0.027 / (4 * 3.16e-10))
         assert rotor.max_rot_velocity == pytest.approx(largest * rpm)
     assert said(description, "time constants")
+    unused = "arm max_speed_kmh gnd_eff_coeff prop_radius drag_coeff_xy drag_coeff_z dw_coeff_1"
+    for name in (*unused.split(), "dw_coeff_2", "dw_coeff_3"):
+        assert said(description, f"{name}=", "not used")
 
 
 @pytest.mark.parametrize("path", ["x500", "x500/model.sdf"])

@@ -16,6 +16,9 @@ from workbench.plant.store import safe_name, stored_files
 from workbench.resources import find_model
 
 DRONES = Path(__file__).parent.parent / "drones"
+INERTIAL = (
+    """<inertial><mass value="0.01"/><inertia ixx="1e-6" iyy="3e-5" izz="3e-5"/></inertial>"""
+)
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
@@ -75,6 +78,28 @@ def test_a_joint_that_points_against_the_thrust_keeps_its_turn(tmp_path):
     assert vehicle.rotors[0].direction == 1  # cw about an axis that points down
     stored = store(read_description(path), tmp_path / "stored")
     assert_same(vehicle, make_vehicle(read_description(stored)))
+
+
+def test_a_rotor_that_points_down_turns_backwards_and_pushes_up(quad, write, tmp_path):
+    """As four of an omnicopter's: the same turn seen from the other tip; stored so as well."""
+    at = '<origin xyz="{} 0.05"/>'
+    text = quad
+    for place in ("0.2 0.0", "-0.2 0.0"):
+        assert at.format(place) in text
+        down = at.format(place).replace("/>", ' rpy="3.141592653589793 0 0"/>')
+        text = text.replace(at.format(place), down)
+    path = write(text)
+    description = read_description(path)
+    vehicle = make_vehicle(description)
+    assert [rotor.axis_B for rotor in vehicle.rotors] == [pytest.approx((0, 0, 1))] * 4
+    assert [rotor.direction for rotor in vehicle.rotors] == [-1, 1, -1, 1]
+    assert min(vehicle.hover_speeds) > 100.0
+    said = [remark.element for remark in description.remarks if "backwards" in remark.text]
+    assert said == ["rotor 'joint_0'", "rotor 'joint_2'"]
+    massive = text.replace('<link name="rotor_0"/>', f'<link name="rotor_0">{INERTIAL}</link>')
+    description = read_description(write(massive, "massive.urdf"))
+    stored = store(description, tmp_path / "stored")  # the first turns on its joint, the others not
+    assert_same(make_vehicle(description), make_vehicle(read_description(stored)))
 
 
 def test_drake_alone_reads_it_with_rotors_that_turn(tmp_path):

@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from workbench.errors import WorkbenchError
 from workbench.plant.drawable import with_drawable_meshes
 from workbench.plant.formats.model_folder import description_file
@@ -19,6 +21,7 @@ from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remark, Remarks
 from workbench.plant.rotor_reader import read_rotors
 from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin
+from workbench.plant.rotor_sources.mount import triple
 from workbench.plant.rotor_sources.velocity_plugin import is_velocity_plugin
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensor_reader import read_sensors
@@ -84,8 +87,8 @@ def read_description(
     model = _read(path, args or {}, finder, remarks)
     base_link = find_base_link(model)
     # before links without mass become mere frames
-    found = read_rotors(model, base_link, remarks, Path(rotors) if rotors else None)
-    _note_pushers(path, found, remarks)
+    read = read_rotors(model, base_link, remarks, Path(rotors) if rotors else None)
+    found = tuple(_lifting(path, rotor, remarks) for rotor in read)
     model = one_body(model, base_link, {rotor.joint for rotor in found}, remarks)
     model = repair_inertias(model, remarks)
     sensors = read_sensors(model, base_link, remarks)
@@ -118,12 +121,23 @@ def _read(path: Path, args: Mapping[str, str], finder: PackageFinder, remarks: R
     return read_urdf(path, root, finder, remarks)
 
 
-def _note_pushers(path: Path, rotors: tuple[Rotor, ...], remarks: Remarks) -> None:
-    """Note rotors that take no part in hovering."""
-    for rotor in rotors:
-        if not rotor.lifts:
-            text = "it does not lift along the body's z; it stays at rest"
-            remarks.add("ignored", path, f"rotor '{rotor.name}'", text)
+def _lifting(path: Path, rotor: Rotor, remarks: Remarks) -> Rotor:
+    """Return a rotor as it takes part in hovering, and note where it has to turn backwards.
+
+    A fixed propeller that turns backwards pushes the other way, and Gazebo's motor models turn
+    backwards for a negative speed: so fly those that point down, as four of an omnicopter's eight
+    do. Thrust and torque are taken to be as large that way. Turning ccw seen from one tip of the
+    axis, backwards is ccw seen from the other. Those that push across are left at rest.
+    """
+    backwards = dataclasses.replace(rotor, axis_B=triple(-np.array(rotor.axis_B)))
+    if not rotor.lifts and not backwards.lifts:
+        text = "it does not lift along the body's z; it stays at rest"
+        remarks.add("ignored", path, f"rotor '{rotor.name}'", text)
+    if rotor.lifts or not backwards.lifts:
+        return rotor
+    text = "it points down; it turns backwards and pushes up, with the same constants"
+    remarks.add("assumed", path, f"rotor '{rotor.name}'", text)
+    return backwards
 
 
 def _note_plugins(model: Model, remarks: Remarks) -> None:

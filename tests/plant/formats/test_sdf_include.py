@@ -53,6 +53,45 @@ def names(model: Model) -> list[str]:
     return [link.name for link in model.links]
 
 
+MOTOR = """<plugin filename="gz-sim-multicopter-motor-model-system" name="motor">
+  <jointName>{0}_joint</jointName><linkName>{0}</linkName></plugin>"""
+LINK = '<link name="{}"><inertial><mass>1</mass><inertia/></inertial></link>'
+JOINT = """<joint name="{1}_joint" type="{2}"><parent>{0}</parent><child>{1}</child></joint>"""
+GIMBAL = '<include><uri>model://gimbal</uri></include><joint name="mount" type="fixed">'
+GIMBAL += "<parent>body</parent><child>gimbal::arm</child></joint>"
+
+
+def test_a_missing_include_without_rotors_is_a_remark(models):
+    """All motors name what is here: the gimbal may be missing, and with it the joint to it."""
+    drone = LINK.format("body") + LINK.format("rotor") + JOINT.format("body", "rotor", "revolute")
+    path = write(models, drone + GIMBAL + MOTOR.format("rotor"))
+    remarks = Remarks()
+    model = read_sdf(path, PackageFinder(path), remarks)
+    assert names(model) == ["body", "rotor"]
+    assert [joint.name for joint in model.joints] == ["rotor_joint"]
+    said = [(remark.kind, remark.element) for remark in remarks.found]
+    assert said == [("missing", "<include> of 'model://gimbal'"), ("ignored", "joint 'mount'")]
+    assert "without its mass" in remarks.found[0].text
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        GIMBAL,  # there may be rotors in it
+        GIMBAL + MOTOR.format("rotor"),  # here is one
+        GIMBAL
+        + LINK.format("rotor")
+        + JOINT.format("body", "rotor", "revolute")
+        + MOTOR.format("rotor")
+        + '<frame name="f" attached_to="gimbal::arm"/>',  # what hangs on it cannot be placed
+    ],
+)
+def test_a_missing_include_that_others_need_is_named(models, content):
+    assert "<include> of 'model://gimbal' is not found" in fault(
+        write(models, LINK.format("body") + content)
+    )
+
+
 @pytest.mark.parametrize(
     "uri",
     [

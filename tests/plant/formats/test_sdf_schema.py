@@ -89,8 +89,9 @@ def test_gazebos_frame_of_a_sensor_is_taken(noted, tag):
         "<plugin filename='f' name='n'><anything><at/></anything></plugin>",
         "<gz:system_priority>1</gz:system_priority>",
         link("<drake:rotor_inertia>1</drake:rotor_inertia>"),
-        link("<velocity_decay /><gravity>1</gravity><enable_wind>true</enable_wind>"),
-        link("<self_collide>1</self_collide><kinematic/><light name='l'><x/></light>"),
+        link("<velocity_decay /><gravity>1</gravity><enable_wind>false</enable_wind>"),
+        link("<velocity_decay><linear>0.0</linear></velocity_decay><kinematic/>"),
+        link("<self_collide>1</self_collide>"),
         link(
             "<collision name='c'><geometry><sphere/></geometry><surface><x/></surface></collision>"
         ),
@@ -107,6 +108,24 @@ def test_gazebos_frame_of_a_sensor_is_taken(noted, tag):
 )
 def test_what_the_schema_knows_or_leaves_open_is_not_noted(noted, content):
     assert noted(content) == []
+
+
+@pytest.mark.parametrize(
+    ("content", "element"),
+    [
+        ("<velocity_decay><linear>0.1</linear></velocity_decay>", "<velocity_decay> of <link>"),
+        ("<enable_wind>true</enable_wind>", "<enable_wind> of <link>"),
+        (
+            "<collision name='c'><geometry><sphere/></geometry><surface><mu>1</mu></surface>"
+            "</collision>",
+            "<surface> of <collision>",
+        ),
+    ],
+)
+def test_what_the_schema_knows_and_no_flight_uses_is_noted(noted, content, element):
+    (remark,) = noted(link(content))
+    assert (remark.kind, remark.element) == ("ignored", f"element {element}")
+    assert "; not used (line " in remark.text
 
 
 def test_an_old_frame_attribute_of_a_pose_is_noted_in_a_new_file(noted):
@@ -162,4 +181,4 @@ def test_a_file_that_is_included_twice_is_noted_once(noted, tmp_path):
 def test_hundreds_of_strange_elements_are_not_all_named(noted):
     found = noted("".join(f"<strange_{index}/>" for index in range(300)))
     assert len(found) == 51
-    assert found[-1].text == "not in the SDF schema; left out (250 kinds)"
+    assert found[-1].text == "not in the SDF schema, or not used (250 kinds)"

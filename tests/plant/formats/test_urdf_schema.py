@@ -34,15 +34,27 @@ def test_a_misspelt_word_is_named_with_its_place(inner, said):
 @pytest.mark.parametrize(
     "inner",
     [
-        '<gazebo reference="a"><anything><at/></anything></gazebo>',
-        "<transmission><x/></transmission>",
+        '<gazebo reference="a"><sensor><at/></sensor><material>Gazebo/Red</material></gazebo>',
         '<properties arm="1"/>',
         '<link name="a"><drake:geometry/></link>',
-        '<joint name="j"><limit effort="1"/><dynamics damping="1"/></joint>',
+        '<joint name="j"><limit effort="1"/><dynamics damping="0.0"/></joint>',
     ],
 )
-def test_what_belongs_to_others_is_passed_over(inner):
+def test_what_is_used_or_means_nothing_is_not_noted(inner):
     assert remarks_on(f"<robot>{inner}</robot>") == []
+
+
+def test_what_is_known_and_not_used_is_said():
+    inner = """<gazebo reference="a"><mu1>0.9</mu1><kp>1</kp></gazebo>
+      <gazebo reference="b"><mu1>0.9</mu1></gazebo><transmission><x/></transmission>
+      <joint name="j"><dynamics damping="0.1" friction="0"/></joint>"""
+    assert remarks_on(f"<robot>{inner}</robot>") == [
+        "element <mu1> of <gazebo>: Gazebo's; not used (2 times)",
+        "element <kp> of <gazebo>: Gazebo's; not used",
+        "element <transmission>: ROS's, of control; not used",
+        "element <dynamics> of <joint>: a rotor's lag is that of its motor, and no other joint "
+        "moves; not used",
+    ]
 
 
 def test_a_strangers_thousand_words_are_not_all_repeated():

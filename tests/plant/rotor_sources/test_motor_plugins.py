@@ -82,6 +82,16 @@ def test_every_tag_is_read_and_the_place_is_in_the_body_frame(read):
     )
 
 
+def test_tags_that_are_not_used_are_said_and_topics_are_not(read):
+    remarks = Remarks()
+    more = (
+        "<commandSubTopic>c</commandSubTopic><robotNamespace/><thrustExponent>1.8</thrustExponent>"
+    )
+    read(plugin().replace("</plugin>", f"{more}</plugin>"), remarks=remarks)
+    (said,) = remarks.found
+    assert (said.kind, said.text) == ("ignored", "<thrustExponent>1.8: not known here; not used")
+
+
 def test_counter_clockwise_is_positive(read):
     assert read(plugin(turningDirection="ccw"))[0].direction == 1
 

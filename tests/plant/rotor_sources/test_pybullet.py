@@ -76,7 +76,15 @@ def test_the_lag_is_assumed(crazyflie):
     remarks = Remarks()
     rotor = read(crazyflie(), remarks)[0]
     assert (rotor.time_constant_up, rotor.time_constant_down) == (0.0125, 0.025)
-    assert [remark.kind for remark in remarks.found] == ["assumed"]
+    assert [remark.kind for remark in remarks.found if remark.kind != "ignored"] == ["assumed"]
+
+
+def test_properties_that_no_flight_uses_are_said_with_their_values(crazyflie):
+    remarks = Remarks()
+    read(crazyflie(gnd_eff_coeff="11.4", drag_coeff_z="1e-6", dw_coeff_3="-.11", foo="1"), remarks)
+    said = [remark.element for remark in remarks.found if remark.kind == "ignored"]
+    names = ("arm=0.0397", "gnd_eff_coeff=11.4", "drag_coeff_z=1e-6", "dw_coeff_3=-.11", "foo=1")
+    assert said == [f"{name} of properties" for name in names]
 
 
 def test_propellers_go_by_their_numbers_and_share_the_weight(crazyflie):

@@ -35,9 +35,8 @@ def add_rotors(
             declared = model.joint(joint)
             base = model.link(base_link)
             assert declared and base
-            R_BJ = base.X_ML.rotation().inverse() @ declared.X_MJ.rotation()
-            along = np.dot(R_BJ.matrix() @ np.array(declared.axis_J), rotor.axis_B)
-            direction = direction if along > 0.0 else -direction
+            # Read again, the thrust is on the side of z, whichever way the rotor turns in flight.
+            direction = direction if declared.axis_J[2] >= 0.0 else -direction
         else:
             link = _free_name(robot, f"{rotor.name}_hub")
             joint = _free_name(robot, f"{link}_joint")

@@ -1,5 +1,6 @@
 """Read SDF: a model with all that it includes."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,9 @@ from workbench.plant.formats.sdf_plugins import read_plugin
 from workbench.plant.formats.sdf_poses import ROOT, WORLD, Poses, joint_end, joint_key
 from workbench.plant.formats.sdf_schema import note_unknown
 from workbench.plant.formats.sdf_shapes import ShapeReader
+from workbench.plant.formats.sdf_tree import SdfTree
 from workbench.plant.formats.sdf_values import flag, triple
-from workbench.plant.formats.sdf_world import choose_model
+from workbench.plant.formats.sdf_world import choose_model, motor_names, same_part
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import Element
 from workbench.plant.model import DeclaredSensor, Joint, Link, Model, NamedFrame
@@ -71,8 +73,51 @@ def read_expanded_sdf(path: Path, root: Element, finder: PackageFinder, remarks:
 
 def _read(file: SdfFile, files: SdfFiles, finder: PackageFinder, remarks: Remarks) -> Model:
     """Return what a file says, and those that it includes."""
-    path = file.path
     tree = choose_model(file, files, remarks)
+    if not tree.missing:
+        return _model(file.path, tree, finder, remarks)
+    try:
+        return _model(file.path, _without_missing(tree, remarks), finder, remarks)
+    except WorkbenchError as error:  # most likely what is missing is what it lacks
+        raise tree.missing[0][1] from error
+
+
+def _without_missing(tree: SdfTree, remarks: Remarks) -> SdfTree:
+    """Return a model without the joints to what it includes and is not here.
+
+    Gimbals, cameras and sensors may be missing. What carries rotors may not: then the motor-model
+    plugins are missing too, or they name links and joints that are not here.
+
+    Raises:
+        WorkbenchError: if what is missing may carry rotors.
+    """
+    named = motor_names(tree)
+    here = {part.full_name for part in (*tree.links, *tree.joints)}
+    if not named or not all(any(same_part(name, full) for full in here) for name in named):
+        raise tree.missing[0][1]
+    for include, _ in tree.missing:
+        text = (
+            "its file is not found; it carries no rotor, so that the drone flies without it and "
+            "without its mass, which is not known here"
+        )
+        remarks.add(
+            "missing", include.file, f"<include> of '{shortened(include.text_of('uri'))}'", text
+        )
+    poses = Poses(tree, Remarks())
+    joints = []
+    for joint in tree.joints:
+        try:
+            for end in ("parent", "child"):
+                poses.find(joint, joint_end(joint, end))
+        except WorkbenchError:
+            remarks.add("ignored", joint.file, joint.title, "it joins what is missing; left out")
+        else:
+            joints.append(joint)
+    return dataclasses.replace(tree, joints=tuple(joints))
+
+
+def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -> Model:
+    """Return the records of a model."""
     note_unknown(tree.sources, remarks)
     if not tree.links:
         raise WorkbenchError(f"{path}: model '{shortened(tree.name)}' has no link: add one")

@@ -20,6 +20,10 @@ _TEMPLATE = re.compile(rb"\{\{|\{%|<%")
 _VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})(\.\d{1,4})*")
 
 
+class MissingIncludeError(WorkbenchError):
+    """The file of an `<include>` is not here."""
+
+
 @dataclass(frozen=True)
 class SdfFile:
     """A file that was read.
@@ -58,7 +62,8 @@ class SdfFiles:
         """Return the file that an `<include>` means.
 
         Raises:
-            WorkbenchError: naming the `<include>`, if its file is not found, or no SDF.
+            MissingIncludeError: naming the `<include>`, if its file is not found.
+            WorkbenchError: if it is no SDF.
         """
         uri = include.text_of("uri")
         if not uri:
@@ -84,9 +89,8 @@ class SdfFiles:
             if online
             else "is not found:"
         )
-        raise include.fault(
-            f"<include> of '{shortened(uri)}' {problem} {self._finder.hint(shortened(name))}"
-        )
+        text = f"<include> of '{shortened(uri)}' {problem} {self._finder.hint(shortened(name))}"
+        raise MissingIncludeError(str(include.fault(text)))
 
 
 def model_name(uri: str) -> str:

@@ -35,6 +35,30 @@ _KNOWN: dict[str, frozenset[str]] = {
 }
 """Children by their parent: what any version from 1.4 to 1.12 has; source: sdformat.org/spec."""
 
+_UNUSED: dict[str, dict[str, str]] = {
+    "model": {
+        "gripper": "no flight has grippers",
+        "model_state": "a scenario says how a flight begins",
+        "enable_wind": "a scenario says what wind there is",
+    },
+    "include": {"model_state": "a scenario says how a flight begins"},
+    "link": {
+        "velocity_decay": "drag is that of body and rotors",
+        "enable_wind": "a scenario says what wind there is",
+        "kinematic": "every link moves with the body",
+        "light": "lights are not drawn",
+        "battery": "the battery lasts as long as battery_duration says",
+        "particle_emitter": "particles are not drawn",
+        "projector": "projectors are not drawn",
+    },
+    "inertial": {"fluid_added_mass": "no flight has added mass"},
+    "collision": {"surface": "friction and stiffness of the ground are the workbench's own"},
+    "joint": {"physics": "no joint moves but rotors"},
+    "axis": {"dynamics": "a rotor's lag is that of its motor, and no other joint moves"},
+}
+"""Children that SDF knows and no flight uses, and what holds instead."""
+_NOTHING = ("", "0", "false")
+
 _SENSOR_FRAMES = ("gz_frame_id", "ignition_frame_id")
 MOST_REMARKS = 50
 """Strange elements of one description that are named one by one."""
@@ -42,7 +66,7 @@ MOST_REMARKS = 50
 
 @dataclass
 class _Strange:
-    """What is not in the schema, how often, and the line of the first."""
+    """What is not in the schema or not used, how often, and the line of the first."""
 
     kind: RemarkKind
     file: Path
@@ -53,7 +77,7 @@ class _Strange:
 
 
 def note_unknown(sources: Iterable[Node], remarks: Remarks) -> None:
-    """Note what SDF does not know, once for each file, parent element and name.
+    """Note what SDF does not know or no flight uses, once for each file, parent and name.
 
     Args:
         sources: the `<model>` and `<include>` elements that were read.
@@ -65,7 +89,7 @@ def note_unknown(sources: Iterable[Node], remarks: Remarks) -> None:
         _collect(source, seen, found)
     for index, strange in enumerate(found.values()):
         if index == MOST_REMARKS:
-            text = f"not in the SDF schema; left out ({len(found) - index} kinds)"
+            text = f"not in the SDF schema, or not used ({len(found) - index} kinds)"
             remarks.add("ignored", strange.file, "further elements", text)
             break
         first = f"first in line {strange.line}" if strange.count > 1 else f"line {strange.line}"
@@ -106,6 +130,14 @@ def _strange(parent: Node, child: Node) -> _Strange | None:
         what = "attribute relative_to of <pose> of <inertial>"
     elif tag == "experimental:params":
         text = "it would change what is included; not applied"
+    elif tag in _UNUSED.get(over, {}) and _says_something(child):
+        text = f"{_UNUSED[over][tag]}; not used"
     elif tag in _KNOWN[over] or ":" in tag:  # the specification allows elements of one's own
         return None
     return _Strange(kind, child.file, what, text, child.element.line)
+
+
+def _says_something(node: Node) -> bool:
+    """Return whether an element is more than empty, zero or false, all through."""
+    texts = ((element.text or "").strip().lower() for element in node.element.iter())
+    return any(text.rstrip("0").rstrip(".") not in _NOTHING for text in texts)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 
-from workbench.plant.formats.sdf_include import SdfFile, SdfFiles
+from workbench.plant.formats.sdf_include import MissingIncludeError, SdfFile, SdfFiles
 from workbench.plant.formats.sdf_node import Node, checked_name
 from workbench.plant.formats.sdf_values import flag
 from workbench.plant.formats.xml import MOST_ELEMENTS, Element
@@ -52,6 +52,8 @@ class SdfTree:
         joints: `<joint>` elements.
         frames: `<frame>` elements.
         plugins: `<plugin>` elements of models and includes.
+        missing: `<include>`s in the model whose files are not here, each with the error that says
+            so.
     """
 
     name: str
@@ -62,10 +64,11 @@ class SdfTree:
     joints: tuple[Node, ...]
     frames: tuple[Node, ...]
     plugins: tuple[Node, ...]
+    missing: tuple[tuple[Node, MissingIncludeError], ...] = ()
 
 
 def grow_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
-    """Return the whole of a model.
+    """Return the whole of a model; what it includes and is not here is told, and left out.
 
     Args:
         file: it stands in.
@@ -99,6 +102,8 @@ def grow_in_world(file: SdfFile, top: Node, files: SdfFiles, taken: Container[st
     names = (f"{found.name}_{number}" if number else found.name for number in count())
     name = next(name for name in names if name not in taken)
     grower.add(found, _nested(found, name), 1)
+    for _, fault in grower.missing:
+        raise fault
     return _tree(grower, found, name)
 
 
@@ -114,6 +119,7 @@ def _tree(grower: "_Grower", found: "_Found", name: str) -> SdfTree:
         joints=tuple(grower.joints),
         frames=tuple(grower.frames),
         plugins=tuple(grower.plugins),
+        missing=tuple(grower.missing),
     )
 
 
@@ -166,6 +172,7 @@ class _Grower:
         self.joints: list[Node] = []
         self.frames: list[Node] = []
         self.plugins: list[Node] = []
+        self.missing: list[tuple[Node, MissingIncludeError]] = []
 
     def follow(self, found: _Found) -> _Found:
         """Return the model that includes lead to; a model is returned as it is."""
@@ -254,7 +261,11 @@ class _Grower:
             case "plugin":
                 self.plugins.append(child)
             case "model" | "include":
-                found = self.follow(_Found(child, (), files))
+                try:
+                    found = self.follow(_Found(child, (), files))
+                except MissingIncludeError as fault:
+                    self.missing.append((child, fault))
+                    return
                 merged = tag == "include" and flag(child, child.attribute("merge"))
                 self.add(
                     found, self._merged(found) if merged else _nested(found, found.name), depth + 1

@@ -78,9 +78,14 @@ def _flying(file: SdfFile, tops: list[Node], files: SdfFiles) -> tuple[Node, Sdf
     faults: list[WorkbenchError] = []
     for top in tops:
         try:
-            grown.append((top, grow_tree(file, top, files)))
+            tree = grow_tree(file, top, files)
         except WorkbenchError as fault:  # scenery that is not at hand need not keep us
             faults.append(fault)
+            continue
+        if tree.missing and not has_motors(tree):
+            faults.append(tree.missing[0][1])
+        else:
+            grown.append((top, tree))
     flying = [(top, tree) for top, tree in grown if has_motors(tree)]
     if not flying and faults:
         others = f" (and so with {len(faults) - 1} more models)" if len(faults) > 1 else ""
@@ -124,8 +129,31 @@ def gazebos_own(top: Node) -> str:
 
 def has_motors(tree: SdfTree) -> bool:
     """Return whether a model has a motor-model plugin of RotorS, PX4 or gz-sim."""
-    names = [plugin.attribute("filename") + plugin.attribute("name") for plugin in tree.plugins]
-    return any("motormodel" in "".join(filter(str.isalnum, name)).lower() for name in names)
+    return any(map(_is_motor, tree.plugins))
+
+
+def motor_names(tree: SdfTree) -> list[str]:
+    """Return the links and joints that a model's motor-model plugins name."""
+    return [
+        plugin.text_of(tag)
+        for plugin in tree.plugins
+        if _is_motor(plugin)
+        for tag in ("jointName", "linkName")
+    ]
+
+
+def same_part(name: str, full_name: str) -> bool:
+    """Return whether a plugin's name for a link or joint may mean one, whatever its scope."""
+    return _without_scopes(name) == _without_scopes(full_name)
+
+
+def _without_scopes(name: str) -> str:
+    return name.replace("::", "/").rpartition("/")[2]
+
+
+def _is_motor(plugin: Node) -> bool:
+    name = plugin.attribute("filename") + plugin.attribute("name")
+    return "motormodel" in "".join(filter(str.isalnum, name)).lower()
 
 
 def top_name(top: Node) -> str:

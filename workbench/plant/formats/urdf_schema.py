@@ -1,4 +1,4 @@
-"""What URDF knows: elements that it does not are most often misspelt, and said."""
+"""What URDF knows and what of it is used: other elements are most often misspelt, and said."""
 
 from collections import Counter
 from difflib import get_close_matches
@@ -29,6 +29,9 @@ _ATTRIBUTES = {
     "parent": "link",
     "child": "link",
 }
+_IN_GAZEBO = ["material", "sensor", "plugin", "preserveFixedJoint", "disableFixedJointLumping"]
+"""Children of `<gazebo>` that are used, or say what holds here always; others are Gazebo's own."""
+_CONTROL = ("transmission", "ros2_control")
 _MOST = 50
 """Of such remarks; a stranger's file may have very many."""
 
@@ -36,14 +39,37 @@ _MOST = 50
 def note_unknown(path: Path, robot: Element, remarks: Remarks) -> None:
     """Note elements and attributes that URDF does not know, once for each place and name.
 
-    What stands in `<gazebo>` and other blocks of Gazebo's and ROS's is not looked at, nor are
-    names with a prefix.
+    What URDF, Gazebo and ROS know and no flight uses is noted as well, likewise. Blocks of Gazebo
+    and ROS are not looked into, nor are names with a prefix.
     """
     found: Counter[tuple[str, str]] = Counter()
     _count(robot, "the robot", found)
     for (what, owner), times in list(found.items())[:_MOST]:
         often = "" if times == 1 else f" ({times} times)"
         remarks.add("ignored", path, what, f"not known in URDF{owner}; left out{often}")
+    for (what, why), times in list(_unused(robot).items())[:_MOST]:
+        often = "" if times == 1 else f" ({times} times)"
+        remarks.add("ignored", path, what, f"{why}; not used{often}")
+
+
+def _unused(robot: Element) -> Counter[tuple[str, str]]:
+    """Return what URDF, Gazebo and ROS know and no flight uses, and why, with how often."""
+    found: Counter[tuple[str, str]] = Counter()
+    for child in robot:
+        if not isinstance(child, Element):
+            continue
+        if child.tag in _CONTROL:
+            found[f"element <{child.tag}>", "ROS's, of control"] += 1
+        if child.tag == "gazebo":
+            tags = (part.tag for part in child if isinstance(part, Element))
+            for tag in tags:
+                if tag not in _IN_GAZEBO:
+                    found[f"element <{shortened(tag)}> of <gazebo>", "Gazebo's"] += 1
+        dynamics = child.find("dynamics") if child.tag == "joint" else None
+        if dynamics is not None and any(value.strip("0.") for value in dynamics.attrib.values()):
+            why = "a rotor's lag is that of its motor, and no other joint moves"
+            found["element <dynamics> of <joint>", why] += 1
+    return found
 
 
 def _count(element: Element, owner: str, found: Counter[tuple[str, str]]) -> None:

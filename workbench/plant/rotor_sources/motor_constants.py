@@ -33,6 +33,20 @@ GAZEBO = MotorConstants(
 )
 
 
+CONSTANTS = (
+    "motorConstant",
+    "momentConstant",
+    "timeConstantUp",
+    "timeConstantDown",
+    "maxRotVelocity",
+    "rotorVelocitySlowdownSim",
+    "rotorDragCoefficient",
+    "rollingMomentCoefficient",
+    "rotorInertia",
+)
+"""Tags that are used."""
+
+
 def read_constants(
     tags: Tags, otherwise: MotorConstants, source: str, element: str, remarks: Remarks
 ) -> MotorConstants:

@@ -7,7 +7,7 @@ from workbench.plant.formats.values import shortened
 from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.limit import refuse_crowd
-from workbench.plant.rotor_sources.motor_constants import GAZEBO, read_constants
+from workbench.plant.rotor_sources.motor_constants import CONSTANTS, GAZEBO, read_constants
 from workbench.plant.rotor_sources.mount import mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
 from workbench.plant.rotor_sources.spin import spin_inertia
@@ -18,6 +18,16 @@ _FILES = ("gazebo_motor_model", "multicopter-motor-model")
 _CLASS = "::MulticopterMotorModel"
 _KIND = "motor-model plugin"
 _MOST_DIGITS = 4
+_USED = (
+    *CONSTANTS,
+    "jointName",
+    "linkName",
+    "turningDirection",
+    "motorNumber",
+    "actuator_number",
+    "motorType",
+    "reversible",
+)
 
 
 def is_motor_plugin(plugin: DeclaredPlugin) -> bool:
@@ -97,6 +107,7 @@ def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
     motor_constant = tags.positive("motorConstant")
     element = f"motor model of '{joint.name}'"
     constants = read_constants(tags, GAZEBO, "Gazebo's defaults", element, remarks)
+    tags.note_unused(_USED, element, remarks)
     mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
     return Rotor(
         name=joint.name,

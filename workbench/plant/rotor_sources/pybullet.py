@@ -19,6 +19,19 @@ RPM = 2.0 * math.pi / 60.0
 GRAVITY = 9.8
 """Of gym-pybullet-drones [m/s²]: its thrust2weight refers to it."""
 _PROPELLER = re.compile(r"(?:.*(?:::|/))?prop([0-9]{1,4})_link", re.DOTALL)
+_USED = ("kf", "km", "thrust2weight")
+_EFFECTS = {
+    "arm": "the places of the propellers' links count",
+    "max_speed_kmh": "no flight is held to it",
+    "gnd_eff_coeff": "no flight has ground effect",
+    "prop_radius": "no flight has ground effect",
+    "drag_coeff_xy": "rotors have the drag that a file of rotors gives them",
+    "drag_coeff_z": "no flight has drag along the rotors' axes",
+    "dw_coeff_1": "no flight has downwash",
+    "dw_coeff_2": "no flight has downwash",
+    "dw_coeff_3": "no flight has downwash",
+}
+"""Why properties are not used."""
 _REVERSED = "racer"
 """The one model of theirs whose propellers turn the other way (RACE in `BaseAviary._physics`)."""
 
@@ -50,6 +63,11 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
         remarks.add("ignored", model.source, "properties", text)
         return ()
     refuse_crowd(model.source, len(links))
+    for key, written in model.properties:
+        if key not in _USED:
+            text = f"{_EFFECTS.get(key, 'not known here')}; not used"
+            what = f"{shortened(key)}={shortened(written)} of properties"
+            remarks.add("ignored", model.source, what, text)
     kf, km = _coefficient(model, "kf"), _coefficient(model, "km")
     motor_constant = kf / RPM**2
     moment_constant = km / kf

@@ -1,15 +1,22 @@
 """The children of a plugin element as texts and numbers, with file and line of what is wrong."""
 
 import math
+import re
+from collections.abc import Container
 
 from workbench.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import place
 from workbench.plant.model import DeclaredPlugin
+from workbench.plant.remarks import Remarks
 
 SMALLEST = 1e-20
 LARGEST = 1e6
 """No constant of a motor lies beyond these, in SI or per RPM."""
+
+_NOT_PHYSICAL = re.compile(r"(?i)topic|namespace|node_?name|frame_?id|channel|pub_?rate")
+"""Tags about how Gazebo talks with others."""
+_MOST_NAMED = 10
 
 TURNS = {"ccw": 1, "cw": -1}
 
@@ -88,6 +95,25 @@ class Tags:
             return float(self._element.findtext(tag) or "")
         except ValueError:
             return math.nan
+
+    def note_unused(self, used: Container[str], element: str, remarks: Remarks) -> None:
+        """Note the children that are neither used nor about topics and names of Gazebo's.
+
+        Args:
+            used: names of those that are.
+            element: what the remark is about.
+            remarks: where to note.
+        """
+        unused = [
+            f"<{shortened(str(child.tag))}>{shortened(child.text or '')}"
+            for child in self._element
+            if isinstance(child.tag, str)
+            and child.tag not in used
+            and not _NOT_PHYSICAL.search(child.tag)
+        ]
+        if unused:
+            text = f"{', '.join(unused[:_MOST_NAMED])}: not known here; not used"
+            remarks.add("ignored", self.file, element, text)
 
     def fault(self, tag: str, advice: str) -> WorkbenchError:
         """Return the error for a child whose text cannot be."""

@@ -10,6 +10,7 @@ from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.limit import refuse_crowd
 from workbench.plant.rotor_sources.motor_constants import (
+    CONSTANTS,
     GAZEBO,
     note_assumed,
     read_constants,
@@ -77,6 +78,8 @@ def read_velocity_plugin(
     if len({rotor.joint.name for rotor in named}) < len(named):
         raise WorkbenchError(f"{tags.where()}: {_KIND} names a joint twice: name each once")
     constants = read_constants(tags, ASSUMED, "figures of RotorS and its like", _KIND, remarks)
+    numbered = [f"{tag}{n}" for n in numbers for tag in ("joint", "link", "turningDirection")]
+    tags.note_unused(["link", *CONSTANTS, *numbered], _KIND, remarks)
     motor_constant = _motor_constant(tags, model, len(named), constants.max_rot_velocity, remarks)
     turns = _turns(tags, named, remarks)
     return tuple(
