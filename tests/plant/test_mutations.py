@@ -47,17 +47,37 @@ ROTOR = """
       <turningDirection>{turn}</turningDirection><motorConstant>1e-5</motorConstant>
       <momentConstant>0.02</momentConstant><maxRotVelocity>1000</maxRotVelocity>
       <timeConstantUp>0.02</timeConstantUp><timeConstantDown>0.03</timeConstantDown></plugin>"""
+MJCF = """<mujoco model="frame"><compiler angle="radian"/>
+  <default><geom density="300"/><default class="r"><motor ctrlrange="0 6"/></default></default>
+  <asset><mesh name="m" file="gone.obj" scale="1 1 1"/><material name="c" rgba="1 0 0 1"/></asset>
+  <worldbody><body name="hull"><freejoint/>
+    <geom name="box" type="box" size="0.1 0.1 0.02" euler="0 0 0.1"/>
+    <geom type="capsule" size="0.01" fromto="0 0 0 0.2 0.2 0"/>
+    <geom type="mesh" mesh="m" mass="0.1" material="c" contype="0" conaffinity="0"/>
+    <frame pos="0 0 0.01" quat="1 0 0 0"><site name="s0" pos="0.2 0.2 0"/></frame>
+    <site name="s1" pos="-0.2 0.2 0"/><site name="s2" pos="-0.2 -0.2 0" zaxis="0 0 1"/>
+    <site name="s3" pos="0.2 -0.2 0" axisangle="0 0 1 1"/>
+    <body name="mast" pos="0 0 0.1" xyaxes="1 0 0 0 1 0"><joint name="pan" axis="0 0 1"/>
+      <inertial pos="0 0 0.01" mass="0.1" fullinertia="1e-4 1e-4 1e-4 0 0 0"/></body>
+  </body></worldbody>
+  <actuator><motor class="r" name="a" site="s0" gear="0 0 1 0 0 -0.02"/>
+    <motor class="r" name="b" site="s1" gear="0 0 1 0 0 0.02"/>
+    <general class="r" name="c" site="s2" gear="0 0 1 0 0 -0.02" ctrlrange="0 6" dyntype="filter"
+      dynprm="0.02" gainprm="1 0"/>
+    <motor class="r" name="d" site="s3" gear="0 0 1 0 0 0.02"/></actuator>
+</mujoco>"""
 PLACES = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
 
 
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory) -> list[Path]:
-    """Descriptions to spoil: ours as URDF, one SDF, and the published ones where they are."""
+    """Descriptions to spoil: ours, an SDF, an MJCF, and the published ones where they are."""
     folder = tmp_path_factory.mktemp("originals")
     rotors = "".join(
         ROTOR.format(i=i, x=x, y=y, turn=("cw", "ccw")[i % 2]) for i, (x, y) in enumerate(PLACES)
     )
     (folder / "frame.sdf").write_text(SDF.format(rotors=rotors))
+    (folder / "frame.xml").write_text(MJCF)
     for name in ("hexacopter", "tilted_quad"):
         path = HERE.parent / "drones" / f"{name}.urdf.xacro"
         text = xacro.process_file(str(path)).toprettyxml()

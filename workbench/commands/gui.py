@@ -4,7 +4,7 @@ import argparse
 import os
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands.options import NO_SENSORS, add_command, add_description_options
+from workbench.commands.options import MODEL_HELP, NO_SENSORS, add_command, add_description_options
 from workbench.errors import WorkbenchError
 from workbench.gui.first_flight import DEFAULT_SCENARIO
 
@@ -31,7 +31,7 @@ def add_parser(commands: Any) -> None:
         "--model",
         default="",
         metavar="NAME|PATH",
-        help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder",
+        help=MODEL_HELP,
     )
     add_description_options(parser)
     parser.add_argument(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
 from workbench.commands.options import (
+    MODEL_HELP,
     add_command,
     add_description_options,
     add_json_option,
@@ -33,7 +34,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "model",
         metavar="NAME|PATH",
-        help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder",
+        help=MODEL_HELP,
     )
     add_description_options(parser)
     add_rotors_option(parser)

@@ -12,6 +12,9 @@ from workbench.parameters import parse_setting
 if TYPE_CHECKING:
     from workbench.scenario import Scenario
 
+MODEL_HELP = (
+    "shipped model, or a .xacro, .urdf, .sdf or MuJoCo .xml file, or a Gazebo model's folder"
+)
 NO_SENSORS = "none"
 """What to name for none."""
 
@@ -37,8 +40,7 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--model",
         metavar="NAME|PATH",
-        help="shipped model, or a .xacro, .urdf, .sdf file, or a Gazebo model's folder (default: "
-        "dh_drone)",
+        help=f"{MODEL_HELP} (default: dh_drone)",
     )
     add_description_options(group)
     add_rotors_option(group)

@@ -23,7 +23,7 @@ class FileKind(Enum):
 
 FILTERS = {
     FileKind.SCENARIO: "Scenarios (*.yaml *.yml)",
-    FileKind.MODEL: "Drones (*.xacro *.urdf *.sdf)",
+    FileKind.MODEL: "Drones (*.xacro *.urdf *.sdf *.xml)",
     FileKind.WORLD: "Worlds (*.yaml *.yml *.sdf *.world)",
     FileKind.LOG: "Logs (*.mcap)",
 }
@@ -31,6 +31,7 @@ FILTERS = {
 _BY_ENDING = {
     ".xacro": FileKind.MODEL,
     ".urdf": FileKind.MODEL,
+    ".xml": FileKind.MODEL,
     ".world": FileKind.WORLD,
     ".mcap": FileKind.LOG,
 }
@@ -55,7 +56,7 @@ def kind_of(path: Path) -> FileKind:
         return FileKind.WORLD if world else FileKind.SCENARIO
     raise WorkbenchError(
         f"{path.name} cannot be opened: drop a scenario or world (.yaml), a drone (.xacro, .urdf, "
-        ".sdf), or a log (.mcap)"
+        ".sdf, .xml), or a log (.mcap)"
     )
 
 

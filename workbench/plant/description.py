@@ -1,4 +1,4 @@
-"""Read a drone description: xacro, URDF or SDF in; links, rotors, sensors and remarks out."""
+"""Read a drone description: xacro, URDF, SDF or MJCF in; links, rotors, sensors and remarks out."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.errors import WorkbenchError
 from workbench.plant.drawable import with_drawable_meshes
+from workbench.plant.formats.mjcf import read_mjcf
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.sdf import read_expanded_sdf, read_sdf
 from workbench.plant.formats.sdf_include import refuse_template
@@ -67,7 +68,7 @@ def read_description(
     packages: Mapping[str, str] | None = None,
     rotors: Path | str = "",
 ) -> Description:
-    """Read a `.xacro`, `.urdf` or `.sdf` file (or another that holds one of these), or a folder.
+    """Read a `.xacro`, `.urdf`, `.sdf` or MuJoCo's `.xml` file (or another with one), or a folder.
 
     Args:
         path: the file, or the folder of a Gazebo model.
@@ -118,6 +119,8 @@ def _read(path: Path, args: Mapping[str, str], finder: PackageFinder, remarks: R
         raise WorkbenchError(f"{path}: only a xacro file takes arguments ({', '.join(args)})")
     elif root.tag == "sdf":
         return read_sdf(path, finder, remarks)
+    elif root.tag == "mujoco":
+        return read_mjcf(path, root, finder, remarks)
     return read_urdf(path, root, finder, remarks)
 
 

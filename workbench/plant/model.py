@@ -110,6 +110,29 @@ class DeclaredPlugin:
 
 
 @dataclass(frozen=True)
+class DeclaredActuator:
+    """An actuator of MJCF at a site S of a link.
+
+    Attributes:
+        name: of the actuator.
+        link: that it pushes.
+        X_LS: where.
+        force_S: on the link, over the control.
+        moment_S: likewise.
+        most: the largest control, None where there is no limit.
+        time_constant: of a first-order filter before it [s], None where there is none.
+    """
+
+    name: str
+    link: str
+    X_LS: RigidTransform
+    force_S: tuple[float, float, float]
+    moment_S: tuple[float, float, float]
+    most: float | None
+    time_constant: float | None
+
+
+@dataclass(frozen=True)
 class Model:
     """What a description file says, before anything is made of it.
 
@@ -121,6 +144,7 @@ class Model:
         frames: SDF frames.
         sensors: all `<sensor>` elements.
         plugins: all `<plugin>` elements.
+        actuators: those of MJCF that push or turn a site.
         properties: the attributes of gym-pybullet-drones' `<properties>` tag, or empty.
     """
 
@@ -132,6 +156,7 @@ class Model:
     sensors: tuple[DeclaredSensor, ...]
     plugins: tuple[DeclaredPlugin, ...]
     properties: tuple[tuple[str, str], ...] = ()
+    actuators: tuple[DeclaredActuator, ...] = ()
 
     def link(self, name: str) -> Link | None:
         """Return the link of a name, if there is one."""

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from workbench.plant.model import DeclaredPlugin, Model
 from workbench.plant.remarks import Remarks
+from workbench.plant.rotor_sources.mjcf_actuators import read_mjcf_actuators
 from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin, read_motor_plugins
 from workbench.plant.rotor_sources.names import same_name
 from workbench.plant.rotor_sources.pybullet import is_pybullet, read_pybullet
@@ -23,7 +24,7 @@ def read_rotors(
     """Return the rotors that a description or the sidecar beside it declares, or none.
 
     Of several ways in one description the one that says most counts: sidecar, motor-model
-    plugins, the paper's plugin block, gym-pybullet-drones' properties.
+    plugins, the paper's plugin block, gym-pybullet-drones' properties, MuJoCo's actuators.
 
     Args:
         model: what the description says.
@@ -50,12 +51,16 @@ def read_rotors(
         return rotors
     if blocks:
         return read_velocity_plugin(model, blocks[0], base_link, remarks)
-    return read_pybullet(model, base_link, remarks) if is_pybullet(model) else ()
+    if is_pybullet(model):
+        return read_pybullet(model, base_link, remarks)
+    return read_mjcf_actuators(model, base_link, remarks)
 
 
 def _declares_rotors(model: Model) -> bool:
-    return is_pybullet(model) or any(
-        is_motor_plugin(plugin) or is_velocity_plugin(plugin) for plugin in model.plugins
+    return (
+        bool(model.actuators)
+        or is_pybullet(model)
+        or any(is_motor_plugin(plugin) or is_velocity_plugin(plugin) for plugin in model.plugins)
     )
 
 

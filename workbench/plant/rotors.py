@@ -122,7 +122,7 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
     if rank < 4:
         raise WorkbenchError(
             f"the {len(rotors)} rotors cannot control thrust, roll, pitch and yaw independently "
-            f"(rank {rank} of 4): check rotor positions and turning directions"
+            f"(rank {rank} of 4{_bound(rows)}): check rotor positions and turning directions"
         )
     allocation = np.linalg.pinv(rows)
     allocation[~lifting] = 0.0  # exactly: the inverse leaves rounding there
@@ -132,3 +132,17 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
             "directions, and that the centre of mass lies between them"
         )
     return allocation
+
+
+def _bound(rows: np.ndarray) -> str:
+    """Return what of (thrust, roll, pitch, yaw) rotors cannot make alone, a clause."""
+    scaled = rows / np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-12)
+    weights = np.abs(np.linalg.svd(scaled)[0][:, -1])
+    names = [
+        name
+        for name, weight in zip(("thrust", "roll", "pitch", "yaw"), weights, strict=True)
+        if weight > 0.1
+    ]
+    if len(names) == 1:
+        return f", without {names[0]}"
+    return f", {' and '.join(names)} go together" if len(names) == 2 else ""

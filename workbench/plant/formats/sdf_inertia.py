@@ -1,18 +1,14 @@
 """Mass and inertia of a link in SDF."""
 
-import math
-from dataclasses import dataclass
-
-import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.sdf_poses import Poses
 from workbench.plant.formats.sdf_shapes import solid
 from workbench.plant.formats.sdf_values import flag, number, pose
+from workbench.plant.formats.solids import Solid, together, volume
 from workbench.plant.model import Inertial
 from workbench.plant.remarks import Remarks
-from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
 
 _DENSITY = 1000.0
 """Of water [kg/m³]: what SDF assumes."""
@@ -53,15 +49,6 @@ def read_inertial(link: Node, poses: Poses, remarks: Remarks) -> Inertial:
     return Inertial(mass, X_LI, (xx, yy, zz), (xy, xz, yz))
 
 
-@dataclass(frozen=True)
-class _Body:
-    """Mass [kg], centre of mass in L [m] and inertia about it in L's axes [kg·m²]."""
-
-    mass: float
-    p_LBcm: np.ndarray
-    I_BBcm_L: np.ndarray
-
-
 def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks) -> Inertial:
     """Return what SDF's `<inertial auto="true">` asks for; a given mass scales it."""
     bodies = []
@@ -74,61 +61,11 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
             remarks.add("assumed", link.file, link.title, text)
             continue
         X_LC = poses.X_LF(node, link.full_name)
-        mass = number(node, "density", density) * _volume(shape)
-        R_LC = X_LC.rotation().matrix()
-        I_L = R_LC @ np.diag(mass * _unit_moments(shape)) @ R_LC.T
-        bodies.append(_Body(mass, X_LC.translation(), I_L))
+        mass = number(node, "density", density) * volume(shape)
+        bodies.append(Solid(mass, X_LC, shape))
     total = sum(body.mass for body in bodies)
     if not bodies or min(body.mass for body in bodies) <= 0.0:
         text = "automatic inertia has no collision with a mass; SDF's defaults of 1 kg and 1 kg·m² "
         remarks.add("assumed", link.file, link.title, text + "hold")
         return _DEFAULT
-    p_LLcm = sum((body.mass * body.p_LBcm for body in bodies), np.zeros(3)) / total
-    I_L = np.zeros((3, 3))
-    for body in bodies:
-        p = body.p_LBcm - p_LLcm
-        I_L += body.I_BBcm_L + body.mass * (p @ p * np.eye(3) - np.outer(p, p))
-    scale = number(inertial, "mass", total) / total
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (scale * I_L).tolist()
-    return Inertial(scale * total, RigidTransform(p_LLcm), (xx, yy, zz), (xy, xz, yz))
-
-
-def _volume(shape: Shape) -> float:
-    """Return the volume of a solid [m³]."""
-    match shape:
-        case Box(size=size):
-            return math.prod(size)
-        case Sphere(radius=r):
-            return 4.0 / 3.0 * math.pi * r**3
-        case Cylinder(radius=r, length=length):
-            return math.pi * r**2 * length
-        case Capsule(radius=r, length=length):
-            return math.pi * r**2 * (length + 4.0 / 3.0 * r)
-        case Ellipsoid(radii=radii):
-            return 4.0 / 3.0 * math.pi * math.prod(radii)
-    raise AssertionError(f"{shape} has no volume")
-
-
-def _unit_moments(shape: Shape) -> np.ndarray:
-    """Return the moments of inertia about the centre, of 1 kg [m²].
-
-    Source: any table of moments of inertia; a capsule is a cylinder and two half spheres, whose
-    centres of mass are 3/8 of the radius from their flat sides.
-    """
-    match shape:
-        case Box(size=(x, y, z)):
-            return np.array([y * y + z * z, x * x + z * z, x * x + y * y]) / 12.0
-        case Sphere(radius=r):
-            return np.full(3, 0.4 * r * r)
-        case Cylinder(radius=r, length=length):
-            across = r * r / 4.0 + length**2 / 12.0
-            return np.array([across, across, r * r / 2.0])
-        case Capsule(radius=r, length=length):
-            ends = 4.0 / 3.0 * r / (length + 4.0 / 3.0 * r)
-            tube = 1.0 - ends
-            across = tube * (r * r / 4.0 + length**2 / 12.0)
-            across += ends * (0.4 * r * r + length**2 / 4.0 + 3.0 / 8.0 * length * r)
-            return np.array([across, across, tube * r * r / 2.0 + ends * 0.4 * r * r])
-        case Ellipsoid(radii=(a, b, c)):
-            return np.array([b * b + c * c, a * a + c * c, a * a + b * b]) / 5.0
-    raise AssertionError(f"{shape} has no moments")
+    return together(bodies, number(inertial, "mass", total) / total)

@@ -39,7 +39,9 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
         WorkbenchError: naming file and element of what cannot be read.
     """
     if robot.tag != "robot":
-        raise WorkbenchError(f"{path}: the root element is <{robot.tag}>, a URDF has <robot>")
+        raise WorkbenchError(
+            f"{path}: the root element is <{robot.tag}>, a URDF has <robot>, an MJCF <mujoco>"
+        )
     note_unknown(path, robot, remarks)
     elements = _children(robot, "link")
     joint_elements = _children(robot, "joint")
