@@ -9,6 +9,7 @@ import pytest
 from workbench.cli import main
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
+from workbench.plant.rotors import NOT_FLOWN
 from workbench.systems.air.settings import calm_air
 
 URDF = """<robot name="plate"><link name="base">
@@ -66,7 +67,13 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
     path = tmp_path / "plate.urdf"
     path.write_text(URDF)
     more = "rotor_drag_coefficient: 3.0e-5, rolling_moment_coefficient: 2.0e-6, inertia: 4.0e-5, "
-    (tmp_path / "plate.rotors.yaml").write_text(ROTORS.replace("defaults: {", "defaults: {" + more))
+    more += "inflow_coefficient: 1.0e-6, ground_effect_coefficient: 11.0, propeller_radius: 0.12, "
+    more += "linear_motor_constant: 1.0e-4, "
+    battery = (
+        "battery: {capacity: 18000, resistance: 0.02, open_circuit_voltage: [[0, 9], [1, 12]]}"
+    )
+    text = ROTORS.replace("defaults: {", "defaults: {" + more) + battery
+    (tmp_path / "plate.rotors.yaml").write_text(text)
     data = read_json(capsys, str(path))
     vehicle = load_vehicle(path)
     renamed = {
@@ -81,6 +88,7 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
         fields = {f.name for f in dataclasses.fields(rotor)} - drawn
         for name in fields:
             value = getattr(rotor, name)
+            assert value or name == "joint", f"give {name} a value above"
             assert told[renamed.get(name, name)] == (
                 list(value) if isinstance(value, tuple) else value
             )
@@ -88,6 +96,16 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
     air = calm_air(vehicle)
     assert (data["drag_area"], data["air_density"]) == (air.drag_area, air.air_density)
     assert data["gravity"] == GRAVITY
+    assert data["battery"] == {
+        "capacity": 18000.0,
+        "resistance": 0.02,
+        "open_circuit_voltage": [[0.0, 9.0], [1.0, 12.0]],
+    }
+    assert data["not_flown"] == [*NOT_FLOWN, "battery"]
+    assert main(["inspect", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "read, and not flown yet" in said
+    assert "12 V full" in said
     assert data["ground_clearance"] == vehicle.ground_clearance
 
 

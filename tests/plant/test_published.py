@@ -115,9 +115,10 @@ def test_crazyflie():
         assert rotor.moment_constant == pytest.approx(7.94e-12 / 3.16e-10)
         largest = math.sqrt(2.25 * 9.8 * 0.027 / (4 * 3.16e-10))
         assert rotor.max_rot_velocity == pytest.approx(largest * rpm)
+        assert (rotor.ground_effect_coefficient, rotor.propeller_radius) == (11.36859, 2.31348e-2)
+        assert rotor.inflow_coefficient == 10.311e-7
     assert said(description, "time constants")
-    unused = "arm max_speed_kmh gnd_eff_coeff prop_radius drag_coeff_xy drag_coeff_z dw_coeff_1"
-    for name in (*unused.split(), "dw_coeff_2", "dw_coeff_3"):
+    for name in ["arm", "max_speed_kmh", "drag_coeff_xy", "dw_coeff_1", "dw_coeff_2", "dw_coeff_3"]:
         assert said(description, f"{name}=", "not used")
 
 

@@ -12,6 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
+from workbench.plant.rotors import NOT_FLOWN
 from workbench.plant.store import safe_name, stored_files
 from workbench.resources import find_model
 
@@ -46,7 +47,13 @@ def assert_same(one, other):
         assert after.max_thrust == before.max_thrust
         assert after.moment_constant == before.moment_constant
         assert after.time_constant_down == before.time_constant_down
-        assert after.inertia == before.inertia
+        for name in NOT_FLOWN:
+            assert getattr(after, name) == getattr(before, name)
+    assert (other.battery is None) == (one.battery is None)
+    if one.battery:
+        assert other.battery.capacity == pytest.approx(one.battery.capacity)
+        assert other.battery.open_circuit_voltage == one.battery.open_circuit_voltage
+        assert other.battery.resistance == one.battery.resistance
     for before, after in zip(one.sensors, other.sensors, strict=True):
         assert (after.name, after.type, after.frame, after.rate) == (
             before.name,

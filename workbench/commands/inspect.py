@@ -91,8 +91,10 @@ def _write(description: "Description", folder: Path) -> list[Path]:
 
 def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -> dict[str, Any]:
     """Return the vehicle in the field's plain words: all that its plant flies with, and more."""
+    from workbench.commands.inspect_text import not_flown
     from workbench.plant.drag import AIR_DENSITY, drag_area
     from workbench.plant.gravity import GRAVITY
+    from workbench.plant.rotors import NOT_FLOWN
 
     hover = vehicle.hover_speeds
     return {
@@ -122,11 +124,13 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
                 "max_speed": rotor.max_rot_velocity,
                 "rotor_drag_coefficient": rotor.rotor_drag_coefficient,
                 "rolling_moment_coefficient": rotor.rolling_moment_coefficient,
-                "inertia": rotor.inertia,
+                **{name: getattr(rotor, name) for name in NOT_FLOWN},
                 "hover_speed": float(speed),
             }
             for rotor, speed in zip(vehicle.rotors, hover, strict=True)
         ],
+        "battery": vehicle.battery,
+        "not_flown": not_flown(vehicle),
         "sensors": [
             {
                 "type": sensor.type,

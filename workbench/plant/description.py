@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import WorkbenchError
+from workbench.plant.battery import BatteryPack
+from workbench.plant.battery_reader import is_battery_plugin, read_battery
 from workbench.plant.drawable import with_drawable_meshes
 from workbench.plant.formats.mjcf import read_mjcf
 from workbench.plant.formats.model_folder import description_file
@@ -42,6 +44,7 @@ class Description:
         rotors: in the order in which every thrust or speed vector of the project lists them.
         sensors: those that are used.
         remarks: what was repaired, assumed, missing or left unused.
+        battery: where it is stated; no flight uses it yet.
     """
 
     source: Path
@@ -51,6 +54,7 @@ class Description:
     rotors: tuple[Rotor, ...]
     sensors: tuple[Sensor, ...]
     remarks: tuple[Remark, ...]
+    battery: BatteryPack | None = None
 
     def undrawn(self) -> "Description":
         """Return it without what is only drawn, for a flight that nobody watches.
@@ -92,6 +96,7 @@ def read_description(
     found = tuple(_lifting(path, rotor, remarks) for rotor in read)
     model = one_body(model, base_link, {rotor.joint for rotor in found}, remarks)
     model = repair_inertias(model, remarks)
+    battery = read_battery(model, Path(rotors) if rotors else None, remarks)
     sensors = read_sensors(model, base_link, remarks)
     _note_plugins(model, remarks)
     return Description(
@@ -102,6 +107,7 @@ def read_description(
         rotors=found,
         sensors=sensors,
         remarks=tuple(remarks.found),
+        battery=battery,
     )
 
 
@@ -144,9 +150,10 @@ def _lifting(path: Path, rotor: Rotor, remarks: Remarks) -> Rotor:
 
 
 def _note_plugins(model: Model, remarks: Remarks) -> None:
-    """Note plugins that tell nothing of rotors: their code is Gazebo's."""
+    """Note plugins that tell nothing of rotors or battery: their code is Gazebo's."""
+    read = (is_motor_plugin, is_velocity_plugin, is_battery_plugin)
     for plugin in model.plugins:
-        if not is_motor_plugin(plugin) and not is_velocity_plugin(plugin):
+        if not any(is_read(plugin) for is_read in read):
             name, filename = (plugin.element.get(key, "") for key in ("name", "filename"))
             remarks.add(
                 "ignored",

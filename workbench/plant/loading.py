@@ -72,6 +72,7 @@ def make_vehicle(description: Description) -> Vehicle:
             for name, X in X_BF.items()
         ),
         ground_clearance=ground_clearance(description.model, description.base_link),
+        battery=description.battery,
     )
     _check_lift(vehicle)
     return vehicle

@@ -20,6 +20,16 @@ PROPELLER_DENSITY = 0.75
 """Mass of a propeller of two blades over the cube of its diameter [kg/m³]: 12 g at 10 in."""
 
 
+NOT_FLOWN = {
+    "inertia": "kg m²",
+    "inflow_coefficient": "N per rad/s and m/s",
+    "ground_effect_coefficient": "",
+    "propeller_radius": "m",
+    "linear_motor_constant": "N s",
+}
+"""Constants that are read, shown and stored, and that no flight uses yet; with their units."""
+
+
 @dataclass(frozen=True)
 class Rotor:
     """One rotor, with the constants of Gazebo's motor model.
@@ -42,6 +52,15 @@ class Rotor:
         rolling_moment_coefficient: moment against that way, over the same two speeds
             [N·m / (rad/s · m/s)].
         inertia: about the spin axis, of all that turns [kg·m²]; 0 where nothing states it.
+        inflow_coefficient: thrust lost, over speeds of the rotor and of the hub through the air
+            along the axis [N / (rad/s · m/s)]; `k_z` of RotorPy, `drag_coeff_z` of
+            gym-pybullet-drones.
+        ground_effect_coefficient: c of the share c (r / 4h)² by which thrust grows at the height h
+            above the ground, r being the propeller's radius; `gnd_eff_coeff` of
+            gym-pybullet-drones.
+        propeller_radius: r of the ground effect [m].
+        linear_motor_constant: thrust over speed, besides that over squared speed [N·s]: for a
+            measured curve that is not exactly quadratic.
     """
 
     name: str
@@ -59,6 +78,10 @@ class Rotor:
     rotor_drag_coefficient: float = 0.0
     rolling_moment_coefficient: float = 0.0
     inertia: float = 0.0
+    inflow_coefficient: float = 0.0
+    ground_effect_coefficient: float = 0.0
+    propeller_radius: float = 0.0
+    linear_motor_constant: float = 0.0
 
     @property
     def max_thrust(self) -> float:

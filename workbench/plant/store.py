@@ -8,7 +8,12 @@ from typing import TypeVar
 from xml.etree import ElementTree as ET
 
 from workbench.plant.description import Description
-from workbench.plant.formats.gazebo_writer import add_rotors, add_sensors, turning_joints
+from workbench.plant.formats.gazebo_writer import (
+    add_battery,
+    add_rotors,
+    add_sensors,
+    turning_joints,
+)
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.model import Collision, Link, Visual
 from workbench.plant.shapes import Mesh
@@ -31,6 +36,8 @@ def stored_files(description: Description) -> Iterator[tuple[PurePosixPath, byte
     robot = write_urdf(model, turning)
     robot.set("xmlns:drake", "http://drake.mit.edu")
     add_rotors(robot, model, description.base_link, description.rotors, turning)
+    if description.battery:
+        add_battery(robot, description.battery)
     add_sensors(robot, model.sensors)
     ET.indent(robot)
     text = f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'

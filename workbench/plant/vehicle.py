@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import find_row
+from workbench.plant.battery import BatteryPack
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensors import Sensor
@@ -43,6 +44,7 @@ class Vehicle:
         rotors: in the order in which every thrust or speed vector of the project lists them.
         sensors: those declared that are used, as declared.
         frames: all links, base link first.
+        battery: where it is stated; no flight uses it yet.
         ground_clearance: height of the base link's origin above the ground at rest, upright [m].
     """
 
@@ -56,6 +58,7 @@ class Vehicle:
     sensors: tuple[Sensor, ...]
     frames: tuple[Frame, ...]
     ground_clearance: float
+    battery: BatteryPack | None = None
 
     @property
     def inertia(self) -> np.ndarray:

@@ -81,10 +81,16 @@ def test_the_lag_is_assumed(crazyflie):
 
 def test_properties_that_no_flight_uses_are_said_with_their_values(crazyflie):
     remarks = Remarks()
-    read(crazyflie(gnd_eff_coeff="11.4", drag_coeff_z="1e-6", dw_coeff_3="-.11", foo="1"), remarks)
+    read(crazyflie(drag_coeff_xy="1e-6", gnd_eff_coeff="x", dw_coeff_3="-.11", foo="1"), remarks)
     said = [remark.element for remark in remarks.found if remark.kind == "ignored"]
-    names = ("arm=0.0397", "gnd_eff_coeff=11.4", "drag_coeff_z=1e-6", "dw_coeff_3=-.11", "foo=1")
+    names = ("arm=0.0397", "drag_coeff_xy=1e-6", "dw_coeff_3=-.11", "foo=1", "gnd_eff_coeff=x")
     assert said == [f"{name} of properties" for name in names]
+
+
+def test_ground_effect_and_drag_along_the_axis_are_read(crazyflie):
+    rotor = read(crazyflie(gnd_eff_coeff="11.4", prop_radius=".023", drag_coeff_z="1e-6"))[0]
+    assert rotor.ground_effect_coefficient == 11.4
+    assert (rotor.propeller_radius, rotor.inflow_coefficient) == (0.023, 1e-6)
 
 
 def test_propellers_go_by_their_numbers_and_share_the_weight(crazyflie):

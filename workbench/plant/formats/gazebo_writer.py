@@ -7,6 +7,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from workbench.plant.battery import BatteryPack
 from workbench.plant.model import DeclaredSensor, Model
 from workbench.plant.rotors import Rotor
 
@@ -61,8 +62,33 @@ def add_rotors(
             ("rotorDragCoefficient", rotor.rotor_drag_coefficient),
             ("rollingMomentCoefficient", rotor.rolling_moment_coefficient),
             ("rotorInertia", rotor.inertia),
+            ("inflowCoefficient", rotor.inflow_coefficient),
+            ("groundEffectCoefficient", rotor.ground_effect_coefficient),
+            ("propellerRadius", rotor.propeller_radius),
+            ("linearMotorConstant", rotor.linear_motor_constant),
         ):
             ET.SubElement(plugin, tag).text = value if isinstance(value, str) else repr(value)
+
+
+def add_battery(robot: ET.Element, battery: BatteryPack) -> None:
+    """Add gz-sim's battery plugin, with the whole curve in a tag of ours."""
+    full, empty = battery.open_circuit_voltage[-1][1], battery.open_circuit_voltage[0][1]
+    plugin = ET.SubElement(
+        ET.SubElement(robot, "gazebo"),
+        "plugin",
+        filename="gz-sim-linear-battery-plugin-system",
+        name="gz::sim::systems::LinearBatteryPlugin",
+    )
+    for tag, value in (
+        ("battery_name", "battery"),
+        ("voltage", repr(full)),
+        ("open_circuit_voltage_constant_coef", repr(full)),
+        ("open_circuit_voltage_linear_coef", repr(empty - full)),
+        ("openCircuitVoltage", _text(np.ravel(battery.open_circuit_voltage))),
+        ("capacity", repr(battery.capacity / 3600.0)),
+        ("resistance", repr(battery.resistance)),
+    ):
+        ET.SubElement(plugin, tag).text = value
 
 
 def _free_name(robot: ET.Element, name: str) -> str:

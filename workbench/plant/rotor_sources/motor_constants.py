@@ -20,6 +20,10 @@ class MotorConstants:
     rolling_moment_coefficient: float = 0.0
     inertia: float | None = None
     """None where it is not stated, and that of the rotor's link counts."""
+    inflow_coefficient: float = 0.0
+    ground_effect_coefficient: float = 0.0
+    propeller_radius: float = 0.0
+    linear_motor_constant: float = 0.0
 
 
 # kDefault... in rotors_gazebo_plugins' gazebo_motor_model.h and common.h (the slowdown), the same
@@ -43,6 +47,10 @@ CONSTANTS = (
     "rotorDragCoefficient",
     "rollingMomentCoefficient",
     "rotorInertia",
+    "inflowCoefficient",
+    "groundEffectCoefficient",
+    "propellerRadius",
+    "linearMotorConstant",
 )
 """Tags that are used."""
 
@@ -81,6 +89,10 @@ def read_constants(
         rotor_drag_coefficient=_or_none(tags, "rotorDragCoefficient"),
         rolling_moment_coefficient=_or_none(tags, "rollingMomentCoefficient"),
         inertia=tags.not_negative("rotorInertia") if tags.has("rotorInertia") else None,
+        inflow_coefficient=_or_none(tags, "inflowCoefficient"),
+        ground_effect_coefficient=_or_none(tags, "groundEffectCoefficient"),
+        propeller_radius=_or_none(tags, "propellerRadius"),
+        linear_motor_constant=_or_none(tags, "linearMotorConstant"),
     )
     note_assumed(missing, source, tags.file, element, remarks)
     return found

@@ -134,6 +134,10 @@ def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
         )
         if constants.inertia is None
         else constants.inertia,
+        inflow_coefficient=constants.inflow_coefficient,
+        ground_effect_coefficient=constants.ground_effect_coefficient,
+        propeller_radius=constants.propeller_radius,
+        linear_motor_constant=constants.linear_motor_constant,
     )
 
 

@@ -19,14 +19,11 @@ RPM = 2.0 * math.pi / 60.0
 GRAVITY = 9.8
 """Of gym-pybullet-drones [m/s²]: its thrust2weight refers to it."""
 _PROPELLER = re.compile(r"(?:.*(?:::|/))?prop([0-9]{1,4})_link", re.DOTALL)
-_USED = ("kf", "km", "thrust2weight")
+_USED = ("kf", "km", "thrust2weight", "gnd_eff_coeff", "prop_radius", "drag_coeff_z")
 _EFFECTS = {
     "arm": "the places of the propellers' links count",
     "max_speed_kmh": "no flight is held to it",
-    "gnd_eff_coeff": "no flight has ground effect",
-    "prop_radius": "no flight has ground effect",
     "drag_coeff_xy": "rotors have the drag that a file of rotors gives them",
-    "drag_coeff_z": "no flight has drag along the rotors' axes",
     "dw_coeff_1": "no flight has downwash",
     "dw_coeff_2": "no flight has downwash",
     "dw_coeff_3": "no flight has downwash",
@@ -86,6 +83,9 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
     up, down = GAZEBO.time_constant_up, GAZEBO.time_constant_down
     missing = [f"time constants {up:g} s up and {down:g} s down"]
     note_assumed(missing, "Gazebo's defaults", model.source, "properties", remarks)
+    inflow, ground, radius = (
+        _or_none(model, name, remarks) for name in ("drag_coeff_z", "gnd_eff_coeff", "prop_radius")
+    )
     first = -1 if model.name == _REVERSED else 1
     rotors = []
     for index, link in enumerate(links):
@@ -104,6 +104,9 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
                 time_constant_up=up,
                 time_constant_down=down,
                 max_rot_velocity=max_rot_velocity,
+                inflow_coefficient=inflow,
+                ground_effect_coefficient=ground,
+                propeller_radius=radius,
             )
         )
     return tuple(rotors)
@@ -131,3 +134,17 @@ def _coefficient(model: Model, name: str) -> float:
             f"{model.source}: <properties {name}='{shortened(text)}'>: give it a positive number"
         )
     return value
+
+
+def _or_none(model: Model, name: str, remarks: Remarks) -> float:
+    """Return a number that no flight needs, 0 where it is missing or cannot be."""
+    text = dict(model.properties).get(name, "0")
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if 0.0 <= value <= LARGEST:
+        return value
+    what = f"{name}={shortened(text)} of properties"
+    remarks.add("ignored", model.source, what, "no number of 0 or more; not used")
+    return 0.0

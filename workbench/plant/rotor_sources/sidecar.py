@@ -81,6 +81,14 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
             place, "rolling_moment_coefficient", entry.rolling_moment_coefficient
         ),
         inertia=inertia,
+        inflow_coefficient=_not_negative(place, "inflow_coefficient", entry.inflow_coefficient),
+        ground_effect_coefficient=_not_negative(
+            place, "ground_effect_coefficient", entry.ground_effect_coefficient
+        ),
+        propeller_radius=_not_negative(place, "propeller_radius", entry.propeller_radius),
+        linear_motor_constant=_not_negative(
+            place, "linear_motor_constant", entry.linear_motor_constant
+        ),
     )
 
 

@@ -31,6 +31,10 @@ class Shared:
     rotor_drag_coefficient: float = 0.0
     rolling_moment_coefficient: float = 0.0
     inertia: float | None = None
+    inflow_coefficient: float = 0.0
+    ground_effect_coefficient: float = 0.0
+    propeller_radius: float = 0.0
+    linear_motor_constant: float = 0.0
 
 
 @dataclass
@@ -46,9 +50,19 @@ class Entry(Shared):
 
 
 @dataclass
+class BatteryRows:
+    """The battery; units as in `BatteryPack`."""
+
+    capacity: float = 0.0
+    resistance: float = 0.0
+    open_circuit_voltage: list[list[float]] = field(default_factory=list)
+
+
+@dataclass
 class Sidecar:
     """The schema of the file."""
 
+    battery: BatteryRows | None = None
     defaults: Shared = field(default_factory=Shared)
     rotors: list[Entry] = field(default_factory=list)
 
@@ -91,6 +105,18 @@ def find_sidecar(description: Path) -> Path | None:
         except OSError:  # the name is too long to be one
             continue
     return None
+
+
+def load_battery(path: Path) -> tuple[YamlFile, BatteryRows] | None:
+    """Return the battery of a sidecar, with the file for messages; None where there is none.
+
+    Raises:
+        WorkbenchError: with file and line, for what is unknown or of another type.
+    """
+    file = _with_numbers(read_yaml(path))
+    check_schema(file, Sidecar)
+    rows = file.data.get("battery")
+    return (file, BatteryRows(**rows)) if rows else None
 
 
 def load_sidecar(path: Path) -> list[tuple[Place, Entry]]:

@@ -89,6 +89,20 @@ class Tags:
             raise self.fault(tag, "give it a positive number, or 0")
         return value
 
+    def numbers(self, tag: str) -> list[float]:
+        """Return the numbers that a child gives.
+
+        Raises:
+            WorkbenchError: if it gives none.
+        """
+        try:
+            found = [float(word) for word in self.text(tag).split()]
+        except ValueError:
+            found = [math.nan]
+        if not all(abs(value) <= LARGEST for value in found):
+            raise self.fault(tag, "give it numbers")
+        return found
+
     def _number(self, tag: str) -> float:
         """Return the number of a child, NaN where it is none."""
         try:

@@ -108,6 +108,10 @@ def read_velocity_plugin(
             )
             if constants.inertia is None
             else constants.inertia,
+            inflow_coefficient=constants.inflow_coefficient,
+            ground_effect_coefficient=constants.ground_effect_coefficient,
+            propeller_radius=constants.propeller_radius,
+            linear_motor_constant=constants.linear_motor_constant,
         )
         for rotor, turn in zip(named, turns, strict=True)
     )

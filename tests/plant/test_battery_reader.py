@@ -1,0 +1,83 @@
+"""The battery of gz-sim's plugin and of a sidecar, worked out by hand."""
+
+import pytest
+
+from workbench.errors import WorkbenchError
+from workbench.plant.battery import BatteryPack
+from workbench.plant.description import read_description
+from workbench.plant.loading import make_vehicle
+from workbench.plant.store import stored_files
+
+PLUGIN = """<gazebo><plugin filename="gz-sim-linear-battery-plugin-system" name="{name}">{rows}
+  </plugin></gazebo></robot>"""
+ROWS = """<voltage>12.6</voltage><capacity>5</capacity><resistance>0.02</resistance>
+  <open_circuit_voltage_constant_coef>12.6</open_circuit_voltage_constant_coef>
+  <open_circuit_voltage_linear_coef>-3.0</open_circuit_voltage_linear_coef>"""
+SIDECAR = """battery: {{capacity: {capacity}, resistance: 1.0e-2, open_circuit_voltage: {points}}}
+defaults: {{motor_constant: 1.0e-5, moment_constant: 0.02, max_rot_velocity: 1000,
+  time_constant_up: 0.02, time_constant_down: 0.03}}
+rotors:
+  - {{joint: joint_0, direction: cw}}
+  - {{joint: joint_1, direction: ccw}}
+  - {{joint: joint_2, direction: cw}}
+  - {{joint: joint_3, direction: ccw}}
+"""
+
+
+@pytest.fixture
+def powered(quad, write):
+    """Write the quadrotor with a battery plugin."""
+
+    def write_powered(rows: str, name: str = "gz::sim::systems::LinearBatteryPlugin"):
+        return write(quad.replace("</robot>", PLUGIN.format(rows=rows, name=name)))
+
+    return write_powered
+
+
+def test_gazebos_battery_is_a_line(powered):
+    """5 A h are 18000 C; empty, E0 + E1 is left."""
+    description = read_description(powered(ROWS))
+    assert description.battery == BatteryPack(18000.0, 0.02, ((0.0, pytest.approx(9.6)), (1, 12.6)))
+    assert make_vehicle(description).battery == description.battery
+    assert not any("battery" in remark.text for remark in description.remarks)
+
+
+def test_a_battery_that_says_too_little_is_not_used(powered):
+    description = read_description(powered("<voltage>12.6</voltage>"))
+    assert description.battery is None
+    assert any("has no <capacity>" in remark.text for remark in description.remarks)
+
+
+def test_a_sidecars_battery_counts_more_and_is_stored(powered, tmp_path):
+    path = powered(ROWS)
+    points = "[[0, 9], [0.2, 10.8], [1, 12.6]]"
+    beside = path.with_name("quad.rotors.yaml")
+    beside.write_text(SIDECAR.format(capacity=3600, points=points))
+    description = read_description(path)
+    assert description.battery == BatteryPack(3600.0, 0.01, ((0, 9), (0.2, 10.8), (1, 12.6)))
+    ((name, data), *_) = stored_files(description)
+    stored = tmp_path / "stored" / name
+    stored.parent.mkdir()
+    stored.write_bytes(data)
+    assert read_description(stored).battery == description.battery
+
+
+@pytest.mark.parametrize(
+    ("capacity", "points"),
+    [
+        (0, "[[0, 9], [1, 12]]"),
+        (9, "[]"),
+        (9, "[[0, 9]]"),
+        (9, "[[0, 9], [1]]"),
+        (9, "[[0, 9], [0.9, 12]]"),
+        (9, "[[0, 12], [1, 9]]"),
+        (9, "[[0, .nan], [1, 12]]"),
+        (9, "[[0.5, 9], [0, 10], [1, 12]]"),
+    ],
+)
+def test_a_battery_that_cannot_be_is_named_with_its_line(powered, capacity, points):
+    path = powered("")
+    beside = path.with_name("quad.rotors.yaml")
+    beside.write_text(SIDECAR.format(capacity=capacity, points=points))
+    with pytest.raises(WorkbenchError, match=r"quad\.rotors\.yaml:1: .*battery"):
+        read_description(path)
