@@ -83,6 +83,7 @@ def test_shipped_files_are_known_for_what_they_are():
         ("b.sdf", "<sdf version='1.6'><world name='w'>", FileKind.WORLD),
         ("c.world", "", FileKind.WORLD),
         ("d.urdf", "", FileKind.MODEL),
+        ("x2.xml", "<mujoco/>", FileKind.MODEL),
         ("e.mcap", "\x89MCAP0", FileKind.LOG),
         ("f.yml", "title: x\n", FileKind.SCENARIO),
     ],

@@ -110,6 +110,22 @@ def test_mass_inertia_and_poses_are_those_of_drakes_parser(drone, compiler):
     assert joint.X_MJ.translation() == pytest.approx([0, 0, 0.11])
 
 
+def test_meshes_weigh_nothing_where_an_inertial_does(drone):
+    """As menagerie's Crazyflie: its shapes are meshes, its inertia is given."""
+    mesh = '<geom type="mesh" mesh="hull"/><geom type="mesh" mesh="hull" mass="0.2"/>'
+    asset = '<asset><mesh name="hull" file="gone.obj"/></asset>'
+    given = '<inertial pos="0 0 0" mass="0.6" diaginertia="1e-3 1e-3 2e-3"/>'
+    weighed = [
+        [remark.text for remark in read_description(drone(hull=hull, more=asset)).remarks]
+        for hull in (given + mesh, mesh + HULL)
+    ]
+    said = ("is not made from its mesh", "is taken as a point")
+    assert not any(word in text for text in weighed[0] for word in said)
+    assert all(any(word in text for text in weighed[1]) for word in said)
+    assert load_vehicle(drone(hull=given + mesh, more=asset)).mass == 0.6
+    assert load_vehicle(drone(hull=mesh + HULL, more=asset)).mass == pytest.approx(0.8)
+
+
 def test_what_is_drawn_and_what_touches_is_as_its_words_say(drone):
     (hull, *_) = read_description(drone(hull=PARTS)).model.links
     assert [type(visual.shape).__name__ for visual in hull.visuals] == [

@@ -58,6 +58,7 @@ def test_what_turns_counts_about_the_axis(spun):
     plain = rotor_link(here)
     turned = rotor_link(here, X_LI=RigidTransform(RollPitchYaw(np.pi / 2, 0, 0), np.zeros(3)))
     aside = rotor_link(here, X_LI=RigidTransform([0.03, 0.04, 5.0]))
+    weightless = rotor_link(here, mass=0.0)
     blade = rotor_link(RigidTransform([0.2, 0.1, 0.05]), "blade", mass=0.002)
     empty = Link("rotor_0", here, None, (), ())
     for links, settings, expected in (
@@ -65,6 +66,7 @@ def test_what_turns_counts_about_the_axis(spun):
         ([plain], {"axis": (0.0, 0.6, 0.8)}, 0.36 * 2e-5 + 0.64 * 3e-5),
         ([turned], {}, 2e-5),
         ([aside], {}, 3e-5 + 0.01 * 0.05**2),
+        ([weightless], {}, 0.0),
         ([plain, blade], {}, 3e-5 + 3e-5 + 0.002 * 0.1**2),
         ([plain], {"kind": "fixed"}, 0.0),
         ([empty], {}, 0.0),
@@ -79,8 +81,9 @@ def test_an_inertia_written_for_a_slower_simulation_is_the_rotors_own_again(spun
     for written, slowdown, expected, remarks in (
         (6e-5, 10.0, 6e-5, []),  # possible as it is
         (3e-4, 10.0, 3e-5, ["repaired"]),
-        (3e-4, 1.0, 3e-4, []),  # nothing says why
-        (3e-3, 10.0, 3e-3, []),  # nor is it so much
+        (3e-4, 1.0, 3e-4, ["assumed"]),  # nothing says why
+        (3e-3, 10.0, 3e-3, ["assumed"]),  # nor is it so much
+        (1e-7, 10.0, 1e-7, ["assumed"]),  # a placeholder
     ):
         link = rotor_link(RigidTransform(), moments=(1e-6, written, written))
         found, noted = spun(link, slowdown=slowdown)

@@ -18,7 +18,7 @@ from workbench.plant.formats.mjcf_words import (
     read_compiler,
     with_includes,
 )
-from workbench.plant.formats.solids import Solid, together
+from workbench.plant.formats.solids import together
 from workbench.plant.formats.values import listed, number, numbers, shortened, triple
 from workbench.plant.formats.xml import Element, place
 from workbench.plant.model import DeclaredActuator, Inertial, Joint, Link, Model
@@ -123,7 +123,7 @@ class _Bodies:
     path: Path
     compiler: Compiler
     defaults: Defaults
-    shapes: GeomReader
+    geoms: GeomReader
     remarks: Remarks
     links: list[Link] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
@@ -146,9 +146,8 @@ class _Bodies:
             )
         parts = _Parts()
         self._collect(body, RigidTransform(), body.get("childclass", childclass), parts)
-        geoms = self.shapes.read(name, parts.geoms)
-        inertial = self._inertial(name, parts.inertial, geoms.solids)
-        self.links.append(Link(name, X_ML, inertial, geoms.visuals, geoms.collisions))
+        inertial = self._inertial(name, parts)
+        self.links.append(Link(name, X_ML, inertial, *self.geoms.shapes(name, parts.geoms)))
         if parent:
             self.joints.append(self._joint(name, parent, X_ML, parts.joints))
         for site, X_LF in parts.sites:
@@ -178,19 +177,13 @@ class _Bodies:
                 case "site":
                     parts.sites.append((self.defaults.applied(child, childclass), X_LF))
 
-    def _inertial(
-        self,
-        link: str,
-        given: tuple[Element, RigidTransform] | None,
-        solids: tuple[Solid, ...],
-    ) -> Inertial | None:
+    def _inertial(self, link: str, parts: _Parts) -> Inertial | None:
         """Return mass and inertia of a body, of its geoms where it gives none."""
         word = self.compiler.inertiafromgeom
-        if given and word != "true":
-            return self._given_inertial(*given)
-        if word == "false" or not solids:
-            return None
-        return together(solids)
+        if parts.inertial and word != "true":
+            return self._given_inertial(*parts.inertial)
+        solids = [] if word == "false" else self.geoms.solids(link, parts.geoms)
+        return together(solids) if solids else None
 
     def _given_inertial(self, element: Element, X_LF: RigidTransform) -> Inertial:
         X_LI = X_LF @ pose_of(self.path, element, self.compiler)

@@ -1,7 +1,6 @@
 """Geoms of MJCF: what is drawn, what touches, and what has mass."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -23,13 +22,8 @@ _DRAWN = 3
 """Groups from this on are not drawn, as in MuJoCo's viewer and in Drake's parser."""
 
 
-@dataclass(frozen=True)
-class Geoms:
-    """What the geoms of a body are."""
-
-    visuals: tuple[Visual, ...]
-    collisions: tuple[Collision, ...]
-    solids: tuple[Solid, ...]
+Placed = Iterable[tuple[Element, RigidTransform]]
+"""Geoms, each with the frame in its link that its pose is given in."""
 
 
 class GeomReader:
@@ -71,30 +65,42 @@ class GeomReader:
             if "rgba" in asset.attrib:
                 self._colours[asset.get("name", "")] = _rgba(path, asset)
 
-    def read(self, link: str, placed: Iterable[tuple[Element, RigidTransform]]) -> Geoms:
-        """Return what geoms are.
-
-        Args:
-            link: to which they belong, for messages.
-            placed: the geoms, each with the frame in the link that its pose is given in.
+    def shapes(self, link: str, placed: Placed) -> tuple[tuple[Visual, ...], tuple[Collision, ...]]:
+        """Return what is drawn of a link's geoms, and what touches.
 
         Raises:
-            WorkbenchError: for sizes, masses and colours that cannot be.
+            WorkbenchError: for sizes and colours that cannot be.
         """
-        visuals, collisions, solids = [], [], []
-        for index, (element, X_LF) in enumerate(placed):
-            name = element.get("name") or f"geom_{index}"
-            X_FG, shape = self._shape(element, f"geom '{shortened(name)}' of '{shortened(link)}'")
-            if shape is None:
-                continue
-            X_LG = X_LF @ X_FG
+        visuals, collisions = [], []
+        for name, element, X_LG, shape in self._geoms(link, placed):
             rgba = self._colour(element)
             if number(self._path, element, "group", "0") < _DRAWN and (not rgba or rgba[3] > 0.0):
                 visuals.append(Visual(name, X_LG, shape, rgba))
             if any(number(self._path, element, word, "1") for word in ("contype", "conaffinity")):
                 collisions.append(Collision(name, X_LG, shape))
-            solids += self._solid(element, X_LG, shape, f"geom '{shortened(name)}'")
-        return Geoms(tuple(visuals), tuple(collisions), tuple(solids))
+        return tuple(visuals), tuple(collisions)
+
+    def solids(self, link: str, placed: Placed) -> list[Solid]:
+        """Return a link's geoms as solids with mass.
+
+        Raises:
+            WorkbenchError: for sizes and masses that cannot be.
+        """
+        return [
+            solid
+            for name, element, X_LG, shape in self._geoms(link, placed)
+            for solid in self._solid(element, X_LG, shape, f"geom '{shortened(name)}'")
+        ]
+
+    def _geoms(
+        self, link: str, placed: Placed
+    ) -> Iterator[tuple[str, Element, RigidTransform, Shape]]:
+        """Yield name, element, pose and shape of the geoms that have a shape."""
+        for index, (element, X_LF) in enumerate(placed):
+            name = element.get("name") or f"geom_{index}"
+            X_FG, shape = self._shape(element, f"geom '{shortened(name)}' of '{shortened(link)}'")
+            if shape is not None:
+                yield name, element, X_LF @ X_FG, shape
 
     def _shape(self, element: Element, what: str) -> tuple[RigidTransform, Shape | None]:
         """Return a geom's pose and shape, None for one that is no shape of a drone."""

@@ -13,6 +13,8 @@ from workbench.plant.tree import links_below
 _TURNING = ("continuous", "revolute")
 _WIDEST = 0.7
 """Radius of gyration over the radius of a propeller: a rod's is 0.58, and nobody loads the tips."""
+_NARROWEST = 0.04
+"""Likewise: of a motor's bell alone it is 0.1."""
 
 
 def spin_inertia(
@@ -39,7 +41,7 @@ def spin_inertia(
         motor_constant: of the rotor, which tells its size [N·s²].
         slowdown: how many times slower the description lets the joint turn, 1 for not at all.
         file: for remarks.
-        remarks: where it is noted if the factor is taken out.
+        remarks: where it is noted if the factor is taken out, or what is written is implausible.
     """
     if joint.kind not in _TURNING:
         return 0.0
@@ -49,16 +51,26 @@ def spin_inertia(
         if link.name in names and link.inertial:
             mass += link.inertial.mass
             inertia += _about(joint, link)
-    widest = mass * (_WIDEST * propeller_diameter(motor_constant) / 2.0) ** 2
+    if not (mass > 0.0 and 0.0 < inertia < math.inf):  # a frame, or it is refused later
+        return 0.0
+    squared = mass * (propeller_diameter(motor_constant) / 2.0) ** 2
+    least, widest = _NARROWEST**2 * squared, _WIDEST**2 * squared
+    element = f"rotor inertia of '{joint.name}'"
     if slowdown > 1.0 and inertia > widest >= inertia / slowdown:
         text = (
             f"{inertia:.3g} kg m² about its axis, which no propeller of {mass:.3g} kg has; taken "
             f"as written {slowdown:g} times too large for the slower turning in Gazebo "
             f"(rotorVelocitySlowdownSim), so {inertia / slowdown:.3g} kg m²"
         )
-        remarks.add("repaired", file, f"rotor inertia of '{joint.name}'", text)
-        inertia /= slowdown
-    return inertia if math.isfinite(inertia) and inertia > 0.0 else 0.0
+        remarks.add("repaired", file, element, text)
+        return inertia / slowdown
+    if not least <= inertia <= widest:
+        text = (
+            f"{inertia:.3g} kg m² about its axis, and a propeller of its thrust and of {mass:.3g} "
+            f"kg has {least:.1g} to {widest:.1g}: is it a placeholder? It is taken as written"
+        )
+        remarks.add("assumed", file, element, text)
+    return inertia
 
 
 def _about(joint: Joint, link: Link) -> float:
