@@ -11,8 +11,9 @@ from workbench.plant.rotors import propeller_diameter
 from workbench.plant.tree import links_below
 
 _TURNING = ("continuous", "revolute")
-_WIDEST = 0.7
-"""Radius of gyration over the radius of a propeller: a rod's is 0.58, and nobody loads the tips."""
+_WIDEST = 0.75
+"""Radius of gyration over the radius of a propeller: a rod's is 0.58, nobody loads the tips, and
+the radius that follows from the thrust is right to a fifth."""
 _NARROWEST = 0.04
 """Likewise: of a motor's bell alone it is 0.1."""
 
