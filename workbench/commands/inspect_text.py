@@ -97,7 +97,10 @@ def _body(vehicle: "Vehicle") -> list[tuple[str, str]]:
         ("products of inertia", f"{_exact(inertia[[0, 0, 1], [1, 2, 2]])} kg m² xy, xz, yz"),
         ("thrust to weight", f"{vehicle.thrust_to_weight:.2f}"),
         ("hover speed", hover[0] if len(set(hover)) == 1 else ", ".join(hover)),
-        ("body drag", f"{drag_area(vehicle.mass):.4g} m² of drag area, as of its mass"),
+        (
+            "body drag",
+            f"{drag_area(vehicle.mass):.4g} m² of coefficient times area, estimated from the mass",
+        ),
         ("rotor drag", _rotor_drag(vehicle)),
         ("ground clearance", f"{vehicle.ground_clearance:.3f} m from {vehicle.base_link}"),
     ]
@@ -109,6 +112,10 @@ def _rotor_drag(vehicle: "Vehicle") -> str:
         f"{rotor.rotor_drag_coefficient:.4g} N, {rotor.rolling_moment_coefficient:.4g} N m"
         for rotor in vehicle.rotors
     ]
+    if not any(
+        rotor.rotor_drag_coefficient or rotor.rolling_moment_coefficient for rotor in vehicle.rotors
+    ):
+        return "not stated"
     each = found[0] if len(set(found)) == 1 else "; ".join(found)
     return f"{each} per rad/s of the rotor and m/s across its axis"
 
