@@ -4,12 +4,16 @@
 
 VENV ?= .venv
 BIN := $(VENV)/bin
+CHECK = $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
+# a worker that has crashed, or was ended because a test hung, is not started anew: xdist would have it
+# run the same test again, up to eight times
+PYTEST = $(BIN)/pytest -n 2 --dist loadfile --max-worker-restart 0
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test format notebooks bench clean
+.PHONY: help setup run test test-all format notebooks bench clean
 
 help: ## show this list
-	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
 	do printf '  %-16s %s\n' "$$name" "$$what"; done
 
 setup: ## make .venv and check the system's libraries; redone only where something changed
@@ -22,12 +26,16 @@ run: setup ## open the app; without a screen, fly the published steps and write 
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench gui; \
 	else $(BIN)/workbench reproduce --output out; fi
 
-test: export QT_QPA_PLATFORM = offscreen
-test: setup ## lint, types and tests
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/mypy
-	$(BIN)/pytest -n 2 --dist loadfile
+test test-all: export QT_QPA_PLATFORM = offscreen
+# the many processes that tests start load compiled modules, also where the shell asks for none
+test test-all: export PYTHONDONTWRITEBYTECODE =
+test: setup ## lint, types, and the tests but the slow ones; 5 minutes on two cores
+	$(CHECK)
+	$(PYTEST) -m "not slow"
+
+test-all: setup ## lint, types and all tests; half an hour on two cores
+	$(CHECK)
+	$(PYTEST)
 
 format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff check --fix .

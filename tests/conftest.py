@@ -1,11 +1,15 @@
-"""No test needs a screen; this must be said before Qt or matplotlib is imported."""
+"""No test needs a screen, none hangs for ever, and all leave what they made to be collected."""
 
+import faulthandler
 import gc
 import os
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
+# before Qt or matplotlib is imported
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("MPLBACKEND", "Agg")
 # a shell lets what runs in the background ignore Ctrl-C, and so would all that the tests start
@@ -28,3 +32,67 @@ def collected(request):
 
 
 _COUNT = pytest.StashKey[int]()
+
+
+def pytest_collection_finish():
+    """Leave what was imported and collected out of every later search for garbage."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(scope="session")
+def case():
+    """Return what names the row of a table that fails: a table is a loop, not an item a row."""
+    return named
+
+
+@contextmanager
+def named(*row: object) -> Iterator[None]:
+    try:
+        yield
+    except BaseException as failure:
+        failure.add_note(f"in the case {', '.join(map(repr, row))}")
+        raise
+
+
+LIMIT, SLOW_LIMIT = 300.0, 900.0
+"""Seconds of a set-up, a test or a tear-down; what takes longer hangs, however slow the machine."""
+_STDERR = pytest.StashKey[int]()
+
+
+def pytest_configure(config):
+    config.stash[_STDERR] = os.dup(2)  # pytest captures nothing yet, and what is said here is seen
+
+
+def pytest_unconfigure(config):
+    """End the process, too, if it does not end by itself, as with a thread that nobody ended."""
+    faulthandler.dump_traceback_later(LIMIT, exit=True, file=config.stash[_STDERR])
+
+
+def _ending(item):
+    """End the process with the stacks of all threads, in which the test is named, if it hangs.
+
+    The watchdog is one of C: it also ends a test that waits in Drake or Qt with Python's lock.
+    `faulthandler_timeout` of pytest is the same, but leaves a tear-down after a failure alone.
+    """
+    limit = SLOW_LIMIT if item.get_closest_marker("slow") else LIMIT
+    faulthandler.dump_traceback_later(limit, exit=True, file=item.config.stash[_STDERR])
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item):
+    return (yield from _ending(item))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    return (yield from _ending(item))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item):
+    return (yield from _ending(item))

@@ -84,6 +84,16 @@ DRONES = (
 ODD = [d for d in DRONES if d.lean or any(d.com) or d.name in ("sluggish_quad", "coaxial_x8")]
 each_drone = pytest.mark.parametrize("drone", DRONES, ids=str)
 
+
+def flown_drones(drones):
+    """Return drones; flights of all but the strangest are slow tests."""
+    strangest = ("tilted_quad-forward", "feet_quad", "coaxial_x8")
+    return [
+        drone if str(drone) in strangest else pytest.param(drone, marks=pytest.mark.slow)
+        for drone in drones
+    ]
+
+
 SHARED = HERE.parent / "../shared/models"
 PUBLISHED = {
     "rotors_description/urdf/hummingbird_base.xacro": {
@@ -123,7 +133,7 @@ def test_it_is_understood_as_it_was_written(drone):
     assert {gain.origin for gain in choose_gains(vehicle).values()} == {"default", "rule"}
 
 
-@each_drone
+@pytest.mark.parametrize("drone", flown_drones(DRONES), ids=str)
 def test_it_hovers_and_answers_steps(drone):
     assert missed(drone.config) == []
 
@@ -156,7 +166,7 @@ def test_its_linear_model_is_stable_and_damped(drone):
     assert (-moving.real / np.abs(moving)).min() >= LEAST_DAMPING
 
 
-@pytest.mark.parametrize("drone", ODD, ids=str)
+@pytest.mark.parametrize("drone", flown_drones(ODD), ids=str)
 def test_it_takes_off_and_lands(drone):
     script = [
         Action(at=0.0, request="take_off", height=2.0),
@@ -197,6 +207,7 @@ def test_height_is_kept_at_full_speed_with_little_thrust_to_spare():
     assert flight.v_WB[:, 0].max() == pytest.approx(8.0, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", PUBLISHED)
 def test_a_published_description_hovers_and_answers_steps(path):
     if not SHARED.is_dir():

@@ -177,8 +177,8 @@ runpy.run_module("workbench", run_name="__main__", alter_sys=True)
         (signal.SIGINT, "pydrake.systems.framework"),
         (signal.SIGINT, "workbench.design.judge.plots_map"),
         (signal.SIGTERM, "numpy"),
-        (signal.SIGTERM, "workbench.design.judge.plots_map"),
-        (signal.SIGHUP, "workbench.design.judge.plots_map"),
+        pytest.param(signal.SIGTERM, "workbench.design.judge.plots_map", marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, "workbench.design.judge.plots_map", marks=pytest.mark.slow),
     ],
 )
 def test_a_signal_at_any_time_is_a_sentence_and_leaves_nothing(number, module, tmp_path):

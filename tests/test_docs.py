@@ -1,12 +1,13 @@
 """The files that the docs show are read and flown as they stand."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
-from workbench.cli import main
+from workbench.cli import _parser, main
 from workbench.gains import load_gains
 from workbench.scenario import Scenario, VehicleConfig, load_scenario
 from workbench.session import Session
@@ -23,6 +24,21 @@ def shown(language: str, first_line: str = "", page: Path = FILES) -> str:
     return found[1]
 
 
+def test_every_command_of_the_pages_is_understood(case):
+    """Slow tests run them; here their words are read as the command line reads them."""
+    lines = []
+    for page in (DOCS.parent / "README.md", *DOCS.glob("*.md")):
+        blocks = re.findall(r"```(?:sh|console|)\n(.*?)```", page.read_text("utf-8"), re.DOTALL)
+        joined = "\n".join(blocks).replace("\\\n", "")
+        lines += [line for line in joined.splitlines() if line.startswith("workbench ")]
+    assert len(lines) > 50
+    for line in lines:
+        with case(line):
+            words = shlex.split(line, comments=True)[1:]
+            assert _parser().parse_args(words).command == words[0]
+
+
+@pytest.mark.slow
 def test_the_scenario_flies_and_lands(tmp_path):
     path = tmp_path / "scenario.yaml"
     path.write_text(shown("yaml", "# scenario"), encoding="utf-8")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.cli import _parser, main
+from workbench.cli import main
 
 PAGE = (Path(__file__).parent.parent / "docs" / "clusters.md").read_text(encoding="utf-8")
 ADDRESS = "tcp://192.168.1.10:8786"
@@ -17,6 +17,7 @@ def commands() -> list[str]:
     return [line for line in text.splitlines() if line.startswith("workbench ")]
 
 
+@pytest.mark.slow
 def test_the_monte_carlo_study_of_the_page_flies(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (study,) = (line for line in commands() if "seed=" in line)
@@ -27,6 +28,7 @@ def test_the_monte_carlo_study_of_the_page_flies(tmp_path, monkeypatch, capsys):
     assert len(table) == 1 + 8
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_fly_on_a_cluster(capsys, tmp_path, monkeypatch):
     from distributed import LocalCluster
 
@@ -48,11 +50,7 @@ def test_the_commands_of_the_page_fly_on_a_cluster(capsys, tmp_path, monkeypatch
             assert "flying on 2 workers" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("line", re.findall(r"^workbench .*tls.*$", PAGE, re.MULTILINE))
-def test_the_command_with_certificates_is_understood(line):
-    assert _parser().parse_args(shlex.split(line)[1:]).scheduler.startswith("tls://")
-
-
+@pytest.mark.slow
 def test_the_python_of_the_page_runs(capsys):
     code = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1]
     exec(compile(code, "clusters.md", "exec"), {"__name__": "__main__"})

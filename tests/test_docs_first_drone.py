@@ -27,6 +27,7 @@ def commands() -> list[str]:
     return [line for line in text.splitlines() if line]
 
 
+@pytest.mark.slow
 def test_the_way_from_a_data_sheet_to_a_test(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     walked = commands()

@@ -24,6 +24,7 @@ def test_the_python_of_the_page_runs(code, capsys):
     assert capsys.readouterr().out.strip()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS[:1] + COMMANDS[-2:])
 def test_the_commands_of_the_page_run(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -3,11 +3,14 @@
 import re
 from pathlib import Path
 
+import pytest
+
 from workbench.live.flight import LiveFlight
 
 PAGE = (Path(__file__).parent.parent / "docs" / "live.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_program_flies(capsys):
     (program,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     exec(compile(program, "docs/live.md", "exec"), {})

@@ -34,6 +34,7 @@ def folder(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_the_commands_run(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     for command in commands()[1:]:

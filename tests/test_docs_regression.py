@@ -38,6 +38,7 @@ def specs(tmp_path, monkeypatch):
     return path.parent
 
 
+@pytest.mark.slow
 def test_the_spec_is_recorded_and_holds(specs, capsys):
     assert main(["regress", "specs/", "--update", "-j", "1"]) == 0, capsys.readouterr().out
     assert {path.name for path in (specs / "ours.baseline").iterdir()} == {

@@ -26,6 +26,7 @@ def run_python(text: str) -> None:
     exec(compile(code, "page.md", "exec"), {"__name__": "__main__"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", commands(SWEEPS))
 def test_the_sweeps_of_the_page_run(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -35,6 +36,7 @@ def test_the_sweeps_of_the_page_run(command, tmp_path, monkeypatch, capsys):
     assert {path.suffix for path in tmp_path.rglob("*") if path.is_file()} == {".csv", ".png"}
 
 
+@pytest.mark.slow
 def test_the_python_of_the_sweeps_page_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_python(SWEEPS)

@@ -4,6 +4,8 @@ import re
 import shlex
 from pathlib import Path
 
+import pytest
+
 from workbench.cli import main
 from workbench.design.tune.metric import METRICS
 from workbench.design.tune.wish import GROUPS, SUBJECTS
@@ -18,6 +20,7 @@ def shown(language: str) -> str:
     return found[1]
 
 
+@pytest.mark.slow
 def test_the_command_finds_gains(tmp_path, capsys):
     """With few candidates: what is better than needed is not waited for."""
     words = shlex.split(shown("sh"))[1:]
@@ -35,6 +38,7 @@ def test_the_file_of_wishes_is_read(tmp_path):
     assert dict(wishes.steps)["yaw"] == 0.3
 
 
+@pytest.mark.slow
 def test_the_python_example_runs(capsys):
     exec(compile(shown("python"), "tuning.md", "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out.startswith("True {'kp_yaw_rate': ")

@@ -7,6 +7,8 @@ import importlib
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 MINUTES = 2.0
 WARM = 6.0
 """What a process may still take after the first tenth: caches, pieces that malloc keeps [MB]."""

@@ -54,6 +54,7 @@ def _kinds(cells: list[dict[str, Any]]) -> list[list[str]]:
     ]
 
 
+@pytest.mark.slow
 @each_notebook
 def test_notebook_runs_shows_what_it_stores_and_leaves_nothing_behind(
     path, tool, tmp_path, monkeypatch

@@ -54,6 +54,7 @@ def installed(wheel, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_wheel_holds_models_command_and_licence(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
@@ -69,6 +70,7 @@ def test_wheel_holds_models_command_and_licence(wheel):
     }
 
 
+@pytest.mark.slow
 def test_sdist_makes_the_same_wheel(wheel, tmp_path):
     run(sys.executable, "-m", "hatchling", "build", "--target", "sdist", "--directory", tmp_path)
     again = build_wheel(next(tmp_path.glob("*.tar.gz")), tmp_path)
@@ -76,6 +78,7 @@ def test_sdist_makes_the_same_wheel(wheel, tmp_path):
         assert sorted(one.namelist()) == sorted(other.namelist())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["module", "script"])
 def test_installed_command_runs_from_an_empty_folder(installed, tmp_path, how):
     command = (
@@ -87,6 +90,7 @@ def test_installed_command_runs_from_an_empty_folder(installed, tmp_path, how):
     assert "usage: workbench" in said
 
 
+@pytest.mark.slow
 def test_installed_package_finds_its_own_models(installed, tmp_path):
     code = "from workbench.resources import find_model; print(find_model('dh_drone'))"
     said = run(sys.executable, "-c", code, cwd=tmp_path, PYTHONPATH=str(installed))

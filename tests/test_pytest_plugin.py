@@ -111,6 +111,7 @@ def test_another_pattern_of_names(pytester, plugin):
     pytester.runpytest_inprocess(*plugin).assert_outcomes(passed=1)
 
 
+@pytest.mark.slow
 def test_in_parallel_and_with_a_model_beside_the_spec(pytester, plugin):
     """As in a repository of one's own: a model, two specs, a hand-written test."""
     for name in (DRONE.name, "parts.xacro"):

@@ -33,6 +33,7 @@ def _commands() -> list[str]:
     return [each for each in lines if each and f"\n{each}\n" not in FIRST_DRONE]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", _commands())
 def test_command_line_runs(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

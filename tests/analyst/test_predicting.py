@@ -39,6 +39,7 @@ def test_a_step_is_predicted_with_the_heading_that_the_drone_has(answer, axis, a
     assert np.abs(predicted.response - flown).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_the_map_and_the_sensitivity_are_of_the_heading_too(answer):
     """With the nose to the north the roll loop flies a step to the east."""
     gains = {"kp_roll": 180.0, "kp_pitch": 180.0}

@@ -29,6 +29,7 @@ def found(subject):
     return next(tune(subject, Tune({}, ("x.rise_time <= 0.3",)), Listening())), told
 
 
+@pytest.mark.slow
 def test_gains_that_are_found_fly_as_wished(found):
     tuned, _ = found
     assert tuned.met
@@ -39,6 +40,7 @@ def test_gains_that_are_found_fly_as_wished(found):
     assert tuned.before["kp_velocity_x"] != tuned.gains["kp_velocity_x"]
 
 
+@pytest.mark.slow
 def test_each_wish_is_shown_before_and_after(found):
     tuned, _ = found
     wished = next(each for each in tuned.wishes if each.wish == "x.rise_time <= 0.3 s")
@@ -47,6 +49,7 @@ def test_each_wish_is_shown_before_and_after(found):
     assert float(wished.before.split()[0]) > 0.3 >= float(wished.after.split()[0])
 
 
+@pytest.mark.slow
 def test_the_steps_are_there_to_be_looked_at(found):
     tuned, _ = found
     step = next(each for each in tuned.steps if each.axis == "x")
@@ -55,6 +58,7 @@ def test_the_steps_are_there_to_be_looked_at(found):
     assert not (step.before == step.after).all()
 
 
+@pytest.mark.slow
 def test_it_tells_how_it_goes(found):
     _, told = found
     assert [each.share for each in told] == sorted(each.share for each in told)
@@ -65,6 +69,7 @@ def test_it_tells_how_it_goes(found):
     assert first.said.endswith("% short")
 
 
+@pytest.mark.slow
 def test_it_says_what_it_does_and_is_never_full_before_the_end(found):
     _, told = found
     phases = [each.phase for each in told]

@@ -104,6 +104,7 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word)
     assert not out.parent.exists()
 
 
+@pytest.mark.slow
 def test_ok_is_not_said_of_a_drone_that_can_hardly_be_one(run, write, tmp_path):
     """Its moments of inertia are a thousand times too large, and yet it hovers."""
     text = (DRONES / "palm_quad.urdf.xacro").read_text(encoding="utf-8")

@@ -97,6 +97,7 @@ def test_a_step_that_is_not_answered_is_not_met(bad_report):
     assert not demands(bad_report)["yaw step", "steady_state_error"].met
 
 
+@pytest.mark.slow
 def test_the_figure_shows_hover_and_steps_with_their_limits(report, bad_report, tmp_path):
     for each in (report, bad_report):
         figure = plot_hover(each)

@@ -89,6 +89,7 @@ def panel(figure, start):
     return next(axes for title, axes in panels(figure).items() if title.startswith(start))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("along", [0.0, 2.0, 8.0, 40.0])
 def test_the_legend_of_the_cloud_does_not_hide_its_title(tmp_path, along):
     """From a region as wide as it is high to one far wider."""

@@ -22,6 +22,7 @@ script:
 """
 
 
+@pytest.mark.slow
 def test_twenty_replays_are_equal_to_the_bit(log_of):
     done = [
         Action(at=101 / 1024, velocity=[1.0, 0.1, 1 / 3]),

@@ -33,6 +33,7 @@ FRAMES = (("world", "base_link"), ("base_link", "lidar_link"))
 POSES = (1.0, -2.0, 3.5, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.125, 1.0, 0.0, 0.0, 0.0)
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(shutil.which("g++") is None, reason="install g++ to try it"),
     pytest.mark.skipif(
         ctypes.util.find_library("fastrtps") is None

@@ -1,12 +1,17 @@
 """A workspace with nothing of the user's in it, and a flight in a can for it to show."""
 
 import threading
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 import pytest
 from PyQt6.QtCore import QSettings
+from pytestqt.qtbot import QtBot
 
+from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
+from workbench.gui.screen_table import SCREENS
+from workbench.gui.style import apply_style
 from workbench.gui.workspace import make_workspace
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase
@@ -15,6 +20,8 @@ from workbench.live.view import LiveView
 from workbench.scenario import Action, Scenario, SensorsConfig
 from workbench.session import Session
 from workbench.systems.bridge import Bridge
+
+INI = QSettings.Format.IniFormat
 
 
 @dataclass(frozen=True)
@@ -61,8 +68,38 @@ def canned() -> Canned:
 @pytest.fixture
 def workspace(qapp, tmp_path):
     """A workspace without a flight; settings go to a folder of the test's own."""
-    store = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+    store = QSettings(str(tmp_path / "settings.ini"), INI)
     made = make_workspace(Preferences(store))
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def shared_workspace(qapp, tmp_path_factory):
+    """A workspace that the tests of a file share, for windows that take seconds to make."""
+    store = QSettings(str(tmp_path_factory.mktemp("gui") / "settings.ini"), INI)
+    made = make_workspace(Preferences(store))
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def shared_window(request, qapp, shared_workspace, tmp_path_factory):
+    """The real window with all its screens made, while nothing flies, for the tests of a file."""
+    with no_thread_more():
+        yield from _window(request, qapp, shared_workspace, tmp_path_factory)
+        shared_workspace.close()
+
+
+def _window(request, qapp, shared_workspace, tmp_path_factory):
+    shared_workspace.preferences.set("log_folder", str(tmp_path_factory.mktemp("logs")))
+    made = MainWindow(shared_workspace, first="home", view3d=False)
+    apply_style(qapp, shared_workspace.look)
+    made.show()
+    made.activateWindow()
+    QtBot(request).waitUntil(lambda: made.stack.name == "home", timeout=120_000)
+    for row in SCREENS:
+        made.stack.screen_of(row.name)
     yield made
     made.close()
 
@@ -87,8 +124,15 @@ def told(workspace):
 
 
 @pytest.fixture(autouse=True)
-def no_thread_is_left():
-    """Fail a test that leaves a thread alive."""
+def no_thread_is_left(request):
+    """Fail a test that leaves a thread alive; a window of many tests looks when it is closed."""
+    shared = "shared_window" in request.fixturenames
+    with nullcontext() if shared else no_thread_more():
+        yield
+
+
+@contextmanager
+def no_thread_more():
     before = set(threading.enumerate())
     yield
     left = [each.name for each in set(threading.enumerate()) - before if each.is_alive()]

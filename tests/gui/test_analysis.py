@@ -145,6 +145,7 @@ def test_another_flight_forgets_what_was_asked_and_judges_anew(qtbot, analysis, 
     assert not analysis.banner
 
 
+@pytest.mark.slow
 def test_an_answer_on_its_way_when_another_flight_begins_is_not_shown(qtbot, analysis, heard):
     analysis.begin(Scenario(), {})
     analysis.ask(Judge({"kp_roll": 180.0}))
@@ -156,6 +157,7 @@ def test_an_answer_on_its_way_when_another_flight_begins_is_not_shown(qtbot, ana
     assert [each.gains for each in heard.judged] == [{"kd_roll": 22.0}]
 
 
+@pytest.mark.slow
 def test_a_search_tells_how_it_goes_and_can_be_stopped(qtbot, analysis, heard):
     analysis.begin(Scenario(), {})
     analysis.ask(Tune({}, ("x.rise_time <= 0.1", "pitch.phase_margin >= 70deg")))

@@ -9,7 +9,6 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.gui import recorder
-from workbench.gui.main_window import MainWindow
 from workbench.gui.notices import Severity
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
@@ -18,18 +17,20 @@ LIMIT = 60_000
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
+@pytest.fixture(scope="module")
+def workspace(shared_workspace):
+    return shared_workspace
+
+
 @pytest.fixture
-def window(qtbot, workspace, tmp_path):
+def window(shared_window, qtbot, workspace, tmp_path):
+    """The window, and the flight that the test before began anew; or the first one."""
     workspace.preferences.set("log_folder", str(tmp_path))
-    made = MainWindow(workspace, first="home", view3d=False)
-    qtbot.addWidget(made)
-    made.desk.fly(Choice("hover"))
-    made.show()
-    made.activateWindow()
-    qtbot.waitUntil(lambda: workspace.flight.is_flying, timeout=LIMIT)
-    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=LIMIT)
-    yield made
-    made.close()
+    flight = workspace.flight
+    if not flight.is_flying:
+        shared_window.desk.fly(Choice("hover"))
+    qtbot.waitUntil(lambda: flight.is_flying, timeout=LIMIT)
+    return shared_window
 
 
 @pytest.fixture

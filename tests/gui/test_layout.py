@@ -1,7 +1,7 @@
 """No text is cut, nothing lies on anything, and charts can be read: all screens, usual sizes."""
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -30,7 +30,6 @@ from workbench.gui.charts.head_button import HeadButton
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_group import GainGroup
 from workbench.gui.help_pages import AboutPage, KeysPage
-from workbench.gui.main_window import MainWindow
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.style import apply_style
 
@@ -139,27 +138,25 @@ def _name(each: QWidget) -> str:
     return f"{type(each).__name__} '{words}' of '{above}'"
 
 
-@pytest.fixture
-def window(qapp, qtbot, workspace, canned, monkeypatch):
+@pytest.fixture(scope="module")
+def workspace(shared_workspace):
+    return shared_workspace
+
+
+@pytest.fixture(scope="module")
+def window(shared_window, workspace, canned):
     """The window before a flight out of a can, with what opens on its screens open."""
-    made = MainWindow(workspace, first="home", view3d=False)
-    qtbot.addWidget(made)
-    apply_style(qapp, workspace.look)
-    made.show()
-    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=60_000)
-    screens = [made.stack.screen_of(row.name) for row in SCREENS]
-    for index in range(60):
-        view = canned.views[index]
-        monkeypatch.setattr(workspace.flight, "_view", view)
-        if index == 0:
-            workspace.flight.begun.emit(view)
-        workspace.flight.streamed.emit(list(canned.published[index]))
-        workspace.flight.viewed.emit(view)
-    tuning = screens[[row.name for row in SCREENS].index("tuning")]
-    tuning.autotune.search()
-    workspace.analysis.tuned.emit(TUNED)
-    yield made
-    made.close()
+    with pytest.MonkeyPatch.context() as patch:
+        for index in range(60):
+            view = canned.views[index]
+            patch.setattr(workspace.flight, "_view", view)
+            if index == 0:
+                workspace.flight.begun.emit(view)
+            workspace.flight.streamed.emit(list(canned.published[index]))
+            workspace.flight.viewed.emit(view)
+        shared_window.stack.screen_of("tuning").autotune.search()
+        workspace.analysis.tuned.emit(TUNED)
+        yield shared_window
 
 
 def pages_of(screen):
@@ -174,23 +171,41 @@ def pages_of(screen):
         yield ""
 
 
-@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside 3-D"])
-@pytest.mark.parametrize("size", SIZES, ids=str)
-def test_all_screens_are_laid_out_well(window, qapp, size, beside):
-    window.resize(*size)
-    if window.view3d.isVisibleTo(window) is not beside:
-        window.actions_by_name["view_3d"].trigger()
+def test_a_drop_down_list_shows_whole_rows(qapp, qtbot, case, workspace):
+    """First of all: where the window stands, a style takes seconds to apply."""
+    apply_style(qapp, workspace.look)
+    for count in (3, 7, 18):
+        with case(count):
+            box = QComboBox()
+            qtbot.addWidget(box)
+            box.addItems([f"item {number}" for number in range(count)])
+            box.setCurrentIndex(count // 2)
+            box.show()
+            box.showPopup()
+            qapp.processEvents()
+            rows = box.view().viewport().height() / box.view().sizeHintForRow(0)
+            assert rows == pytest.approx(min(count, box.maxVisibleItems()))
+            box.hidePopup()
+
+
+def test_all_screens_are_laid_out_well(window, qapp):
+    """In every size, alone and beside the 3-D view."""
     found = []
-    for row in SCREENS:
-        window.show_screen(row.name)
-        qapp.processEvents()
-        for page in pages_of(window.stack.current):
-            for _ in range(5):  # a layout may ask for another one
-                qapp.processEvents()
-            found += [f"{row.title} {page}: {fault}" for fault in faults(window)]
+    for beside, size in product((False, True), reversed(SIZES)):
+        window.resize(*size)
+        if window.view3d.isVisibleTo(window) is not beside:
+            window.actions_by_name["view_3d"].trigger()
+        for row in SCREENS:
+            window.show_screen(row.name)
+            qapp.processEvents()
+            for page in pages_of(window.stack.current):
+                for _ in range(5):  # a layout may ask for another one
+                    qapp.processEvents()
+                where = f"{size}, 3-D {beside}, {row.title} {page}"
+                found += [f"{where}: {fault}" for fault in faults(window)]
+        stop = window.top_bar.button("stop")
+        assert stop.width() >= stop.sizeHint().width(), f"{size}, 3-D {beside}"
     assert found == []
-    stop = window.top_bar.button("stop")
-    assert stop.width() >= stop.sizeHint().width()
 
 
 def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
@@ -220,18 +235,3 @@ def test_dialogs_fit_into_the_smallest_window(window, qapp, qtbot, kind):
     assert list(faults(page)) == []
     assert page.width() <= window.width() and page.height() <= window.height()
     assert page.findChildren(QAbstractButton)
-
-
-@pytest.mark.parametrize("count", [3, 7, 18])
-def test_a_drop_down_list_shows_whole_rows(qapp, qtbot, workspace, count):
-    apply_style(qapp, workspace.look)
-    box = QComboBox()
-    qtbot.addWidget(box)
-    box.addItems([f"item {number}" for number in range(count)])
-    box.setCurrentIndex(count // 2)
-    box.show()
-    box.showPopup()
-    qapp.processEvents()
-    rows = box.view().viewport().height() / box.view().sizeHintForRow(0)
-    assert rows == pytest.approx(min(count, box.maxVisibleItems()))
-    box.hidePopup()

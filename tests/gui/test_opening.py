@@ -111,6 +111,7 @@ def user(qtbot, window, told):
     return User(qtbot, window, told)
 
 
+@pytest.mark.slow
 def test_a_file_that_cannot_be_flown_ends_nothing(user, window, tmp_path):
     """Neither the flight, nor the kept gains, nor what Reset or another file begin."""
     value = user.tune()
@@ -185,7 +186,10 @@ def choose(user, window, path) -> None:
     user.until(lambda: not dialogs())
 
 
-@pytest.mark.parametrize("loss", ["deleted", "moved", "in a pause"])
+@pytest.mark.parametrize(
+    "loss",
+    ["deleted", *(pytest.param(loss, marks=pytest.mark.slow) for loss in ("moved", "in a pause"))],
+)
 def test_a_recording_that_loses_its_file_is_told(user, window, loss, tmp_path):
     """It is told while it is written, not as a success when it is stopped."""
     user.press(Qt.Key.Key_R, CONTROL | SHIFT)
@@ -220,6 +224,7 @@ def test_a_recording_that_is_stopped_is_told_once_and_whole(user, window):
     assert path.read_bytes().endswith(b"\x89MCAP0\r\n")
 
 
+@pytest.mark.slow
 def test_a_drone_without_sensors_opens_with_all_that_it_has(user, window, tmp_path):
     """Opened from a flight with sensors and rates of their own."""
     plain = tmp_path / "plain.urdf"
@@ -264,6 +269,7 @@ def test_a_xacro_file_with_arguments_asks_for_them(user, window, tmp_path):
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "models"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["gym_pybullet_drones/cf2x.urdf", "rotors_description/urdf/hummingbird_base.xacro"]
 )

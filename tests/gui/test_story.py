@@ -27,6 +27,8 @@ from workbench.link.backplane import Hand
 from workbench.live.choice import Choice
 from workbench.systems.mode import FlightMode
 
+pytestmark = pytest.mark.slow
+
 LIMIT = 600_000
 """Any single thing happens within this time, however slow the machine is [ms]."""
 LEFT = Qt.MouseButton.LeftButton

@@ -25,6 +25,7 @@ RIGHT = {
     " 7 ": 7.0,
 }
 """What is typed, and the number that it says."""
+FEW = {text: RIGHT[text] for text in ("1,2", "-0,5", "1e9")}
 WRONG = ("1.000,5", "1,000.5", "1.2.3", "1 2", "abc", "", "1e", "--1", "1e999", "nan", "0x10")
 """What says no number."""
 
@@ -91,17 +92,18 @@ def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
             if not uncover(window, field):
                 continue
             assert isinstance(field, NumberField), f"{field.accessibleName()} takes 1,2 for 12"
-            try_field(qtbot, field)
+            few = len(tried) > 3  # all texts in some fields, and one of each kind in all
+            try_field(qtbot, field, FEW if few else RIGHT, WRONG[:1] if few else WRONG)
             tried.append(field)
     left = [each for each in window.findChildren(QAbstractSpinBox) if each not in tried]
     assert not [each.accessibleName() for each in left if each.isEnabled()]
     assert len(tried) > 60
 
 
-def try_field(qtbot, field) -> None:
-    """Type everything into one field."""
+def try_field(qtbot, field, right, wrong) -> None:
+    """Type texts into one field."""
     name = field.accessibleName()
-    for text, number in RIGHT.items():
+    for text, number in right.items():
         before = field.value()
         enter(qtbot, field, text)
         if field.fault:
@@ -109,7 +111,7 @@ def try_field(qtbot, field) -> None:
         elif not said_beside(field):
             assert field.value() == pytest.approx(number, rel=1e-9), f"{name}: {text}"
             assert "bad" not in str(field.property("class")), name
-    for text in WRONG:
+    for text in wrong:
         before = field.value()
         enter(qtbot, field, text)
         refused(field, text.strip(), before, name)

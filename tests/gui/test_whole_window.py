@@ -1,8 +1,7 @@
 """All screens in the real window, before a flight out of a can: what holds for each of them."""
 
-import time
+from itertools import product
 
-import numpy as np
 import pytest
 from PyQt6.QtCore import QEvent, QObject, Qt
 from PyQt6.QtWidgets import (
@@ -16,13 +15,9 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.elided_label import ElidedLabel
-from workbench.gui.main_window import MainWindow
 from workbench.gui.screen_table import SCREENS
-from workbench.gui.style import apply_style
 
 NAMES = [row.name for row in SCREENS]
-LONGEST_SLOT = 0.016
-"""At the 99th percentile, of the processor, so that a busy machine fails nothing [s]."""
 CONTROLS = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
 
 
@@ -37,6 +32,11 @@ class Windows(QObject):
         if event.type() == QEvent.Type.Show and receiver.isWidgetType() and receiver.isWindow():
             self.seen.append(type(receiver).__name__)
         return False
+
+
+@pytest.fixture(scope="module")
+def workspace(shared_workspace):
+    return shared_workspace
 
 
 @pytest.fixture
@@ -54,8 +54,9 @@ def play(workspace, canned, monkeypatch):
     return show
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def windows(qapp):
+    """Watch before the window is made: it is asked for before `shared_window`."""
     made = Windows()
     qapp.installEventFilter(made)
     yield made
@@ -63,19 +64,11 @@ def windows(qapp):
 
 
 @pytest.fixture
-def window(qapp, qtbot, workspace, windows, play):
-    made = MainWindow(workspace, first="home", view3d=False)
-    qtbot.addWidget(made)
-    made.resize(1280, 720)
-    apply_style(qapp, workspace.look)
-    made.show()
-    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=30_000)
-    for name in NAMES:
-        made.stack.screen_of(name)
+def window(windows, shared_window, play):
+    shared_window.resize(1280, 720)
     for index in range(60):
         play(index)
-    yield made
-    made.close()
+    return shared_window
 
 
 def test_there_is_one_window(window, windows, qapp):
@@ -100,15 +93,14 @@ def test_every_control_has_a_name(window, qapp):
             assert named or text, f"{name}: {type(control).__name__} in {control.parent()}"
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_no_text_of_a_button_or_label_is_cut(window, workspace, theme, qapp):
-    workspace.preferences.set("theme", theme)
-    for name in NAMES:
+def test_no_text_of_a_button_or_label_is_cut(window, workspace, qapp):
+    for theme, name in product(("light", "dark"), NAMES):
+        workspace.preferences.set("theme", theme)
         window.show_screen(name)
         qapp.processEvents()
         for each in window.findChildren((QLabel, QAbstractButton)):
             if each.isVisible() and not isinstance(each, ElidedLabel):  # a tool tip has all of it
-                assert text_width(each) <= each.width(), f"{name}: '{each.text()}'"
+                assert text_width(each) <= each.width(), f"{theme} {name}: '{each.text()}'"
 
 
 def text_width(each):
@@ -125,18 +117,3 @@ def is_icon(each):
     alone = Qt.ToolButtonStyle.ToolButtonIconOnly
     shown = isinstance(each, QToolButton) and each.toolButtonStyle() is alone
     return shown and not each.icon().isNull()
-
-
-def test_a_frame_leaves_time_for_the_next(window, play, qapp):
-    for name in NAMES:
-        window.show_screen(name)
-        for index in range(60, 80):
-            play(index)
-            qapp.processEvents()
-        took = []
-        for index in range(80, 180):
-            began = time.thread_time()
-            play(index)
-            qapp.processEvents()
-            took.append(time.thread_time() - began)
-        assert np.percentile(took, 99) < LONGEST_SLOT, name

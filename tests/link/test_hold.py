@@ -15,8 +15,8 @@ BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 ALLOWED = 0.5 + Rates().control_period
 """From the last command that came into force to HOLD, in simulated time [s]."""
 SPEED = 5.0
-FLIGHTS = 5
-FLIGHTS_OF_A_SERVER = 2
+FLIGHTS = 2
+FLIGHTS_OF_A_SERVER = 1
 """It takes a second to start one."""
 
 

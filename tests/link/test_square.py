@@ -12,6 +12,8 @@ from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
 from workbench.scenario import Scenario, Start
 
+pytestmark = pytest.mark.slow
+
 SQUARE = Path(__file__).resolve().parents[2] / "examples" / "link" / "square.py"
 ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""

@@ -356,7 +356,9 @@ def test_a_reset_of_the_flight_keeps_its_server(flight, address):
             assert control.set(kp_roll=51.0) == {"kp_roll": 51.0}
 
 
-@pytest.mark.parametrize("stopped", [False, True], ids=["running", "standing"])
+@pytest.mark.parametrize(
+    "stopped", [pytest.param(False, marks=pytest.mark.slow), True], ids=["running", "standing"]
+)
 def test_closing_a_flight_leaves_no_process(stopped):
     flight = LiveFlight()
     flight.wait(ENOUGH)

@@ -19,7 +19,7 @@ from workbench.systems.bridge import Bridge
 
 ENOUGH = 120.0
 """No test waits so long unless it fails [s]."""
-REPLAYS = 20
+REPLAYS = 4
 TOPIC = "/dh_drone/velocity_data"
 STEP = Rates().physics_step
 
@@ -79,7 +79,14 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param("usual rates", marks=pytest.mark.slow),
+        "control at every step",
+        pytest.param("a script beside", marks=pytest.mark.slow),
+    ],
+)
 def test_a_served_flight_is_flown_again_to_the_bit(case):
     scenario, seconds, speed = CASES[case]
     flown = served_and_flown(scenario, seconds, speed)
@@ -110,6 +117,7 @@ def assert_equal_to_the_bit(one: Recording, other: Recording, case: str) -> None
         assert a.tobytes() == b.tobytes(), field.name
 
 
+@pytest.mark.slow
 def test_the_ladder_is_flown_again_to_the_bit():
     """A client falls silent in a pause that does not end for it: HOLD, and LAND 5 s later."""
     with LiveFlight(Scenario(start=Start(position=[0.0, 0.0, 3.0]))) as flight:

@@ -26,6 +26,13 @@ WINDOW = 128
 GROWN = 30.0
 LONGEST = 40.0
 """Flown before growth or decay by this factor must have shown [s]."""
+SOON = ("pitch", "velocity_z")
+"""Loops that swing fast; flights of all others are slow tests."""
+each_loop = pytest.mark.parametrize(
+    "loop",
+    [loop if loop.name in SOON else pytest.param(loop, marks=pytest.mark.slow) for loop in LOOPS],
+    ids=lambda loop: loop.name,
+)
 
 
 @pytest.fixture(scope="module")
@@ -106,20 +113,21 @@ def check(session, loop, gain, delay) -> bool:
     return bool(swings[-1] > swings[len(swings) // 2])
 
 
-@pytest.mark.parametrize("loop", LOOPS, ids=lambda loop: loop.name)
+@each_loop
 def test_the_gain_margin_is_where_the_flight_begins_to_diverge(session, margins, loop):
     margin = margins[loop.name].gain_margin
     assert not check(session, loop, 0.98 * margin, 0.0)
     assert check(session, loop, 1.02 * margin, 0.0)
 
 
-@pytest.mark.parametrize("loop", LOOPS, ids=lambda loop: loop.name)
+@each_loop
 def test_the_delay_margin_is_where_the_flight_begins_to_diverge(session, margins, loop):
     margin = margins[loop.name].delay_margin
     assert not check(session, loop, 1.0, 0.95 * margin)
     assert check(session, loop, 1.0, 1.05 * margin)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["roll", "pitch"])
 def test_a_weaker_tilt_loop_diverges_under_its_velocity_loop(session, margins, name):
     loop = next(loop for loop in LOOPS if loop.name == name)

@@ -96,9 +96,7 @@ def test_computing_time_is_bounded(failure):
 def test_time_that_passes_idly_is_bounded_too(failure, monkeypatch):
     monkeypatch.setattr(limited, "_SLOWNESS", 0.0)
     monkeypatch.setattr(limited, "_START", 0.5)
-    start = time.monotonic()
-    assert failure("time.sleep(60)") == "it did not end within 0.5 s"
-    assert time.monotonic() - start < 30
+    assert failure("time.sleep(100_000)") == "it did not end within 0.5 s"
 
 
 def test_what_the_child_started_ends_with_it(failure, tmp_path, monkeypatch):

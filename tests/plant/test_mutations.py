@@ -86,6 +86,7 @@ def originals(tmp_path_factory) -> list[Path]:
     return [*folder.iterdir(), *published]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("batch", range(BATCHES))
 def test_no_mutation_brings_the_process_down(originals, tmp_path, batch):
     words = [str(HERE / "mutate.py"), str(tmp_path), str(batch * BATCH), str(BATCH)]

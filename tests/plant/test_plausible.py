@@ -54,6 +54,7 @@ def flyable(root):
                 continue
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("root", "least"),
     [(TESTS.parent / "models", 1), (TESTS / "drones", 10), (MODELS, 4)],

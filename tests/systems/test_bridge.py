@@ -116,9 +116,15 @@ def test_a_flood_fills_no_memory():
     "rates",
     [
         Rates(),
-        Rates(control_period=1 / 1024, record_period=1 / 128),
-        Rates(physics_step=1e-3, control_period=4e-3, mode_period=0.05, record_period=4e-3),
-        Rates(physics_step=1e-3, control_period=4e-3, mode_period=0.05, record_period=1e-3),
+        pytest.param(Rates(control_period=1 / 1024, record_period=1 / 128), marks=pytest.mark.slow),
+        pytest.param(
+            Rates(physics_step=1e-3, control_period=4e-3, mode_period=0.05, record_period=4e-3),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            Rates(physics_step=1e-3, control_period=4e-3, mode_period=0.05, record_period=1e-3),
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["usual", "every step", "decimal", "modes between"],
 )

@@ -45,6 +45,7 @@ def here():
     return fly(InThisProcess())
 
 
+@pytest.mark.slow
 def test_a_table_is_the_same_to_the_bit_though_a_worker_is_killed(here, cluster, tmp_path):
     marker = tmp_path / "killed"
     there = fly(Losing(cluster, marker))
@@ -53,6 +54,7 @@ def test_a_table_is_the_same_to_the_bit_though_a_worker_is_killed(here, cluster,
     assert there.present_values.tobytes() == here.present_values.tobytes()
 
 
+@pytest.mark.slow
 def test_a_table_is_the_same_to_the_bit_though_a_process_is_killed(here, tmp_path):
     marker = tmp_path / "killed"
     there = fly(Losing(LocalProcesses(2), marker))
@@ -60,6 +62,7 @@ def test_a_table_is_the_same_to_the_bit_though_a_process_is_killed(here, tmp_pat
     assert there.rows.tobytes() == here.rows.tobytes()
 
 
+@pytest.mark.slow
 def test_results_stream_back_with_their_places(cluster):
     assert cluster.workers == 2
     found = dict(cluster.run([Square(number) for number in range(10)]))
@@ -67,6 +70,7 @@ def test_results_stream_back_with_their_places(cluster):
     assert list(cluster.run([])) == []
 
 
+@pytest.mark.slow
 def test_a_stop_keeps_what_was_finished_and_frees_the_cluster(cluster, workers):
     found = []
     for each in cluster.run([Square(n, 0.02) for n in range(500)], stop=lambda: len(found) >= 2):
@@ -76,6 +80,7 @@ def test_a_stop_keeps_what_was_finished_and_frees_the_cluster(cluster, workers):
     assert_idle(workers)
 
 
+@pytest.mark.slow
 def test_who_leaves_the_loop_frees_the_cluster(cluster, workers):
     running = cluster.run([Square(number, 0.02) for number in range(500)])
     next(running)
@@ -90,18 +95,21 @@ def assert_idle(workers) -> None:
     assert not workers.scheduler.tasks
 
 
+@pytest.mark.slow
 def test_what_a_task_refuses_arrives_as_it_was_said(cluster):
     with pytest.raises(WorkbenchError, match="^13 has no square: take another number$"):
         list(cluster.run([Square(13)]))
     assert list(cluster.run([Square(2)])) == [(0, 4)]
 
 
+@pytest.mark.slow
 def test_a_task_that_ends_its_workers_is_a_sentence(cluster, workers, tmp_path, monkeypatch):
     monkeypatch.setattr(workers.scheduler, "allowed_failures", 0)
     with pytest.raises(WorkbenchError, match="1 workers were lost one after the other while they"):
         list(Losing(cluster, tmp_path / "killed").run([Square(1)]))
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path):
     file = tmp_path / "scheduler.json"
     options = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file"]
@@ -131,6 +139,7 @@ def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path):
             each.wait()
 
 
+@pytest.mark.slow
 def test_files_are_sent_along(cluster, tmp_path, monkeypatch):
     path = tmp_path / "soft.yaml"
     path.write_text("gains: {kp_velocity_z: 2.0}\n")
@@ -145,6 +154,7 @@ def test_files_are_sent_along(cluster, tmp_path, monkeypatch):
     assert str(caught.value) == f"{path}:1: it is mute: write something else"
 
 
+@pytest.mark.slow
 def test_a_regression_is_the_same_there(cluster, tmp_path):
     path = tmp_path / "s.spec.yaml"
     (tmp_path / "soft.yaml").write_text("gains: {kp_velocity_z: 2.0}\n")
@@ -163,6 +173,7 @@ def test_a_regression_is_the_same_there(cluster, tmp_path):
     assert [result.passed for result in here] == [False, True]
 
 
+@pytest.mark.slow
 def test_the_commands_fly_there_and_say_so_once(workers, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     there = ["--scheduler", workers.scheduler_address]
@@ -212,6 +223,7 @@ def test_without_the_package_it_says_what_to_install(monkeypatch):
         check_scheduler("tcp://localhost:8786")
 
 
+@pytest.mark.slow
 def test_workers_without_the_package_are_named(tmp_path):
     broken = tmp_path / "workbench" / "__init__.py"
     broken.parent.mkdir()

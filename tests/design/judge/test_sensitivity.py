@@ -24,7 +24,7 @@ def values(**settings):
     return {each.metric: each.value for each in flown}
 
 
-@pytest.mark.parametrize("gain", ["kd_pitch", "max_tilt"])
+@pytest.mark.parametrize("gain", ["kd_pitch", pytest.param("max_tilt", marks=pytest.mark.slow)])
 def test_derivatives_are_those_of_central_differences(found, study, gain):
     value = study.gains[gain]
     h = 1e-6 * value

@@ -39,7 +39,9 @@ def assert_agrees(found):
     assert np.median(found.velocity) < ROUNDING
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
+)
 def test_200_sets_of_gains_fly_as_on_the_diagram(seed):
     found = compare(VehicleConfig(), 50, seed)
     assert_agrees(found)
@@ -54,6 +56,7 @@ def test_so_do_drones_of_other_layouts(name, args):
     assert_agrees(compare(VehicleConfig(str(DRONES / f"{name}.urdf.xacro"), args), 10, 9))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", PUBLISHED)
 def test_so_do_the_published_vehicles(path):
     if not SHARED.is_dir():

@@ -133,6 +133,7 @@ def test_a_conflict_tells_the_number_of_the_table():
     assert after["yaw_rate.phase_margin"] >= math.radians(60.0)
 
 
+@pytest.mark.slow
 def test_a_mass_that_is_not_known_leaves_an_error_and_it_is_said():
     """A quarter more mass than known: the climb is short by a quarter of g / kp, whatever else."""
     asked = dataclasses.replace(Wishes(robustness=Robustness(mass=0.25)), defaults=True)

@@ -1,7 +1,6 @@
 """A strip chart by mouse and keyboard, against series that are known."""
 
 import threading
-import time as clock
 
 import numpy as np
 import pytest
@@ -318,23 +317,3 @@ def test_it_is_painted_light_and_dark(chart, workspace):
 def test_it_says_what_it_is(chart):
     assert chart.accessibleName() == "Chart Velocity"
     assert "ramp, wave" in chart.accessibleDescription()
-
-
-def test_four_charts_of_twelve_curves_are_drawn_within_a_frame(workspace, qtbot):
-    made = []
-    for _ in range(4):
-        chart = StripChart(workspace)
-        qtbot.addWidget(chart)
-        chart.resize(560, 260)
-        for index in range(12):
-            chart.add_curve(f"c{index}", "m", source_of(np.sin(TIME + index)))
-        chart.show()
-        made.append(chart)
-    took = []
-    for now in np.arange(30.0, 31.0, 1 / 60):
-        begun = clock.process_time()
-        for chart in made:
-            chart.refresh(float(now))
-            chart.canvas.repaint()
-        took.append(clock.process_time() - begun)
-    assert np.median(took) < 0.06  # some 8 ms alone on a machine; the tests share theirs

@@ -168,6 +168,7 @@ def test_every_control_has_a_name_and_can_be_reached_by_keyboard(screen):
                 assert each.focusPolicy() & Qt.FocusPolicy.TabFocus, (card, each)
 
 
+@pytest.mark.slow
 def test_a_real_flight_is_excited_measured_and_judged(workspace, qtbot):
     screen = TuningScreen(workspace)
     qtbot.addWidget(screen)

@@ -9,6 +9,8 @@ from workbench.live.flight import LiveFlight
 from workbench.resources import find_scenario
 from workbench.scenario import load_scenario
 
+pytestmark = pytest.mark.slow
+
 sync_api = pytest.importorskip(
     "playwright.sync_api", reason="needs playwright: pip install playwright"
 )

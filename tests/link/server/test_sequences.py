@@ -21,7 +21,9 @@ def sequences():
     return module
 
 
-@pytest.mark.parametrize("part", range(PARTS))
+@pytest.mark.parametrize(
+    "part", [0, *(pytest.param(part, marks=pytest.mark.slow) for part in range(1, PARTS))]
+)
 def test_no_sequence_of_operations_does_harm(parts, sequences, part):
     for seed in range(part, SEQUENCES, PARTS):
         assert sequences.play(parts, seed) == [], f"seed {seed}"

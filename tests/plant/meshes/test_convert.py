@@ -216,6 +216,7 @@ def test_no_mesh_library_is_loaded_here():
 FETCHED = Path(__file__).resolve().parents[4] / "shared" / "models"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not FETCHED.is_dir(), reason="put the published descriptions into ../shared/models to try them"
 )
@@ -233,6 +234,7 @@ def test_published_meshes_are_all_converted():
 
 
 # Rotor discs lie across z, whatever <up_axis> says: thin along z, long along y.
+@pytest.mark.slow
 @pytest.mark.skipif(
     not FETCHED.is_dir(), reason="put the published descriptions into ../shared/models to try them"
 )
