@@ -60,9 +60,8 @@ def test_vehicle_and_origin_may_be_left_out(write):
     assert (file.vehicle, file.origin, file.gains) == ("", "", {"kp_roll": 1.0})
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "word"),
-    [
+def test_what_cannot_be_is_named_with_its_line(case, write):
+    for old, new, line, word in [
         ("kp_roll", "kp_rol", 4, "did you mean 'kp_roll'"),
         ("120", "-1", 4, "0 .. 2500"),
         ("120", "fast", 4, "'fast'"),
@@ -73,14 +72,13 @@ def test_vehicle_and_origin_may_be_left_out(write):
         ("0.5", "[0.5]", 5, "number"),
         ("origin", "orign", 2, "did you mean 'origin'"),
         ("max_tilt: 0.5", "max_tilt: 5.0", 5, "0.05 .. 1.2 rad"),
-    ],
-)
-def test_what_cannot_be_is_named_with_its_line(write, old, new, line, word):
-    assert old in TEXT
-    path = write(TEXT.replace(old, new))
-    said = fault(path)
-    assert said.startswith(f"{path}:{line}: ")
-    assert word in said
+    ]:
+        with case(old, new, line, word):
+            assert old in TEXT
+            path = write(TEXT.replace(old, new))
+            said = fault(path)
+            assert said.startswith(f"{path}:{line}: ")
+            assert word in said
 
 
 @pytest.mark.parametrize("text", ["vehicle: quad\n", "gains: 3\n", "gains: [1]\n", "gains:\n"])

@@ -90,7 +90,24 @@ def assert_equal_from(time: float, flight: Recording, fork: Recording) -> None:
             assert flown.tobytes() == getattr(fork, field.name).tobytes(), field.name
 
 
-@pytest.mark.parametrize(("scenario", "time"), CASES.values(), ids=CASES)
+OFTEN = (
+    "one step after the control update",
+    "with time owed",
+    "in a gust, with turbulence and a push",
+    "in take-off",
+    "near walls, as they are measured",
+    "with periods that are not exact",
+)
+"""Instants at which flights go on in every run; the others are slow tests."""
+
+
+@pytest.mark.parametrize(
+    ("scenario", "time"),
+    [
+        pytest.param(*CASES[name], marks=() if name in OFTEN else pytest.mark.slow, id=name)
+        for name in CASES
+    ],
+)
 def test_a_flight_goes_on_from_an_instant_to_the_bit(scenario, time):
     flight, fork = flown_to(scenario, time), Session(scenario)
     instant = flight.instant()

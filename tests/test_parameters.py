@@ -1,6 +1,7 @@
 """Oracle: the table itself, and the flight that reads it."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -56,13 +57,14 @@ def test_names_are_unique():
     assert len(set(NAMES)) == len(NAMES)
 
 
-@pytest.mark.parametrize("row", PARAMETERS, ids=NAMES)
-def test_a_row_is_complete_and_its_default_allowed(row):
-    assert -math.inf < row.minimum < row.maximum < math.inf
-    assert row.minimum <= row.default <= row.maximum
-    assert row.unit
-    assert row.help
-    assert row.check(row.default) == row.default
+def test_a_row_is_complete_and_its_default_allowed(case):
+    for row in PARAMETERS:
+        with case(row):
+            assert -math.inf < row.minimum < row.maximum < math.inf
+            assert row.minimum <= row.default <= row.maximum
+            assert row.unit
+            assert row.help
+            assert row.check(row.default) == row.default
 
 
 def test_rows_stand_in_the_order_that_their_system_reads_them():
@@ -76,15 +78,19 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert sum(len(parameters_of(system)) for system in systems) == len(PARAMETERS)
 
 
-@pytest.mark.parametrize("row", FLOWN, ids=FLOWN_NAMES)
-def test_a_row_is_read_and_written_alone(session, row):
-    session.reset()
-    before = {name: session.get(name) for name in FLOWN_NAMES}
-    values = {**defaults(), **vehicle_gains(session.vehicle)}
-    assert before == {name: values[name] for name in FLOWN_NAMES}
-    for value in (row.minimum, row.maximum):
-        session.set(row.name, value)
-        assert {name: session.get(name) for name in FLOWN_NAMES} == {**before, row.name: value}
+def test_a_row_is_read_and_written_alone(case, session):
+    for row in FLOWN:
+        with case(row):
+            session.reset()
+            before = {name: session.get(name) for name in FLOWN_NAMES}
+            values = {**defaults(), **vehicle_gains(session.vehicle)}
+            assert before == {name: values[name] for name in FLOWN_NAMES}
+            for value in (row.minimum, row.maximum):
+                session.set(row.name, value)
+                assert {name: session.get(name) for name in FLOWN_NAMES} == {
+                    **before,
+                    row.name: value,
+                }
 
 
 @pytest.mark.parametrize("end", ["minimum", "maximum"])
@@ -98,32 +104,35 @@ def test_every_row_is_built_with_the_value_that_is_asked(end):
     assert {name: session.get(name) for name in FLOWN_NAMES} == values
 
 
-@pytest.mark.parametrize("row", FLOWN, ids=FLOWN_NAMES)
-@pytest.mark.parametrize("end", ["minimum", "maximum"])
-def test_every_allowed_value_flies(session, row, end):
+@pytest.mark.slow
+def test_every_allowed_value_flies(case, session):
     """Not well, perhaps; but what is allowed must not break off or give no number."""
-    session.reset()
-    session.set(row.name, getattr(row, end))
-    session.tick(0.25)
-    flight = session.recording()
-    assert flight.time[-1] == 0.25
-    for values in (flight.p_WB, flight.q_WB, flight.w_WB, flight.thrusts):
-        assert np.isfinite(values).all()
+    for end in ["minimum", "maximum"]:
+        for row in FLOWN:
+            with case(end, row):
+                session.reset()
+                session.set(row.name, getattr(row, end))
+                session.tick(0.25)
+                flight = session.recording()
+                assert flight.time[-1] == 0.25
+                for values in (flight.p_WB, flight.q_WB, flight.w_WB, flight.thrusts):
+                    assert np.isfinite(values).all()
 
 
-@pytest.mark.parametrize("name", [*SOMETIMES, *NEVER])
-def test_what_nothing_in_the_flight_has_is_answered_with_a_remedy(plain_session, name):
-    remedies = {"warning_distance": "--world room"}
-    remedies |= {f"{kind}_fault": f"--sensors {kind}" for kind in SENSOR_KINDS}
-    remedies |= dict.fromkeys(NEVER, "dh_drone has 4 rotors")
-    value = find_parameter(name).maximum
-    for act in (lambda: plain_session.set(name, value), lambda: plain_session.get(name)):
-        with pytest.raises(WorkbenchError) as caught:
-            act()
-        said = str(caught.value)
-        assert said.startswith(f"{name} cannot be set: ")
-        assert remedies[name] in said
-        assert "\n" not in said
+def test_what_nothing_in_the_flight_has_is_answered_with_a_remedy(case, plain_session):
+    for name in [*SOMETIMES, *NEVER]:
+        with case(name):
+            remedies = {"warning_distance": "--world room"}
+            remedies |= {f"{kind}_fault": f"--sensors {kind}" for kind in SENSOR_KINDS}
+            remedies |= dict.fromkeys(NEVER, "dh_drone has 4 rotors")
+            value = find_parameter(name).maximum
+            for act in (partial(plain_session.set, name, value), partial(plain_session.get, name)):
+                with pytest.raises(WorkbenchError) as caught:
+                    act()
+                said = str(caught.value)
+                assert said.startswith(f"{name} cannot be set: ")
+                assert remedies[name] in said
+                assert "\n" not in said
 
 
 @pytest.mark.parametrize(("name", "value"), [("imu_fault", 1.0), ("rotor_5", 0.5)])
@@ -159,19 +168,20 @@ def eventful_motion():
     return motion(eventful())
 
 
-@pytest.mark.parametrize("row", parameters_of("controller"), ids=Gains._fields)
-def test_every_row_of_the_controller_is_of_effect(row, eventful_motion):
+def test_every_row_of_the_controller_is_of_effect(case, eventful_motion):
     """Limits at a value that cuts, gains at half."""
-    limits = {
-        "max_speed": 1.0,
-        "max_climb_rate": 0.5,
-        "max_height": 2.0,
-        "max_tilt": 0.1,
-        "max_yaw_rate": 0.1,
-    }
-    session = eventful()
-    session.set(row.name, limits.get(row.name, 0.5 * session.get(row.name)))
-    assert np.abs(motion(session) - eventful_motion).max() > 1e-3
+    for row in parameters_of("controller"):
+        with case(row):
+            limits = {
+                "max_speed": 1.0,
+                "max_climb_rate": 0.5,
+                "max_height": 2.0,
+                "max_tilt": 0.1,
+                "max_yaw_rate": 0.1,
+            }
+            session = eventful()
+            session.set(row.name, limits.get(row.name, 0.5 * session.get(row.name)))
+            assert np.abs(motion(session) - eventful_motion).max() > 1e-3
 
 
 def test_the_drone_takes_off_even_with_the_least_pull_to_a_height():
@@ -229,9 +239,8 @@ def test_a_setting_is_parsed(text):
     assert parse_setting(text) == ("kp_roll", 12.5)
 
 
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [
+def test_a_setting_that_is_none_is_refused(case):
+    for text, word in [
         ("kp_roll", "NAME=VALUE"),
         ("kp_roll=", "number"),
         ("kp_roll=fast", "'fast'"),
@@ -240,9 +249,8 @@ def test_a_setting_is_parsed(text):
         ("kp_roll=-1", "0 .. 2500"),
         ("kp_rol=1", "'kp_roll'"),
         ("=1", "unknown parameter"),
-    ],
-)
-def test_a_setting_that_is_none_is_refused(text, word):
-    with pytest.raises(WorkbenchError) as caught:
-        parse_setting(text)
-    assert word in str(caught.value)
+    ]:
+        with case(text, word):
+            with pytest.raises(WorkbenchError) as caught:
+                parse_setting(text)
+            assert word in str(caught.value)

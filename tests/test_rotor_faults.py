@@ -43,22 +43,20 @@ def flown_without(session: Session, *numbers: int, duration: float = 15.0):
     return session.recording()
 
 
-@pytest.mark.parametrize(
-    ("name", "number"),
-    [
+def test_without_any_one_rotor_it_still_hovers(case, sessions):
+    """The octocopter's and the X8's other rotors are these turned and mirrored."""
+    for name, number in [
         *[("hexacopter", number) for number in range(1, 7)],
         *[("octocopter", number) for number in (1, 2)],
         *[("coaxial_x8", number) for number in (1, 2, 5)],
-    ],
-)
-def test_without_any_one_rotor_it_still_hovers(sessions, name, number):
-    """The octocopter's and the X8's other rotors are these turned and mirrored."""
-    flight = flown_without(sessions[name], number)
-    assert flight.time[-1] == 17.0
-    assert np.abs(flight.p_WB - [0.0, 0.0, HEIGHT]).max() < 0.02
-    assert np.degrees(flight.tilt.max()) < 1.0
-    assert np.abs(flight.w_WB[:, 2]).max() < 0.01
-    assert flight.thrusts[-1, number - 1] == pytest.approx(0.0, abs=1e-12)
+    ]:
+        with case(name, number):
+            flight = flown_without(sessions[name], number)
+            assert flight.time[-1] == 17.0
+            assert np.abs(flight.p_WB - [0.0, 0.0, HEIGHT]).max() < 0.02
+            assert np.degrees(flight.tilt.max()) < 1.0
+            assert np.abs(flight.w_WB[:, 2]).max() < 0.01
+            assert flight.thrusts[-1, number - 1] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_hexacopter_hovers_on_four_equal_rotors(sessions):

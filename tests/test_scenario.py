@@ -124,9 +124,8 @@ def test_sensors_and_world_are_read_and_saved(write, tmp_path):
     assert load_scenario(tmp_path / "again.yaml") == scenario
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
+def test_sensors_that_cannot_be_had_are_named_with_their_line(case, write):
+    for old, new, line, words in [
         ("world: room", "world: rooom", 2, ("'rooom'", "did you mean 'room'")),
         ("sensors:", "sensor:", 3, ("'sensor'", "'sensors'")),
         ("[imu, lidar]", "all", 4, ("sensors.use", "a list")),
@@ -143,14 +142,13 @@ def test_sensors_and_world_are_read_and_saved(write, tmp_path):
         ("seed: 7", "seed: 1.5", 8, ("sensors.seed", "whole number")),
         ("noise: false", "noise: 0", 9, ("sensors.noise", "true or false")),
         ("noise: false", "nois: false", 9, ("'nois'", "'noise'")),
-    ],
-)
-def test_sensors_that_cannot_be_had_are_named_with_their_line(write, old, new, line, words):
-    assert SENSORS.count(old) == 1
-    path = write(SENSORS.replace(old, new))
-    said = fault(path)
-    assert not [word for word in words if word not in said]
-    assert said.startswith(f"{path}:{line}: ")
+    ]:
+        with case(old, new, line, words):
+            assert SENSORS.count(old) == 1
+            path = write(SENSORS.replace(old, new))
+            said = fault(path)
+            assert not [word for word in words if word not in said]
+            assert said.startswith(f"{path}:{line}: ")
 
 
 def test_only_what_differs_is_saved(tmp_path):
@@ -171,9 +169,8 @@ def test_saving_where_nothing_can_be_written_is_refused(tmp_path):
         save_scenario(Scenario(title="b"), tmp_path / "gone" / "a.yaml")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
+def test_what_cannot_be_flown_is_named_with_its_line(case, write):
+    for old, new, line, words in [
         ("title", "titel", 1, ("'titel'", "did you mean 'title'")),
         ("  model", "  modle", 3, ("'modle'", "'model'")),
         ("  mode:", "  mod:", 8, ("'mod'", "'mode'")),
@@ -221,14 +218,13 @@ def test_saving_where_nothing_can_be_written_is_refused(tmp_path):
         ("control_period: 0.00390625", "physics_step: 0", 6, ("rates.physics_step",)),
         ("control_period: 0.00390625", "physics_step: 0.1", 6, ("rates.physics_step",)),
         ("control_period: 0.00390625", "record_period: .nan", 6, ("rates.record_period",)),
-    ],
-)
-def test_what_cannot_be_flown_is_named_with_its_line(write, old, new, line, words):
-    assert old in TEXT
-    path = write(TEXT.replace(old, new))
-    said = fault(path)
-    assert not [word for word in words if word not in said]
-    assert said.startswith(f"{path}:{line}: ")
+    ]:
+        with case(old, new, line, words):
+            assert old in TEXT
+            path = write(TEXT.replace(old, new))
+            said = fault(path)
+            assert not [word for word in words if word not in said]
+            assert said.startswith(f"{path}:{line}: ")
 
 
 @pytest.mark.parametrize(
@@ -260,9 +256,8 @@ def test_what_is_built_in_python_is_checked_too():
         check_scenario(Scenario(script=[Action(push=Push(force=[2000.0, 0.0, 0.0]))]))
 
 
-@pytest.mark.parametrize(
-    ("sensors", "words"),
-    [
+def test_sensors_of_other_types_are_a_sentence(case):
+    for sensors, words in [
         ({}, "sensors is {}, and should be a SensorsConfig"),
         (SensorsConfig(use="imu"), "sensors.use is 'imu', and should be a list of names"),
         (SensorsConfig(use=[3]), "sensors.use is [3], and should be a list of names"),
@@ -274,21 +269,21 @@ def test_what_is_built_in_python_is_checked_too():
         (SensorsConfig(seed=1.5), "sensors.seed is 1.5"),
         (SensorsConfig(noise="maybe"), "sensors.noise is 'maybe', and should be true or false"),
         (SensorsConfig(keep="x"), "sensors.keep is 'x'"),
-    ],
-)
-def test_sensors_of_other_types_are_a_sentence(sensors, words):
-    with pytest.raises(WorkbenchError) as caught:
-        check_scenario(Scenario(sensors=sensors))
-    assert words in str(caught.value)
+    ]:
+        with case(sensors, words):
+            with pytest.raises(WorkbenchError) as caught:
+                check_scenario(Scenario(sensors=sensors))
+            assert words in str(caught.value)
 
 
-@pytest.mark.parametrize("name", list_scenarios())
-def test_shipped_scenarios_can_be_flown(name):
-    scenario = load_scenario(find_scenario(name))
-    assert scenario.title
-    session = Session(dataclasses.replace(scenario, duration=min(scenario.duration, 0.5)))
-    session.run()
-    assert session.time == min(scenario.duration, 0.5)
+def test_shipped_scenarios_can_be_flown(case):
+    for name in list_scenarios():
+        with case(name):
+            scenario = load_scenario(find_scenario(name))
+            assert scenario.title
+            session = Session(dataclasses.replace(scenario, duration=min(scenario.duration, 0.5)))
+            session.run()
+            assert session.time == min(scenario.duration, 0.5)
 
 
 def test_scenarios_are_shipped_for_what_the_command_promises():

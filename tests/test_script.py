@@ -2,8 +2,6 @@
 
 import math
 
-import pytest
-
 from workbench.scenario import Action
 from workbench.script import Script
 
@@ -18,9 +16,8 @@ def times(script: Script, step: int) -> list[float]:
     return [action.at for action in script.due(step)]
 
 
-@pytest.mark.parametrize(
-    ("at", "step", "first"),
-    [
+def test_an_action_is_due_at_the_first_step_at_or_after_its_time(case):
+    for at, step, first in [
         (0.0, STEP, 0),
         (STEP, STEP, 1),
         (1.1 * STEP, STEP, 2),  # the first step at or after its time
@@ -29,13 +26,12 @@ def times(script: Script, step: int) -> list[float]:
         (0.003, 0.001, 3),  # 3.0000000000000004 steps are 3
         (0.07, 0.001, 70),
         (1e-12, STEP, 0),
-    ],
-)
-def test_an_action_is_due_at_the_first_step_at_or_after_its_time(at, step, first):
-    plan = script(at, step=step)
-    assert plan.next_step == first
-    assert times(plan, first - 1) == []
-    assert times(plan, first) == [at]
+    ]:
+        with case(at, step, first):
+            plan = script(at, step=step)
+            assert plan.next_step == first
+            assert times(plan, first - 1) == []
+            assert times(plan, first) == [at]
 
 
 def test_each_action_is_handed_out_once_in_the_order_of_time():

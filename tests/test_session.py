@@ -72,19 +72,20 @@ def test_a_flight_is_a_flight(busy_flight):
     assert set(busy_flight.mode) >= {FlightMode.CRUISING, FlightMode.LANDING}
 
 
-@pytest.mark.parametrize("rates", [Rates(), ODD_RATES], ids=["binary", "decimal"])
-@pytest.mark.parametrize("seed", range(4))
-def test_slices_of_any_size_are_one_flight(seed, rates):
-    scenario = busy(rates=rates)
-    session = Session(scenario)
-    rng = np.random.default_rng(seed)
-    # from far below a physics step up to a quarter of a second
-    cuts = np.sort(rng.uniform(0.0, 2.0, 60))
-    tiny = 1.0 + np.cumsum(rng.uniform(0.0, rates.physics_step, 40))
-    cuts = np.sort(np.concatenate([[0.0], cuts, tiny, [2.0]]))
-    for duration in np.diff(cuts):
-        session.tick(float(duration))
-    assert_equal_to_the_bit(session.recording(), in_one_run(scenario))
+def test_slices_of_any_size_are_one_flight(case):
+    for seed in range(4):
+        for rates in [Rates(), ODD_RATES]:
+            with case(seed, rates):
+                scenario = busy(rates=rates)
+                session = Session(scenario)
+                rng = np.random.default_rng(seed)
+                # from far below a physics step up to a quarter of a second
+                cuts = np.sort(rng.uniform(0.0, 2.0, 60))
+                tiny = 1.0 + np.cumsum(rng.uniform(0.0, rates.physics_step, 40))
+                cuts = np.sort(np.concatenate([[0.0], cuts, tiny, [2.0]]))
+                for duration in np.diff(cuts):
+                    session.tick(float(duration))
+                assert_equal_to_the_bit(session.recording(), in_one_run(scenario))
 
 
 def test_slices_below_a_step_add_up(busy_flight):
@@ -303,9 +304,8 @@ def test_a_figure_of_eight_is_flown():
     assert flight.p_WB[-1] == pytest.approx([0.0, 0.0, 2.0], abs=0.02)
 
 
-@pytest.mark.parametrize(
-    ("act", "words"),
-    [
+def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(case):
+    for act, words in [
         (lambda s: s.command([1.0, math.nan, 0.0]), ("velocity",)),
         (lambda s: s.command([1.0, 2.0]), ("velocity",)),
         (lambda s: s.command(yaw_rate=math.inf), ("yaw rate",)),
@@ -344,17 +344,16 @@ def test_a_figure_of_eight_is_flown():
         (lambda s: s.tick(-1.0), ("-1",)),
         (lambda s: s.tick(math.nan), ("nan",)),
         (lambda s: s.tick(math.inf), ("inf",)),
-    ],
-)
-def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(act, words):
-    session = Session()
-    before = (session.snapshot(), session.get("kp_roll"))
-    with pytest.raises(WorkbenchError) as caught:
-        act(session)
-    assert not [word for word in words if word not in str(caught.value)]
-    assert len(str(caught.value)) < 1000
-    assert (session.snapshot(), session.get("kp_roll")) == before
-    session.tick(0.1)
+    ]:
+        with case(act, words):
+            session = Session()
+            before = (session.snapshot(), session.get("kp_roll"))
+            with pytest.raises(WorkbenchError) as caught:
+                act(session)
+            assert not [word for word in words if word not in str(caught.value)]
+            assert len(str(caught.value)) < 1000
+            assert (session.snapshot(), session.get("kp_roll")) == before
+            session.tick(0.1)
 
 
 WORLD = """

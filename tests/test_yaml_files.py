@@ -48,9 +48,8 @@ def test_data_and_text_are_kept(write):
     assert file.data["script"][1]["set"] == {"x": 1, "y": 2}
 
 
-@pytest.mark.parametrize(
-    ("keys", "line"),
-    [
+def test_every_key_has_its_line(case, write):
+    for keys, line in [
         (("title",), 1),
         (("start",), 2),
         (("start", "mode"), 3),
@@ -63,11 +62,10 @@ def test_data_and_text_are_kept(write):
         (("script", 1, "set", "z"), 11),  # the nearest key above what is not there
         (("start", "velocity", 2), 2),
         (("nothing",), 1),
-    ],
-)
-def test_every_key_has_its_line(write, keys, line):
-    path = write(TEXT)
-    assert read_yaml(path).where(*keys) == f"{path}:{line}: "
+    ]:
+        with case(keys, line):
+            path = write(TEXT)
+            assert read_yaml(path).where(*keys) == f"{path}:{line}: "
 
 
 @pytest.mark.parametrize(

@@ -127,9 +127,8 @@ def test_the_square_ends_where_it_began():
         assert np.linalg.norm(corners - corner, axis=1).min() < 0.02
 
 
-@pytest.mark.parametrize(
-    ("text", "line", "word"),
-    [
+def test_a_bad_scenario_is_named_with_its_line(case, refused, write, out):
+    for text, line, word in [
         ("title: x\ndurtion: 3\n", 2, "did you mean 'duration'?"),
         ("title: x\nduration: long\n", 2, "a number"),
         ("title: x\nduration: -1\n", 2, "positive"),
@@ -160,14 +159,13 @@ def test_the_square_ends_where_it_began():
         ("vehicle:\n  args: {mass: 2}\n", 2, "in quotes"),
         ("- a\n- b\n", 1, "key: value"),
         ("{", 1, "not YAML"),
-    ],
-)
-def test_a_bad_scenario_is_named_with_its_line(refused, write, out, text, line, word):
-    path = write("bad.yaml", text)
-    sentence = refused("fly", path, "--output", out)
-    assert f"{path}:{line}: " in sentence
-    assert word in sentence
-    assert not out.parent.exists()
+    ]:
+        with case(text, line, word):
+            path = write("bad.yaml", text)
+            sentence = refused("fly", path, "--output", out)
+            assert f"{path}:{line}: " in sentence
+            assert word in sentence
+            assert not out.parent.exists()
 
 
 @pytest.mark.parametrize(

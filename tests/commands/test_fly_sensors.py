@@ -106,9 +106,8 @@ def test_a_world_gives_a_least_clearance(run, out):
     assert "least clearance" not in fly(run, out).out
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
+def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
+    for options, words in [
         (["--sensors", "nonsense"], ("sensors.use", "'nonsense'", "range_finder")),
         (["--sensors", "imu,lidr"], ("'lidr'", "did you mean 'lidar'?")),
         (["--seed", "-1"], ("sensors.seed", "0 or more")),
@@ -119,12 +118,11 @@ def test_a_world_gives_a_least_clearance(run, out):
         (["--set", "rotor_5=0"], ("rotor_5", "4 rotors")),
         (["--model", "no_such_model", "--sensors", "imu"], ("no_such_model",)),
         (["--sensors", "imu", "--arg", "imu:=false"], ("'imu'", "known are")),
-    ],
-)
-def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, words):
-    said = refused("fly", "hover", *options, "--output", out)
-    assert not [word for word in words if word not in said]
-    assert not out.parent.exists()
+    ]:
+        with case(options, words):
+            said = refused("fly", "hover", *options, "--output", out)
+            assert not [word for word in words if word not in said]
+            assert not out.parent.exists()
 
 
 @pytest.mark.parametrize(

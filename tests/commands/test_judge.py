@@ -104,9 +104,8 @@ def test_a_map_is_a_table_and_a_picture(run, out):
     assert len(rows) == 82
 
 
-@pytest.mark.parametrize(
-    ("options", "word"),
-    [
+def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
+    for options, word in [
         (["--loop", "pich"], "did you mean 'pitch'"),
         (["--at", "vx=fast"], "vx=5"),
         (["--at", "speed=5"], "operating point"),
@@ -122,8 +121,7 @@ def test_a_map_is_a_table_and_a_picture(run, out):
         (["--cut", "middle"], "--cut"),
         (["--set", "kp_rol=1"], "kp_roll"),
         (("--sensitivity", "--vary", "mass=1.1"), "leave the variation out"),
-    ],
-)
-def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
-    assert word in refused("judge", "--output", out, *options)
-    assert not out.parent.exists()
+    ]:
+        with case(options, word):
+            assert word in refused("judge", "--output", out, *options)
+            assert not out.parent.exists()

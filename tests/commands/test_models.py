@@ -16,9 +16,8 @@ def urdf():
 XACRO = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 
 
-@pytest.mark.parametrize(
-    ("pattern", "replacement", "word"),
-    [
+def test_a_broken_description_is_named(case, refused, write, out, urdf):
+    for pattern, replacement, word in [
         (
             '<link name="propeller1_link"',
             '<link name="other"',
@@ -32,14 +31,13 @@ XACRO = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
         ("<motorNumber>0", "<motorNumber>first", "motorNumber"),
         ("<motorNumber>1", "<motorNumber>0", "motorNumber"),
         ("</robot>", "", "not XML"),
-    ],
-)
-def test_a_broken_description_is_named(refused, write, out, urdf, pattern, replacement, word):
-    path = write("drone.urdf", re.sub(pattern, replacement, urdf, count=1))
-    sentence = refused("step", "--model", path, "--output", out)
-    assert str(path) in sentence
-    assert word in sentence
-    assert not out.parent.exists()
+    ]:
+        with case(pattern, replacement, word):
+            path = write("drone.urdf", re.sub(pattern, replacement, urdf, count=1))
+            sentence = refused("step", "--model", path, "--output", out)
+            assert str(path) in sentence
+            assert word in sentence
+            assert not out.parent.exists()
 
 
 @pytest.mark.parametrize(

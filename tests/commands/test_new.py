@@ -82,9 +82,8 @@ def test_an_estimate_is_replaced_in_the_file(run, tmp_path):
     assert load_vehicle(path).inertia == pytest.approx(2.0 * before.inertia)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
+def test_what_cannot_be_is_a_sentence(case, refused, tmp_path):
+    for words, said in [
         ((), "--mass is missing: give the all-up mass with battery, as 1.4kg"),
         (("--mass", "1400"), "is 1400 kg, and of a multirotor 0.005 to 500 kg"),
         (("--mass", "1,4kg"), "is no number with a unit: write it as 1.2kg or 1200g"),
@@ -101,11 +100,10 @@ def test_an_estimate_is_replaced_in_the_file(run, tmp_path):
         ((*F450, *STRONG, "--battery", "four"), "write it as 4S or 14.8V"),
         ((*F450, "--max-thrust", "300g"), "it cannot fly: 4 rotors of at most 2.94 N lift less"),
         ((*F450, "--thrust-curve", "none.csv"), "none.csv: cannot be read"),
-    ],
-)
-def test_what_cannot_be_is_a_sentence(refused, tmp_path, words, said):
-    assert said in refused("new", tmp_path / "a", *words)
-    assert not list(tmp_path.iterdir())
+    ]:
+        with case(words, said):
+            assert said in refused("new", tmp_path / "a", *words)
+            assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["a.urdf", "a.sdf", "-a", "a b"])

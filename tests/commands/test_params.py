@@ -1,7 +1,5 @@
 """`workbench params`."""
 
-import pytest
-
 from workbench.gains import vehicle_gains
 from workbench.plant.loading import load_vehicle
 from workbench.resources import find_model
@@ -47,9 +45,8 @@ def test_a_gain_file_goes_on_top(run, write):
     assert next(row["value"] for row in rows if row["name"] == "kp_roll") == 123.0
 
 
-@pytest.mark.parametrize(
-    ("text", "line", "word"),
-    [
+def test_a_bad_gain_file_is_named_with_its_line(case, refused, write):
+    for text, line, word in [
         ("gains:\n  kp_roll: .nan\n", 2, "kp_roll"),
         ("gains:\n  kp_roll: 100.0\n  kd_roll: 1000.0\n", 3, "0 .. 150 1/s"),
         ("gains:\n  kp_rol: 1.0\n", 2, "did you mean 'kp_roll'?"),
@@ -60,13 +57,12 @@ def test_a_gain_file_goes_on_top(run, write):
         ("gains: [1, 2\n", 2, "not YAML"),
         ("gains: [1, 2]\n", 1, "NAME: VALUE"),
         ("", 1, "key: value"),
-    ],
-)
-def test_a_bad_gain_file_is_named_with_its_line(refused, write, text, line, word):
-    path = write("bad.yaml", text)
-    sentence = refused("params", "--gains", path)
-    assert f"{path}:{line}: " in sentence
-    assert word in sentence
+    ]:
+        with case(text, line, word):
+            path = write("bad.yaml", text)
+            sentence = refused("params", "--gains", path)
+            assert f"{path}:{line}: " in sentence
+            assert word in sentence
 
 
 def test_a_missing_gain_file_and_an_unknown_model_are_named(refused, tmp_path):

@@ -55,7 +55,9 @@ def gone(pid: int) -> bool:
         return True
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGTERM]
+)
 def test_it_serves_until_told_to_stop_and_leaves_nothing_behind(tmp_path, number):
     with serving(tmp_path) as (process, address):
         with Client(address, topics=["/dh_drone/drone_state", "/dh_drone/imu"]) as client:
@@ -71,6 +73,7 @@ def test_it_serves_until_told_to_stop_and_leaves_nothing_behind(tmp_path, number
         assert all(map(gone, below))
 
 
+@pytest.mark.slow
 def test_a_server_that_is_killed_is_started_again_and_the_flight_goes_on(tmp_path):
     with serving(tmp_path, "--log", "flight.mcap") as (process, address):
         with Client(address, topics=["drone_state"]) as client:
@@ -118,6 +121,7 @@ def test_a_duration_ends_it(tmp_path):
         assert process.returncode == 0
 
 
+@pytest.mark.slow
 def test_a_port_in_use_is_a_sentence(run):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         said = run("serve", "--port", taken.getsockname()[1])
@@ -126,9 +130,8 @@ def test_a_port_in_use_is_a_sentence(run):
     assert "in use" in said.err
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
+def test_what_cannot_be_served_is_refused_in_a_sentence(case, run):
+    for options, words in [
         (["--host", "0.0.0.0"], "token"),
         (["--port", "70000"], "70000"),
         (["--token-file", "none.txt"], "none.txt"),
@@ -137,15 +140,13 @@ def test_a_port_in_use_is_a_sentence(run):
         (["--duration", "-1"], "-1"),
         (["--sensors", "imo"], "imu"),
         (["--log", "/proc/no/flight.mcap"], "/proc/no"),
-    ],
-    ids=lambda value: " ".join(value) if isinstance(value, list) else value,
-)
-def test_what_cannot_be_served_is_refused_in_a_sentence(run, options, words):
-    said = run("serve", *options)
-    assert said.code == 2
-    assert words in said.err
-    assert "Traceback" not in said.err
-    assert said.out == ""
+    ]:
+        with case(options, words):
+            said = run("serve", *options)
+            assert said.code == 2
+            assert words in said.err
+            assert "Traceback" not in said.err
+            assert said.out == ""
 
 
 def test_tokens_are_for_their_owner_alone(run, tmp_path):

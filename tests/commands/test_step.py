@@ -104,9 +104,8 @@ def test_a_lost_flight_is_measured_and_said(run, out):
     assert (good["diverged_at"], good["trouble"]) == (None, "")
 
 
-@pytest.mark.parametrize(
-    ("options", "word"),
-    [
+def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
+    for options, word in [
         (["--amplitude", "0"], "amplitude"),
         (["--amplitude", "nan"], "amplitude"),
         (["--amplitude", "99"], "max_climb_rate"),
@@ -128,11 +127,10 @@ def test_a_lost_flight_is_measured_and_said(run, out):
         (["--arg", "mass:=50"], "too heavy"),
         (["--model", "dh_dron"], "did you mean 'dh_drone'?"),
         (["--model", "gone.urdf"], "gone.urdf"),
-    ],
-)
-def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
-    assert word in refused("step", "--output", out, *options)
-    assert not out.parent.exists()
+    ]:
+        with case(options, word):
+            assert word in refused("step", "--output", out, *options)
+            assert not out.parent.exists()
 
 
 def test_a_place_where_nothing_can_be_written_is_refused_before_the_flight(refused, tmp_path):

@@ -138,9 +138,8 @@ def test_an_interrupt_keeps_what_was_flown(run, out, monkeypatch):
     assert stopping.stop_on_interrupt is not soon
 
 
-@pytest.mark.parametrize(
-    ("options", "word"),
-    [
+def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
+    for options, word in [
         ([], "required: NAME=LOW..HIGH"),
         (["kp_roll"], "is no range"),
         (["kp_rol=1..2"], "did you mean 'kp_roll'"),
@@ -161,11 +160,10 @@ def test_an_interrupt_keeps_what_was_flown(run, out, monkeypatch):
         (["kp_roll=1..2", "--table", "a.txt"], ".csv or .parquet"),
         (["kp_roll=1..2", "--model", "gone.urdf"], "gone.urdf"),
         (["rotor_9=0..1"], "4 rotors"),
-    ],
-)
-def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word):
-    assert word in refused("sweep", "--output", out, *options)
-    assert not out.parent.exists()
+    ]:
+        with case(options, word):
+            assert word in refused("sweep", "--output", out, *options)
+            assert not out.parent.exists()
 
 
 def test_parquet_without_pyarrow_is_a_sentence(refused, out, monkeypatch):

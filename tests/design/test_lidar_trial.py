@@ -213,9 +213,8 @@ AHEAD_UP = (7, 0)
 """A ray of the highest layer, backwards: it never meets anything."""
 
 
-@pytest.mark.parametrize(
-    ("change", "quantities"),
-    [
+def test_a_wrong_range_a_lost_return_a_false_one_or_a_wrong_pose_is_found(case, noisy, quiet):
+    for change, quantities in [
         (longer_by(0.003), {"bias", "error_without_noise"}),
         (longer_by(-0.003), {"bias", "error_without_noise"}),
         (longer_by(0.0005), set()),
@@ -224,12 +223,11 @@ AHEAD_UP = (7, 0)
         (with_one(DOWN, math.nan), {"missed_returns"}),
         (with_one(AHEAD_UP, 5.0), {"false_returns"}),
         (moved_by(0.0, 0.0, 0.002), {"displacement_by_pose"}),
-    ],
-)
-def test_a_wrong_range_a_lost_return_a_false_one_or_a_wrong_pose_is_found(
-    noisy, quiet, change, quantities
-):
-    assert missed(report_trial(changed(noisy, change), changed(quiet, change))) == quantities
+    ]:
+        with case(change, quantities):
+            assert (
+                missed(report_trial(changed(noisy, change), changed(quiet, change))) == quantities
+            )
 
 
 def test_a_turned_pose_is_found_by_what_it_does_far_away(quiet):

@@ -19,9 +19,8 @@ FLOOR = HalfSpace()
 ROOT = math.sqrt(0.5)
 
 
-@pytest.mark.parametrize(
-    ("solid", "start", "direction", "length"),
-    [
+def test_a_ray_goes_as_far_as_by_hand(case):
+    for solid, start, direction, length in [
         # along the axes, from outside
         (BOX, (5, 0, 0), (-1, 0, 0), 4.5),
         (BOX, (0, 5, 0), (0, -1, 0), 4.0),
@@ -62,16 +61,14 @@ ROOT = math.sqrt(0.5)
         (BOX, (5, 0, 0), (1, 0, 0), math.inf),
         (FLOOR, (0, 0, 2), (1, 0, 0), math.inf),
         (FLOOR, (0, 0, 2), (ROOT, 0, ROOT), math.inf),
-    ],
-)
-def test_a_ray_goes_as_far_as_by_hand(solid, start, direction, length):
-    found = solid.first(np.array([start], dtype=float), np.array([direction], dtype=float))
-    assert found == pytest.approx([length], abs=1e-12)
+    ]:
+        with case(solid, start, direction, length):
+            found = solid.first(np.array([start], dtype=float), np.array([direction], dtype=float))
+            assert found == pytest.approx([length], abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("solid", "point", "distance"),
-    [
+def test_a_point_is_as_far_away_as_by_hand(case):
+    for solid, point, distance in [
         (BOX, (3.5, 0, 0), 3.0),
         (BOX, (3.5, 5, 1.5), 5.0),
         (BOX, (0.1, 0, 0), 0.0),
@@ -85,10 +82,11 @@ def test_a_ray_goes_as_far_as_by_hand(solid, start, direction, length):
         (EGG, (0.5, 0.5, 0.5), 0.0),
         (FLOOR, (9, 9, 2), 2.0),
         (FLOOR, (9, 9, -2), 0.0),
-    ],
-)
-def test_a_point_is_as_far_away_as_by_hand(solid, point, distance):
-    assert solid.distance(np.array([point], dtype=float)) == pytest.approx([distance], abs=1e-9)
+    ]:
+        with case(solid, point, distance):
+            assert solid.distance(np.array([point], dtype=float)) == pytest.approx(
+                [distance], abs=1e-9
+            )
 
 
 SHAPES = [

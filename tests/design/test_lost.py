@@ -28,9 +28,8 @@ def changed(recording, **values):
     return dataclasses.replace(recording, **new)
 
 
-@pytest.mark.parametrize(
-    ("values", "how"),
-    [
+def test_a_flight_is_lost(case, recording):
+    for values, how in [
         ({"q_WB": OVER, "w_WB": [0.0, 8.0, 8.0]}, "upside down and turning at 11 rad/s"),
         ({"q_WB": OVER, "v_WB": [15.0, 0.0, -15.0]}, "upside down and moving at 21 m/s"),
         ({"p_WB": [0.0, 0.0, 0.01]}, "it has come down to the ground"),
@@ -40,12 +39,11 @@ def changed(recording, **values):
         ({"q_WB": [np.nan] * 4}, "its numbers are no longer finite"),
         ({"q_WB": [np.inf] * 4}, "its numbers are no longer finite"),
         ({"q_WB": OVER, "v_WB": [1e200] * 3}, "upside down and moving at inf m/s"),
-    ],
-)
-def test_a_flight_is_lost(recording, values, how):
-    loss = find_loss(changed(recording, **values))
-    assert (loss.time, loss.how) == (recording.time[AT], how)
-    assert loss.sentence == f"the flight is lost at t = {loss.time:.3f} s: {how}"
+    ]:
+        with case(values, how):
+            loss = find_loss(changed(recording, **values))
+            assert (loss.time, loss.how) == (recording.time[AT], how)
+            assert loss.sentence == f"the flight is lost at t = {loss.time:.3f} s: {how}"
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,8 @@ from workbench.errors import WorkbenchError
 from workbench.link.address import parse_address
 
 
-@pytest.mark.parametrize(
-    ("text", "host", "port"),
-    [
+def test_an_address_is_understood(case):
+    for text, host, port in [
         ("127.0.0.1:7733", "127.0.0.1", 7733),
         ("drone.local", "drone.local", 7733),
         (":9000", "127.0.0.1", 9000),
@@ -16,15 +15,13 @@ from workbench.link.address import parse_address
         ("fe80::1", "fe80::1", 7733),
         (" localhost:1 ", "localhost", 1),
         ("localhost:65535", "localhost", 65535),
-    ],
-)
-def test_an_address_is_understood(text, host, port):
-    assert parse_address(text) == (host, port)
+    ]:
+        with case(text, host, port):
+            assert parse_address(text) == (host, port)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_what_is_no_address_is_a_sentence(case):
+    for text in [
         "h:",
         "h:x",
         "h:0",
@@ -36,11 +33,14 @@ def test_an_address_is_understood(text, host, port):
         "[::1]x:1",
         "http://h:1",
         "h:1/",
-    ],
-)
-def test_what_is_no_address_is_a_sentence(text):
-    with pytest.raises(WorkbenchError, match=r"is no address: write HOST:PORT|is no number from"):
-        parse_address(text)
+    ]:
+        with (
+            case(text),
+            pytest.raises(
+                WorkbenchError, match=r"is no address: write HOST:PORT|is no number from"
+            ),
+        ):
+            parse_address(text)
 
 
 def test_ipv6_is_written_in_brackets():

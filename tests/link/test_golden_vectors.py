@@ -57,52 +57,53 @@ def test_the_files_are_what_the_script_writes():
         assert (VECTORS / name).read_text(encoding="utf-8") == text, name
 
 
-@pytest.mark.parametrize("step", [1, 7, LARGEST * 2])
-@pytest.mark.parametrize("vector", read("frames"), ids=lambda each: each["name"])
-def test_a_stream(vector, step):
-    stream = data(vector["hex"])
-    decoder = Decoder(vector.get("largest", LARGEST))
-    found, error = [], None
-    try:
-        for begin in range(0, len(stream), step):
-            found += decoder.feed(stream[begin : begin + step])
-    except WireError as refused:
-        error = refused.code
-        with pytest.raises(WireError):
-            list(decoder.feed(stream))
-    expected = [
-        Frame(**each | {"payload": data(each["payload"]), "proof": data(each["proof"])})
-        for each in vector["frames"]
-    ]
-    assert found[: len(expected)] == expected
-    assert (len(found), error) == (len(expected), vector["error"])
-    if error is None:
-        size = sum(24 + len(each.payload) + len(each.proof) for each in expected)
-        assert decoder.waiting == len(stream) - size
+def test_a_stream(case):
+    for vector in read("frames"):
+        for step in [1, 7, LARGEST * 2]:
+            with case(vector, step):
+                stream = data(vector["hex"])
+                decoder = Decoder(vector.get("largest", LARGEST))
+                found, error = [], None
+                try:
+                    for begin in range(0, len(stream), step):
+                        found += decoder.feed(stream[begin : begin + step])
+                except WireError as refused:
+                    error = refused.code
+                    with pytest.raises(WireError):
+                        list(decoder.feed(stream))
+                expected = [
+                    Frame(**each | {"payload": data(each["payload"]), "proof": data(each["proof"])})
+                    for each in vector["frames"]
+                ]
+                assert found[: len(expected)] == expected
+                assert (len(found), error) == (len(expected), vector["error"])
+                if error is None:
+                    size = sum(24 + len(each.payload) + len(each.proof) for each in expected)
+                    assert decoder.waiting == len(stream) - size
 
 
-@pytest.mark.parametrize(
-    "vector",
-    [each for each in read("frames") if len(each["frames"]) == 1 and not each["error"]],
-    ids=lambda each: each["name"],
-)
-def test_a_frame_is_written_as_it_was_read(vector):
-    stream = data(vector["hex"])
-    [frame] = Decoder().feed(stream)
-    assert stream.startswith(frame.to_bytes())
+def test_a_frame_is_written_as_it_was_read(case):
+    for vector in [
+        each for each in read("frames") if len(each["frames"]) == 1 and not each["error"]
+    ]:
+        with case(vector):
+            stream = data(vector["hex"])
+            [frame] = Decoder().feed(stream)
+            assert stream.startswith(frame.to_bytes())
 
 
-@pytest.mark.parametrize("vector", read("topics"), ids=lambda each: each["name"])
-def test_a_topic(vector):
-    topic, payload = TOPICS[vector["id"]], data(vector["hex"])
-    values = topic.unpack(payload)
-    assert topic.name == f"/dh_drone/{vector['name']}"
-    assert topic.packer.format == vector["struct"]
-    assert list(values) == list(vector["values"])
-    for name, value in values.items():
-        assert same(value, vector["values"][name]), name
-    if "\ufffd" not in str(values):
-        assert topic.pack(list(values.values())) == payload
+def test_a_topic(case):
+    for vector in read("topics"):
+        with case(vector):
+            topic, payload = TOPICS[vector["id"]], data(vector["hex"])
+            values = topic.unpack(payload)
+            assert topic.name == f"/dh_drone/{vector['name']}"
+            assert topic.packer.format == vector["struct"]
+            assert list(values) == list(vector["values"])
+            for name, value in values.items():
+                assert same(value, vector["values"][name]), name
+            if "\ufffd" not in str(values):
+                assert topic.pack(list(values.values())) == payload
 
 
 @pytest.mark.parametrize("vector", read("operations"), ids=lambda each: each["text"][:60])

@@ -29,9 +29,8 @@ def refused(**values):
     return error.value
 
 
-@pytest.mark.parametrize(
-    "operation",
-    [
+def test_what_is_written_is_read(case):
+    for operation in [
         Login(),
         Login(1, "Zoë's phone", Role.VIEW, "0f" * 16, "a5" * 32),
         Subscribe(),
@@ -47,10 +46,9 @@ def refused(**values):
         SetParametersOp(7, {"kp_velocity_x": 0.0}, 7),
         Ping(2**32 - 1),
         Bye(9),
-    ],
-)
-def test_what_is_written_is_read(operation):
-    assert read_operation(write_operation(operation)) == operation
+    ]:
+        with case(operation):
+            assert read_operation(write_operation(operation)) == operation
 
 
 def test_what_is_empty_is_not_written():
@@ -73,9 +71,8 @@ def test_a_take_off_that_names_no_height_goes_to_a_metre_and_a_half():
     assert read_operation(b'{"op":"flight","what":"take_off","lease":1}').height == 1.5
 
 
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
+def test_what_is_refused_and_why(case):
+    for values, said in [
         ({"op": "subscribe", "topics": "all"}, 'subscribe: "topics" must be a list of at most 256'),
         ({"op": "subscribe", "topics": ["x" * 65]}, '"topics" must be a list'),
         (
@@ -100,12 +97,11 @@ def test_a_take_off_that_names_no_height_goes_to_a_metre_and_a_half():
             {"op": "parameters", "set": {str(i): i for i in range(257)}, "lease": 1},
             "an object of at most 256 numbers",
         ),
-    ],
-)
-def test_what_is_refused_and_why(values, said):
-    error = refused(**values, id=44)
-    assert said in error.said
-    assert (error.code, error.id) == (NackCode.BAD_VALUE, 44)
+    ]:
+        with case(values, said):
+            error = refused(**values, id=44)
+            assert said in error.said
+            assert (error.code, error.id) == (NackCode.BAD_VALUE, 44)
 
 
 @pytest.mark.parametrize("number", [-1, 2**32, 1.5, "1", True, [], {}])

@@ -5,9 +5,8 @@ import pytest
 from workbench.link.server.origin import is_own_host, is_own_origin
 
 
-@pytest.mark.parametrize(
-    "asked, local, named, own",
-    [
+def test_a_host_is_own_where_the_server_listens(case):
+    for asked, local, named, own in [
         ("127.0.0.1:8080", "127.0.0.1", "127.0.0.1", True),
         ("127.0.0.1", "127.0.0.1", "127.0.0.1", True),
         ("localhost:8080", "127.0.0.1", "127.0.0.1", True),
@@ -26,10 +25,9 @@ from workbench.link.server.origin import is_own_host, is_own_origin
         ("[::1", "::1", "::1", False),
         ("", "127.0.0.1", "127.0.0.1", False),
         (":8080", "127.0.0.1", "", False),
-    ],
-)
-def test_a_host_is_own_where_the_server_listens(asked, local, named, own):
-    assert is_own_host(asked, local, named) is own
+    ]:
+        with case(asked, local, named, own):
+            assert is_own_host(asked, local, named) is own
 
 
 @pytest.mark.parametrize(

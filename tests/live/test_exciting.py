@@ -249,9 +249,8 @@ def test_stopping_lets_it_hover_where_it_is():
     assert len(bench.done) == 2
 
 
-@pytest.mark.parametrize(
-    ("order", "asked"),
-    [
+def test_any_other_order_that_flies_ends_it(case):
+    for order, asked in [
         (Action(velocity=[0.0, 0.0, 0.2]), (0.0, 0.0, 0.2, 0.0)),
         (Action(yaw_rate=0.1), (0.0, 0.0, 0.0, 0.1)),
         (Action(go_to=[0.0, 1.0, 2.0]), (0.0, 0.0, 0.0, 0.0)),
@@ -260,20 +259,18 @@ def test_stopping_lets_it_hover_where_it_is():
         (Action(request="stop"), (0.0, 0.0, 0.0, 0.0)),
         (Hold.RESET, (0.0, 0.0, 0.0, 0.0)),
         (Network.GIVE_BACK, (0.0, 0.0, 0.0, 0.0)),
-    ],
-    ids=str,
-)
-def test_any_other_order_that_flies_ends_it(order, asked):
-    bench = Bench()
-    bench.obey(Excite(SQUARE))
-    bench.fly(0.1)
-    assert isinstance(bench.obey(order), Answer)
-    assert bench.shown.exciting is None
-    assert bench.asked == asked
-    before = list(bench.done)
-    bench.fly(0.6)
-    assert bench.done == before
-    assert bench.asked == asked
+    ]:
+        with case(order, asked):
+            bench = Bench()
+            bench.obey(Excite(SQUARE))
+            bench.fly(0.1)
+            assert isinstance(bench.obey(order), Answer)
+            assert bench.shown.exciting is None
+            assert bench.asked == asked
+            before = list(bench.done)
+            bench.fly(0.6)
+            assert bench.done == before
+            assert bench.asked == asked
 
 
 @pytest.mark.parametrize(
@@ -434,9 +431,14 @@ def test_replays_are_saved_as_scenarios(tmp_path):
     "excitation",
     [
         Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True),
-        Excitation("y", Shape.SQUARE, 1.0, 1.0, repeats=True),
-        Excitation("z", Shape.CHIRP, 0.8, 3.0, repeats=True),
-        Excitation("yaw", Shape.DOUBLET, 0.4, 2.0, repeats=True),
+        *(
+            pytest.param(Excitation(*rest, repeats=True), marks=pytest.mark.slow)
+            for rest in (
+                ("y", Shape.SQUARE, 1.0, 1.0),
+                ("z", Shape.CHIRP, 0.8, 3.0),
+                ("yaw", Shape.DOUBLET, 0.4, 2.0),
+            )
+        ),
     ],
     ids=lambda e: e.shape.name,
 )

@@ -155,25 +155,26 @@ def test_the_bandwidth_of_the_yaw_rate_is_that_of_hover_in_forward_flight(study,
     assert flown == pytest.approx(hover, rel=0.01)
 
 
-@pytest.mark.parametrize("point", STEERED + HELD)
-def test_a_gain_margin_is_where_poles_cross_the_unit_circle(steering, holding, point):
-    model = holding if point in HELD else steering
-    found = loop_margins(model, point)
-    place = [not name.startswith("p_") and name != "yaw" for name in model.state_names]
-    kept = np.ix_(place, place) if point in STEERED else np.ix_(*[range(len(place))] * 2)
-    A_cut, b, c = model.cut(point)
-    factors = [found.gain_margin, found.gain_reduction_margin]
-    assert factors[0] < 100.0
-    for factor, outwards in zip(factors, (1.0, -1.0), strict=True):
-        if factor == 0.0:
-            continue
-        inside, outside = (
-            (A_cut + factor * (1.0 + side * outwards * 1e-4) * np.outer(b, c))[kept]
-            for side in (-1.0, 1.0)
-        )
-        heading = 1e-7 if point in HELD else 0.0  # nothing reads it: its pole is at 1
-        assert radius(inside) < 1.0 + heading
-        assert radius(outside) > 1.0 + heading
+def test_a_gain_margin_is_where_poles_cross_the_unit_circle(case, steering, holding):
+    for point in STEERED + HELD:
+        with case(point):
+            model = holding if point in HELD else steering
+            found = loop_margins(model, point)
+            place = [not name.startswith("p_") and name != "yaw" for name in model.state_names]
+            kept = np.ix_(place, place) if point in STEERED else np.ix_(*[range(len(place))] * 2)
+            A_cut, b, c = model.cut(point)
+            factors = [found.gain_margin, found.gain_reduction_margin]
+            assert factors[0] < 100.0
+            for factor, outwards in zip(factors, (1.0, -1.0), strict=True):
+                if factor == 0.0:
+                    continue
+                inside, outside = (
+                    (A_cut + factor * (1.0 + side * outwards * 1e-4) * np.outer(b, c))[kept]
+                    for side in (-1.0, 1.0)
+                )
+                heading = 1e-7 if point in HELD else 0.0  # nothing reads it: its pole is at 1
+                assert radius(inside) < 1.0 + heading
+                assert radius(outside) > 1.0 + heading
 
 
 @pytest.mark.parametrize("point", ["roll_acceleration", "pitch_error", "velocity_x_error"])

@@ -7,9 +7,8 @@ from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.errors import WorkbenchError
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
+def test_a_text_is_a_range(case):
+    for text, expected in [
         ("kp_roll=100..400:9", SweepRange("kp_roll", 100.0, 400.0, 9)),
         ("kp_roll=100..400", SweepRange("kp_roll", 100.0, 400.0, 9)),
         ("kp_roll=100..400:log", SweepRange("kp_roll", 100.0, 400.0, 9, log=True)),
@@ -19,15 +18,13 @@ from workbench.errors import WorkbenchError
         ("vary.mass=.8..1.2:2", SweepRange("vary.mass", 0.8, 1.2, 2)),
         ("rotor_1=0..1:2", SweepRange("rotor_1", 0.0, 1.0, 2)),
         ("kp_roll=1.5..2.5", SweepRange("kp_roll", 1.5, 2.5)),
-    ],
-)
-def test_a_text_is_a_range(text, expected):
-    assert parse_range(text) == expected
+    ]:
+        with case(text, expected):
+            assert parse_range(text) == expected
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
+def test_what_is_no_range_is_a_sentence(case):
+    for text, said in [
         ("kp_roll", "is no range: write NAME=LOW..HIGH:POINTS"),
         ("kp_roll=100", "is no range"),
         ("kp_roll=100..b", "is no range"),
@@ -50,13 +47,12 @@ def test_a_text_is_a_range(text, expected):
         ("kp_roll=100..400:1", "give 2 .. 10000"),
         ("kp_roll=100..400:10001", "give 2 .. 10000"),
         ("kp_roll=0..400:log", "begin above 0"),
-    ],
-)
-def test_what_is_no_range_is_a_sentence(text, said):
-    with pytest.raises(WorkbenchError) as caught:
-        parse_range(text)
-    assert said in str(caught.value)
-    assert "\n" not in str(caught.value)
+    ]:
+        with case(text, said):
+            with pytest.raises(WorkbenchError) as caught:
+                parse_range(text)
+            assert said in str(caught.value)
+            assert "\n" not in str(caught.value)
 
 
 def test_a_grid_has_both_ends():

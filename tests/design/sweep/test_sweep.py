@@ -147,9 +147,8 @@ def test_margins_of_another_loop_follow_its_gains():
     assert first == pytest.approx(second, rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
+def test_what_is_no_sweep_is_a_sentence_before_anything_flies(case):
+    for options, said in [
         ({"axis": "w"}, "unknown axis"),
         ({"amplitude": 0.0}, "amplitude"),
         ({"amplitude": NAN}, "amplitude"),
@@ -161,15 +160,15 @@ def test_margins_of_another_loop_follow_its_gains():
         ({"ranges": ["rotor_5=0..1"]}, "has 4 rotors"),
         ({"ranges": ["max_climb_rate=0.5..5"]}, "within ±0.5"),
         ({"scenario": Scenario(vehicle=VehicleConfig(model="gone"))}, "unknown model"),
-    ],
-)
-def test_what_is_no_sweep_is_a_sentence_before_anything_flies(options, said):
-    def fly(*_):
-        raise AssertionError("it flew")
+    ]:
+        with case(options, said):
 
-    with pytest.raises(WorkbenchError) as caught:
-        sweep(**{"ranges": ["kp_roll=100..200:2"], "fly": fly} | options)
-    assert said in str(caught.value)
+            def fly(*_):
+                raise AssertionError("it flew")
+
+            with pytest.raises(WorkbenchError) as caught:
+                sweep(**{"ranges": ["kp_roll=100..200:2"], "fly": fly} | options)
+            assert said in str(caught.value)
 
 
 def test_the_best_is_flown_on_the_full_diagram(lost_table):

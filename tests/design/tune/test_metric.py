@@ -12,9 +12,8 @@ def metric(name):
     return next(metric for metric in METRICS if metric.name == name)
 
 
-@pytest.mark.parametrize(
-    ("name", "number", "unit", "value"),
-    [
+def test_a_value_comes_in_the_metrics_own_unit(case):
+    for name, number, unit, value in [
         ("rise_time", 0.4, "", 0.4),
         ("rise_time", 400.0, "ms", 0.4),
         ("phase_margin", 45.0, "deg", math.pi / 4),
@@ -23,15 +22,13 @@ def metric(name):
         ("peak_rotor_use", 80.0, "%", 0.8),
         ("bandwidth", 1.0, "Hz", 2 * math.pi),
         ("overshoot", 5.0, "%", 5.0),
-    ],
-)
-def test_a_value_comes_in_the_metrics_own_unit(name, number, unit, value):
-    assert si_value(metric(name), number, unit) == pytest.approx(value)
+    ]:
+        with case(name, number, unit, value):
+            assert si_value(metric(name), number, unit) == pytest.approx(value)
 
 
-@pytest.mark.parametrize(
-    ("name", "number", "unit", "said"),
-    [
+def test_what_cannot_be_is_refused(case):
+    for name, number, unit, said in [
         ("phase_margin", 45.0, "", "phase_margin of 45 rad is not possible.*or say deg"),
         ("phase_margin", 200.0, "deg", "keep it within 0 deg .. 180 deg"),
         ("disk_margin", 2.5, "", "disk_margin of 2.5 is not possible: keep it within 0 .. 2"),
@@ -40,11 +37,9 @@ def test_a_value_comes_in_the_metrics_own_unit(name, number, unit, value):
         ("gain_margin", 1e9, "dB", "not possible"),
         ("rise_time", 1.0, "deg", "rise_time is not in 'deg': its units are s, ms"),
         ("disk_margin", 1.0, "s", "its units are %"),
-    ],
-)
-def test_what_cannot_be_is_refused(name, number, unit, said):
-    with pytest.raises(WorkbenchError, match=said):
-        si_value(metric(name), number, unit)
+    ]:
+        with case(name, number, unit, said), pytest.raises(WorkbenchError, match=said):
+            si_value(metric(name), number, unit)
 
 
 def test_people_read_degrees():

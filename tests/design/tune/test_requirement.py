@@ -17,9 +17,8 @@ def required(text, case=NOMINAL):
     return found
 
 
-@pytest.mark.parametrize(
-    ("text", "value", "reserve"),
-    [
+def test_a_reserve_is_a_share_of_the_bound(case):
+    for text, value, reserve in [
         ("x.rise_time<=0.4", 0.3, 0.25),
         ("x.rise_time<=0.4", 0.4, 0.0),
         ("x.rise_time<=0.4", 0.6, -0.5),
@@ -31,12 +30,11 @@ def required(text, case=NOMINAL):
         ("pitch.disk_margin>=0.6", math.inf, -HOPELESS),
         ("x.rise_time<=0.4", math.inf, HOPELESS),
         ("x.rise_time<=0.4", math.nan, HOPELESS),
-    ],
-)
-def test_a_reserve_is_a_share_of_the_bound(text, value, reserve):
-    found = required(text)
-    assert found.reserves(np.array([value]))[0] == pytest.approx(reserve)
-    assert found.met(value) == (reserve >= 0.0)
+    ]:
+        with case(text, value, reserve):
+            found = required(text)
+            assert found.reserves(np.array([value]))[0] == pytest.approx(reserve)
+            assert found.met(value) == (reserve >= 0.0)
 
 
 def test_a_corner_is_asked_for_less():

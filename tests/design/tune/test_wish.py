@@ -8,9 +8,8 @@ from workbench.design.tune.wish import merged, parse_wish
 from workbench.errors import WorkbenchError
 
 
-@pytest.mark.parametrize(
-    ("text", "name", "at_least", "bound"),
-    [
+def test_a_text_becomes_a_bound(case):
+    for text, name, at_least, bound in [
         ("x.rise_time<=0.4", "x.rise_time", False, 0.4),
         (" x.rise_time <= 4e-1 s ", "x.rise_time", False, 0.4),
         ("z.settling_time<800ms", "z.settling_time", False, 0.8),
@@ -20,12 +19,11 @@ from workbench.errors import WorkbenchError
         ("position_x.disk_margin>=.8", "position_x.disk_margin", True, 0.8),
         ("rotors.noise_amplification<=2 N·s/rad", "rotors.noise_amplification", False, 2.0),
         ("yaw.overshoot<=5%", "yaw.overshoot", False, 5.0),
-    ],
-)
-def test_a_text_becomes_a_bound(text, name, at_least, bound):
-    (wish,) = parse_wish(text)
-    assert (wish.name, wish.at_least) == (name, at_least)
-    assert wish.bound == pytest.approx(bound)
+    ]:
+        with case(text, name, at_least, bound):
+            (wish,) = parse_wish(text)
+            assert (wish.name, wish.at_least) == (name, at_least)
+            assert wish.bound == pytest.approx(bound)
 
 
 def test_a_group_stands_for_its_members():
@@ -42,9 +40,8 @@ def test_a_wish_reads_as_it_is_written():
     assert parse_wish(str(wish))[0].bound == pytest.approx(wish.bound)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
+def test_what_is_no_wish_is_refused(case):
+    for text, said in [
         ("x.rise_tim<=0.4", "unknown metric 'rise_tim': did you mean 'rise_time'"),
         ("w.rise_time<=0.4", "unknown axis 'w': known are level, pitch, roll, tilt, x, y, yaw, z"),
         ("pich.phase_margin>=45deg", "unknown loop 'pich': did you mean 'pitch'"),
@@ -59,11 +56,9 @@ def test_a_wish_reads_as_it_is_written():
         ("x.rise_time<=nan", "is no wish"),
         ("x.rise_time<=1.2.3", "1.2.3 is no number"),
         ("", "is no wish"),
-    ],
-)
-def test_what_is_no_wish_is_refused(text, said):
-    with pytest.raises(WorkbenchError, match=said):
-        parse_wish(text)
+    ]:
+        with case(text, said), pytest.raises(WorkbenchError, match=said):
+            parse_wish(text)
 
 
 def test_the_later_of_two_counts():

@@ -156,9 +156,8 @@ def test_nothing_but_stop_can_be_pressed_before_the_flight_begins():
     assert possible(LiveView()) == frozenset()
 
 
-@pytest.mark.parametrize(
-    ("factor", "up", "following"),
-    [
+def test_arrows_go_to_the_next_usual_speed(case):
+    for factor, up, following in [
         (1.0, True, 2.0),
         (1.0, False, 0.5),
         (1.3, True, 2.0),
@@ -167,10 +166,9 @@ def test_nothing_but_stop_can_be_pressed_before_the_flight_begins():
         (20.0, True, 20.0),
         (0.1, False, 0.1),
         (0.02, False, 0.02),
-    ],
-)
-def test_arrows_go_to_the_next_usual_speed(factor, up, following):
-    assert next_speed(factor, up=up) == following
+    ]:
+        with case(factor, up, following):
+            assert next_speed(factor, up=up) == following
 
 
 def test_a_speed_is_wanted_once_it_is_entered(qtbot):

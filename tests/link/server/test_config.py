@@ -27,9 +27,8 @@ def test_where_others_reach_it_tokens_are_needed(tmp_path, host):
     ServerConfig(host, token_file=tokens(tmp_path)).check()
 
 
-@pytest.mark.parametrize(
-    ("config", "said"),
-    [
+def test_what_cannot_be_had_is_said_in_a_sentence(case):
+    for config, said in [
         (ServerConfig(""), "is no host"),
         (ServerConfig("a b"), "'a b' is no host"),
         (ServerConfig("http://x"), "is no host"),
@@ -42,11 +41,9 @@ def test_where_others_reach_it_tokens_are_needed(tmp_path, host):
         (ServerConfig(tls_cert="a.pem"), "tls_key is missing"),
         (ServerConfig(tls_key="a.pem"), "tls_cert is missing"),
         (ServerConfig(tls_cert="/nowhere/a", tls_key="/nowhere/b"), "/nowhere/a: no such file"),
-    ],
-)
-def test_what_cannot_be_had_is_said_in_a_sentence(config, said):
-    with pytest.raises(WorkbenchError, match=said):
-        config.check()
+    ]:
+        with case(config, said), pytest.raises(WorkbenchError, match=said):
+            config.check()
 
 
 def test_a_token_file_that_others_may_read_is_refused(tmp_path):
@@ -63,9 +60,8 @@ def test_what_is_no_certificate_is_refused(tmp_path):
         ServerConfig(tls_cert=path, tls_key=path).check()
 
 
-@pytest.mark.parametrize(
-    ("host", "local"),
-    [
+def test_what_counts_as_this_machine(case):
+    for host, local in [
         ("127.0.0.1", True),
         ("127.9.9.9", True),
         ("::1", True),
@@ -79,7 +75,6 @@ def test_what_is_no_certificate_is_refused(tmp_path):
         ("10.0.0.1", False),
         ("fe80::1%eth0", False),
         ("127.0.0.1.evil.com", False),
-    ],
-)
-def test_what_counts_as_this_machine(host, local):
-    assert is_loopback(host) is local
+    ]:
+        with case(host, local):
+            assert is_loopback(host) is local

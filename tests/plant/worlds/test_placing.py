@@ -50,15 +50,16 @@ def flown(description, world, *, p_WB, v_WB=(0.0, 0.0, 0.0), times=(1.0,)):
     return np.array(states)
 
 
-@pytest.mark.parametrize("time_step", [0.0, STEP])
-@pytest.mark.parametrize("name", list_worlds())
-def test_every_shipped_world_leaves_the_plant_its_13_states(dh_drone, name, time_step):
-    world = shipped(name)
-    assert world.title
-    assert world.remarks == ()
-    plant, _ = add_plant(DiagramBuilder(), dh_drone, time_step=time_step, world=world)
-    assert (plant.num_positions(), plant.num_velocities()) == (7, 6)
-    assert len(plant.GetFloatingBaseBodies()) == 1
+def test_every_shipped_world_leaves_the_plant_its_13_states(case, dh_drone):
+    for name in list_worlds():
+        for time_step in [0.0, STEP]:
+            with case(name, time_step):
+                world = shipped(name)
+                assert world.title
+                assert world.remarks == ()
+                plant, _ = add_plant(DiagramBuilder(), dh_drone, time_step=time_step, world=world)
+                assert (plant.num_positions(), plant.num_velocities()) == (7, 6)
+                assert len(plant.GetFloatingBaseBodies()) == 1
 
 
 def test_the_worlds_that_are_asked_for_are_shipped():
@@ -136,6 +137,7 @@ print(plant.num_bodies(), *p_WB)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "more"), [(MOST_BESIDE_THE_GROUND, 0), (150, 1)])
 def test_drake_survives_many_obstacles_beside_the_ground(dh_drone, write, count, more):
     """In a process of its own: what it guards against is a segmentation fault.
