@@ -82,6 +82,7 @@ def test_it_says_what_it_does_and_is_never_full_before_the_end(found):
     assert len(set(proof)) > 10  # it moves while a flight is flown
 
 
+@pytest.mark.slow
 def test_a_stop_keeps_the_best_so_far_and_says_so(subject):
     from workbench.analyst.tuning import tune
 

@@ -109,6 +109,7 @@ def test_full_speed_is_eight_metres_a_second_in_all_directions(run, out):
     assert said.json["final_mode"] == "hovering"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["figure-eight", "paper-steps", "square"])
 def test_shipped_scenarios_end_hovering(name):
     session = Session(load_scenario(find_scenario(name)))

@@ -115,6 +115,7 @@ def test_a_client_takes_off_and_the_log_flies_it_again(tmp_path, run):
     assert replayed.json["equal"]
 
 
+@pytest.mark.slow
 def test_a_duration_ends_it(tmp_path):
     with serving(tmp_path, "--duration", "0.5") as (process, _):
         process.communicate(timeout=ENOUGH)

@@ -159,6 +159,7 @@ def test_the_delays_stand_beside_their_limit(figure, report):
     assert [text.get_text() for text in axes.get_yticklabels()] == ["crate", "cart", "ground"]
 
 
+@pytest.mark.slow
 def test_a_trial_without_noise_movement_or_scans_is_drawn_too(tmp_path):
     still = make_flight(0.0, speed=0.0, samples=40)
     blind = dataclasses.replace(still, scans=())

@@ -45,6 +45,7 @@ def test_a_flight_begins_obeys_and_begins_anew(workspace, heard, told, qtbot):
     assert begun[1].snapshot.time < 0.5
 
 
+@pytest.mark.slow
 def test_what_a_flight_warns_of_is_a_notice(workspace, heard, told, qtbot):
     begun, _ = heard
     flight = workspace.flight
@@ -84,6 +85,7 @@ def test_who_hears_of_a_view_may_end_the_flight(workspace, canned, monkeypatch):
     assert flight.live is None
 
 
+@pytest.mark.slow
 def test_a_reset_is_noticed_where_time_stands_at_the_start(workspace, heard, qtbot):
     begun, _ = heard
     flight = workspace.flight
@@ -98,6 +100,7 @@ def test_a_reset_is_noticed_where_time_stands_at_the_start(workspace, heard, qtb
     assert begun[-1].phase is Phase.PAUSED
 
 
+@pytest.mark.slow
 def test_what_a_flight_refuses_that_was_replaced_is_not_told(workspace, heard, told, qtbot):
     begun, _ = heard
     flight, refused = workspace.flight, []

@@ -9,9 +9,7 @@ from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
 from workbench.gui.actions import ACTIONS
 from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
-from workbench.gui.main_window import MainWindow
 from workbench.gui.screen_table import SCREENS
-from workbench.gui.style import apply_style
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.systems.mode import FlightMode
@@ -51,24 +49,20 @@ class Orders:
         return lambda *args: self.given.append((name, *args))
 
 
+@pytest.fixture(scope="module")
+def workspace(shared_workspace):
+    return shared_workspace
+
+
 @pytest.fixture
-def window(qapp, qtbot, workspace, canned, tmp_path):
-    workspace.preferences.set("log_folder", str(tmp_path))
-    made = MainWindow(workspace, first="home", view3d=False)
-    qtbot.addWidget(made)
-    apply_style(qapp, workspace.look)
-    made.show()
-    made.activateWindow()
-    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=LIMIT)
-    yield made
-    made.close()
+def window(shared_window):
+    shared_window.activateWindow()
+    return shared_window
 
 
 @pytest.fixture
 def orders(window, workspace, canned, monkeypatch):
     """What a flight out of a can is asked for."""
-    for row in SCREENS:
-        window.stack.screen_of(row.name)
     made = Orders()
     monkeypatch.setattr(
         workspace.flight, "order", lambda give, done=None, refused=None: give(made) and None
@@ -103,6 +97,51 @@ def test_space_after_take_off_does_not_stop_the_rotors(window, qtbot, workspace)
         assert flight.view.snapshot.mode in FLIES
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_F12)
     qtbot.waitUntil(lambda: flight.view.snapshot.mode is FlightMode.OFF, timeout=LIMIT)
+    flight.close()
+
+
+class TerminalLine(QLineEdit):
+    """A line that takes every Ctrl+letter for itself, as Qt's do with some of them on X11."""
+
+    def event(self, event):
+        if event.type() == QEvent.Type.ShortcutOverride and event.modifiers() & CONTROL:
+            event.accept()
+            return True
+        return super().event(event)
+
+
+def test_shortcuts_work_in_a_field_unless_they_edit_text(window, orders, canned, show, qtbot):
+    show(view_of(canned, Phase.FLYING, FlightMode.HOVERING))
+    window.show_screen("tuning")
+    screen = window.stack.current
+    screen.excitation.show_view(window.workspace.flight.view)
+    line = TerminalLine(screen)
+    line.show()
+    line.setFocus()
+    qtbot.keyClick(line, Qt.Key.Key_E, CONTROL)
+    assert [name for name, *_ in orders.given] == ["excite"]
+    for text in (*(row.shortcut for row in (*ACTIONS, *PROFILE_ACTIONS)), "Ctrl+E", "Ctrl+F"):
+        sequence = QKeySequence(text)
+        if sequence.count() == 0:
+            continue
+        key = sequence[0]
+        if not key.keyboardModifiers() & CONTROL:
+            continue
+        claimed = claims(line, key)
+        edits = text in ("Ctrl+Z", "Ctrl+Shift+Z")
+        assert claimed == edits, text
+    for text in ("Ctrl+A", "Ctrl+C", "Ctrl+V", "Ctrl+X", "Ctrl+Z", "Ctrl+Left"):
+        assert claims(line, QKeySequence(text)[0]), text
+
+
+def claims(field, key) -> bool:
+    """Return whether a field takes a key from the shortcuts."""
+    from PyQt6.QtGui import QKeyEvent
+
+    event = QKeyEvent(QEvent.Type.ShortcutOverride, key.key(), key.keyboardModifiers())
+    event.ignore()
+    QApplication.sendEvent(field, event)
+    return event.isAccepted()
 
 
 def test_what_the_focus_falls_on_hears_no_key(window, orders, canned, show, qtbot):
@@ -127,43 +166,6 @@ def test_what_the_focus_falls_on_hears_no_key(window, orders, canned, show, qtbo
                     qtbot.keyClick(QApplication.focusWidget() or window, key)
                 assert not orders.given, f"{name}, {before} to {after}: {orders.given}"
     assert lost > 20
-
-
-def test_no_key_but_f12_stops_the_rotors(window, orders, canned, show, qtbot):
-    """With the focus on every widget that can have it, on every screen."""
-    stop = window.top_bar.button("stop")
-    show(view_of(canned, Phase.FLYING, FlightMode.HOVERING))
-    tried = 0
-    closer = QTimer()  # a button's menu has an event loop of its own
-    closer.timeout.connect(lambda: close_popups(window))
-    closer.start(20)
-    for row in SCREENS:
-        window.show_screen(row.name)
-        QApplication.processEvents()
-        widgets = [
-            each
-            for each in window.findChildren(QWidget)
-            if each.isVisible()
-            and each.isEnabled()
-            and each.focusPolicy() & Qt.FocusPolicy.TabFocus
-        ]
-        for widget in widgets:
-            for key in KEYS:
-                widget.setFocus()
-                press(qtbot, widget, key)
-            tried += 1
-        for letter in "ABCDEFGHIJKLMNOPRSTUVWXYZ":
-            press(qtbot, window.stack.current, Qt.Key(ord(letter)), ALT)
-    closer.stop()
-    assert tried > 100
-    assert ("request", "stop") not in orders.given
-    assert window.actions_by_name["stop"] not in all_menu_actions(window)
-    window.top_bar.button("hold").setFocus()
-    for _ in range(400):
-        press(qtbot, QApplication.focusWidget() or window, Qt.Key.Key_Tab)
-        assert QApplication.focusWidget() is not stop
-    qtbot.mouseClick(stop, LEFT)
-    assert orders.given[-1] == ("request", "stop")
 
 
 def has_tab(widget) -> bool:
@@ -242,45 +244,41 @@ def keys_of(widget: QWidget) -> list[QAction | QShortcut]:
     return [*widget.findChildren(QAction), *widget.findChildren(QShortcut)]
 
 
-class TerminalLine(QLineEdit):
-    """A line that takes every Ctrl+letter for itself, as Qt's do with some of them on X11."""
+def test_no_key_but_f12_stops_the_rotors(window, orders, canned, show, qtbot):
+    """With the focus on every widget that can have it, on every screen.
 
-    def event(self, event):
-        if event.type() == QEvent.Type.ShortcutOverride and event.modifiers() & CONTROL:
-            event.accept()
-            return True
-        return super().event(event)
-
-
-def test_shortcuts_work_in_a_field_unless_they_edit_text(window, orders, canned, show, qtbot):
+    It is the last one here: it leaves the window that all share with much that was pressed.
+    """
+    stop = window.top_bar.button("stop")
     show(view_of(canned, Phase.FLYING, FlightMode.HOVERING))
-    window.show_screen("tuning")
-    screen = window.stack.current
-    screen.excitation.show_view(window.workspace.flight.view)
-    line = TerminalLine(screen)
-    line.show()
-    line.setFocus()
-    qtbot.keyClick(line, Qt.Key.Key_E, CONTROL)
-    assert [name for name, *_ in orders.given] == ["excite"]
-    for text in (*(row.shortcut for row in (*ACTIONS, *PROFILE_ACTIONS)), "Ctrl+E", "Ctrl+F"):
-        sequence = QKeySequence(text)
-        if sequence.count() == 0:
-            continue
-        key = sequence[0]
-        if not key.keyboardModifiers() & CONTROL:
-            continue
-        claimed = claims(line, key)
-        edits = text in ("Ctrl+Z", "Ctrl+Shift+Z")
-        assert claimed == edits, text
-    for text in ("Ctrl+A", "Ctrl+C", "Ctrl+V", "Ctrl+X", "Ctrl+Z", "Ctrl+Left"):
-        assert claims(line, QKeySequence(text)[0]), text
-
-
-def claims(field, key) -> bool:
-    """Return whether a field takes a key from the shortcuts."""
-    from PyQt6.QtGui import QKeyEvent
-
-    event = QKeyEvent(QEvent.Type.ShortcutOverride, key.key(), key.keyboardModifiers())
-    event.ignore()
-    QApplication.sendEvent(field, event)
-    return event.isAccepted()
+    tried = 0
+    closer = QTimer()  # a button's menu has an event loop of its own
+    closer.timeout.connect(lambda: close_popups(window))
+    closer.start(20)
+    for row in SCREENS:
+        window.show_screen(row.name)
+        QApplication.processEvents()
+        widgets = [
+            each
+            for each in window.findChildren(QWidget)
+            if each.isVisible()
+            and each.isEnabled()
+            and each.focusPolicy() & Qt.FocusPolicy.TabFocus
+        ]
+        for widget in widgets:
+            for key in KEYS:
+                widget.setFocus()
+                press(qtbot, widget, key)
+            tried += 1
+        for letter in "ABCDEFGHIJKLMNOPRSTUVWXYZ":
+            press(qtbot, window.stack.current, Qt.Key(ord(letter)), ALT)
+    closer.stop()
+    assert tried > 100
+    assert ("request", "stop") not in orders.given
+    assert window.actions_by_name["stop"] not in all_menu_actions(window)
+    window.top_bar.button("hold").setFocus()
+    for _ in range(400):
+        press(qtbot, QApplication.focusWidget() or window, Qt.Key.Key_Tab)
+        assert QApplication.focusWidget() is not stop
+    qtbot.mouseClick(stop, LEFT)
+    assert orders.given[-1] == ("request", "stop")

@@ -166,6 +166,7 @@ def test_tuned_gains_are_asked_about_before_they_are_lost(user, window, tmp_path
     assert load_gains(saved).gains[GAIN] == value
 
 
+@pytest.mark.slow
 def test_gains_that_are_saved_or_as_they_began_are_not_asked_about(user, window, tmp_path):
     user.tune()
     user.press(Qt.Key.Key_S, CONTROL)

@@ -93,6 +93,7 @@ def words(request, address, tmp_path):
     return [str(tmp_path / "client"), *address.rsplit(":", 1)]
 
 
+@pytest.mark.slow
 def test_it_flies(words, address):
     watcher = Watcher(address)
     try:

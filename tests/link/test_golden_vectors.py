@@ -60,7 +60,7 @@ def test_the_files_are_what_the_script_writes():
 def test_a_stream(case):
     for vector in read("frames"):
         for step in [1, 7, LARGEST * 2]:
-            with case(vector, step):
+            with case(vector["name"], step):
                 stream = data(vector["hex"])
                 decoder = Decoder(vector.get("largest", LARGEST))
                 found, error = [], None
@@ -86,7 +86,7 @@ def test_a_frame_is_written_as_it_was_read(case):
     for vector in [
         each for each in read("frames") if len(each["frames"]) == 1 and not each["error"]
     ]:
-        with case(vector):
+        with case(vector["name"]):
             stream = data(vector["hex"])
             [frame] = Decoder().feed(stream)
             assert stream.startswith(frame.to_bytes())
@@ -94,7 +94,7 @@ def test_a_frame_is_written_as_it_was_read(case):
 
 def test_a_topic(case):
     for vector in read("topics"):
-        with case(vector):
+        with case(vector["name"]):
             topic, payload = TOPICS[vector["id"]], data(vector["hex"])
             values = topic.unpack(payload)
             assert topic.name == f"/dh_drone/{vector['name']}"

@@ -50,7 +50,11 @@ def test_200_sets_of_gains_fly_as_on_the_diagram(seed):
 
 
 @pytest.mark.parametrize(
-    ("name", "args"), [("tilted_quad", {"forward": "5"}), ("coaxial_x8", {}), ("h_quad", {})]
+    ("name", "args"),
+    [
+        ("tilted_quad", {"forward": "5"}),
+        *(pytest.param(name, {}, marks=pytest.mark.slow) for name in ("coaxial_x8", "h_quad")),
+    ],
 )
 def test_so_do_drones_of_other_layouts(name, args):
     assert_agrees(compare(VehicleConfig(str(DRONES / f"{name}.urdf.xacro"), args), 10, 9))

@@ -251,6 +251,7 @@ def own(qapp, tmp_path):
     made.close()
 
 
+@pytest.mark.slow
 def test_a_server_that_another_flight_ends_says_so(own, qtbot):
     own.screen.show()
     own.screen.form.lines["port"].setText("0")

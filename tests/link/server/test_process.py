@@ -233,6 +233,7 @@ def test_a_client_that_stops_reading_is_out_and_others_get_everything(serve, par
         assert still.rest()[-1]["code"] == "slow"
 
 
+@pytest.mark.slow
 def test_a_flight_that_stands_still_harms_no_client(serve, parts):
     server = serve(ANY)
     with server.client() as client:
