@@ -1,0 +1,52 @@
+"""A test that hangs ends the run, which names it and shows what all threads wait for."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+CONFTEST = (Path(__file__).parent / "conftest.py").read_text(encoding="utf-8")
+LIMITS = "LIMIT, SLOW_LIMIT = 300.0, 900.0"
+HANGING = """
+import threading
+
+import pytest
+
+
+@pytest.fixture
+def lazy():
+    yield
+    threading.Event().wait()
+
+
+def test_the_tear_down_after_a_failure_hangs(lazy):
+    assert False
+"""
+
+
+def test_a_hang_after_a_failure_ends_the_run_and_is_named(tmp_path):
+    assert LIMITS in CONFTEST
+    short = CONFTEST.replace(LIMITS, "LIMIT, SLOW_LIMIT = 1.0, 1.0")
+    (tmp_path / "conftest.py").write_text(short, encoding="utf-8")
+    (tmp_path / "test_it.py").write_text(HANGING, encoding="utf-8")
+    workers = ("-n", "1", "--dist", "loadfile", "--max-worker-restart", "0")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *workers, str(tmp_path)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert 'test_it.py", line 10 in lazy' in done.stderr
+    assert (
+        "crashed while running 'test_it.py::test_the_tear_down_after_a_failure_hangs" in done.stdout
+    )
+
+
+def test_only_make_test_all_runs_slow_tests():
+    root = Path(__file__).parent.parent
+    for target, is_all in (("test", False), ("test-all", True)):
+        done = subprocess.run(
+            ["make", "--dry-run", target], cwd=root, capture_output=True, text=True, check=True
+        )
+        assert ('-m "not slow"' in done.stdout) != is_all, target
+        assert "--max-worker-restart 0" in done.stdout, target
