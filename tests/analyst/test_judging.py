@@ -20,7 +20,17 @@ def roll_margin(judged):
     return round(next(each.phase_margin for each in judged.loops if each.name == "roll"), 9)
 
 
-@pytest.mark.parametrize("loop", ["roll", "velocity_z", "velocity_x", "yaw_rate", "position_x"])
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "roll",
+        "velocity_x",
+        *(
+            pytest.param(loop, marks=pytest.mark.slow)
+            for loop in ("velocity_z", "yaw_rate", "position_x")
+        ),
+    ],
+)
 def test_margins_are_python_controls(answer, loop):
     judged = next(each for each in answer(Judge(GAINS)).loops if each.name == loop)
     frequencies = np.geomspace(0.05, 400.0, 4000)

@@ -98,6 +98,7 @@ def test_who_turns_over_is_told_so(run, write, out):
     assert "the drone turned over at 0.0 s" in said.err
 
 
+@pytest.mark.slow
 def test_full_speed_is_eight_metres_a_second_in_all_directions(run, out):
     said = run("fly", "full-speed", "--output", out, "--no-plots", "--json")
     log = columns(out / "full-speed.csv")

@@ -78,6 +78,7 @@ def test_what_grows_or_is_lost_has_no_numbers(run, out):
     assert "no rate" not in said.out
 
 
+@pytest.mark.slow
 def test_rounding_is_shown_as_nothing(run, out):
     said = run("judge", "--no-plots", "--output", out)
     rows = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}

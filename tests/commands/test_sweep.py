@@ -102,7 +102,9 @@ def test_a_sweep_in_which_all_diverge_is_said_so(run, out):
     )
 
 
-@pytest.mark.parametrize("ranges", [["kp_velocity_z=2..6:2"], []])
+@pytest.mark.parametrize(
+    "ranges", [["kp_velocity_z=2..6:2"], pytest.param([], marks=pytest.mark.slow)]
+)
 def test_no_drone_is_chosen_as_the_best(run, out, ranges):
     """The lightest drone climbs fastest, which says nothing about gains."""
     words = ("sweep", *ranges, "vary.mass=0.9..1.1:2", "--duration", "3", "--output", out)

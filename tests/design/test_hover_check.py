@@ -80,6 +80,7 @@ def test_progress_goes_from_nothing_to_all(report, shares):
     assert shares[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_a_hover_that_is_not_stable_is_seen(bad_report):
     found = demands(bad_report)
     missed = {key for key, demand in found.items() if not demand.met}

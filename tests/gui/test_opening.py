@@ -14,6 +14,7 @@ from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.main_window import MainWindow
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
+from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.resources import find_scenario, find_world
 
 LIMIT = 240_000
@@ -241,6 +242,20 @@ def test_a_drone_without_sensors_opens_with_all_that_it_has(user, window, tmp_pa
     assert not [each for each in user.told if each.severity.value != "note"]
 
 
+def test_a_file_opens_once_all_arguments_have_values(qtbot):
+    given = []
+    arguments = (XacroArgument("mass"), XacroArgument("arm", "0.2"))
+    dialog = ArgumentsDialog("sized.urdf.xacro", arguments, given.append)
+    dialog.show()
+    assert {name: line.text() for name, line in dialog.lines.items()} == {"mass": "", "arm": "0.2"}
+    button = dialog.buttons.button(QDialogButtonBox.StandardButton.Open)
+    assert not button.isEnabled()
+    qtbot.keyClicks(dialog.lines["mass"], "1.25")
+    qtbot.mouseClick(button, LEFT)
+    assert given == [{"mass": "1.25"}]
+
+
+@pytest.mark.slow
 def test_a_xacro_file_with_arguments_asks_for_them(user, window, tmp_path):
     """Dropped, cancelled, dropped again, and opened by mouse and keyboard."""
     file = tmp_path / "sized.urdf.xacro"

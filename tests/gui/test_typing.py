@@ -5,10 +5,8 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QScrollArea, QTabWidget
 
 from workbench.errors import WorkbenchError
-from workbench.gui.main_window import MainWindow
 from workbench.gui.number_field import NumberField
 from workbench.gui.screen_table import SCREENS
-from workbench.gui.style import apply_style
 from workbench.gui.tuning.wish_lines import WishLine
 from workbench.gui.typed_number import read_number
 
@@ -38,22 +36,19 @@ def test_a_comma_separates_decimals_and_nothing_else():
             read_number(text)
 
 
+@pytest.fixture(scope="module")
+def workspace(shared_workspace):
+    return shared_workspace
+
+
 @pytest.fixture
-def window(qapp, qtbot, workspace, canned, monkeypatch):
+def window(shared_window, workspace, canned, monkeypatch):
     """The window with all its screens, before a flight out of a can that does what it is told."""
-    made = MainWindow(workspace, first="home", view3d=False)
-    qtbot.addWidget(made)
-    apply_style(qapp, workspace.look)
-    made.show()
-    qtbot.waitUntil(lambda: made.stack.name == "home", timeout=30_000)
-    for row in SCREENS:
-        made.stack.screen_of(row.name)
     monkeypatch.setattr(workspace.flight, "_view", canned.views[0])
     monkeypatch.setattr(workspace.flight, "order", lambda give, done=None, refused=None: None)
     workspace.flight.begun.emit(canned.views[0])
     workspace.flight.viewed.emit(canned.views[0])
-    yield made
-    made.close()
+    return shared_window
 
 
 def uncover(window, widget) -> bool:
@@ -79,25 +74,6 @@ def enter(qtbot, field, text) -> None:
     qtbot.keyClick(field, Qt.Key.Key_Delete)
     qtbot.keyClicks(field, text)
     qtbot.keyClick(field, Qt.Key.Key_Return)
-
-
-def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
-    """What is read of each text is one rule; a field adds its range, and whether it is whole."""
-    tried = []
-    for row in SCREENS:
-        window.show_screen(row.name)
-        if row.name == "tuning":
-            window.stack.current.panel._make_more()
-        for field in window.findChildren(QAbstractSpinBox):
-            if not uncover(window, field):
-                continue
-            assert isinstance(field, NumberField), f"{field.accessibleName()} takes 1,2 for 12"
-            few = len(tried) > 3  # all texts in some fields, and one of each kind in all
-            try_field(qtbot, field, FEW if few else RIGHT, WRONG[:1] if few else WRONG)
-            tried.append(field)
-    left = [each for each in window.findChildren(QAbstractSpinBox) if each not in tried]
-    assert not [each.accessibleName() for each in left if each.isEnabled()]
-    assert len(tried) > 60
 
 
 def try_field(qtbot, field, right, wrong) -> None:
@@ -184,3 +160,25 @@ def test_lines_with_a_number_in_them_follow_the_same_rule(window, qtbot):
         assert port.text() == text
         assert bool(form.fault("port")) == (number is None), form.fault("port")
         assert number is None or form.fields.config().port == number
+
+
+def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
+    """What is read of each text is one rule; a field adds its range, and whether it is whole.
+
+    It is the last one here: it leaves the window that all share full of what was typed.
+    """
+    tried = []
+    for row in SCREENS:
+        window.show_screen(row.name)
+        if row.name == "tuning":
+            window.stack.current.panel._make_more()
+        for field in window.findChildren(QAbstractSpinBox):
+            if not uncover(window, field):
+                continue
+            assert isinstance(field, NumberField), f"{field.accessibleName()} takes 1,2 for 12"
+            few = len(tried) > 3  # all texts in some fields, and one of each kind in all
+            try_field(qtbot, field, FEW if few else RIGHT, WRONG[:1] if few else WRONG)
+            tried.append(field)
+    left = [each for each in window.findChildren(QAbstractSpinBox) if each not in tried]
+    assert not [each.accessibleName() for each in left if each.isEnabled()]
+    assert len(tried) > 60

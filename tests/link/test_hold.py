@@ -51,7 +51,10 @@ def test_the_drone_holds_when_a_client_comes_to_harm(faults, flight, fault):
     flight.stop_serving().result(faults.ENOUGH)
 
 
-@pytest.mark.parametrize("fault", SERVERS)
+@pytest.mark.parametrize(
+    "fault",
+    ["server SIGSTOP", *(pytest.param(fault, marks=pytest.mark.slow) for fault in SERVERS[:2])],
+)
 def test_the_drone_holds_when_the_server_comes_to_harm(faults, flight, fault):
     for number in range(FLIGHTS_OF_A_SERVER):
         address = faults.serve(flight)

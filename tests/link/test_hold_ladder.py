@@ -289,7 +289,15 @@ def landing(served, client) -> None:
 
 
 @pytest.mark.parametrize(
-    "how", ["stick", "hold", "take_off", "operator's stick", "operator's hold"]
+    "how",
+    [
+        "stick",
+        "take_off",
+        *(
+            pytest.param(how, marks=pytest.mark.slow)
+            for how in ("hold", "operator's stick", "operator's hold")
+        ),
+    ],
 )
 def test_a_landing_is_ended_in_the_air_by_who_flies(served, holder, how):
     """And what is recorded of that flies the same, to the bit."""

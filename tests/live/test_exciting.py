@@ -166,7 +166,11 @@ def test_rounds_are_counted_and_begin_at_exact_times():
     assert begins == [0.5, 0.5 + length, 0.5 + 2 * length]
 
 
-@pytest.mark.parametrize("excitation", [ONE_STEP, SQUARE, CHIRP, TURN], ids=lambda e: e.shape.name)
+@pytest.mark.parametrize(
+    "excitation",
+    [CHIRP, *(pytest.param(each, marks=pytest.mark.slow) for each in (ONE_STEP, SQUARE, TURN))],
+    ids=lambda e: e.shape.name,
+)
 def test_what_is_flown_depends_on_the_order_alone_not_on_the_pace(excitation):
     flown = []
     for speed in (0.5, 1.0, 4.0):

@@ -23,7 +23,14 @@ def at(time, **what) -> Action:
     return Action(at=time, **what)
 
 
-@pytest.mark.parametrize("heading", [0.0, 90.0, 180.0, 45.0, -150.0])
+@pytest.mark.parametrize(
+    "heading",
+    [
+        0.0,
+        -150.0,
+        *(pytest.param(heading, marks=pytest.mark.slow) for heading in (45.0, 90.0, 180.0)),
+    ],
+)
 def test_full_speed_level_and_back_to_hover(heading):
     ahead = [math.cos(math.radians(heading)), math.sin(math.radians(heading)), 0.0]
     flight = flown(
@@ -51,6 +58,7 @@ def test_full_yaw_rate_is_held(rate):
     assert np.abs(flight.p_WB - flight.p_WB[0]).max() <= 0.02
 
 
+@pytest.mark.slow
 def test_a_minute_of_hover_after_a_flight():
     """From a take-off and a stop out of 2 m/s, so that there is something to drift from."""
     flight = flown(
@@ -89,7 +97,16 @@ def test_take_off_and_landing():
     assert np.hypot(*flight.p_WB[-1, :2]) <= 0.02
 
 
-@pytest.mark.parametrize("spin", [(3, 3, 3), (-3, 3, -3), (3, -3, 3), (-3, -3, -3)])
+@pytest.mark.parametrize(
+    "spin",
+    [
+        (3, 3, 3),
+        *(
+            pytest.param(spin, marks=pytest.mark.slow)
+            for spin in ((-3, 3, -3), (3, -3, 3), (-3, -3, -3))
+        ),
+    ],
+)
 @pytest.mark.parametrize("rpy", [(math.pi, 0, 0), (0, math.pi, 0), (math.pi - 0.3, 0.3, 2.0)])
 def test_thrown_upside_down_it_recovers(spin, rpy):
     flight = flown(

@@ -51,7 +51,7 @@ def tilt_by_hand(vehicle, area) -> float:
         (HEXACOPTER, 0.5, 0.1),  # body alone
     ],
 )
-@pytest.mark.parametrize("heading", [0.0, 2.0])
+@pytest.mark.parametrize("heading", [pytest.param(0.0, marks=pytest.mark.slow), 2.0])
 def test_a_steady_wind_tilts_a_drone_that_keeps_its_place(model, area, least, heading):
     """It leans into the wind."""
     flown = session({} if area is None else {"drag_area": area}, model)

@@ -288,6 +288,7 @@ def test_a_plain_client_at_a_tls_port_is_refused_and_counted(serve, parts, certi
     assert "connect with TLS" in status.log[-1]
 
 
+@pytest.mark.slow
 def test_who_never_shakes_hands_takes_no_place(serve, certificate):
     cert, key = certificate
     server = serve(ServerConfig(port=0, tls_cert=cert, tls_key=key))

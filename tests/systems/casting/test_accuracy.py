@@ -133,7 +133,13 @@ def first_met(function, o, d):
     return np.where(leaves, exit, ranges), value
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name in ("plate", "cylinder") else pytest.param(name, marks=pytest.mark.slow)
+        for name in SOLIDS
+    ],
+)
 def test_every_true_hit_is_found_and_no_other(make_caster, rays, name):
     shape, function, around = SOLIDS[name]
     directions, o, d = aimed(rays, around)
@@ -163,7 +169,7 @@ def triangles_met(triangles, o, d):
     return np.where(met, distance, np.inf).min(axis=1)
 
 
-@pytest.mark.parametrize("kind", [Mesh, Convex])
+@pytest.mark.parametrize("kind", [Mesh, pytest.param(Convex, marks=pytest.mark.slow)])
 def test_every_true_hit_on_a_mesh_is_found_and_no_other(make_caster, stored, rays, kind):
     mesh = trimesh.creation.torus(0.7, 0.25, major_sections=7, minor_sections=5)
     mesh.vertices = mesh.vertices.round(3)  # all digits that the file has
