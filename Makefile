@@ -10,7 +10,7 @@ CHECK = $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
 PYTEST = $(BIN)/pytest -n 2 --dist loadfile --max-worker-restart 0
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-all format notebooks bench clean
+.PHONY: help setup run test test-slow test-all format notebooks bench clean
 
 help: ## show this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
@@ -26,16 +26,17 @@ run: setup ## open the app; without a screen, fly the published steps and write 
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench gui; \
 	else $(BIN)/workbench reproduce --output out; fi
 
-test test-all: export QT_QPA_PLATFORM = offscreen
+test test-slow: export QT_QPA_PLATFORM = offscreen
 # the many processes that tests start load compiled modules, also where the shell asks for none
-test test-all: export PYTHONDONTWRITEBYTECODE =
+test test-slow: export PYTHONDONTWRITEBYTECODE =
 test: setup ## lint, types, and the tests but the slow ones; 5 minutes on two cores
 	$(CHECK)
 	$(PYTEST) -m "not slow"
 
-test-all: setup ## lint, types and all tests; half an hour on two cores
-	$(CHECK)
-	$(PYTEST)
+test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly
+	$(PYTEST) -m slow
+
+test-all: test test-slow ## both; half an hour on two cores
 
 format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff check --fix .

@@ -4,6 +4,7 @@ import faulthandler
 import gc
 import os
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -85,6 +86,9 @@ def _ending(item):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item):
+    until = float(os.environ.get("SLOW_TESTS_UNTIL", "inf"))
+    if item.get_closest_marker("slow") and time.time() > until:
+        pytest.skip("a slow test, and no time is left: see .ci/run")
     return (yield from _ending(item))
 
 

@@ -1,5 +1,6 @@
 """A test that hangs ends the run, which names it and shows what all threads wait for."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -42,11 +43,29 @@ def test_a_hang_after_a_failure_ends_the_run_and_is_named(tmp_path):
     )
 
 
+def test_a_slow_test_skips_where_no_time_is_left(tmp_path):
+    (tmp_path / "conftest.py").write_text(CONFTEST, encoding="utf-8")
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow\n")
+    (tmp_path / "test_it.py").write_text(
+        "import pytest\n\n\n@pytest.mark.slow\ndef test_a(): ...\n\n\ndef test_b(): ...\n"
+    )
+    for until, found in (("0", "1 passed, 1 skipped"), ("1e99", "2 passed")):
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "no:xdist"],
+            cwd=tmp_path,
+            env=os.environ | {"SLOW_TESTS_UNTIL": until},
+            capture_output=True,
+            text=True,
+        )
+        assert found in done.stdout, done.stdout
+
+
 def test_only_make_test_all_runs_slow_tests():
     root = Path(__file__).parent.parent
-    for target, is_all in (("test", False), ("test-all", True)):
+    quick, slow = '-m "not slow"', "-m slow"
+    for target, runs in (("test", [quick]), ("test-slow", [slow]), ("test-all", [quick, slow])):
         done = subprocess.run(
             ["make", "--dry-run", target], cwd=root, capture_output=True, text=True, check=True
         )
-        assert ('-m "not slow"' in done.stdout) != is_all, target
-        assert "--max-worker-restart 0" in done.stdout, target
+        lines = [line for line in done.stdout.splitlines() if "bin/pytest" in line]
+        assert [line.partition("--max-worker-restart 0 ")[2] for line in lines] == runs, target
