@@ -1,6 +1,7 @@
 """The diagrams that the benchmark of the flight core flies: floors, flight core and workbench."""
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
@@ -18,7 +19,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from workbench.diagram.airframe import add_airframe
+from workbench.diagram.airframe import Airframe
 from workbench.diagram.core import add_sampled_core
 from workbench.diagram.workbench import make_workbench
 from workbench.gains import vehicle_gains
@@ -30,6 +31,8 @@ from workbench.plant.gravity import GRAVITY
 from workbench.plant.ground import add_ground
 from workbench.plant.loading import make_vehicle
 from workbench.plant.model import Model
+from workbench.plant.multibody import add_plant
+from workbench.plant.placing import body_state
 from workbench.plant.vehicle import Vehicle
 from workbench.resources import find_model
 from workbench.scenario import Rates
@@ -44,17 +47,15 @@ HEIGHT = 50.0
 
 @dataclass(frozen=True)
 class Flyer:
-    """A diagram in the air, ready to fly on."""
+    """A diagram in the air, ready to fly on.
+
+    Attributes:
+        simulator: at its start.
+        height: how high the drone is now [m].
+    """
 
     simulator: Simulator
-    plant: MultibodyPlant
-    base_link: str
-
-    def height(self) -> float:
-        """Return how high the drone is now [m]."""
-        context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
-        pose = self.plant.EvalBodyPoseInWorld(context, self.plant.GetBodyByName(self.base_link))
-        return float(pose.translation()[2])
+    height: Callable[[], float]
 
 
 class Hangar:
@@ -122,14 +123,13 @@ class Hangar:
         return self._lifted(Simulator(builder.Build()), plant)
 
     def floor(self, rates: Rates) -> Flyer:
-        """Return the plant that flies, under constant thrusts and without Python: 13 states."""
+        """Return Drake's plant of the drone, under a constant force, without Python: 13 states."""
         builder = DiagramBuilder()
-        airframe = add_airframe(
-            builder, self._description, self._vehicle, physics_step=rates.physics_step
-        )
-        thrusts = builder.AddSystem(ConstantVectorSource(self._hover_thrusts))
-        builder.Connect(thrusts.get_output_port(), airframe.thrusts)
-        return self._lifted(Simulator(builder.Build()), airframe.plant)
+        plant, _ = add_plant(builder, self._description.undrawn(), time_step=rates.physics_step)
+        lift = [*[0.0] * 5, self._vehicle.mass * GRAVITY]
+        force = builder.AddSystem(ConstantVectorSource(lift))
+        builder.Connect(force.get_output_port(), plant.get_applied_generalized_force_input_port())
+        return self._lifted(Simulator(builder.Build()), plant)
 
     def core(self, rates: Rates) -> Flyer:
         """Return the flight core in closed loop, with rotor dynamics and flight mode."""
@@ -153,28 +153,36 @@ class Hangar:
             modes.GetInputPort(name).FixValue(context, value)
         context = computer.GetMyMutableContextFromRoot(root)
         computer.GetInputPort("reference").FixValue(context, [0.0] * 8)
-        self._hover(simulator, computer, modes)
-        return self._lifted(simulator, airframe.plant)
+        return self._hovering(simulator, airframe, computer, modes)
 
     def workbench(self, rates: Rates) -> Flyer:
         """Return the whole workbench: with air, battery, pilot, frames and recorder besides."""
         bench = make_workbench(self._description, self._vehicle, self._gains, rates)
         simulator = Simulator(bench.diagram)
-        self._hover(simulator, bench.computer, bench.modes)
-        return self._lifted(simulator, bench.airframe.plant)
+        return self._hovering(simulator, bench.airframe, bench.computer, bench.modes)
 
-    def _hover(self, simulator: Simulator, computer: FlightComputer, modes: ModeManager) -> None:
-        """Let rotors and flight mode be those of hovering."""
-        root, at = simulator.get_mutable_context(), [0.0, 0.0, HEIGHT]
+    def _hovering(
+        self, simulator: Simulator, airframe: Airframe, computer: FlightComputer, modes: ModeManager
+    ) -> Flyer:
+        """Let body, rotors and flight mode be those of hovering."""
+        root, at, still = simulator.get_mutable_context(), [0.0, 0.0, HEIGHT], [0.0] * 3
+        state = body_state(p_WB=at, roll_pitch_yaw=still, v_WB=still, w_WB=still)
+        dynamics = airframe.dynamics
+        in_dynamics = dynamics.GetMyMutableContextFromRoot(root)
+        dynamics.place(in_dynamics, state, self._vehicle.hover_speeds)
         context = computer.GetMyMutableContextFromRoot(root)
-        computer.set_rotors(context, self._vehicle.hover_speeds, np.zeros(3))
+        computer.begin(context, self._vehicle.hover_speeds, np.zeros(3))
         context = modes.GetMyMutableContextFromRoot(root)
         modes.set_mode(context, initial_state(FlightMode.HOVERING, at), at)
+        simulator.Initialize()
+        return Flyer(simulator, lambda: float(airframe.state.Eval(in_dynamics)[6]))
 
     def _lifted(self, simulator: Simulator, plant: MultibodyPlant) -> Flyer:
-        """Put the drone in the air."""
+        """Put a plant's drone in the air."""
         base = plant.GetBodyByName(self._vehicle.base_link)
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
         plant.SetFreeBodyPose(context, base, RigidTransform([0.0, 0.0, HEIGHT]))
         simulator.Initialize()
-        return Flyer(simulator, plant, self._vehicle.base_link)
+        return Flyer(
+            simulator, lambda: float(plant.EvalBodyPoseInWorld(context, base).translation()[2])
+        )

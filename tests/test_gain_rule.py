@@ -87,6 +87,7 @@ def test_where_rotors_are_strong_their_lag_decides():
             "kp_position_xy": 0.868,
             "kp_position_z": 1.23,  # 4.905 / 4
             "kp_yaw_rate": 5.0,  # 0.1 / 0.02
+            "spin_up_feedforward": 0.0,
             "max_climb_rate": 6.23,  # 0.75 · 10.19 · 4 / 4.905
             "max_tilt": 0.7,
             "drag_area": 0.01,  # of a litre of water

@@ -26,11 +26,11 @@ def vehicle():
 def signals() -> dict[str, np.ndarray]:
     """Random signals as the recorder has them."""
     rng = np.random.default_rng(24)
-    sizes = {"state": 13, "acceleration": 6, "rotors": 11, "thrusts": 4, "reference": 8}
-    sizes |= {"wind": 3, "obstacle": 5}
+    sizes = {"state": 13, "acceleration": 6, "thrusts": 4, "reference": 8}
+    sizes |= {"speeds": 4, "commands": 4, "wind": 3, "obstacle": 5}
     found = {name: rng.normal(size=(N, size)) for name, size in sizes.items()}
     found["thrusts"] = np.abs(found["thrusts"])
-    found["rotors"] = np.abs(found["rotors"])
+    found["speeds"] = np.abs(found["speeds"])
     return found | {"mode": rng.integers(0, 8, (N, 9)) * 1.0, "charge": rng.random((N, 1))}
 
 
@@ -50,8 +50,8 @@ def test_signals_find_their_places(recording):
     assert recording.v_WB.tolist() == state[:, 10:13].tolist()
     assert recording.wdot_WB.tolist() == raw["acceleration"][:, :3].tolist()
     assert recording.vdot_WB.tolist() == raw["acceleration"][:, 3:].tolist()
-    assert recording.rotor_speeds.tolist() == raw["rotors"][:, 0:4].tolist()
-    assert recording.commanded_speeds.tolist() == raw["rotors"][:, 4:8].tolist()
+    assert recording.rotor_speeds.tolist() == raw["speeds"].tolist()
+    assert recording.commanded_speeds.tolist() == raw["commands"].tolist()
     assert recording.thrusts.tolist() == raw["thrusts"].tolist()
     assert recording.reference.tolist() == raw["reference"].tolist()
     assert recording.mode.tolist() == raw["mode"][:, 0].tolist()

@@ -236,7 +236,7 @@ def test_a_gain_takes_effect_at_the_next_control_update():
             session.set("kp_velocity_x", 9.0)
         session.tick(0.4 * period)
         before = session.snapshot().thrusts
-        session.tick(0.3 * period)
+        session.tick(0.4 * period)  # it acts a step later, and shows at the end of that
         return before, session.snapshot().thrusts
 
     kept, changed = thrusts_after(False), thrusts_after(True)
@@ -402,7 +402,7 @@ def test_a_reading_is_by_name_or_kind_and_none_before_the_first():
 
 
 def test_what_breaks_in_flight_becomes_a_sentence(monkeypatch):
-    """A place that is no number, let through for once; Drake stops at the force it makes."""
+    """A place that is no number, let through for once: the flight stops at the force it makes."""
     session = Session()
     session.tick(0.1)
     monkeypatch.setattr("workbench.session.place_above", lambda what, place, standing: place)

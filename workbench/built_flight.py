@@ -68,7 +68,7 @@ def build_flight(
         world,
         choose_sensors(vehicle, scenario),
         scenario.sensors.seed,
-        variation.control_delay,
+        variation,
         bridge,
         picture_period,
     )

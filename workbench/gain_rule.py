@@ -13,7 +13,8 @@ may be. That is bounded by how late the rotors answer and by what thrust they ha
              kd = KD_VELOCITY,  kd kp_tilt lever <= LEVER_SHARE g
     climb    kp = CLIMB_LAG_MARGIN / lag,  kp STEP <= spare (but kp may be LEAST_CLIMB) and g / 2
     place    kp = kp_velocity / LOOP_RATIO, level and in height
-    yaw      kp = YAW_LAG_MARGIN / lag,  kp max_yaw_rate <= YAW_SHARE alpha_z
+    yaw      kp = YAW_LAG_MARGIN / lag,  kp max_yaw_rate <= YAW_SHARE alpha_z,
+             spin_up_feedforward = 1 where rotors have an inertia
     limits   1 / cos(max_tilt) <= 1 + TILT_SHARE spare / g,
              kp_position_z max_climb_rate <= BRAKE_SHARE spare
 
@@ -26,6 +27,10 @@ lever is the distance of the centre of mass from the base link's origin. When th
 origin swings: it answers a tilt with g / s² - lever, which has a zero at sqrt(g / lever), and a
 level step much faster than that would swing it past its speed. The law takes back a share of its
 acceleration, which must not come round through the tilt loop.
+
+Rotors that speed up for more drag torque turn the vehicle at once by their inertia, which puts a
+zero into the yaw loop, see `plant.thrust_frame`; the law reckons with it, or a yaw loop of the same
+gain would be ten times as fast as its rotors let it be.
 
 LAG_MARGIN 0.5 leaves the tilt loop a phase margin of 44 to 47 degrees whatever the lag: at its
 crossover, near kd, the PD leads by 73 degrees, of which the lag takes atan(0.5).
@@ -101,6 +106,7 @@ def rule_gains(vehicle: Vehicle) -> dict[str, float]:
         "kd_roll": 2.0 * DAMPING * roll,
         "kd_pitch": 2.0 * DAMPING * pitch,
         "kp_yaw_rate": min(YAW_LAG_MARGIN / lag, YAW_SHARE * alpha_z / _default("max_yaw_rate")),
+        "spin_up_feedforward": 1.0 if frame.spin_up_time > 0.0 else 0.0,
         "max_climb_rate": min(_default("max_climb_rate"), sink),
         "max_tilt": max_tilt,
         "drag_area": drag_area(vehicle.mass),

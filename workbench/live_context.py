@@ -7,13 +7,13 @@ import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, System
 
-from workbench.diagram.core import STATE_DELAY
+from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.system_states import read_states, write_states
 from workbench.diagram.workbench import Workbench
 from workbench.errors import WorkbenchError, sentences
 from workbench.instant import Instant, SystemState
 from workbench.parameters import SENSOR_KINDS, Parameter, find_parameter, parameters_of
-from workbench.plant.placing import place_vehicle
+from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Scenario, Start
@@ -21,6 +21,7 @@ from workbench.systems.flight_computer import SHARES
 from workbench.systems.flight_mode import initial_state
 from workbench.systems.mode import FlightMode
 from workbench.systems.pilot import Wish
+from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 from workbench.vehicle_parameters import check_parameters
 
 Place = tuple[System, int, int]
@@ -57,7 +58,7 @@ class LiveContext:
         self.simulator = Simulator(bench.diagram)
         self._start(scenario.start)
         root = self.simulator.get_mutable_context()
-        bench.air.set_seed(self._of(bench.air), scenario.sensors.seed)
+        bench.airframe.dynamics.set_seed(self._of(bench.airframe.dynamics), scenario.sensors.seed)
         bench.sensing.seed(root, scenario.sensors.seed)
         for name, value in (values or {}).items():
             row = find_parameter(name)
@@ -126,7 +127,8 @@ class LiveContext:
         check_parameters(self._bench.vehicle, [row.name])
         index = parameters_of(row.system).index(row)
         if row.system == "rotors":
-            return [(self._bench.computer, SHARES, index)]
+            dynamics = self._bench.airframe.dynamics
+            return [(self._bench.computer, SHARES, index), (dynamics, 0, DYNAMICS_SHARES + index)]
         systems = self._systems(row.system)
         if not systems:
             raise WorkbenchError(
@@ -138,6 +140,8 @@ class LiveContext:
         """Return the systems that rows of a name belong to."""
         if name in SENSOR_KINDS:
             return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
+        if name == "air":
+            return [self._bench.airframe.dynamics]
         if not self._bench.diagram.HasSubsystemNamed(name):
             return []
         return [self._bench.diagram.GetSubsystemByName(name)]
@@ -149,30 +153,30 @@ class LiveContext:
         frame = thrust_frame(vehicle)
         p_WB = start_position(start, vehicle)
         attitude = start.roll_pitch_yaw
-        plant = bench.airframe.plant
-        place_vehicle(
-            plant,
-            self._of(plant),
-            vehicle,
+        state = body_state(
             p_WB=p_WB,
             roll_pitch_yaw=frame.roll_pitch_yaw(attitude) if flying else attitude,
             v_WB=start.velocity,
             w_WB=start.angular_velocity,
         )
         speeds = frame.hover_speeds if flying else np.zeros(len(vehicle.rotors))
-        bench.computer.set_rotors(self._of(bench.computer), speeds, np.array(start.velocity))
+        dynamics = bench.airframe.dynamics
+        dynamics.place(self._of(dynamics), state, speeds)
+        bench.computer.begin(self._of(bench.computer), speeds, np.array(start.velocity))
         self._fill_delay()
         mode = FlightMode.HOVERING if flying else FlightMode.OFF
         bench.modes.set_mode(self._of(bench.modes), initial_state(mode, p_WB), p_WB)
 
     def _fill_delay(self) -> None:
-        """Let a controller that sees the state late have seen the start until now."""
-        if self._bench.diagram.HasSubsystemNamed(STATE_DELAY):
-            context = self._of(self._bench.diagram.GetSubsystemByName(STATE_DELAY))
-            plant = self._bench.airframe.plant
-            state = plant.GetPositionsAndVelocities(self._of(plant))
-            seen = context.get_discrete_state_vector().size() // state.size
-            context.SetDiscreteState(np.tile(state, seen))
+        """Let what comes late have been as at the start until now."""
+        bench = self._bench
+        state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
+        commands = bench.computer.GetOutputPort("commands").Eval(self._of(bench.computer))
+        for name, values in ((STATE_DELAY, state), (COMMAND_DELAY, commands)):
+            if bench.diagram.HasSubsystemNamed(name):
+                context = self._of(bench.diagram.GetSubsystemByName(name))
+                many = context.get_discrete_state_vector().size() // values.size
+                context.SetDiscreteState(np.tile(values, many))
 
     def _of(self, system: System) -> Context:
         """Return a subsystem's part of the Context."""

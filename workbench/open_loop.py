@@ -12,7 +12,7 @@ from workbench.diagram.open_loop import OpenLoop, make_open_loop
 from workbench.errors import sentences
 from workbench.live_context import start_position
 from workbench.plant.loading import make_vehicle
-from workbench.plant.placing import place_vehicle
+from workbench.plant.placing import body_state
 from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
 from workbench.recording import Recording
@@ -67,18 +67,14 @@ def _start(
 ) -> None:
     """Put start and rotor speeds into the Context."""
     context = simulator.get_mutable_context()
-    plant, start = bench.airframe.plant, scenario.start
-    place_vehicle(
-        plant,
-        plant.GetMyMutableContextFromRoot(context),
-        vehicle,
+    start, dynamics = scenario.start, bench.airframe.dynamics
+    state = body_state(
         p_WB=start_position(start, vehicle),
         roll_pitch_yaw=start.roll_pitch_yaw,
         v_WB=start.velocity,
         w_WB=start.angular_velocity,
     )
-    rotors = bench.rotors
-    rotors.set_rotors(rotors.GetMyMutableContextFromRoot(context), commands.speeds[0])
+    dynamics.place(dynamics.GetMyMutableContextFromRoot(context), state, commands.speeds[0])
 
 
 def _recording(simulator: Simulator, bench: OpenLoop, vehicle: Vehicle) -> Recording:

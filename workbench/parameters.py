@@ -123,6 +123,13 @@ PARAMETERS: tuple[Parameter, ...] = (
     _controller("max_height", "m", (0.5, 500.0), 120.0, "no climb above this height"),
     _controller("max_tilt", "rad", (0.05, 1.2), 0.7, "largest tilt that is asked for"),
     _controller("max_yaw_rate", "rad/s", (0.05, 6.0), 0.4, "largest yaw rate"),
+    _controller(
+        "spin_up_feedforward",
+        "1",
+        (0.0, 1.0),
+        0.0,
+        "share of the rotors' spin-up torque that the law reckons with in yaw",
+    ),
     Parameter("take_off_speed", "modes", "m/s", 0.1, 3.0, 1.0, "climb of a take-off"),
     Parameter("landing_speed", "modes", "m/s", 0.1, 0.5, 0.4, "descent of a landing"),
     Parameter("battery_reserve", "modes", "1", 0.0, 0.9, 0.15, "charge at which the drone lands"),

@@ -24,12 +24,12 @@ class Recording:
         q_WB: (N, 4) orientation, unit quaternion w, x, y, z.
         v_WB: (N, 3) velocity in W [m/s].
         w_WB: (N, 3) angular velocity in W [rad/s].
-        vdot_WB: (N, 3) acceleration in W [m/s²].
-        wdot_WB: (N, 3) angular acceleration in W [rad/s²].
+        vdot_WB: (N, 3) acceleration in W, mean of the physics step before [m/s²].
+        wdot_WB: (N, 3) angular acceleration in W, of the same step [rad/s²].
         commanded_speeds: (N, n) rotor speeds asked for in the control period that ends now
             [rad/s].
         rotor_speeds: (N, n) of the rotors [rad/s].
-        thrusts: (N, n) of the rotors, mean over the control period that ends now [N].
+        thrusts: (N, n) of the rotors [N].
         reference: (N, 8) what the pilot asked for until now, see `systems.cascade.Reference`.
         mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
         charge: (N) of the battery, 0 .. 1.
@@ -67,12 +67,11 @@ class Recording:
             vehicle: what flew.
             time: (N) [s].
             signals: (N, size) each, as the recorder has them: state (13) and acceleration (6) of
-                the plant, rotors (speeds, commands, ...), thrusts (n), reference (8), mode
+                the body, speeds, commands and thrusts of the rotors (n), reference (8), mode
                 (mode, ...), charge (1), wind (3); obstacle (clearance, ...) in a world that has
                 obstacles.
         """
-        state, acceleration, rotors = signals["state"], signals["acceleration"], signals["rotors"]
-        n = len(vehicle.rotors)
+        state, acceleration = signals["state"], signals["acceleration"]
         return cls(
             vehicle=vehicle,
             time=time,
@@ -82,8 +81,8 @@ class Recording:
             v_WB=state[:, 10:13],
             wdot_WB=acceleration[:, 0:3],
             vdot_WB=acceleration[:, 3:6],
-            commanded_speeds=rotors[:, n : 2 * n],
-            rotor_speeds=rotors[:, 0:n],
+            commanded_speeds=signals["commands"],
+            rotor_speeds=signals["speeds"],
             thrusts=signals["thrusts"],
             reference=signals["reference"],
             mode=signals["mode"][:, 0],

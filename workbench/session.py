@@ -275,10 +275,9 @@ class Session:
             visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(self._live.root))
 
     def state(self) -> np.ndarray:
-        """Return the state of the plant now (13): q_WB, p_WB, w_WB and v_WB, SI units."""
-        plant = self._bench.airframe.plant
-        context = plant.GetMyContextFromRoot(self._live.root)
-        state: np.ndarray = plant.GetPositionsAndVelocities(context)
+        """Return the state of the body now (13): q_WB, p_WB, w_WB and v_WB, SI units."""
+        dynamics = self._bench.airframe.dynamics
+        state: np.ndarray = dynamics.body_state(dynamics.GetMyContextFromRoot(self._live.root))
         return state
 
     def free_way(self, direction_W: Sequence[float], most: float) -> tuple[float, str]:

@@ -22,9 +22,9 @@ def test_the_core_has_the_ports_it_names(core):
 
 
 def test_the_core_has_one_kind_of_time(core):
-    """Twenty continuous states: the body, four rotors, the estimate; so `Linearize` is exact."""
+    """States of body, rotors, estimate and law are continuous; so `Linearize` is exact."""
     context = core.CreateDefaultContext()
-    assert context.num_continuous_states() == 13 + 4 + 3
+    assert context.num_continuous_states() == 13 + 4 + 3 + 1
     assert context.num_total_states() == context.num_continuous_states()
 
 
@@ -33,10 +33,10 @@ def test_hover_is_an_equilibrium_of_the_core(core, vehicle):
     core.GetInputPort("reference").FixValue(context, np.zeros(8))
     guide = Guidance(1, 1, 1, 0, 1, 1, 0, 0, HEIGHT)
     core.GetInputPort("guidance").FixValue(context, np.array(guide, dtype=float))
-    state = [1, 0, 0, 0, 0, 0, HEIGHT, *[0.0] * 6, *vehicle.hover_speeds, 0, 0, 0]
+    state = [1, 0, 0, 0, 0, 0, HEIGHT, *[0.0] * 6, *vehicle.hover_speeds, 0, 0, 0, 0]
     context.SetContinuousState(state)
     derivatives = core.EvalTimeDerivatives(context).CopyToVector()
-    assert derivatives == pytest.approx(np.zeros(20), abs=1e-9)
+    assert derivatives == pytest.approx(np.zeros(21), abs=1e-9)
 
 
 def test_parameter_values_are_those_of_one_system(gains):

@@ -5,7 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from workbench.diagram.open_loop import make_open_loop
-from workbench.plant.placing import place_vehicle
+from workbench.plant.placing import body_state
 from workbench.plant.worlds.reading import read_world
 from workbench.scenario import Rates
 from workbench.systems.rotor_playback import RotorCommands
@@ -17,17 +17,10 @@ def started(bench, vehicle, height: float) -> Simulator:
     """Return a simulator at rest in the air, with rotors at hover speed."""
     simulator = Simulator(bench.diagram)
     context = simulator.get_mutable_context()
-    plant, rotors = bench.airframe.plant, bench.rotors
-    rotors.set_rotors(rotors.GetMyMutableContextFromRoot(context), vehicle.hover_speeds)
-    place_vehicle(
-        plant,
-        plant.GetMyMutableContextFromRoot(context),
-        vehicle,
-        p_WB=[0, 0, height],
-        roll_pitch_yaw=[0, 0, 0],
-        v_WB=[0, 0, 0],
-        w_WB=[0, 0, 0],
-    )
+    dynamics = bench.airframe.dynamics
+    still = [0.0] * 3
+    state = body_state(p_WB=[0, 0, height], roll_pitch_yaw=still, v_WB=still, w_WB=still)
+    dynamics.place(dynamics.GetMyMutableContextFromRoot(context), state, vehicle.hover_speeds)
     return simulator
 
 

@@ -14,7 +14,7 @@ from workbench.systems.cascade import Guidance, Reference
 
 HEIGHT = 10.0
 ALWAYS = {
-    *("plant", "scene_graph", "forces", "stacked_forces", "controller", "air"),
+    *("dynamics", "poses", "scene_graph", "controller"),
     *("pilot", "modes", "battery", "frames", "recorded_signals", "recorder"),
 }
 """Systems of the plainest flight."""
@@ -28,7 +28,7 @@ def core_flight(core, vehicle, reference, times, wind=(0.0, 0.0, 0.0)) -> np.nda
     core.GetInputPort("reference").FixValue(context, np.array(reference, dtype=float))
     guide = Guidance(1, 1, 1, 0, 0, 0, 0, 0, HEIGHT)
     core.GetInputPort("guidance").FixValue(context, np.array(guide, dtype=float))
-    start = [1, 0, 0, 0, 0, 0, HEIGHT, *[0.0] * 6, *vehicle.hover_speeds, 0, 0, 0]
+    start = [1, 0, 0, 0, 0, 0, HEIGHT, *[0.0] * 6, *vehicle.hover_speeds, 0, 0, 0, 0]
     context.SetContinuousState(start)
     simulator.get_mutable_integrator().set_target_accuracy(1e-6)
     states = []
@@ -44,7 +44,7 @@ def core_flight(core, vehicle, reference, times, wind=(0.0, 0.0, 0.0)) -> np.nda
         (Reference(2.0, 0, 0, 0, 0, 0, 0, 0), 0.045),
         (Reference(0, 0, 1.0, 0, 0, 0, 0, 0), 0.012),
         (Reference(0, 0, 0, 0.2, 0, 0, 0, 0), 0.0025),
-        (Reference(1.0, -1.0, 0.5, 0.1, 0, 0, 0, 0), 0.03),
+        (Reference(1.0, -1.0, 0.5, 0.1, 0, 0, 0, 0), 0.05),
     ],
 )
 def test_the_workbench_flies_as_the_core_does(core, vehicle, reference, bound):
@@ -52,7 +52,9 @@ def test_the_workbench_flies_as_the_core_does(core, vehicle, reference, bound):
 
     A hold is a delay of half a control period, 4 ms, and a stepped plant half a step more. On a
     slope of 6.5 m/s² that is 28 mm/s while x rises (37 are seen, as a delay also stirs the loop),
-    on 2.5 m/s² 11 mm/s of z (8 are seen), on 0.5 rad/s² 2 mrad/s of yaw. In the end they agree.
+    on 2.5 m/s² 11 mm/s of z (8 are seen), on 0.5 rad/s² 2 mrad/s of yaw. Where rotors that speed up
+    faster than others slow down kick the yaw, as late as that, 43 mrad/s are seen for a moment. In
+    the end they agree.
     """
     scenario = Scenario(
         duration=2.0,

@@ -153,6 +153,7 @@ def test_scenario_gains_topics_and_versions_stand_at_the_beginning(log, flown, t
     assert [topic.name for topic in topics] == [topic.name for topic in flown.topics]
     assert metadata["settings"] == {"kp_velocity_z": "3.7"}
     assert set(metadata["versions"]) == {
+        "physics",
         "workbench",
         "drake",
         "numpy",

@@ -1,32 +1,33 @@
 """The shipped drone with its rotors, ready to be set anywhere and integrated."""
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram
 
-from workbench.diagram.airframe import Airframe, add_airframe
+from workbench.diagram.core import make_vehicle_core
 from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.resources import find_model
-from workbench.systems.rotor_lag import make_continuous_lag
 
 
 @dataclass
 class Rig:
-    """An airframe with continuous rotors; their commands are the diagram's input."""
+    """A continuous plant with rotors in no air; their commands are the diagram's input."""
 
+    description: Description
     vehicle: Vehicle
-    airframe: Airframe
     diagram: Diagram
     root: Context
 
     @property
-    def plant(self):
-        return self.airframe.plant
+    def plant(self) -> MultibodyPlant:
+        return self.diagram.GetSubsystemByName("plant")
 
     @property
     def context(self) -> Context:
@@ -43,8 +44,8 @@ class Rig:
 
     def set_speeds(self, speeds) -> None:
         """Turn the rotors at these speeds [rad/s] and command them to stay."""
-        lag = self.diagram.GetSubsystemByName("rotor_lag")
-        lag.GetMyMutableContextFromRoot(self.root).SetContinuousState(speeds)
+        forces = self.diagram.GetSubsystemByName("forces")
+        forces.GetMyMutableContextFromRoot(self.root).SetContinuousState(speeds)
         self.diagram.GetInputPort("commands").FixValue(self.root, speeds)
 
     def accelerations(self) -> np.ndarray:
@@ -61,14 +62,18 @@ class Rig:
 
 
 def make_rig(description: Description) -> Rig:
-    vehicle = make_vehicle(description)
-    builder = DiagramBuilder()
-    airframe = add_airframe(builder, description, vehicle, physics_step=0.0)
-    lag = builder.AddSystem(make_continuous_lag(vehicle.rotors))
-    builder.Connect(lag.GetOutputPort("thrusts"), airframe.thrusts)
-    builder.ExportInput(lag.GetInputPort("commands"), "commands")
-    diagram = builder.Build()
-    return Rig(vehicle, airframe, diagram, diagram.CreateDefaultContext())
+    airless = dataclasses.replace(
+        description,
+        rotors=tuple(
+            dataclasses.replace(
+                rotor, rotor_drag_coefficient=0.0, rolling_moment_coefficient=0.0, inertia=0.0
+            )
+            for rotor in description.rotors
+        ),
+    )
+    vehicle = make_vehicle(airless)
+    diagram = make_vehicle_core(airless, vehicle, {"drag_area": 0.0, "air_density": 1.225})
+    return Rig(airless, vehicle, diagram, diagram.CreateDefaultContext())
 
 
 @pytest.fixture(scope="session")

@@ -74,13 +74,12 @@ def in_flight(core, seed) -> tuple[np.ndarray, np.ndarray]:
     state[4:7] = [*rng.uniform(-0.3, 0.3, 2), 10.0 + rng.uniform(-0.3, 0.3)]
     state[7:10] = rng.uniform(-0.3, 0.3, 3)
     state[10:13] = rng.uniform(-0.5, 0.5, 3)
-    places = {
-        name: core.diagram.GetSubsystemByName(name)
-        for name in ("rotor_lag", "acceleration_estimate")
-    }
-    assert len(state) == 13 + 4 + 3 == 13 + sum(s.num_continuous_states() for s in places.values())
+    names = ("forces", "acceleration_estimate", "controller")
+    sizes = [core.diagram.GetSubsystemByName(name).num_continuous_states() for name in names]
+    assert sizes == [4, 3, 1] and len(state) == 21
     state[13:17] = core.vehicle.hover_speeds * rng.uniform(0.97, 1.03, 4)
     state[17:20] = state[10:13] + rng.uniform(-0.02, 0.02, 3)
+    state[20] = rng.uniform(-0.01, 0.01)
     velocity = state[10:13] + rng.uniform(-0.3, 0.3, 3)
     reference = np.array([*velocity, 0.2, *rng.uniform(-1, 1, 2), 10.0, 0.0])
     return state, reference
@@ -102,7 +101,7 @@ def test_derivatives_by_state(core, seed):
     carried = core.carried(InitializeAutoDiff(state), reference, core.gains)
     wanted = differences(lambda x: core.derivatives(x, reference), state)
     assert np.abs(wanted).max() > 10.0
-    agree(jacobian(carried, 20), wanted)
+    agree(jacobian(carried, 21), wanted)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -167,7 +166,7 @@ def test_linearize_of_hover_is_the_jacobian(core):
     )
     wanted = differences(lambda u: core.derivatives(state, u, free), np.array(STILL, dtype=float))
     agree(linear.B()[:, :4], wanted[:, :4])
-    assert linear.C() == pytest.approx(np.eye(20)[:13])
+    assert linear.C() == pytest.approx(np.eye(21)[:13])
 
 
 def test_conversion_copies_everything(core, description):

@@ -15,8 +15,10 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import axis_velocity
 from workbench.scenario import Scenario, Start
 from workbench.session import Session
+from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import PROBES
-from workbench.systems.loop_points import COUNT, INJECTIONS, POINTS
+from workbench.systems.flight_law import control_update, law_constants
+from workbench.systems.loop_points import COUNT, INJECTIONS, POINTS, SIGNALS
 
 PERIOD = 1 / 128
 SMALL = 1e-5
@@ -79,7 +81,22 @@ class FlownLoop:
         return {"pitch": "x", "roll": "y", "yaw_rate": "yaw"}.get(name, name[-1])
 
     def signal(self) -> float:
-        return self.computer.update(self.context)[2][self.place]
+        """Return what comes to the loop point now, of the pure law with what the computer sees."""
+        inputs = (
+            self.computer.GetInputPort(name).Eval(self.context).tolist()
+            for name in ("state", "reference", "guidance")
+        )
+        gains, shares, probes = (
+            self.context.get_numeric_parameter(index).value().tolist() for index in range(3)
+        )
+        commands, filtered = (
+            self.context.get_discrete_state(index).value().tolist() for index in range(2)
+        )
+        loops = [*probes, *[0.0] * COUNT]
+        estimate = sampled_estimate(PERIOD)
+        constants = law_constants(self.session.vehicle)
+        control_update(*inputs, gains, shares, constants, loops, estimate, filtered, commands)
+        return loops[SIGNALS + self.place]
 
     def swing(self) -> float:
         """Fly on for a while and return how fast the axis' velocity changed at most."""

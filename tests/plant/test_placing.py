@@ -6,23 +6,21 @@ from pydrake.math import RollPitchYaw
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.plant.multibody import add_plant
-from workbench.plant.placing import place_vehicle
+from workbench.plant.placing import body_state
 
 
-def test_a_vehicle_is_where_it_was_put(dh_drone, dh_vehicle):
+def test_a_vehicle_is_where_it_was_put(dh_drone):
     builder = DiagramBuilder()
     plant, _ = add_plant(builder, dh_drone, time_step=0.0)
     diagram = builder.Build()
     context = plant.GetMyMutableContextFromRoot(diagram.CreateDefaultContext())
-    place_vehicle(
-        plant,
-        context,
-        dh_vehicle,
+    put = body_state(
         p_WB=[1.0, 2.0, 3.0],
         roll_pitch_yaw=[0.1, -0.2, 2.0],
         v_WB=[4.0, 5.0, 6.0],
         w_WB=[0.7, 0.8, 0.9],
     )
+    plant.SetPositionsAndVelocities(context, put)
     base = plant.GetBodyByName("base_link")
     pose = plant.EvalBodyPoseInWorld(context, base)
     motion = plant.EvalBodySpatialVelocityInWorld(context, base)

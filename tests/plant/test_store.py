@@ -47,7 +47,7 @@ def assert_same(one, other):
         assert after.max_thrust == before.max_thrust
         assert after.moment_constant == before.moment_constant
         assert after.time_constant_down == before.time_constant_down
-        for name in NOT_FLOWN:
+        for name in ("inertia", *NOT_FLOWN):
             assert getattr(after, name) == getattr(before, name)
     assert (other.battery is None) == (one.battery is None)
     if one.battery:

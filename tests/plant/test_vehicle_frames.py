@@ -11,7 +11,7 @@ from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.model import NamedFrame
 from workbench.plant.multibody import add_plant
-from workbench.plant.placing import place_vehicle
+from workbench.plant.placing import body_state
 from workbench.plant.sensors import DepthCamera, Sensor
 from workbench.plant.vehicle_frames import frame_tree
 from workbench.resources import find_model
@@ -51,15 +51,13 @@ def test_poses_are_those_of_drakes_bodies(description, vehicle, tree):
     plant, _ = add_plant(builder, description, time_step=0.0)
     context = builder.Build().CreateDefaultContext()
     context = plant.GetMyMutableContextFromRoot(context)
-    place_vehicle(
-        plant,
-        context,
-        vehicle,
+    state = body_state(
         p_WB=[1.0, 2.0, 3.0],
         roll_pitch_yaw=[0.3, -0.2, 1.0],
         v_WB=[0, 0, 0],
         w_WB=[0, 0, 0],
     )
+    plant.SetPositionsAndVelocities(context, state)
     X_WB = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName(vehicle.base_link))
     frames = {
         frame.name: plant.GetFrameByName(frame.name).CalcPoseInWorld(context)

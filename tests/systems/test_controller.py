@@ -1,12 +1,15 @@
 """Oracle: the pure law, called with the same numbers."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 
+from workbench.plant.thrust_frame import thrust_frame
 from workbench.systems.cascade import Gains
 from workbench.systems.controller import CascadedController_
-from workbench.systems.flight_law import law_constants, rotor_commands
+from workbench.systems.flight_law import law_constants, rotor_commands, yaw_moment
 from workbench.systems.loop_points import closed_loops
 
 PORTS = ("state", "acceleration", "reference", "guidance")
@@ -26,8 +29,8 @@ def output(controller, context, signals) -> np.ndarray:
 def pure(vehicle, signals, gains) -> list[float]:
     commands = [0.0] * len(vehicle.rotors)
     whole = [1.0] * len(vehicle.rotors)
-    constants = law_constants(vehicle, 0.0)
-    rotor_commands(*signals, gains, whole, constants, closed_loops(), commands)
+    constants = law_constants(vehicle)
+    rotor_commands(*signals, gains, whole, constants, closed_loops(), 0.0, 0.0, commands)
     return commands
 
 
@@ -51,11 +54,35 @@ def test_gains_are_live_and_in_the_order_of_their_names(controller, vehicle, gai
         assert found == pytest.approx(pure(vehicle, signals, Gains(*changed)))
 
 
+def test_where_rotors_have_an_inertia_yaw_moments_wait_for_their_spin_up(
+    vehicle, gains, random_signals
+):
+    """Its state is what it asks for, and follows what it wants by spin_up_time."""
+    rotors = tuple(dataclasses.replace(rotor, inertia=6.5e-5) for rotor in vehicle.rotors)
+    spinning = dataclasses.replace(vehicle, rotors=rotors)
+    time = thrust_frame(spinning).spin_up_time
+    assert time == pytest.approx(1 / 3.11, rel=0.01)  # four J / (2 k w moment_constant)
+    reckoning = gains._replace(spin_up_feedforward=1.0)
+    controller = CascadedController_[float](vehicle=spinning, gains=reckoning)
+    context = controller.CreateDefaultContext()
+    signals = random_signals(np.random.default_rng(14))
+    still = [1.0, *[0.0] * 5, 10.0, *[0.0] * 6]
+    signals = (still, [0.0] * 3, [0, 0, 0, 0.1, 0, 0, 0, 0], [1.0, 1.0, 1.0, *signals[3][3:]])
+    signals[3][3:9] = [0.0] * 6
+    context.SetContinuousState([0.01])
+    found = output(controller, context, signals)
+    constants = law_constants(spinning)
+    assert yaw_moment(found, constants) == pytest.approx(0.01)
+    wanted = controller.wanted_yaw_moment(context)
+    slope = controller.EvalTimeDerivatives(context).CopyToVector()
+    assert slope == pytest.approx([(wanted - 0.01) / time])
+
+
 def test_every_input_feeds_through(controller):
     for port in range(len(PORTS)):
         assert controller.HasDirectFeedthrough(port, 0)
     assert controller.num_input_ports() == len(PORTS)
-    assert controller.num_continuous_states() == 0
+    assert controller.num_continuous_states() == 1  # as the rotors have an inertia
     assert controller.num_discrete_state_groups() == 0
 
 

@@ -11,13 +11,13 @@ from pydrake.math import RotationMatrix
 from workbench.plant.drag import AIR_DENSITY, drag_area, drag_rates
 from workbench.plant.rotors import wrench_matrix
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.air.drag import drag_wrench, rotor_rows
 from workbench.systems.cascade import (
     Guidance,
     wanted_specific_force,
     wanted_velocity,
     wanted_wrench,
 )
+from workbench.systems.dynamics import rotor_rows, vehicle_wrench
 from workbench.systems.flight_law import (
     control_update,
     law_constants,
@@ -29,7 +29,7 @@ from workbench.systems.flight_law import (
 from workbench.systems.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.systems.loop_points import CLOSED, closed_loops
 from workbench.systems.mixer import mix
-from workbench.systems.rotor_response import rotor_period, step_rotor
+from workbench.systems.rigid_body import rotation
 from workbench.systems.stopped_rotors import mix_without
 
 PERIOD = 1 / 128
@@ -38,7 +38,7 @@ WHOLE = [1.0] * 4
 
 def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
     found = [0.0] * 4
-    rotor_commands(*signals, gains, shares, constants, closed_loops(), found)
+    rotor_commands(*signals, gains, shares, constants, closed_loops(), 0.0, 0.0, found)
     return found
 
 
@@ -54,13 +54,13 @@ def commands_in_a_row(vehicle, signals, gains) -> list[float]:
     most = [rotor.motor_constant * rotor.max_rot_velocity**2 for rotor in vehicle.rotors]
     least = [0.01 * thrust for thrust in most]  # a tenth of the speed
     thrusts = [0.0] * 4
-    mix(*wrench, law_constants(vehicle, 0.0).allocation, least, most, thrusts)
+    mix(*wrench, law_constants(vehicle).allocation, least, most, thrusts)
     return [(f / r.motor_constant) ** 0.5 for f, r in zip(thrusts, vehicle.rotors, strict=True)]
 
 
 def test_commands_are_cascade_mixer_and_root_in_a_row(vehicle, gains, random_signals):
     rng = np.random.default_rng(8)
-    constants = law_constants(vehicle, 0.0)
+    constants = law_constants(vehicle)
     for _ in range(300):
         signals = random_signals(rng)
         wanted = commands_in_a_row(vehicle, signals, gains)
@@ -70,7 +70,7 @@ def test_commands_are_cascade_mixer_and_root_in_a_row(vehicle, gains, random_sig
 def test_hovering_in_place_takes_the_hover_speeds(vehicle, gains):
     state = [1.0, 0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0]
     hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 3.0)
-    found = commands((state, [0.0] * 3, [0.0] * 8, hold), gains, law_constants(vehicle, 0.0))
+    found = commands((state, [0.0] * 3, [0.0] * 8, hold), gains, law_constants(vehicle))
     assert found == pytest.approx(vehicle.hover_speeds)
 
 
@@ -81,14 +81,15 @@ def test_without_motors_rotors_stop_and_without_lift_they_idle(
     state, acceleration, reference, guide = random_signals(np.random.default_rng(9))
     guide = [motors, lift, *guide[2:]]
     signals = (state, acceleration, reference, guide)
-    found = commands(signals, gains, law_constants(vehicle, 0.0))
+    found = commands(signals, gains, law_constants(vehicle))
     assert found == pytest.approx([share * rotor.max_rot_velocity for rotor in vehicle.rotors])
 
 
-def updated(signals, gains, constants, memory, shares=WHOLE) -> tuple[np.ndarray, np.ndarray]:
+def updated(signals, gains, constants, filtered, shares=WHOLE) -> tuple[np.ndarray, np.ndarray]:
+    """Return commands, and the velocity that the estimate then remembers."""
     state, _, reference, guide = signals
-    thrusts, after = np.zeros(4), np.zeros(11)
-    control_update(
+    found = np.zeros(4)
+    after = control_update(
         state,
         reference,
         guide,
@@ -97,65 +98,43 @@ def updated(signals, gains, constants, memory, shares=WHOLE) -> tuple[np.ndarray
         constants,
         closed_loops(),
         sampled_estimate(PERIOD),
-        memory,
-        thrusts,
-        after,
+        filtered,
+        found,
     )
-    return thrusts, after
+    return found, np.array(after)
 
 
-def test_an_update_estimates_commands_and_steps_the_rotors(vehicle, gains, random_signals):
+def test_an_update_estimates_and_commands(vehicle, gains, random_signals):
     rng = np.random.default_rng(10)
-    constants = law_constants(vehicle, PERIOD)
+    constants = law_constants(vehicle)
     share, rate = sampled_estimate(PERIOD)
     for _ in range(200):
         state, _, reference, guide = random_signals(rng)
-        memory = np.concatenate([rng.uniform(0, 1100, 8), rng.normal(size=3)])
-        v_WB, filtered = np.array(state[10:13]), memory[8:]
+        v_WB, filtered = np.array(state[10:13]), rng.normal(size=3)
         acceleration = rate * (v_WB - filtered)
         signals = (state, acceleration, reference, guide)
         asked = commands_in_a_row(vehicle, signals, gains)
-        steps = [
-            step_rotor(command, speed, rotor_period(rotor, PERIOD))
-            for command, speed, rotor in zip(asked, memory[:4], vehicle.rotors, strict=True)
-        ]
-        thrusts, after = updated(signals, gains, constants, memory)
-        assert thrusts == pytest.approx([thrust for thrust, _ in steps], rel=1e-12)
-        assert after[:4] == pytest.approx([speed for _, speed in steps], rel=1e-12)
-        assert after[4:8] == pytest.approx(asked, rel=1e-12)
-        assert after[8:] == pytest.approx(filtered + share * (v_WB - filtered), abs=1e-12)
-
-
-def test_an_update_in_place_is_the_same(vehicle, gains, random_signals):
-    """Drake may hand over the same memory to read and to write."""
-    rng = np.random.default_rng(11)
-    constants = law_constants(vehicle, PERIOD)
-    signals = random_signals(rng)
-    memory = np.concatenate([rng.uniform(0, 1100, 8), rng.normal(size=3)])
-    _, after = updated(signals, gains, constants, memory)
-    state, _, reference, guide = signals
-    thrusts = np.zeros(4)
-    inputs = (state, reference, guide, gains, WHOLE)
-    control_update(
-        *inputs, constants, closed_loops(), sampled_estimate(PERIOD), memory, thrusts, memory
-    )
-    assert memory.tolist() == after.tolist()
+        found, after = updated(signals, gains, constants, filtered)
+        assert found == pytest.approx(asked, rel=1e-12)
+        assert after == pytest.approx(filtered + share * (v_WB - filtered), abs=1e-12)
 
 
 def test_packing_loses_nothing(vehicle):
-    constants = law_constants(vehicle, PERIOD)
+    constants = law_constants(vehicle)
     back = unpacked(*packed(constants))
     for name, value in constants._asdict().items():
         assert np.array(getattr(back, name)).tolist() == np.array(value).tolist(), name
 
 
-def test_the_packed_update_is_the_update(vehicle, gains, random_signals):
+def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals):
+    """Drake may hand over the same memory to read and to write."""
     rng = np.random.default_rng(12)
-    constants = law_constants(vehicle, PERIOD)
+    constants = law_constants(vehicle)
     signals = random_signals(rng)
-    memory = np.concatenate([rng.uniform(0, 1100, 8), rng.normal(size=3)])
+    filtered = rng.normal(size=3)
+    wanted, wanted_after = updated(signals, gains, constants, filtered)
     state, _, reference, guide = (np.array(signal) for signal in signals)
-    thrusts, after = np.zeros(4), np.zeros(11)
+    found = np.zeros(4)
     packed_update(
         state,
         reference,
@@ -165,13 +144,11 @@ def test_the_packed_update_is_the_update(vehicle, gains, random_signals):
         *packed(constants),
         np.array(CLOSED),
         sampled_estimate(PERIOD),
-        memory,
-        thrusts,
-        after,
+        filtered,
+        found,
     )
-    wanted_thrusts, wanted_after = updated(signals, gains, constants, memory)
-    assert thrusts == pytest.approx(wanted_thrusts, rel=1e-12)
-    assert after == pytest.approx(wanted_after, rel=1e-12)
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert filtered == pytest.approx(wanted_after, rel=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +161,7 @@ def odd_vehicle(vehicle):
 
 def test_velocity_is_that_of_the_centre_of_mass(odd_vehicle, random_signals):
     rng = np.random.default_rng(13)
-    lever = law_constants(odd_vehicle, 0.0).p_BoBcm_B
+    lever = law_constants(odd_vehicle).p_BoBcm_B
     assert lever == [0.02, -0.01, 0.2]
     for _ in range(50):
         state = random_signals(rng)[0]
@@ -196,7 +173,7 @@ def test_velocity_is_that_of_the_centre_of_mass(odd_vehicle, random_signals):
 
 def test_attitude_is_that_of_the_frame_in_which_rotors_lift(odd_vehicle, random_signals):
     rng = np.random.default_rng(14)
-    q_BT = law_constants(odd_vehicle, 0.0).q_BT
+    q_BT = law_constants(odd_vehicle).q_BT
     R_BT = RotationMatrix.MakeYRotation(0.1)
     for _ in range(50):
         q_WB = random_signals(rng)[0][:4]
@@ -207,14 +184,14 @@ def test_attitude_is_that_of_the_frame_in_which_rotors_lift(odd_vehicle, random_
 
 def test_a_centre_of_mass_within_a_millimetre_counts_as_the_origin(vehicle):
     assert 1e-4 < vehicle.p_BoBcm_B[2] < 1e-3
-    assert law_constants(vehicle, 0.0).p_BoBcm_B == [0.0, 0.0, 0.0]
+    assert law_constants(vehicle).p_BoBcm_B == [0.0, 0.0, 0.0]
 
 
 def test_an_odd_vehicle_hovers_leaning_back_on_the_weight_alone(odd_vehicle, gains):
     q_WB = [math.cos(0.05), 0.0, -math.sin(0.05), 0.0]
     state = [*q_WB, 1, 2, 3, 0, 0, 0, 0, 0, 0]
     hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 3.0)
-    constants = law_constants(odd_vehicle, 0.0)
+    constants = law_constants(odd_vehicle)
     speeds = np.array(commands((state, [0.0] * 3, [0.0] * 8, hold), gains, constants))
     thrusts = constants.motor_constants * speeds**2
     assert thrusts.sum() == pytest.approx(odd_vehicle.mass * 9.81)
@@ -222,17 +199,25 @@ def test_an_odd_vehicle_hovers_leaning_back_on_the_weight_alone(odd_vehicle, gai
     assert wrench[3:] == pytest.approx(np.zeros(3), abs=1e-9)
 
 
+def drag_wrench(state, speeds, pressure, rotors):
+    """Return the wrench of drag alone in still air."""
+    bare = [dataclasses.replace(rotor, motor_constant=0.0) for rotor in rotors]
+    still, whole, none = [0.0] * 4, [1.0] * 4, [0.0] * 3
+    motion = (rotation(state[0:4]), state[7:10], state[10:13])
+    rows = rotor_rows(bare, 0.0)
+    return np.array(vehicle_wrench(*motion, speeds, still, whole, none, pressure, none, rows))
+
+
 def test_the_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
     """On the drone as it hovers, in still air: what it expects takes away what acts."""
     rng = np.random.default_rng(30)
     centred = [dataclasses.replace(r, p_BR=(*r.p_BR[:2], 0.0)) for r in vehicle.rotors]
-    rows = rotor_rows(centred)
     pressure = 0.5 * AIR_DENSITY * drag_area(vehicle.mass)
     for _ in range(50):
         q, v_WB = rng.normal(size=4), rng.normal(size=3) * 4.0
         state = [*q, *[0.0] * 6, *v_WB]
         speeds = vehicle.hover_speeds
-        wrench = drag_wrench(state, speeds, [0.0] * 3, pressure, [0.0] * 3, rows)
+        wrench = drag_wrench(state, speeds, pressure, centred)
         R_WB = RotationMatrix(Quaternion(q / np.linalg.norm(q))).matrix()
         expected = still_air_drag(q, v_WB, drag_rates(vehicle))
         assert expected == pytest.approx(-R_WB @ wrench[:3] / vehicle.mass, rel=1e-3, abs=1e-3)
@@ -240,29 +225,23 @@ def test_the_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
 
 def test_the_yaw_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
     state = [1.0, *[0.0] * 8, 0.4, 0.0, 0.0, 0.0]
-    rows = rotor_rows(vehicle.rotors)
-    wrench = drag_wrench(state, vehicle.hover_speeds, [0.0] * 3, 0.0, [0.0] * 3, rows)
+    wrench = drag_wrench(state, vehicle.hover_speeds, 0.0, vehicle.rotors)
     expected = drag_rates(vehicle).yaw * 0.4
     assert wrench[5] / vehicle.inertia[2, 2] == pytest.approx(-expected, rel=1e-3)
 
 
-def test_a_weak_rotor_gives_its_share_and_the_law_knows_nothing(vehicle, gains, random_signals):
+def test_of_a_weak_rotor_the_law_knows_nothing(vehicle, gains, random_signals):
     rng = np.random.default_rng(21)
-    constants = law_constants(vehicle, PERIOD)
-    shares = [1.0, 0.9, 0.25, 1e-3]
+    constants = law_constants(vehicle)
     for _ in range(50):
         signals = random_signals(rng)
-        memory = np.concatenate([rng.uniform(0, 1100, 8), rng.normal(size=3)])
-        thrusts, after = updated(signals, gains, constants, memory)
-        weak, weak_after = updated(signals, gains, constants, memory, shares)
-        assert weak == pytest.approx(shares * thrusts, rel=1e-12)
-        assert weak_after.tolist() == after.tolist()
+        whole = commands(signals, gains, constants)
+        assert commands(signals, gains, constants, [1.0, 0.9, 0.25, 1e-3]) == whole
 
 
 def test_a_stopped_rotor_runs_down_and_the_others_are_mixed_without_it(vehicle, gains):
     rng = np.random.default_rng(22)
-    constants = law_constants(vehicle, PERIOD)
-    rotor = vehicle.rotors[1]
+    constants = law_constants(vehicle)
     effects = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)[2:].T
     assert np.array(constants.effects) == pytest.approx(effects)
     most = [rotor.max_thrust for rotor in vehicle.rotors]
@@ -270,23 +249,19 @@ def test_a_stopped_rotor_runs_down_and_the_others_are_mixed_without_it(vehicle, 
     for _ in range(50):
         state = [1.0, *rng.uniform(-0.03, 0.03, 3), 0, 0, 10.0, *rng.uniform(-0.1, 0.1, 6)]
         signals = (state, [0.0] * 3, [0.0] * 8, Guidance(1.0, 1.0, *[0.0] * 7))
-        memory = np.concatenate([rng.uniform(0, 1100, 8), state[10:13]])
-        _, with_all = updated(signals, gains, constants, memory)
-        thrusts, after = updated(signals, gains, constants, memory, [1.0, 0.0, 1.0, 1.0])
-        asked = constants.motor_constants * with_all[4:8] ** 2  # of all, within their limits
+        filtered = np.array(state[10:13])
+        with_all, _ = updated(signals, gains, constants, filtered)
+        found, _ = updated(signals, gains, constants, filtered, [1.0, 0.0, 1.0, 1.0])
+        asked = constants.motor_constants * with_all**2  # of all, within their limits
         wanted = [0.0] * 4
         mix_without(*(effects.T @ asked).tolist(), effects.tolist(), most, wanted)
-        found = constants.motor_constants * after[4:8] ** 2
-        assert found == pytest.approx(wanted, abs=1e-4)
-        assert after[5] == 0.0
-        thrust, speed = step_rotor(0.0, memory[1], rotor_period(rotor, PERIOD))
-        assert (thrusts[1], after[1]) == pytest.approx((thrust, speed))
-        assert 0.0 < speed < memory[1]
+        assert constants.motor_constants * found**2 == pytest.approx(wanted, abs=1e-4)
+        assert found[1] == 0.0
 
 
 def test_a_stopped_rotor_does_not_idle_either(vehicle, gains, random_signals):
     state, acceleration, reference, guide = random_signals(np.random.default_rng(23))
     signals = (state, acceleration, reference, [1.0, 0.0, *guide[2:]])
-    constants = law_constants(vehicle, 0.0)
+    constants = law_constants(vehicle)
     idle = commands(signals, gains, constants)
     assert commands(signals, gains, constants, [1.0, 1.0, 0.0, 1.0]) == [*idle[:2], 0.0, idle[3]]

@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from workbench.diagram.core import add_sampled_core
 from workbench.gains import vehicle_gains
-from workbench.plant.placing import place_vehicle
+from workbench.plant.placing import body_state
 from workbench.plant.reach import reach
 from workbench.scenario import Rates
 from workbench.systems.flight_mode import Settings, initial_state
@@ -132,15 +132,15 @@ def fly(description, vehicle):
         modes.set_mode(mode_context, initial_state(FlightMode.HOVERING, at), at)
         computer_context = computer.GetMyMutableContextFromRoot(root)
         computer.GetInputPort("reference").FixValue(computer_context, reference)
-        computer.set_rotors(computer_context, vehicle.hover_speeds, np.zeros(3))
-        plant_context = plant.GetMyMutableContextFromRoot(root)
-        place_vehicle(
-            plant, plant_context, vehicle, p_WB=at, roll_pitch_yaw=still, v_WB=still, w_WB=still
-        )
+        computer.begin(computer_context, vehicle.hover_speeds, np.zeros(3))
+        dynamics = airframe.dynamics
+        context = dynamics.GetMyMutableContextFromRoot(root)
+        state = body_state(p_WB=at, roll_pitch_yaw=still, v_WB=still, w_WB=still)
+        dynamics.place(context, state, vehicle.hover_speeds)
         states = []
         for tick in range(1, int(32 * duration) + 1):
             simulator.AdvanceTo(tick / 32)
-            states.append(airframe.state.Eval(plant_context).copy())
+            states.append(airframe.state.Eval(context).copy())
         flight = np.array(states)
         return flight[:, 4:7], flight[:, 10:13]
 

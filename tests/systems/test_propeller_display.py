@@ -24,7 +24,13 @@ def shown(description, vehicle):
     plant, scene_graph = add_plant(builder, description, time_step=1 / 1024)
     speeds = builder.AddSystem(ConstantVectorSource(SPEEDS))
     display = add_propeller_display(
-        builder, plant, scene_graph, vehicle, speeds.get_output_port(), period=PERIOD
+        builder,
+        plant,
+        scene_graph,
+        vehicle,
+        plant.get_state_output_port(),
+        speeds.get_output_port(),
+        period=PERIOD,
     )
     simulator = Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
@@ -87,7 +93,13 @@ def test_a_blade_that_has_not_turned_is_where_the_description_has_it(description
     }
     speeds = builder.AddSystem(ConstantVectorSource(SPEEDS))
     add_propeller_display(
-        builder, plant, scene_graph, vehicle, speeds.get_output_port(), period=PERIOD
+        builder,
+        plant,
+        scene_graph,
+        vehicle,
+        plant.get_state_output_port(),
+        speeds.get_output_port(),
+        period=PERIOD,
     )
     diagram = builder.Build()
     root = diagram.CreateDefaultContext()

@@ -6,9 +6,15 @@ import math
 import numpy as np
 import pytest
 from pydrake.autodiffutils import AutoDiffXd
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import solve_ivp
 
-from workbench.systems.rotor_response import rotor_period, split_error, step_rotor
+from workbench.systems.rotor_response import (
+    rotor_constants,
+    speed_slope,
+    split_error,
+    step_rotor,
+    within,
+)
 
 UP, DOWN = 0.0125, 0.025
 PERIOD = 1 / 128
@@ -58,23 +64,23 @@ def test_at_no_error_both_parts_have_half_the_slope():
 def test_after_its_time_constant_63_percent_of_the_way_is_done(rotor, begin, end):
     """Within the blend: half a rad/s of the way of 800 or more takes the other time constant."""
     constant = UP if end > begin else DOWN
-    _, speed = step_rotor(end, begin, rotor_period(rotor, constant))
+    *_, speed = step_rotor(end, begin, rotor_constants(rotor, constant))
     assert speed - begin == pytest.approx((1.0 - math.exp(-1.0)) * (end - begin), abs=BLEND / 2)
 
 
 @pytest.mark.parametrize(("begin", "end"), [(300.0, 900.0), (900.0, 300.0), (500.0, 500.0)])
 def test_stepping_on_follows_the_closed_form_at_every_sample(rotor, begin, end):
-    constants = rotor_period(rotor, PERIOD)
+    constants = rotor_constants(rotor, PERIOD)
     speed = begin
     for step in range(1, 20):
-        _, speed = step_rotor(end, speed, constants)
+        *_, speed = step_rotor(end, speed, constants)
         assert speed == pytest.approx(plain_lag(end, begin, step * PERIOD), abs=BLEND / 2)
 
 
 @pytest.mark.parametrize(("begin", "end"), [(300.0, 900.0), (900.0, 300.0), (600.0, 603.0)])
 def test_stepping_on_follows_the_blended_equation(rotor, begin, end):
     """The parts decay each with its own constant; the equation splits them anew all the time."""
-    constants = rotor_period(rotor, PERIOD)
+    constants = rotor_constants(rotor, PERIOD)
     times = np.arange(20) * PERIOD
     solved = solve_ivp(
         blended_rate, (0.0, times[-1]), [begin], t_eval=times, args=(end,), rtol=1e-10, atol=1e-10
@@ -82,41 +88,52 @@ def test_stepping_on_follows_the_blended_equation(rotor, begin, end):
     speed = begin
     for expected in solved.y[0]:
         assert speed == pytest.approx(expected, abs=BLEND / 2)
-        _, speed = step_rotor(end, speed, constants)
+        *_, speed = step_rotor(end, speed, constants)
     assert speed == pytest.approx(end, abs=BLEND)
 
 
 def test_far_from_its_command_stepping_in_one_or_in_many_steps_is_the_same(rotor):
-    _, once = step_rotor(1000.0, 100.0, rotor_period(rotor, 4 * PERIOD))
+    *_, once = step_rotor(1000.0, 100.0, rotor_constants(rotor, 4 * PERIOD))
     speed = 100.0
     for _ in range(4):
-        _, speed = step_rotor(1000.0, speed, rotor_period(rotor, PERIOD))
+        *_, speed = step_rotor(1000.0, speed, rotor_constants(rotor, PERIOD))
     assert speed == pytest.approx(once, abs=BLEND / 2)
 
 
 @pytest.mark.parametrize(("begin", "end"), [(200.0, 1000.0), (1000.0, 200.0), (500.0, 500.5)])
-def test_thrust_is_the_mean_of_k_times_squared_speed(rotor, begin, end):
-    thrust, _ = step_rotor(end, begin, rotor_period(rotor, PERIOD))
-    up, down = split_error(end - begin)
+def test_the_middle_of_a_step_is_the_end_of_half_a_step(rotor, begin, end):
+    """Speed; and slope as the difference about it."""
+    middle, slope, _ = step_rotor(end, begin, rotor_constants(rotor, PERIOD))
+    shorter, longer = (
+        step_rotor(end, begin, rotor_constants(rotor, 0.5 * PERIOD + change))[2]
+        for change in (-1e-6, 1e-6)
+    )
+    assert middle == pytest.approx((shorter + longer) / 2, rel=1e-7)
+    assert slope == pytest.approx((longer - shorter) / 2e-6, rel=1e-6)
 
-    def squared(time):
-        return (end - up * math.exp(-time / UP) - down * math.exp(-time / DOWN)) ** 2
 
-    mean = quad(squared, 0.0, PERIOD, epsabs=1e-9)[0] / PERIOD
-    assert thrust == pytest.approx(8e-6 * mean, rel=1e-9)
+@pytest.mark.parametrize(("begin", "end"), [(300.0, 900.0), (900.0, 300.0), (600.0, 603.0)])
+def test_in_a_step_of_no_length_the_slope_is_that_of_the_equation(rotor, begin, end):
+    constants = rotor_constants(rotor, 0.0)
+    middle, slope, after = step_rotor(end, begin, constants)
+    assert (middle, after) == pytest.approx((begin, begin))
+    assert slope == pytest.approx(blended_rate(0.0, [begin], end)[0])
+    assert speed_slope(end, begin, rotor_constants(rotor, PERIOD)) == pytest.approx(slope)
 
 
-def test_steady_thrust_is_k_times_squared_speed(rotor):
+def test_a_steady_speed_stays(rotor):
     for speed in (0.0, 10.0, 770.0, 1100.0):
-        thrust, after = step_rotor(speed, speed, rotor_period(rotor, PERIOD))
-        assert thrust == pytest.approx(8e-6 * speed**2, abs=1e-15)
-        assert after == pytest.approx(speed, abs=1e-12)
+        assert step_rotor(speed, speed, rotor_constants(rotor, PERIOD)) == (speed, 0.0, speed)
 
 
-def test_thrust_is_never_negative_and_speed_never_leaves_the_way(rotor):
+def test_speed_never_leaves_the_way(rotor):
     rng = np.random.default_rng(7)
-    constants = rotor_period(rotor, PERIOD)
+    constants = rotor_constants(rotor, PERIOD)
     for command, speed in rng.uniform(0, 1100, (500, 2)):
-        thrust, after = step_rotor(command, speed, constants)
-        assert thrust >= 0.0
-        assert min(command, speed) - 1e-9 <= after <= max(command, speed) + 1e-9
+        middle, _, after = step_rotor(command, speed, constants)
+        for one in (middle, after):
+            assert min(command, speed) - 1e-9 <= one <= max(command, speed) + 1e-9
+
+
+def test_a_command_is_cut_to_what_the_rotor_can_do():
+    assert [within(u, 1100.0) for u in (-5.0, 0.0, 700.0, 1100.0, 9e9)] == [0, 0, 700, 1100, 1100]

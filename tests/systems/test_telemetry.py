@@ -207,7 +207,7 @@ def test_a_number_too_large_for_its_field_is_infinite(vehicle):
         "acceleration": [0.0] * 6,
         "thrusts": [1.0] * 4,
         "reference": [0.0] * 8,
-        "rotors": [0.0] * 8,
+        "speeds": [0.0] * 4,
     }
     found = dict(values.fast(0, signals))
     assert struct.unpack("<9f", found[topic.POSITION])[0:3] == (math.inf, -math.inf, 2.0)

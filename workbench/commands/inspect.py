@@ -124,6 +124,7 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
                 "max_speed": rotor.max_rot_velocity,
                 "rotor_drag_coefficient": rotor.rotor_drag_coefficient,
                 "rolling_moment_coefficient": rotor.rolling_moment_coefficient,
+                "inertia": rotor.inertia,
                 **{name: getattr(rotor, name) for name in NOT_FLOWN},
                 "hover_speed": float(speed),
             }

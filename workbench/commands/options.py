@@ -67,7 +67,8 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         help="let what flies differ from what the controller knows: factors on mass, inertia, "
-        "rotor_lag, and control_delay in control periods, as mass=1.05; may be repeated",
+        "rotor_lag, control_delay in control periods, and sensing_delay and command_delay in "
+        "seconds, as mass=1.05; may be repeated",
     )
 
 

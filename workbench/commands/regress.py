@@ -54,7 +54,7 @@ def add_parser(commands: Any) -> None:
         type=parse_variation,
         metavar="NAME=VALUE",
         help="let what flies differ from what the controller knows, as mass=1.05, or rotor_lag, "
-        "inertia, control_delay; may be repeated",
+        "inertia, control_delay, sensing_delay, command_delay; may be repeated",
         action="append",
         default=[],
     )

@@ -109,8 +109,7 @@ def compare(figure: PaperFigure, flight: StepResponse) -> Row:
 
 
 def mean_until(time: np.ndarray, values: np.ndarray, end: float) -> float:
-    """Return the mean from time 0 to `end` of a signal whose samples hold for the time before them.
-
-    So it is with thrusts, which a recording has as means of the control period that ends.
-    """
-    return float(np.diff(np.minimum(time, end)) @ values[1:] / end)
+    """Return the mean from time 0 to `end` of a signal, by trapezoids between its samples."""
+    inner = time[time < end]
+    grid = np.append(inner, end)
+    return float(np.trapezoid(np.interp(grid, time, values), grid) / end)

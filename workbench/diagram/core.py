@@ -1,26 +1,30 @@
 """The flight core: plant, rotors and law; continuous for design, and sampled as it flies."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
-from workbench.diagram.airframe import Airframe, add_airframe, add_airframe_in_air
+from workbench.diagram.airframe import Airframe, add_airframe
 from workbench.parameters import parameters_of
 from workbench.plant.description import Description
-from workbench.plant.rotors import Rotor
+from workbench.plant.loading import make_vehicle
+from workbench.plant.multibody import add_plant
+from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
-from workbench.systems.air.continuous_drag import ContinuousDrag, ContinuousDrag_
 from workbench.systems.cascade import Gains
 from workbench.systems.controller import CascadedController_
-from workbench.systems.flight_computer import FlightComputer, FlightComputer_
-from workbench.systems.rotor_lag import make_continuous_lag
+from workbench.systems.flight_computer import FlightComputer
+from workbench.systems.vehicle_forces import VehicleForces, VehicleForces_
 
 STATE_DELAY = "state_delay"
 """Name of the system that lets the law see the state late, where there is one."""
+COMMAND_DELAY = "command_delay"
+"""Name of the one that lets the rotors hear their commands late."""
 
 
 def make_flight_core(
@@ -36,7 +40,8 @@ def make_flight_core(
     Output ports: state (13), thrusts (n) [N], speeds (n) [rad/s].
     """
     builder = DiagramBuilder()
-    airframe, lag = _add_continuous_vehicle(builder, description, vehicle, gains)
+    plant, forces = _add_continuous_vehicle(builder, description, vehicle, gains)
+    state = plant.get_state_output_port()
     estimate = builder.AddNamedSystem("acceleration_estimate", make_acceleration_estimate())
     controller = builder.AddNamedSystem(
         "controller",
@@ -44,17 +49,16 @@ def make_flight_core(
             vehicle=vehicle, gains=Gains(**parameter_values("controller", gains))
         ),
     )
-    builder.Connect(airframe.state, estimate.get_input_port())
-    builder.Connect(airframe.state, controller.GetInputPort("state"))
+    builder.Connect(state, estimate.get_input_port())
+    builder.Connect(state, controller.GetInputPort("state"))
     builder.Connect(estimate.get_output_port(), controller.GetInputPort("acceleration"))
-    builder.Connect(controller.get_output_port(), lag.get_input_port())
+    builder.Connect(controller.get_output_port(), forces.GetInputPort("commands"))
     for name in ("reference", "guidance"):
         builder.ExportInput(controller.GetInputPort(name), name)
-    air = builder.GetSubsystemByName("air")
-    builder.ExportInput(air.GetInputPort("wind"), "wind")
-    builder.ExportOutput(airframe.state, "state")
+    builder.ExportInput(forces.GetInputPort("wind"), "wind")
+    builder.ExportOutput(state, "state")
     for name in ("thrusts", "speeds"):
-        builder.ExportOutput(lag.GetOutputPort(name), name)
+        builder.ExportOutput(forces.GetOutputPort(name), name)
     diagram = builder.Build()
     diagram.set_name("flight_core")
     return diagram
@@ -69,11 +73,11 @@ def make_vehicle_core(
     [N], speeds (n) [rad/s]. It converts to AutoDiffXd.
     """
     builder = DiagramBuilder()
-    airframe, lag = _add_continuous_vehicle(builder, description, vehicle, gains)
-    builder.ExportInput(lag.get_input_port(), "commands")
-    builder.ExportOutput(airframe.state, "state")
+    plant, forces = _add_continuous_vehicle(builder, description, vehicle, gains)
+    builder.ExportInput(forces.GetInputPort("commands"), "commands")
+    builder.ExportOutput(plant.get_state_output_port(), "state")
     for name in ("thrusts", "speeds"):
-        builder.ExportOutput(lag.GetOutputPort(name), name)
+        builder.ExportOutput(forces.GetOutputPort(name), name)
     diagram = builder.Build()
     diagram.set_name("vehicle_core")
     return diagram
@@ -84,35 +88,23 @@ def _add_continuous_vehicle(
     description: Description,
     vehicle: Vehicle,
     gains: Mapping[str, float],
-) -> tuple[Airframe, Diagram]:
-    """Add plant, rotor lag and drag, connected; `wind` of the system `air` is left open."""
-    airframe, wrench = add_airframe_in_air(
-        builder, description.undrawn(), vehicle, physics_step=0.0
-    )
-    lag = builder.AddSystem(make_continuous_lag(description.rotors))
-    builder.Connect(lag.GetOutputPort("thrusts"), airframe.thrusts)
-    air = add_drag(builder, airframe.state, lag.GetOutputPort("speeds"), vehicle, gains)
-    builder.Connect(air.get_output_port(), wrench)
-    return airframe, lag
-
-
-def add_drag(
-    builder: DiagramBuilder,
-    state: OutputPort,
-    speeds: OutputPort,
-    vehicle: Vehicle,
-    gains: Mapping[str, float],
-) -> ContinuousDrag:
-    """Add the drag of body and rotors, named `air`, in air that stands still."""
-    drag = builder.AddNamedSystem(
-        "air",
-        ContinuousDrag_[float](
-            vehicle=vehicle, drag_area=gains["drag_area"], air_density=gains["air_density"]
+) -> tuple[MultibodyPlant, VehicleForces]:
+    """Add Drake's continuous plant with rotors and drag; ports for commands and wind stay open."""
+    plant, _ = add_plant(builder, description.undrawn(), time_step=0.0)
+    forces = builder.AddNamedSystem(
+        "forces",
+        VehicleForces_[float](
+            description=description,
+            p_BoBcm_B=make_vehicle(description).p_BoBcm_B,
+            drag_area=gains["drag_area"],
+            air_density=gains["air_density"],
         ),
     )
-    builder.Connect(state, drag.GetInputPort("state"))
-    builder.Connect(speeds, drag.GetInputPort("speeds"))
-    return drag
+    builder.Connect(plant.get_state_output_port(), forces.GetInputPort("state"))
+    builder.Connect(
+        forces.GetOutputPort("forces"), plant.get_applied_generalized_force_input_port()
+    )
+    return plant, forces
 
 
 def add_sampled_core(
@@ -122,55 +114,60 @@ def add_sampled_core(
     gains: Mapping[str, float],
     rates: Rates,
 ) -> tuple[Airframe, FlightComputer]:
-    """Add the same core as it flies: discrete plant, sampled controller, rotors held with it.
-
-    There is no air around it.
-    """
-    airframe = add_airframe(builder, description, vehicle, physics_step=rates.physics_step)
-    return airframe, add_computer(builder, airframe, description.rotors, vehicle, gains, rates)
+    """Add the same core as it flies: stepped vehicle and sampled controller."""
+    airframe = add_airframe(builder, description.undrawn(), gains, physics_step=rates.physics_step)
+    return airframe, add_computer(builder, airframe, vehicle, gains, rates)
 
 
 def add_computer(
     builder: DiagramBuilder,
     airframe: Airframe,
-    rotors: Sequence[Rotor],
     vehicle: Vehicle,
     gains: Mapping[str, float],
     rates: Rates,
-    control_delay: int = 0,
+    variation: Variation = NOMINAL,
 ) -> FlightComputer:
-    """Add the sampled controller with the rotors, and connect the airframe.
+    """Add the sampled controller, and connect the airframe.
 
     Args:
         builder: of the diagram.
         airframe: what flies.
-        rotors: its own.
         vehicle: as the law knows it.
         gains: parameter values by name.
         rates: periods of what is sampled.
-        control_delay: control periods by which the law sees the state late; the system
-            `STATE_DELAY` remembers it.
+        variation: whose delays the flight has; the systems `STATE_DELAY` and `COMMAND_DELAY`
+            remember what is on its way.
     """
     computer = builder.AddNamedSystem(
         "controller",
-        FlightComputer_[float](
+        FlightComputer(
             vehicle=vehicle,
             gains=Gains(**parameter_values("controller", gains)),
             period=rates.control_period,
-            rotors=rotors,
         ),
     )
-    state = airframe.state
-    if control_delay:
-        # sampling itself is the first period: what it puts out at an update is what it held before
-        late = builder.AddNamedSystem(
-            STATE_DELAY, DiscreteTimeDelay(rates.control_period, control_delay - 1, state.size())
-        )
-        builder.Connect(state, late.get_input_port())
-        state = late.get_output_port()
+    delays = variation.delays(rates.physics_step, rates.control_period)
+    state, commands = airframe.state, computer.GetOutputPort("commands")
+    if delays.sensing % delays.steps:
+        state = _delayed(builder, STATE_DELAY, state, rates.physics_step, delays.sensing)
+    elif delays.sensing:
+        periods = delays.sensing // delays.steps
+        state = _delayed(builder, STATE_DELAY, state, rates.control_period, periods)
+    if delays.command:
+        commands = _delayed(builder, COMMAND_DELAY, commands, rates.physics_step, delays.command)
     builder.Connect(state, computer.GetInputPort("state"))
-    builder.Connect(computer.GetOutputPort("thrusts"), airframe.thrusts)
+    builder.Connect(commands, airframe.commands)
     return computer
+
+
+def _delayed(
+    builder: DiagramBuilder, name: str, port: OutputPort, period: float, periods: int
+) -> OutputPort:
+    """Return a port some periods [s] late, for who reads it between updates."""
+    # sampling itself is the first period: what it puts out at an update is what it held before
+    delay = builder.AddNamedSystem(name, DiscreteTimeDelay(period, periods - 1, port.size()))
+    builder.Connect(port, delay.get_input_port())
+    return delay.get_output_port()
 
 
 def parameter_values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pydrake.geometry import SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import RandomSource
 
+from workbench.diagram.airframe import Airframe
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.plant.home import Home
@@ -96,8 +95,7 @@ class Sensing:
 
 def add_sensors(
     builder: DiagramBuilder,
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
+    airframe: Airframe,
     base_link: str,
     choices: Sequence[SensorChoice],
     *,
@@ -108,8 +106,7 @@ def add_sensors(
 
     Args:
         builder: of the diagram.
-        plant: finalised.
-        scene_graph: of the plant; what is registered later is not seen.
+        airframe: what is registered later with its scene graph is not seen.
         base_link: of the vehicle in the plant.
         choices: what to add.
         home: where the world's origin lies.
@@ -119,12 +116,11 @@ def add_sensors(
     # The caster takes the scene as it is now: cameras change it for their renderer.
     mount = _Mount(
         builder=builder,
-        plant=plant,
-        scene_graph=scene_graph,
-        base=plant.GetBodyByName(base_link),
+        airframe=airframe,
+        base=airframe.plant.GetBodyByName(base_link),
         home=home,
         seed=seed,
-        caster=_caster(plant, scene_graph, base_link) if casting else None,
+        caster=_caster(airframe, base_link) if casting else None,
     )
     return Sensing(tuple(map(mount.add, choices)))
 
@@ -134,8 +130,7 @@ class _Mount:
     """What sensors are hung on."""
 
     builder: DiagramBuilder
-    plant: MultibodyPlant
-    scene_graph: SceneGraph
+    airframe: Airframe
     base: RigidBody
     home: Home
     seed: int
@@ -154,8 +149,8 @@ class _Mount:
 
             camera = add_depth_camera(
                 self.builder,
-                self.plant,
-                self.scene_graph,
+                self.airframe.plant,
+                self.airframe.scene_graph,
                 self.base,
                 sensor,
                 name=name,
@@ -198,9 +193,9 @@ class _Mount:
     def _connect(self, system: "SensorSystem", period: float) -> RandomSource | None:
         """Connect a sensor's inputs by their names; return the source of its noise."""
         outputs = {
-            "state": self.plant.get_state_output_port(),
-            "acceleration": self.plant.get_generalized_acceleration_output_port(),
-            "geometry_query": self.scene_graph.get_query_output_port(),
+            "state": self.airframe.state,
+            "acceleration": self.airframe.dynamics.GetOutputPort("acceleration"),
+            "geometry_query": self.airframe.scene_graph.get_query_output_port(),
         }
         noise = None
         for index in range(system.num_input_ports()):
@@ -212,12 +207,13 @@ class _Mount:
         return noise
 
 
-def _caster(plant: MultibodyPlant, scene_graph: SceneGraph, base_link: str) -> "Caster":
+def _caster(airframe: Airframe, base_link: str) -> "Caster":
     """Return a caster against everything but the vehicle."""
     from workbench.systems.casting.caster import Caster
     from workbench.systems.casting.scene import anchored_frames, collect_scene
 
+    plant = airframe.plant
     bodies = plant.GetBodiesWeldedTo(plant.GetBodyByName(base_link))
     own = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
-    inspector = scene_graph.model_inspector()
+    inspector = airframe.scene_graph.model_inspector()
     return Caster(collect_scene(inspector, leave_out=own, anchored=anchored_frames(plant)))

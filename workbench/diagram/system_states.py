@@ -18,9 +18,7 @@ def read_states(bench: Workbench, root: Context) -> dict[str, SystemState]:
     found = {}
     for path, system in _deciding(bench):
         context = system.GetMyContextFromRoot(root)
-        # the plant's parameters are masses and places, which nobody sets, and NaN for the world's
-        parameters = () if system is bench.airframe.plant else _parameters(context)
-        memory = SystemState(_discrete(context), parameters)
+        memory = SystemState(_discrete(context), _parameters(context))
         if memory.state or memory.parameters:
             found[path] = memory
     return found

@@ -7,7 +7,7 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.diagram.airframe import Airframe, add_airframe_in_air, airframe_signals
+from workbench.diagram.airframe import Airframe, add_airframe
 from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
@@ -17,12 +17,11 @@ from workbench.link.topics import Topic
 from workbench.plant.description import Description
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.reach import reach
+from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.vehicle_frames import frames_in_world
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario import Rates
-from workbench.systems.air.air import Air, add_air
-from workbench.systems.air.settings import AirSettings
 from workbench.systems.battery import Battery
 from workbench.systems.bridge import Bridge
 from workbench.systems.flight_computer import FlightComputer
@@ -58,7 +57,6 @@ class Workbench:
     pilot: Pilot
     modes: ModeManager
     recorder: Recorder
-    air: Air
     sensing: Sensing
     sample_logs: tuple[SampleLog, ...]
     frames: FramePoses
@@ -78,7 +76,7 @@ def make_workbench(
     world: World = EMPTY,
     sensors: Sequence[SensorChoice] = (),
     seed: int = 0,
-    control_delay: int = 0,
+    variation: Variation = NOMINAL,
     bridge: Bridge | None = None,
     picture_period: float = PICTURE_PERIOD,
 ) -> Workbench:
@@ -94,27 +92,20 @@ def make_workbench(
         world: what is around the vehicle.
         sensors: those that measure.
         seed: of their noise; that of the air is set with its Context.
-        control_delay: control periods by which the controller sees the state late.
+        variation: whose delays the flight has.
         bridge: to the network, or to a log; without one nothing is published.
         picture_period: between pictures in Meshcat [s], infinite for none but the first.
     """
     builder = DiagramBuilder()
-    airframe, wrench = add_airframe_in_air(
+    airframe = add_airframe(
         builder,
         description if meshcat else description.undrawn(),
-        vehicle,
+        gains,
         physics_step=rates.physics_step,
         world=world,
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
-    computer = add_computer(
-        builder, airframe, description.rotors, vehicle, gains, rates, control_delay
-    )
-    settings = AirSettings(**parameter_values("air", gains))
-    rotor_memory = computer.GetOutputPort("memory")
-    air = add_air(
-        builder, airframe.state, rotor_memory, wrench, vehicle, settings, rates.control_period
-    )
+    computer = add_computer(builder, airframe, vehicle, gains, rates, variation)
     pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
     reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
     modes = builder.AddNamedSystem(
@@ -135,12 +126,11 @@ def make_workbench(
     builder.Connect(reference, modes.GetInputPort("reference"))
     builder.Connect(pilot.GetOutputPort("request"), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
-    builder.Connect(computer.GetOutputPort("thrusts"), battery.GetInputPort("thrusts"))
-    signals = airframe_signals(airframe, computer) | {
+    builder.Connect(airframe.dynamics.GetOutputPort("thrusts"), battery.GetInputPort("thrusts"))
+    signals = airframe.signals(computer.GetOutputPort("commands")) | {
         "reference": reference,
         "mode": modes.GetOutputPort("mode"),
         "charge": battery.GetOutputPort("charge"),
-        "wind": air.GetOutputPort("wind"),
     }
     frames = _add_frames(builder, airframe, description, vehicle, world)
     obstacles = None
@@ -151,11 +141,10 @@ def make_workbench(
     recorder = add_recorder(builder, signals, rates.record_period)
     visualizer = None
     if meshcat is not None:
-        visualizer = _draw(builder, airframe, vehicle, computer, meshcat, picture_period)
+        visualizer = _draw(builder, airframe, vehicle, meshcat, picture_period)
     sensing = add_sensors(
         builder,
-        airframe.plant,
-        airframe.scene_graph,
+        airframe,
         vehicle.base_link,
         sensors,
         home=world.home or DEFAULT_HOME,
@@ -180,7 +169,6 @@ def make_workbench(
         pilot=pilot,
         modes=modes,
         recorder=recorder,
-        air=air,
         sensing=sensing,
         sample_logs=sample_logs,
         frames=frames,
@@ -240,7 +228,6 @@ def _draw(
     builder: DiagramBuilder,
     airframe: Airframe,
     vehicle: Vehicle,
-    computer: FlightComputer,
     meshcat: Meshcat,
     period: float,
 ) -> MeshcatVisualizer:
@@ -250,7 +237,8 @@ def _draw(
         airframe.plant,
         airframe.scene_graph,
         vehicle,
-        computer.GetOutputPort("memory"),
+        airframe.state,
+        airframe.dynamics.GetOutputPort("speeds"),
         period=PICTURE_PERIOD,
     )
     return MeshcatVisualizer.AddToBuilder(

@@ -125,6 +125,6 @@ def _changed(record: FlightRecord) -> tuple[str, ...]:
     now = versions()
     return tuple(
         f"{name} {now.get(name, 'unknown')}, was {was}"
-        for name, was in record.versions.items()
+        for name, was in {"physics": "1", **record.versions}.items()
         if now.get(name) != was
     )

@@ -10,7 +10,8 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import FixedOffsetFrame
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, InputPort
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from workbench.errors import WorkbenchError
 from workbench.plant.description import Description
@@ -27,9 +28,9 @@ def add_plant(
 ) -> tuple[MultibodyPlant, SceneGraph]:
     """Add a finalised plant with the world around it and its scene graph.
 
-    The drone is one body, that of its base link; its other links are frames on it. Rotors at any
-    speed are part of it: their spin lives in the rotor lag, their gyroscopic moment is neglected,
-    and only the picture turns them. Obstacles that stand still are shapes of the world body, and
+    The drone is one body, that of its base link; its other links are frames on it. Rotors are
+    part of it at any speed: what their spin does is a force on it, see `systems.dynamics`, and
+    only the picture turns them. Obstacles that stand still are shapes of the world body, and
     those that move are added by `systems.moving_obstacles`.
 
     Args:
@@ -48,6 +49,45 @@ def add_plant(
         discrete_contact_approximation="sap",
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
+    _fill(plant, scene_graph, description, world)
+    return plant, scene_graph
+
+
+def add_shapes(
+    builder: DiagramBuilder, description: Description, world: World = EMPTY
+) -> tuple[MultibodyPlant, SceneGraph, InputPort]:
+    """Add the scene of a vehicle that something else moves.
+
+    Args:
+        builder: the diagram being built.
+        description: what flies.
+        world: where it flies.
+
+    Returns:
+        A plant that is no system of the diagram and knows bodies and shapes; the scene graph; and
+        the port for the state of the vehicle's body (13).
+
+    Raises:
+        WorkbenchError: as `add_plant` does.
+    """
+    plant = MultibodyPlant(0.0)
+    plant.set_name("plant")
+    scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    _fill(plant, scene_graph, description, world)
+    poses = builder.AddNamedSystem(
+        "poses", MultibodyPositionToGeometryPose(plant, input_multibody_state=True)
+    )
+    builder.Connect(
+        poses.get_output_port(), scene_graph.get_source_pose_port(plant.get_source_id())
+    )
+    return plant, scene_graph, poses.get_input_port()
+
+
+def _fill(
+    plant: MultibodyPlant, scene_graph: SceneGraph, description: Description, world: World
+) -> None:
+    """Put drone, ground and obstacles into a plant, and finalise it."""
     with _sentences(description.source):
         _add_drone(plant, description)
         plant.mutable_gravity_field().set_gravity_vector(np.array([0.0, 0.0, -GRAVITY]))
@@ -57,7 +97,6 @@ def add_plant(
         add_obstacles(plant, world)
     with _sentences(description.source):
         plant.Finalize()
-    return plant, scene_graph
 
 
 def _add_drone(plant: MultibodyPlant, description: Description) -> None:

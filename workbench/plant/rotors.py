@@ -21,7 +21,6 @@ PROPELLER_DENSITY = 0.75
 
 
 NOT_FLOWN = {
-    "inertia": "kg m²",
     "inflow_coefficient": "N per rad/s and m/s",
     "ground_effect_coefficient": "",
     "propeller_radius": "m",

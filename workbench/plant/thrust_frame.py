@@ -74,6 +74,26 @@ class ThrustFrame:
         most = np.array([rotor.max_thrust for rotor in self.rotors])
         return np.minimum(IDLE_SPEED_SHARE**2 * most, IDLE_HOVER_SHARE * self.hover_thrusts)
 
+    @property
+    def spin_up_time(self) -> float:
+        """By how much spin-up torque leads drag torque in yaw, at hover [s].
+
+        Rotors that change a yaw moment of their drag by dm/dt make spin_up_time dm/dt besides, as
+        they turn faster and slower for it: the zero of the yaw loop is at one over it.
+        """
+        turning = zip(self.rotors, self.hover_speeds, self.allocation[:, 3], strict=True)
+        return float(
+            sum(
+                -rotor.direction
+                * rotor.axis_B[2]
+                * rotor.inertia
+                * share
+                / (2.0 * rotor.motor_constant * speed)
+                for rotor, speed, share in turning
+                if speed > 0.0
+            )
+        )
+
     def roll_pitch_yaw(self, roll_pitch_yaw: Sequence[float]) -> list[float]:
         """Return the body's roll, pitch, yaw that give T the wanted ones [rad]."""
         if np.array_equal(self.R_BT, np.eye(3)):

@@ -14,23 +14,56 @@ LEAST, MOST = 0.1, 10.0
 """Bounds of the factors."""
 LATEST = 16
 """Most control periods of delay."""
+LONGEST = 0.1
+"""Of the delays that are given in seconds [s]."""
+DELAYS = ("sensing_delay", "command_delay")
+"""Their names."""
+
+
+@dataclass(frozen=True)
+class Delays:
+    """Delays in steps of physics.
+
+    Attributes:
+        steps: in a control period.
+        sensing: by which the controller sees the state late.
+        command: by which commands act later than one step after the update, when they act anyway.
+    """
+
+    steps: int
+    sensing: int
+    command: int
+
+    @property
+    def seen(self) -> tuple[int, int]:
+        """What an update sees: of how many periods ago, and the state before which step of it."""
+        return -(-self.sensing // self.steps), -self.sensing % self.steps
+
+    @property
+    def acting(self) -> tuple[int, int]:
+        """Which commands act: of how many updates ago, and from which step of a period on."""
+        return divmod(self.command + 1, self.steps)
 
 
 @dataclass
 class Variation:
-    """Factors on what flies, of which the controller knows nothing, and a delay.
+    """Factors on what flies, of which the controller knows nothing, and delays.
 
     Attributes:
         mass: factor on the mass; centre and moments of inertia stay.
         inertia: factor on all moments of inertia about the centre of mass.
         rotor_lag: factor on both time constants of all rotors.
         control_delay: control periods by which the controller sees the state late.
+        sensing_delay: how much later than that it sees the state, in whole steps of physics [s].
+        command_delay: how much later its commands reach the rotors, in whole steps of physics [s].
     """
 
     mass: float = 1.0
     inertia: float = 1.0
     rotor_lag: float = 1.0
     control_delay: int = 0
+    sensing_delay: float = 0.0
+    command_delay: float = 0.0
 
     @property
     def nominal(self) -> bool:
@@ -59,6 +92,20 @@ class Variation:
             raise WorkbenchError(
                 f"{where}the control_delay is {self.control_delay}: give 0 .. {LATEST} periods"
             )
+        for name in DELAYS:
+            delay = getattr(self, name)
+            if not 0.0 <= delay <= LONGEST:
+                raise WorkbenchError(f"{where}the {name} is {delay:g} s: give 0 .. {LONGEST:g} s")
+
+    def delays(self, physics_step: float, control_period: float) -> "Delays":
+        """Return the delays of a flight with these periods [s]."""
+        steps = round(control_period / physics_step)
+        late = int(self.control_delay) * steps + round(self.sensing_delay / physics_step)
+        return Delays(steps, late, round(self.command_delay / physics_step))
+
+
+NOMINAL = Variation()
+"""No difference."""
 
 
 def varied(description: "Description", vehicle: "Vehicle", variation: Variation) -> "Description":

@@ -71,6 +71,12 @@ class Gains(NamedTuple):
     max_height: Scalar
     max_tilt: Scalar
     max_yaw_rate: Scalar
+    spin_up_feedforward: Scalar = 0.0
+
+
+LIMITS = Gains._fields.index("max_speed")
+MAX_TILT = Gains._fields.index("max_tilt")
+SPIN_UP = Gains._fields.index("spin_up_feedforward")
 
 
 class Reference(NamedTuple):
@@ -141,9 +147,8 @@ def wanted_velocity(
     x, y, z = p_WB
     v_x, v_y, v_z, yaw_rate, p_x, p_y, p_z, follow = reference
     _, _, authority, climb, hold_xy, hold_z, hold_x, hold_y, hold_height = guidance[0:BRAKE]
-    kp_xy, kp_z, _, _, _, _, _, _, _, _, _, _, _, v_max, climb_max, height_max, tilt, yaw_max = (
-        gains
-    )
+    kp_xy, kp_z = gains[0:2]
+    v_max, climb_max, height_max, tilt, yaw_max = gains[LIMITS:SPIN_UP]
     if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > 0.0:
         # a pilot who steers is not pulled back while the mode has yet to notice
         hold_xy = 0.0
@@ -205,7 +210,8 @@ def wanted_specific_force(
     v_x, v_y, v_z = v_WB
     a_x, a_y, a_z = a_WB
     wanted_x, wanted_y, wanted_z, _ = wanted
-    _, _, kp_x, kp_y, kp_z, kd_x, kd_y, kd_z, _, _, _, _, _, _, _, _, max_tilt, _ = gains
+    kp_x, kp_y, kp_z, kd_x, kd_y, kd_z = gains[2:8]
+    max_tilt = gains[MAX_TILT]
     e_x = passed(wanted_x - v_x, VELOCITY_X, loops)
     e_y = passed(wanted_y - v_y, VELOCITY_Y, loops)
     e_z = passed(wanted_z - v_z, VELOCITY_Z, loops)
@@ -281,7 +287,7 @@ def wanted_wrench(
         e_x = -scale * f_y
         e_y = scale * f_x
 
-    _, _, _, _, _, _, _, _, kp_roll, kp_pitch, kd_roll, kd_pitch, kp_yaw, _, _, _, _, _ = gains
+    kp_roll, kp_pitch, kd_roll, kd_pitch, kp_yaw = gains[8:LIMITS]
     e_x = passed(e_x, ROLL, loops)
     e_y = passed(e_y, PITCH, loops)
     e_z = passed(r22 * yaw_rate - w_z, YAW_RATE, loops)

@@ -4,21 +4,20 @@ They run as plain Python with lists (floats or AutoDiffXd) and compiled with arr
 """
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
 
 from workbench.plant.drag import drag_rates
-from workbench.plant.rotors import Rotor, wrench_matrix
+from workbench.plant.rotors import wrench_matrix
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.systems.cascade import wanted_specific_force, wanted_velocity, wanted_wrench
+from workbench.systems.cascade import SPIN_UP, wanted_specific_force, wanted_velocity, wanted_wrench
 from workbench.systems.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.systems.loop_points import COUNT, SIGNALS
 from workbench.systems.mixer import mix
-from workbench.systems.rotor_response import drive_rotor, rotor_period, speed_command
+from workbench.systems.rotor_response import speed_command
 from workbench.systems.stopped_rotors import any_stopped, mix_without
 
 Scalar = Any
@@ -35,8 +34,9 @@ class LawConstants(NamedTuple):
     Mass [kg]; inertia xx, xy, xz, yy, yz, zz [kg·m²]; orientation w, x, y, z of the frame T that
     the vehicle hovers upright in, and place of the centre of mass in B [m]; drag as in
     `plant.drag.DragRates`; allocation from a wrench to thrusts and effects of thrusts on the
-    wrench, n rows of 4 each; idle and largest thrusts [N] and motor constants [N·s²], n each; n
-    rows for `step_rotor`. Inertia, allocation and effects are for T, see `plant.thrust_frame`.
+    wrench, n rows of 4 each; idle and largest thrusts [N] and motor constants [N·s²], n each; and
+    by how much spin-up torque leads drag torque in yaw [s].
+    Inertia, allocation and effects are for T, see `plant.thrust_frame`.
     """
 
     mass: float
@@ -49,20 +49,11 @@ class LawConstants(NamedTuple):
     idle_thrusts: Any
     max_thrusts: Any
     motor_constants: Any
-    rotors: Any
+    spin_up_time: float
 
 
-def law_constants(
-    vehicle: Vehicle, period: float, rotors: Sequence[Rotor] | None = None
-) -> LawConstants:
-    """Return the constants of a vehicle.
-
-    Args:
-        vehicle: as the law knows it.
-        period: of control [s], 0 for none.
-        rotors: those that turn, if they are not as the law believes.
-    """
-    turning = vehicle.rotors if rotors is None else rotors
+def law_constants(vehicle: Vehicle) -> LawConstants:
+    """Return the constants of a vehicle, as the law knows it."""
     frame = thrust_frame(vehicle)
     inertia = frame.inertia_T
     lever = vehicle.p_BoBcm_B if math.hypot(*vehicle.p_BoBcm_B) > NEAR else (0.0, 0.0, 0.0)
@@ -80,19 +71,21 @@ def law_constants(
         idle_thrusts=frame.idle_thrusts.tolist(),
         max_thrusts=max_thrusts,
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
-        rotors=[rotor_period(rotor, period) for rotor in turning] if period else [],
+        spin_up_time=frame.spin_up_time,
     )
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (17) of the body and (n, 20) of the rotors.
+    """Return constants as two arrays, (18) of the body and (n, 11) of the rotors.
 
     Each array handed to compiled code costs a quarter of a microsecond, hence so few.
     """
     columns = (constants.idle_thrusts, constants.max_thrusts, constants.motor_constants)
     place = (*constants.q_BT, *constants.p_BoBcm_B)
-    body = np.array([constants.mass, *constants.inertia, *place, *constants.drag])
-    rotors = np.column_stack([constants.allocation, constants.effects, *columns, constants.rotors])
+    body = np.array(
+        [constants.mass, *constants.inertia, *place, *constants.drag, constants.spin_up_time]
+    )
+    rotors = np.column_stack([constants.allocation, constants.effects, *columns])
     return body, rotors
 
 
@@ -110,7 +103,7 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
         rotors[:, 8],
         rotors[:, 9],
         rotors[:, 10],
-        rotors[:, 11:20],
+        body[17],
     )
 
 
@@ -164,6 +157,33 @@ def flight_wrench(
     )
 
 
+@register_jitable(forceinline=True)
+def kept_share(gains: Signal, spin_up_time: Scalar, period: Scalar) -> Scalar:
+    """Return how much of the yaw moment of one update the next one keeps.
+
+    Rotors make the moment m that is asked for by drag, and spin_up_time dm/dt by spinning up. So
+    that both together make the wanted one, wanted = m + lead dm/dt, with the difference between
+    updates for dm/dt; lead is the share `spin_up_feedforward` of spin_up_time.
+
+    Args:
+        gains: see `cascade.Gains`.
+        spin_up_time: see `LawConstants` [s].
+        period: between updates [s].
+    """
+    lead = gains[SPIN_UP] * spin_up_time
+    return lead / (lead + period)
+
+
+@register_jitable(forceinline=True)
+def yaw_moment(commands: Signal, constants: LawConstants) -> Scalar:
+    """Return the yaw moment that commanded speeds (n) make by drag, once reached [N·m]."""
+    moment = 0.0
+    for i in range(len(constants.effects)):
+        thrust = constants.motor_constants[i] * commands[i] * commands[i]
+        moment = moment + constants.effects[i][3] * thrust
+    return moment
+
+
 @register_jitable
 def rotor_commands(
     state: Signal,
@@ -174,8 +194,10 @@ def rotor_commands(
     shares: Signal,
     constants: LawConstants,
     loops: Signal,
+    kept: Scalar,
+    before: Scalar,
     commands: Signal,
-) -> None:
+) -> Scalar:
     """Write the commanded rotor speeds (n) [rad/s] into `commands`.
 
     Args:
@@ -188,13 +210,20 @@ def rotor_commands(
             share of 0, as motors report that; of weak ones it knows nothing.
         constants: of the vehicle.
         loops: see `loop_points`.
+        kept: how much of the yaw moment before is kept, see `kept_share`.
+        before: the yaw moment asked for before [N·m].
         commands: n places.
+
+    Returns:
+        The yaw moment that is wanted [N·m].
     """
     n = len(constants.allocation)
+    wanted = 0.0
     if guidance[1] > 0.0:
-        force, m_x, m_y, m_z = flight_wrench(
+        force, m_x, m_y, wanted = flight_wrench(
             state, acceleration, reference, guidance, gains, constants, loops
         )
+        m_z = wanted + kept * (before - wanted)
         if any_stopped(shares):
             most = [constants.max_thrusts[i] if shares[i] > 0.0 else 0.0 for i in range(n)]
             mix_without(force, m_x, m_y, m_z, constants.effects, most, commands)
@@ -214,6 +243,7 @@ def rotor_commands(
             commands[i] = constants.idle_thrusts[i] if shares[i] > 0.0 else 0.0
     for i in range(n):
         commands[i] = speed_command(commands[i], constants.motor_constants[i], guidance[0])
+    return wanted
 
 
 @register_jitable
@@ -226,38 +256,44 @@ def control_update(
     constants: LawConstants,
     loops: Signal,
     estimate: tuple[float, float],
-    memory: Signal,
-    thrusts: Signal,
-    next_memory: Signal,
-) -> None:
-    """Do one sampled control update: estimate acceleration, run the law, step the rotors.
-
-    What is remembered between updates is rotor speeds (n) and held commands (n) [rad/s], and the
-    estimate's filtered velocity (3) [m/s].
+    filtered: Signal,
+    commands: Signal,
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Do one sampled control update: estimate acceleration, and run the law.
 
     Args:
         state: as for `rotor_commands`, and so the next five.
         reference: see there.
         guidance: see there.
         gains: see there.
-        shares: see there; a rotor that stops gives all of its thrust while it runs down.
+        shares: see there.
         constants: see there.
         loops: see there.
         estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
-        memory: (2 n + 3).
-        thrusts: n places for mean thrusts until the next update [N].
-        next_memory: (2 n + 3) places.
+        filtered: velocity that the estimate remembers (3) [m/s].
+        commands: rotor speeds commanded before (n) [rad/s], and places for those from now on.
+
+    Returns:
+        The filtered velocity to remember (3) [m/s].
     """
-    n = len(thrusts)
-    acceleration, filtered = estimated(state[10:13], memory[2 * n : 2 * n + 3], estimate)
+    acceleration, after = estimated(state[10:13], filtered, estimate)
+    share, rate = estimate
+    kept = kept_share(gains, constants.spin_up_time, share / rate)
+    before = yaw_moment(commands, constants)
     rotor_commands(
-        state, acceleration, reference, guidance, gains, shares, constants, loops, thrusts
+        state,
+        acceleration,
+        reference,
+        guidance,
+        gains,
+        shares,
+        constants,
+        loops,
+        kept,
+        before,
+        commands,
     )
-    for i in range(n):
-        thrusts[i], next_memory[i], next_memory[n + i] = drive_rotor(
-            thrusts[i], memory[i], shares[i], constants.rotors[i]
-        )
-    next_memory[2 * n], next_memory[2 * n + 1], next_memory[2 * n + 2] = filtered
+    return after
 
 
 def packed_update(
@@ -270,18 +306,17 @@ def packed_update(
     rotors: np.ndarray,
     probes: np.ndarray,
     estimate: tuple[float, float],
-    memory: np.ndarray,
-    thrusts: np.ndarray,
-    next_memory: np.ndarray,
+    filtered: np.ndarray,
+    commands: np.ndarray,
 ) -> None:
-    """Do `control_update` with packed constants; this is what gets compiled.
+    """Do `control_update` with packed constants, in place; this is what gets compiled.
 
     `probes` are gates and injections of the loop points (30).
     """
     constants = unpacked(body, rotors)
     loops = np.empty(SIGNALS + COUNT)
     loops[:SIGNALS] = probes
-    control_update(
+    after = control_update(
         state,
         reference,
         guidance,
@@ -290,7 +325,7 @@ def packed_update(
         constants,
         loops,
         estimate,
-        memory,
-        thrusts,
-        next_memory,
+        filtered,
+        commands,
     )
+    filtered[0], filtered[1], filtered[2] = after

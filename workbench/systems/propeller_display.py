@@ -119,6 +119,7 @@ def add_propeller_display(
     plant: MultibodyPlant,
     scene_graph: SceneGraph,
     vehicle: Vehicle,
+    state: OutputPort,
     speeds: OutputPort,
     *,
     period: float,
@@ -130,7 +131,8 @@ def add_propeller_display(
         plant: which has the shapes.
         scene_graph: in which they are.
         vehicle: whose rotors to draw.
-        speeds: see `PropellerDisplay`.
+        state: see `PropellerDisplay`, and so `speeds`.
+        speeds: see there.
         period: between pictures [s].
     """
     source = scene_graph.RegisterSource("propellers")
@@ -151,7 +153,7 @@ def add_propeller_display(
             period=period,
         ),
     )
-    builder.Connect(plant.get_state_output_port(), display.GetInputPort("state"))
+    builder.Connect(state, display.GetInputPort("state"))
     builder.Connect(speeds, display.GetInputPort("speeds"))
     builder.Connect(display.get_output_port(), scene_graph.get_source_pose_port(source))
     return display

@@ -21,29 +21,28 @@ BLEND = 3.0
 """Less than half a percent of usual hover speeds [rad/s]."""
 
 
-def rotor_period(rotor: Rotor, period: float) -> list[float]:
-    """Return the constants of a rotor's answer over a control period [s], for `step_rotor`.
+CONSTANTS = 9
+"""How many `rotor_constants` has."""
 
-    They are motor constant and largest speed; exp(-t / time constant) at the period's end, up
-    and down; its mean over the period, up and down; the mean of its square, up and down; and
-    the mean of the product of the two.
+
+def rotor_constants(rotor: Rotor, step: float) -> list[float]:
+    """Return the constants of a rotor's answer over a physics step [s], for `step_rotor`.
+
+    They are the largest speed [rad/s]; for errors up and down, exp(-t / time constant) at the
+    step's middle, the same at its end, the first over the time constant, and one over the time
+    constant [1/s].
     """
-    up = period / rotor.time_constant_up
-    down = period / rotor.time_constant_down
+    both = (rotor.time_constant_up, rotor.time_constant_down)
     return [
-        rotor.motor_constant,
         rotor.max_rot_velocity,
-        math.exp(-up),
-        math.exp(-down),
-        _mean(up),
-        _mean(down),
-        _mean(2.0 * up),
-        _mean(2.0 * down),
-        _mean(up + down),
+        *(math.exp(-0.5 * step / constant) for constant in both),
+        *(math.exp(-step / constant) for constant in both),
+        *(math.exp(-0.5 * step / constant) / constant for constant in both),
+        *(1.0 / constant for constant in both),
     ]
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
     """Return max(error, 0) and min(error, 0) to within `BLEND` / 2, smooth, with the same sum."""
     root = (error * error + BLEND * BLEND) ** 0.5 - BLEND
@@ -56,50 +55,43 @@ def speed_command(thrust: Scalar, motor_constant: Scalar, motors: Scalar) -> Sca
     return motors * (thrust / motor_constant) ** 0.5
 
 
-@register_jitable
-def drive_rotor(
-    command: Scalar, speed: Scalar, share: Scalar, constants: Sequence[float]
-) -> tuple[Scalar, Scalar, Scalar]:
-    """Return mean thrust [N] over a period, speed at its end, and the command kept to [rad/s].
-
-    Args:
-        command: wanted speed [rad/s].
-        speed: at the beginning [rad/s].
-        share: of its thrust that the rotor gives; one that stops, with 0, gives all of it while it
-            runs down.
-        constants: see `rotor_period`.
-    """
-    limit = constants[1]
+@register_jitable(forceinline=True)
+def within(command: Scalar, limit: float) -> Scalar:
+    """Return a commanded speed cut to what a rotor can do: from standing to its limit [rad/s]."""
     if command > limit:
         command = limit
     if command < 0.0:
         command = 0.0
-    thrust, speed = step_rotor(command, speed, constants)
-    if share > 0.0:
-        thrust = share * thrust
-    return thrust, speed, command
+    return command
 
 
-@register_jitable
-def step_rotor(command: Scalar, speed: Scalar, constants: Sequence[float]) -> tuple[Scalar, Scalar]:
-    """Return the mean thrust [N] over a period with its command held, and the speed at its end.
+@register_jitable(forceinline=True)
+def speed_slope(command: Scalar, speed: Scalar, constants: Sequence[float]) -> Scalar:
+    """Return the slope of a speed [rad/s²] that follows a command, see `rotor_constants`."""
+    up, down = split_error(command - speed)
+    return constants[7] * up + constants[8] * down
 
-    Under a held command the speed has a closed form, along which this steps; the thrust is its
-    mean over the period, so that the impulse is exact.
+
+@register_jitable(forceinline=True)
+def step_rotor(
+    command: Scalar, speed: Scalar, constants: Sequence[float]
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Return speed and its slope in the middle of a step, and speed at its end.
+
+    Under a held command the speed has a closed form, along which this steps.
 
     Args:
-        command: wanted speed, within the rotor's limits [rad/s].
+        command: wanted speed, held, see `within` [rad/s].
         speed: at the beginning [rad/s].
-        constants: see `rotor_period`.
+        constants: see `rotor_constants`.
+
+    Returns:
+        Speed [rad/s], slope [rad/s²], speed [rad/s].
     """
-    k, _, end_up, end_down, mean_up, mean_down, up_up, down_down, up_down = constants
+    _, middle_up, middle_down, end_up, end_down, slope_up, slope_down, _, _ = constants
     up, down = split_error(command - speed)
-    end = command - up * end_up - down * end_down
-    square = command * command - 2.0 * command * (up * mean_up + down * mean_down)
-    square = square + up * up * up_up + down * down * down_down + 2.0 * up * down * up_down
-    return k * square, end
-
-
-def _mean(decay: float) -> float:
-    """Return the mean of exp(-x) for x from 0 to `decay`."""
-    return -math.expm1(-decay) / decay
+    return (
+        command - up * middle_up - down * middle_down,
+        up * slope_up + down * slope_down,
+        command - up * end_up - down * end_down,
+    )

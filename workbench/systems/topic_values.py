@@ -73,7 +73,7 @@ class TopicValues:
             self._pack(topic.ACCELERATION, *acceleration[3:6], *acceleration[0:3]),
             self._pack(topic.FORCE_TORQUE, *force, *torque),
             self._pack(topic.COMMAND, 0, topic.AXES, v_x, v_y, v_z, yaw_rate),
-            self._pack(topic.ROTORS, *signals["rotors"][: self._rotors], *thrusts),
+            self._pack(topic.ROTORS, *signals["speeds"], *thrusts),
         ]
 
     def slow(self, signals: Mapping[str, list[float]]) -> list[Payload]:

@@ -38,13 +38,17 @@ class Nonlinear:
         self.in_controller = controller.GetMyMutableContextFromRoot(self.context)
         values = [gains[name] for name in Gains._fields]
         self.in_controller.get_mutable_numeric_parameter(0).SetFromVector(values)
+        self.moment = 0.0
+        self(np.zeros(20), np.zeros(22))
+        self.moment = controller.wanted_yaw_moment(self.in_controller)
 
     def __call__(self, small: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         trim, core, context = self.trim, self.core, self.context
         motion = np.concatenate([trim.p_WB, trim.w_WB, trim.v_WB]) + small[3:12]
-        filtered = trim.v_WB - trim.vdot_WB / RATE + small[16:]
+        filtered = trim.v_WB - trim.vdot_WB / RATE + small[16:19]
         q_WB = rotated(trim.q_WB, small[:3])
-        state = np.concatenate([q_WB, motion, trim.speeds + small[12:16], filtered])
+        moment = [self.moment + small[19]]
+        state = np.concatenate([q_WB, motion, trim.speeds + small[12:16], filtered, moment])
         context.SetContinuousState(state)
         reference, guide = reference_of(trim), guidance_of(trim)
         reference[:4] += inputs[:4]
@@ -93,15 +97,15 @@ def test_a_and_b_are_the_differences_of_the_nonlinear_core_at_many_trims(study, 
         }
         model = study.continuous(point, gains)
         nonlinear = Nonlinear(core, model.trim, {**study.gains, **gains})
-        by_state = differences(partial(nonlinear, inputs=np.zeros(22)), 19)
-        by_input = differences(partial(nonlinear, np.zeros(19)), 22)
+        by_state = differences(partial(nonlinear, inputs=np.zeros(22)), 20)
+        by_input = differences(partial(nonlinear, np.zeros(20)), 22)
         turning = np.cross(np.eye(3), [0.0, 0.0, -point.yaw_rate])  # of the axes
         A, B = model.A.copy(), model.input_matrix
         for block in (3, 6, 9, 16):
             A[block : block + 3, block : block + 3] += turning.T
         A[0:3, 6:9] -= np.eye(3)
         assert np.abs(A[0:3]).max() < 1e-9  # in the heading's axes angles grow with the rate alone
-        units = np.ones(19)
+        units = np.ones(20)
         units[12:16] = model.trim.speeds
         assert_rows_agree(A[3:], by_state[4:], units)
         assert_rows_agree(B[3:], by_input[4:], np.ones(22))
@@ -132,7 +136,11 @@ def test_the_vehicle_at_hover_is_the_textbooks(study):
         for arm, r in zip(arms, vehicle.rotors, strict=True)
     ]
     turned = np.linalg.solve(vehicle.inertia, np.array(moments).T * slopes)
-    assert A[6:9, 12:] == pytest.approx(turned, abs=1e-9)
+    # spin-up: J dw/dt about z, against each rotor's turning
+    spin_up = [-r.direction * r.inertia for r in vehicle.rotors]
+    lead = np.linalg.solve(vehicle.inertia, np.outer([0.0, 0.0, 1.0], np.array(spin_up) * rates))
+    assert A[6:9, 12:] == pytest.approx(turned - lead, abs=1e-9)
+    assert B[6:9] == pytest.approx(lead, abs=1e-9)
 
 
 def test_the_opened_climb_loop_has_a_closed_form(study):

@@ -109,7 +109,13 @@ def test_so_it_is_with_any_gains(engine, diagram):
 
 @pytest.mark.parametrize(
     "variation",
-    [Variation(mass=1.2, inertia=0.7, rotor_lag=1.5), Variation(control_delay=1)],
+    [
+        Variation(mass=1.2, inertia=0.7, rotor_lag=1.5),
+        Variation(control_delay=1),
+        Variation(sensing_delay=0.003, command_delay=0.004),
+        Variation(control_delay=1, sensing_delay=0.001, command_delay=7 / 1024),
+        Variation(command_delay=0.011),
+    ],
     ids=str,
 )
 def test_so_it_is_with_what_the_law_does_not_know(variation):
@@ -124,7 +130,9 @@ def test_so_it_is_with_what_the_law_does_not_know(variation):
 def test_so_it_is_with_faults_and_in_the_wind(engine, diagram, settings):
     after = diagram("z", 2.0, settings)
     rollouts = engine.fly([settings], "z", 2.0, duration=DURATION)
-    assert_agrees(rollouts, after, after.rotor_use.max())
+    # with a rotor lost, a change of 1e-15 in a gain makes 1e-9
+    close = 1e-8 if 0.0 in settings.values() else CLOSE
+    assert_agrees(rollouts, after, after.rotor_use.max(), close)
 
 
 @pytest.mark.parametrize(
@@ -164,7 +172,7 @@ def test_a_hover_that_is_still_needs_not_be_flown(engine):
 
 def test_every_file_of_what_is_compiled_is_watched():
     """What compiled code's files import of ours, but for what only Python calls."""
-    not_compiled = {"compiled", "air.air", "acceleration_estimate", "noise"}
+    not_compiled = {"compiled", "vehicle_dynamics", "acceleration_estimate", "noise"}
     found: set[str] = set()
     todo = ["workbench.design.rollout.flight"]
     while todo:

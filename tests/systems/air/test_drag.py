@@ -8,7 +8,8 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
-from workbench.systems.air.drag import drag_wrench, into_body, rotor_rows
+from workbench.systems.dynamics import rotor_rows, vehicle_wrench
+from workbench.systems.rigid_body import rotation
 
 PRESSURE = 0.7
 P_CM = np.array([0.03, -0.05, 0.1])
@@ -26,6 +27,8 @@ def rotors(vehicle):
                 rotor,
                 p_BR=tuple(rng.normal(size=3).tolist()),
                 axis_B=tuple((axis / np.linalg.norm(axis)).tolist()),
+                motor_constant=0.0,
+                inertia=0.0,
                 rotor_drag_coefficient=rng.uniform(1e-4, 1e-3),
                 rolling_moment_coefficient=rng.uniform(1e-5, 1e-4),
             )
@@ -53,6 +56,15 @@ def by_vectors(state, speeds, wind, pressure, p_cm, rotors) -> np.ndarray:
     return np.concatenate([R_WB.T @ force, R_WB.T @ moment])
 
 
+def drag_wrench(state, speeds, wind, pressure, p_cm, rotors):
+    """Return the wrench of rotors without thrust."""
+    still = [0.0] * len(rotors)
+    whole = [1.0] * len(rotors)
+    R_WB = rotation(state[0:4])
+    motion = (R_WB, state[7:10], state[10:13])
+    return vehicle_wrench(*motion, speeds, still, whole, wind, pressure, p_cm, rotors)
+
+
 def drawn(rng) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return state, speeds and wind."""
     return rng.normal(size=13) * 3.0, rng.uniform(0, 1000, 4), rng.normal(size=3) * 8.0
@@ -62,7 +74,7 @@ def test_the_wrench_is_that_of_vectors(rotors):
     rng = np.random.default_rng(2)
     for _ in range(200):
         state, speeds, wind = drawn(rng)
-        found = drag_wrench(state, speeds, wind, PRESSURE, P_CM, rotor_rows(rotors))
+        found = drag_wrench(state, speeds, wind, PRESSURE, P_CM, rotor_rows(rotors, 0.0))
         wanted = by_vectors(state, speeds, wind, PRESSURE, P_CM, rotors)
         assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9)
 
@@ -82,23 +94,20 @@ def test_a_rotor_pulls_and_rolls_against_its_way_whichever_way_it_turns(vehicle,
         p_BR=(0.0, 0.0, 0.1),
         axis_B=(0.0, 0.0, 1.0),
         direction=direction,
+        motor_constant=0.0,
         rotor_drag_coefficient=1e-4,
         rolling_moment_coefficient=1e-6,
     )
     state = [1.0, *[0.0] * 9, 2.0, 0.0, 3.0]
-    wrench = drag_wrench(state, [700.0], [0.0] * 3, 0.0, [0.0] * 3, rotor_rows([rotor]))
+    wrench = drag_wrench(state, [700.0], [0.0] * 3, 0.0, [0.0] * 3, rotor_rows([rotor], 0.0))
     assert wrench == pytest.approx([-0.14, 0, 0, -0.0014, -0.014, 0])
 
 
 def test_what_moves_with_the_air_feels_nothing(rotors):
     state = [0.5, 0.5, -0.5, 0.5, *[0.0] * 6, 3.0, -4.0, 1.0]
-    rows = rotor_rows(rotors)
+    rows = rotor_rows(rotors, 0.0)
     wrench = drag_wrench(state, [700.0] * 4, [3.0, -4.0, 1.0], PRESSURE, P_CM, rows)
     assert list(wrench) == [0.0] * 6
-
-
-def test_a_quaternion_of_any_length_turns_a_vector_alike():
-    assert into_body([2.0, 0, 0, 2.0], [1.0, 0, 0]) == pytest.approx([0, -1, 0])
 
 
 def test_it_carries_derivatives_even_at_rest(rotors):
@@ -106,7 +115,7 @@ def test_it_carries_derivatives_even_at_rest(rotors):
     state = np.zeros(13)
     state[0] = 1.0
     speeds = [700.0] * 4
-    rows = rotor_rows(rotors).tolist()
+    rows = rotor_rows(rotors, 0.0).tolist()
     every = InitializeAutoDiff(state).ravel().tolist()
     carried = drag_wrench(every, speeds, [0.0] * 3, PRESSURE, P_CM.tolist(), rows)
     found = np.array([value.derivatives() for value in carried])

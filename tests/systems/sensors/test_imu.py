@@ -15,7 +15,6 @@ from pydrake.systems.sensors import Accelerometer, Gyroscope
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.multibody import add_plant
 from workbench.plant.sensors import QUIET, Imu, Noise
-from workbench.systems.rotor_forces import add_rotor_forces
 from workbench.systems.sensors import imu as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.noise_model import first_memory, next_memory, noisy
@@ -59,14 +58,14 @@ def unit(q):
 
 @pytest.fixture
 def flying(description, vehicle, imu):
-    """Return the drone under constant thrusts, with pairs of sensors of random mountings."""
+    """Return the drone under a constant load, with pairs of sensors of random mountings."""
 
     def make(rng, time_step):
         builder = DiagramBuilder()
         plant, _ = add_plant(builder, description, time_step=time_step)
-        forces = add_rotor_forces(builder, plant, vehicle)
-        thrusts = builder.AddSystem(ConstantVectorSource(rng.uniform(2.0, 9.0, 4)))
-        builder.Connect(thrusts.get_output_port(), forces.get_command_input_port())
+        load = [*rng.uniform(-0.3, 0.3, 3), *rng.uniform(2.0, 20.0, 3)]
+        forces = builder.AddSystem(ConstantVectorSource(load))
+        builder.Connect(forces.get_output_port(), plant.get_applied_generalized_force_input_port())
         body = plant.GetBodyByName(vehicle.base_link)
         gravity = plant.gravity_field().gravity_vector()
         pairs = []

@@ -21,7 +21,7 @@ from workbench.diagram.core import make_flight_core, parameter_values
 from workbench.errors import WorkbenchError
 from workbench.gains import flight_gains
 from workbench.plant.loading import make_vehicle
-from workbench.plant.placing import place_vehicle
+from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
@@ -114,17 +114,13 @@ def _hover(core: Diagram, vehicle: Vehicle, heading: float) -> np.ndarray:
     """Return the core's state (13 + n + 3) in hover with a yaw [rad]."""
     root = core.CreateDefaultContext()
     frame = thrust_frame(vehicle)
-    plant = core.GetSubsystemByName("plant")
-    place_vehicle(
-        plant,
-        plant.GetMyMutableContextFromRoot(root),
-        vehicle,
+    state: np.ndarray = root.get_continuous_state_vector().CopyToVector()
+    state[:_BODY] = body_state(
         p_WB=[0.0, 0.0, START_HEIGHT],
         roll_pitch_yaw=frame.roll_pitch_yaw([0.0, 0.0, heading]),
         v_WB=[0.0, 0.0, 0.0],
         w_WB=[0.0, 0.0, 0.0],
     )
-    state: np.ndarray = root.get_continuous_state_vector().CopyToVector()
     state[_BODY : _BODY + len(vehicle.rotors)] = frame.hover_speeds
     return state
 

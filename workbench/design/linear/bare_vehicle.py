@@ -31,7 +31,7 @@ class VehicleDerivatives:
             trim: where.
             gains: parameter values by name; those of the air are used.
         """
-        air = self._diagram.GetSubsystemByName("air").GetMyMutableContextFromRoot(self._root)
+        air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
         air.get_mutable_numeric_parameter(0).SetFromVector(constants(gains[d] for d in DRAG))
         n = trim.speeds.size
         seeds = np.eye(STATE + 2 * n)

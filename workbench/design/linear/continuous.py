@@ -8,7 +8,15 @@ from workbench.design.linear.attitude import reduced, state_seeds, turn_with_hea
 from workbench.design.linear.autodiff import constants, gradient
 from workbench.design.linear.derivatives import DRAG, HELD, HOLD_X, REFERENCE, STATE
 from workbench.design.linear.model import LinearModel, Trim
-from workbench.design.linear.names import filtered, motion, numbered, outputs, points, references
+from workbench.design.linear.names import (
+    filtered,
+    motion,
+    numbered,
+    outputs,
+    points,
+    references,
+    yaw_moment,
+)
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import parameter_values
 from workbench.systems.controller import GAINS, PROBES
@@ -37,21 +45,26 @@ class ContinuousDerivatives:
             rate: of the acceleration estimate [1/s].
         """
         n = trim.speeds.size
-        states, inputs = STATE + n + 3, REFERENCE + HELD + COUNT
+        # the law remembers a yaw moment only where rotors have an inertia
+        moments = self._controller.num_continuous_states()
+        states, inputs = STATE + n + 3 + moments, REFERENCE + HELD + COUNT
         seeds = np.eye(states + inputs)
         at_states, at_inputs = seeds[:states], seeds[states:]
-        values = np.concatenate([trim.state, trim.speeds, trim.v_WB - trim.vdot_WB / rate])
         rows = np.vstack([state_seeds(trim.q_WB) @ at_states[:STATE], at_states[STATE:]])
-        self._root.SetContinuousState(InitializeAutoDiff(values, rows))
         self._fix("reference", reference_of(trim), 0, at_inputs[:REFERENCE])
         held = at_inputs[REFERENCE : REFERENCE + HELD]
         self._fix("guidance", guidance_of(trim), HOLD_X, held)
         self._set(GAINS, constants(parameter_values("controller", gains).values()))
-        air = self._diagram.GetSubsystemByName("air").GetMyMutableContextFromRoot(self._root)
+        air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
         air.get_mutable_numeric_parameter(0).SetFromVector(constants(gains[d] for d in DRAG))
         probes = np.zeros((len(CLOSED), states + inputs))
         probes[INJECTIONS:] = at_inputs[REFERENCE + HELD :]
         self._set(PROBES, InitializeAutoDiff(np.array(CLOSED), probes))
+        known = [trim.state, trim.speeds, trim.v_WB - trim.vdot_WB / rate]
+        self._root.SetContinuousState(constants(np.concatenate([*known, [0.0] * moments])))
+        moment = self._controller.wanted_yaw_moment(self._in_controller).value()
+        values = np.concatenate([*known, [moment] * moments])
+        self._root.SetContinuousState(InitializeAutoDiff(values, rows))
 
         slopes = gradient(
             self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), states + inputs
@@ -71,7 +84,12 @@ class ContinuousDerivatives:
             output_matrix=shown[:, :states],
             feedthrough=shown[:, states:],
             period=0.0,
-            states=(*motion(), *numbered("speed", n, "rad/s"), *filtered()),
+            states=(
+                *motion(),
+                *numbered("speed", n, "rad/s"),
+                *filtered(),
+                *yaw_moment()[:moments],
+            ),
             inputs=(*references(), *points()),
             outputs=outputs(n),
             trim=trim,

@@ -1,169 +1,242 @@
-"""Exact derivatives of one control update and one physics step of the sampled core."""
+"""Exact derivatives of one control update and one physics step, as they fly."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
-from pydrake.systems.framework import System
 
 from workbench.design.linear.attitude import reduced, state_seeds
-from workbench.design.linear.autodiff import constants, gradient, whole
+from workbench.design.linear.autodiff import gradient, whole
 from workbench.design.linear.last_call import LastCall
 from workbench.diagram.core import parameter_values
-from workbench.diagram.sampled_core import SampledCore
-from workbench.systems.cascade import Guidance
-from workbench.systems.flight_computer import GAINS, MEMORY, PROBES, THRUSTS
-from workbench.systems.loop_points import CLOSED, COUNT, INJECTIONS
+from workbench.plant.description import Description
+from workbench.plant.loading import make_vehicle
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Rates
+from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.cascade import SPIN_UP, Gains, Guidance
+from workbench.systems.dynamics import rotor_rows, step_vehicle, vehicle_wrench
+from workbench.systems.flight_law import control_update, law_constants
+from workbench.systems.loop_points import CLOSED, COUNT, INJECTIONS, SIGNALS
+from workbench.systems.rigid_body import accelerations, into_body, rigid_body, rotation
 
 STATE = 12
 """Angles, place, angular velocity and velocity, all in W."""
 REFERENCE = 4
 HELD = 3
 """Velocity and yaw rate asked for, and the place held."""
-WRENCH = 6
+LAST = 6
+"""Angular acceleration, and acceleration of the origin, in the middle of the step before, in W."""
+FILTERED = 3
 DRAG = ("drag_area", "air_density")
-"""Parameters of the drag, in its order."""
+"""Parameters of the body's drag."""
 HOLD_X = Guidance._fields.index("p_x")
 
 
 @dataclass(frozen=True)
 class Update:
-    """A control update and its derivatives.
+    """A control update: commands of the rotors, and derivatives.
 
-    Columns are those of the plant's state as the law sees it (12), the law's memory (2 n + 3),
-    velocity and yaw rate asked for (4), place held (3), and injections (15). The drag's wrench
-    depends on the plant's state and the rotors' speeds, which are the memory's first.
+    Columns are those of the state as the law sees it (12), the velocity that the estimate of
+    acceleration remembers (3), the commands before (n), velocity and yaw rate asked for (4), place
+    held (3), and injections (15). Rows of `filtered_by` are that velocity after the update.
     """
 
-    thrusts: np.ndarray
-    memory: np.ndarray
-    wrench: np.ndarray
-    thrusts_by: np.ndarray
-    memory_by: np.ndarray
+    commands: np.ndarray
+    commands_by: np.ndarray
+    filtered_by: np.ndarray
     signals_by: np.ndarray
-    wrench_by: np.ndarray
 
 
 @dataclass(frozen=True)
 class Step:
-    """A physics step: the state after it (13), and its derivatives.
+    """A physics step: what is after it, and its derivatives.
 
-    Rows are angles, place, w and v (12), columns these, thrusts (n) and the drag's wrench (6).
+    Rows are angles, place, w and v (12), the acceleration in its middle (6) and the rotors' speeds
+    (n); columns are these, and the commands (n).
     """
 
     state: np.ndarray
+    last: np.ndarray
     by: np.ndarray
 
 
 class Derivatives:
-    """An AutoDiff copy of a sampled core, kept, whose Context is filled anew each time.
+    """What flies and its law, as functions of numbers with derivatives.
 
-    Its functions, each of which remembers its last call: `update(state, memory, reference,
-    guidance) -> Update`, `step(state, thrusts, wrench) -> Step`, and `acceleration`, of the same
-    arguments, which returns wdot and vdot (6) and their derivatives by the columns of a step.
+    Its functions, each of which remembers its last call: `update(state, filtered, before,
+    reference, guidance) -> Update`, `settled_update`, which is the same for a law that reckons with
+    no spin-up torque, as there is none in a steady flight; `step(state, last, speeds, commands) ->
+    Step`, and
+    `acceleration(state, speeds)`, which returns wdot and vdot (6) and their derivatives by state
+    and speeds (12 + n).
 
     Args:
-        core: what flies.
+        description: what flies.
+        vehicle: as the law knows it.
+        gains: parameter values by name.
+        rates: of physics and control.
     """
 
-    def __init__(self, core: SampledCore) -> None:
-        diagram = core.diagram.ToAutoDiffXd()
-        root = diagram.CreateDefaultContext()
-        self._plant, self._in_plant = _found(diagram, root, core.plant)
-        self._computer, self._in_computer = _found(diagram, root, core.computer)
-        self._drag, self._in_drag = _found(diagram, root, core.drag)
-        _, self._in_held = _found(diagram, root, core.held_drag)
-        self._diagram, self._root = diagram, root
+    def __init__(
+        self,
+        description: Description,
+        vehicle: Vehicle,
+        gains: Mapping[str, float],
+        rates: Rates,
+    ) -> None:
+        flown = make_vehicle(description)
+        body = rigid_body(flown.mass, flown.inertia, flown.p_BoBcm_B)
+        self._body: list[float] = body.packed().tolist()
+        self._rows = rotor_rows(description.rotors, rates.physics_step).tolist()
+        self._physics_step = rates.physics_step
+        self._whole = [1.0] * len(self._rows)
+        self._constants = law_constants(vehicle)
+        self._estimate = sampled_estimate(rates.control_period)
+        self.motor_constants = np.array([rotor.motor_constant for rotor in description.rotors])
+        self._pressure = math.nan
         self.update = LastCall(self._update)
+        self.settled_update = LastCall(self._settled_update)
         self.step = LastCall(self._step)
         self.acceleration = LastCall(self._acceleration)
+        self.set_gains(gains)
 
     def set_gains(self, gains: Mapping[str, float]) -> None:
         """Let the law fly with parameter values, by name, in air of theirs."""
-        _set(self._in_computer, GAINS, constants(parameter_values("controller", gains).values()))
-        _set(self._in_drag, 0, constants(gains[name] for name in DRAG))
+        self._gains = list(Gains(**parameter_values("controller", gains)))
+        self._settled = self._gains[:SPIN_UP] + [0.0]
         self.update.forget()
+        self.settled_update.forget()
+        pressure = 0.5 * gains["drag_area"] * gains["air_density"]
+        if pressure != self._pressure:
+            self._pressure = pressure
+            self.step.forget()
+            self.acceleration.forget()
 
-    def _update(
+    def _update(self, *signals: np.ndarray) -> Update:
+        return self._updated(self._gains, *signals)
+
+    def _settled_update(self, *signals: np.ndarray) -> Update:
+        if self._gains == self._settled or self._constants.spin_up_time == 0.0:
+            return self.update(*signals)
+        return self._updated(self._settled, *signals)
+
+    def _updated(
         self,
+        gains: list[float],
         state: np.ndarray,
-        memory: np.ndarray,
+        filtered: np.ndarray,
+        before: np.ndarray,
         reference: np.ndarray,
         guidance: np.ndarray,
     ) -> Update:
         """Return a control update.
 
         Args:
-            state: of the plant (13).
-            memory: of the computer (2 n + 3).
+            gains: of the law.
+            state: of the body (13).
+            filtered: velocity that the estimate remembers (3).
+            before: commands of the update before (n).
             reference: see `cascade.Reference` (8).
             guidance: see `cascade.Guidance` (22).
         """
-        sizes = (STATE, memory.size, REFERENCE, HELD, COUNT)
-        seeds = np.split(np.eye(sum(sizes)), np.cumsum(sizes)[:-1])
-        self._plant.SetPositionsAndVelocities(
-            self._in_plant, InitializeAutoDiff(state, state_seeds(state[:4]) @ seeds[0])
+        sizes = (STATE, FILTERED, before.size, REFERENCE, HELD, COUNT)
+        columns = sum(sizes)
+        seeds = np.split(np.eye(columns), np.cumsum(sizes)[:-1])
+        asked = np.zeros((reference.size, columns))
+        asked[:REFERENCE] = seeds[3]
+        kept = np.zeros((guidance.size, columns))
+        kept[HOLD_X : HOLD_X + HELD] = seeds[4]
+        probes = np.zeros((len(CLOSED), columns))
+        probes[INJECTIONS:] = seeds[5]
+        loops: list[Any] = [*_seeded(np.array(CLOSED), probes), *[0.0] * COUNT]
+        commands = _seeded(before, seeds[2])
+        after = control_update(
+            _seeded(state, state_seeds(state[:4]) @ seeds[0]),
+            _seeded(reference, asked),
+            _seeded(guidance, kept),
+            gains,
+            self._whole,
+            self._constants,
+            loops,
+            self._estimate,
+            _seeded(filtered, seeds[1]),
+            commands,
         )
-        self._in_computer.SetDiscreteState(MEMORY, InitializeAutoDiff(memory, seeds[1]))
-        asked = np.zeros((reference.size, sum(sizes)))
-        asked[:REFERENCE] = seeds[2]
-        self._diagram.GetInputPort("reference").FixValue(
-            self._root, InitializeAutoDiff(reference, asked).ravel()
-        )
-        kept = np.zeros((guidance.size, sum(sizes)))
-        kept[HOLD_X : HOLD_X + HELD] = seeds[3]
-        self._diagram.GetInputPort("guidance").FixValue(
-            self._root, InitializeAutoDiff(guidance, kept).ravel()
-        )
-        probes = np.zeros((len(CLOSED), sum(sizes)))
-        probes[INJECTIONS:] = seeds[4]
-        _set(self._in_computer, PROBES, InitializeAutoDiff(np.array(CLOSED), probes))
-        thrusts, after, signals = self._computer.update(self._in_computer)
-        wrench = self._drag.get_output_port().Eval(self._in_drag)
         return Update(
-            ExtractValue(whole(thrusts)).ravel(),
-            ExtractValue(whole(after)).ravel(),
-            ExtractValue(wrench).ravel(),
-            gradient(thrusts, sum(sizes)),
-            gradient(after, sum(sizes)),
-            gradient(signals, sum(sizes)),
-            gradient(wrench, sum(sizes)),
+            ExtractValue(whole(commands)).ravel(),
+            gradient(commands, columns),
+            gradient(after, columns),
+            gradient(loops[SIGNALS:], columns),
         )
 
-    def _step(self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray) -> Step:
-        """Return a physics step from a plant state (13) under thrusts (n) and a wrench (6)."""
-        columns = self._load(state, thrusts, wrench)
-        after = self._plant.EvalUniquePeriodicDiscreteUpdate(self._in_plant).value()
-        reached = ExtractValue(after).ravel()
-        return Step(reached, reduced(reached[:4]) @ gradient(after, columns))
-
-    def _acceleration(
-        self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return wdot and vdot (6), and their derivatives by the columns of `step`."""
-        columns = self._load(state, thrusts, wrench)
-        found = self._plant.get_generalized_acceleration_output_port().Eval(self._in_plant)
-        return ExtractValue(found).ravel(), gradient(found, columns)
-
-    def _load(self, state: np.ndarray, thrusts: np.ndarray, wrench: np.ndarray) -> int:
-        """Put what a physics step begins with into the Context; return how many seeds it has."""
-        sizes = (STATE, thrusts.size, wrench.size)
-        seeds = np.split(np.eye(sum(sizes)), np.cumsum(sizes)[:-1])
-        self._plant.SetPositionsAndVelocities(
-            self._in_plant, InitializeAutoDiff(state, state_seeds(state[:4]) @ seeds[0])
+    def _step(
+        self, state: np.ndarray, last: np.ndarray, speeds: np.ndarray, commands: np.ndarray
+    ) -> Step:
+        """Return a physics step from a state (13), the last acceleration (6) and speeds (n)."""
+        n = len(self._rows)
+        sizes = (STATE, LAST, n, n)
+        columns = sum(sizes)
+        seeds = np.split(np.eye(columns), np.cumsum(sizes)[:-1])
+        next_speeds: list[Any] = [0.0] * n
+        after, acceleration = step_vehicle(
+            _seeded(state, state_seeds(state[:4]) @ seeds[0]),
+            _seeded(last, seeds[1]),
+            _seeded(speeds, seeds[2]),
+            _seeded(commands, seeds[3]),
+            self._whole,
+            [0.0] * 3,
+            [0.0] * 6,
+            self._pressure,
+            self._body,
+            self._rows,
+            self._physics_step,
+            [0.0] * n,
+            [0.0] * n,
+            next_speeds,
         )
-        self._in_computer.SetDiscreteState(THRUSTS, InitializeAutoDiff(thrusts, seeds[1]))
-        self._in_held.SetDiscreteState(InitializeAutoDiff(wrench, seeds[2]))
-        return sum(sizes)
+        reached = ExtractValue(whole(after)).ravel()
+        rows = (
+            reduced(reached[:4]) @ gradient(after, columns),
+            gradient(acceleration, columns),
+            gradient(next_speeds, columns),
+        )
+        return Step(reached, ExtractValue(whole(acceleration)).ravel(), np.vstack(rows))
+
+    def _acceleration(self, state: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return wdot and vdot (6) with the rotors at steady speeds, and their derivatives."""
+        n = len(self._rows)
+        seeds = np.eye(STATE + n)
+        known = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
+        R_WB = rotation(known[0:4])
+        p_BoBcm_B = self._body[13:16]
+        wrench = vehicle_wrench(
+            R_WB,
+            known[7:10],
+            known[10:13],
+            _seeded(speeds, seeds[STATE:]),
+            [0.0] * n,
+            self._whole,
+            [0.0] * 3,
+            self._pressure,
+            p_BoBcm_B,
+            self._rows,
+        )
+        found = accelerations(
+            R_WB,
+            into_body(R_WB, known[7:10]),
+            wrench,
+            self._body[0],
+            self._body[1:7],
+            self._body[7:13],
+            p_BoBcm_B,
+        )
+        return ExtractValue(whole(found)).ravel(), gradient(found, STATE + n)
 
 
-def _found(diagram: Any, root: Any, system: System) -> tuple[Any, Any]:
-    """Return the counterpart of a system in the AutoDiff copy, and its Context."""
-    copy = diagram.GetSubsystemByName(system.get_name())
-    return copy, copy.GetMyMutableContextFromRoot(root)
-
-
-def _set(context: Any, index: int, values: np.ndarray) -> None:
-    context.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
+def _seeded(values: np.ndarray, rows: np.ndarray) -> list[Any]:
+    """Return numbers with derivatives."""
+    return InitializeAutoDiff(values, rows).ravel().tolist()

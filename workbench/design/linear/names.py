@@ -27,10 +27,15 @@ def filtered() -> tuple[Signal, ...]:
     return tuple(Signal(f"filtered_v_{axis}", "m/s") for axis in "xyz")
 
 
-def wrench() -> tuple[Signal, ...]:
-    """Return the drag's force and moment in B, as they are held."""
-    return tuple(Signal(f"drag_{axis}", "N") for axis in "xyz") + tuple(
-        Signal(f"drag_moment_{axis}", "N m") for axis in "xyz"
+def yaw_moment() -> tuple[Signal, ...]:
+    """Return the yaw moment that the continuous law asks for, see `systems.controller`."""
+    return (Signal("yaw_moment", "N*m"),)
+
+
+def accelerations() -> tuple[Signal, ...]:
+    """Return the accelerations in the middle of the step before."""
+    return tuple(Signal(f"wdot_{axis}", "rad/s^2") for axis in "xyz") + tuple(
+        Signal(f"vdot_{axis}", "m/s^2") for axis in "xyz"
     )
 
 

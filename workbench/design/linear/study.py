@@ -12,7 +12,6 @@ from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.sampled import sampled_model
 from workbench.design.linear.trim import find_trim
 from workbench.diagram.core import make_flight_core, make_vehicle_core
-from workbench.diagram.sampled_core import make_sampled_core
 from workbench.errors import sentences
 from workbench.gains import flight_gains
 from workbench.parameters import checked
@@ -46,8 +45,7 @@ class LinearStudy:
         self.vehicle = make_vehicle(self._description)
         self.gains: Mapping[str, float] = flight_gains(self.vehicle, config.gains)
         self._flown = varied(self._description, self.vehicle, config.variation)
-        core = make_sampled_core(self._flown, self.vehicle, self.gains, self.scenario.rates)
-        self._derivatives = Derivatives(core)
+        self._derivatives = Derivatives(self._flown, self.vehicle, self.gains, self.scenario.rates)
         _, self._rate = sampled_estimate(self.scenario.rates.control_period)
 
     def like(self, scenario: Scenario) -> "LinearStudy":
@@ -80,8 +78,9 @@ class LinearStudy:
         Arguments and exceptions are those of `trim`.
         """
         trim = self.trim(point, gains)
-        delay = self.scenario.vehicle.variation.control_delay
-        return sampled_model(self._derivatives, trim, self.scenario.rates, self._rate, delay)
+        rates = self.scenario.rates
+        delays = self.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
+        return sampled_model(self._derivatives, trim, rates, self._rate, delays)
 
     def continuous(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.math import RollPitchYaw
 
 from workbench.design.linear.attitude import angle_seeds
-from workbench.design.linear.derivatives import REFERENCE, STATE, WRENCH, Derivatives
+from workbench.design.linear.derivatives import FILTERED, REFERENCE, STATE, Derivatives
 from workbench.design.linear.model import Trim
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.errors import WorkbenchError
@@ -80,9 +80,10 @@ def reference_of(trim: Trim) -> np.ndarray:
     return np.concatenate([trim.reference, np.zeros(len(Reference._fields) - REFERENCE)])
 
 
-def memory_of(trim: Trim, rate: float) -> np.ndarray:
-    """Return the law's memory (2 n + 3) in a steady flight or one of constant acceleration."""
-    return np.concatenate([trim.speeds, trim.speeds, trim.v_WB - trim.vdot_WB / rate])
+def filtered_of(trim: Trim, rate: float) -> np.ndarray:
+    """Return the velocity (3) that the estimate of acceleration remembers in a trimmed flight."""
+    filtered: np.ndarray = trim.v_WB - trim.vdot_WB / rate
+    return filtered
 
 
 def _first_guess(vehicle: Vehicle, gains: Mapping[str, float], point: OperatingPoint) -> Trim:
@@ -105,32 +106,24 @@ def _first_guess(vehicle: Vehicle, gains: Mapping[str, float], point: OperatingP
 def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Return what is left of the equations (6 + n), and its derivatives by the unknowns."""
     n = trim.speeds.size
-    update = derivatives.update(
-        trim.state, memory_of(trim, rate), reference_of(trim), guidance_of(trim)
+    update = derivatives.settled_update(
+        trim.state, filtered_of(trim, rate), trim.speeds, reference_of(trim), guidance_of(trim)
     )
-    acceleration, by = derivatives.acceleration(trim.state, update.thrusts, update.wrench)
+    acceleration, by = derivatives.acceleration(trim.state, trim.speeds)
     wanted = np.concatenate([np.zeros(3), trim.vdot_WB])
     scale = np.maximum(trim.speeds, 1.0)
-    left = np.concatenate(
-        [acceleration - wanted, update.memory[n : 2 * n] / scale - trim.speeds / scale]
-    )
+    left = np.concatenate([acceleration - wanted, (update.commands - trim.speeds) / scale])
 
-    tilt = slice(0, 2)
-    speeds = slice(STATE, STATE + n)
-    asked = slice(STATE + 2 * n + 3, STATE + 2 * n + 3 + REFERENCE)
-
-    def columns(rows: np.ndarray) -> np.ndarray:
-        """Pick the unknowns; the held command moves with the speed, which has settled on it."""
-        return np.hstack([rows[:, tilt], rows[:, speeds], rows[:, asked]])
-
-    thrusts_by, wrench_by = columns(update.thrusts_by), columns(update.wrench_by)
-    state_by = np.zeros((STATE, thrusts_by.shape[1]))
-    state_by[tilt, tilt] = np.eye(2)
-    blocks = by[:, :STATE], by[:, STATE : STATE + n], by[:, STATE + n : STATE + n + WRENCH]
-    moved = blocks[0] @ state_by + blocks[1] @ thrusts_by + blocks[2] @ wrench_by
-    commands_by = columns(update.memory_by[n : 2 * n])
-    commands_by[:, 2 : 2 + n] -= np.eye(n)
-    return left, np.vstack([moved, commands_by / scale[:, None]])
+    before = slice(STATE + FILTERED, STATE + FILTERED + n)
+    tilt, asked = slice(0, 2), slice(before.stop, before.stop + REFERENCE)
+    jacobian = np.zeros((6 + n, 2 + n + REFERENCE))
+    jacobian[:6, tilt] = by[:, tilt]
+    jacobian[:6, 2 : 2 + n] = by[:, STATE:]
+    jacobian[6:, tilt] = update.commands_by[:, tilt]
+    jacobian[6:, 2 : 2 + n] = update.commands_by[:, before] - np.eye(n)
+    jacobian[6:, 2 + n :] = update.commands_by[:, asked]
+    jacobian[6:] /= scale[:, None]
+    return left, jacobian
 
 
 def _moved(trim: Trim, change: np.ndarray, n: int) -> Trim:

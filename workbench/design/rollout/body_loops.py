@@ -1,124 +1,120 @@
-"""What moves in a block: loops over its candidates around the rigid body and the air."""
+"""What moves in a block: loops over its candidates around the vehicle's own functions.
+
+In several loops a step: one would be a chain of hundreds of operations that wait for each other,
+longer than what a processor looks ahead to fill the time with the next candidates'.
+"""
 
 import math
 
 import numpy as np
 from numba.extending import register_jitable
 
-from workbench.design.rollout.rigid_body import held_load, moved, rotation, velocity_changes
 from workbench.design.rollout.rows import (
-    BLADE,
-    CHANGES,
     CLEARANCE,
+    HELD,
     LANES,
+    LAST,
     LOAD,
     LOST,
+    MIDDLE,
     PRESSURE,
+    PUSH,
     R_WB,
     RIGID,
+    SHARE,
+    SLOPE,
     SPEED,
     STATE,
-    TURNING,
+    TURN,
     WAY,
     WIND,
-    WRENCH,
     put,
+    put3,
     put6,
     put9,
     put13,
     take,
     take3,
-    take4,
     take6,
-    take8,
     take9,
     take13,
+    take24,
 )
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
-from workbench.systems.air.drag import body_drag, motion_in_air, with_rotor_drag
+from workbench.systems.air.drag import body_drag, with_rotor_drag
 from workbench.systems.air.normals import COUNT, draw_normals
-from workbench.systems.air.update import air_update
+from workbench.systems.air.update import push_at, wind_at
+from workbench.systems.dynamics import ANSWER, whole_wrench, with_thrust
+from workbench.systems.rigid_body import accelerations, into_body, middle, moved
+from workbench.systems.rotor_response import step_rotor, within
 
 
 @register_jitable
-def pull(block, rotors, blades):  # type: ignore[no-untyped-def]
-    """Begin what will act on the body with the drag in a steady wind; the blades' if they have."""
+def move(block, rotors, blades, pushed, step):  # type: ignore[no-untyped-def]
+    """Do a step of physics; blades drag, and what is pushed is pushed, only if any is."""
     for i in range(LANES):
-        v_B, w_B = motion_in_air(take13(block, STATE, i), take3(block, WIND, i))
-        put6(block, WAY, i, v_B + w_B)
-        p_BoBcm_B = take3(block, RIGID + 13, i)
-        put6(block, WRENCH, i, body_drag(v_B, w_B, take(block, PRESSURE, i), p_BoBcm_B))
-    for number in range(len(rotors) if blades else 0):
+        R, w_W, v_W = middle(take13(block, STATE, i), take6(block, LAST, i), step)
+        _meet_air(block, i, R, w_W, v_W)
+    _drag(block)
+    for number in range(len(rotors)):
         rotor = rotors[number]
         for i in range(LANES):
-            v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
-            wrench, speed = take6(block, WRENCH, i), take(rotor, SPEED, i)
-            wrench = with_rotor_drag(wrench, v_B, w_B, speed, take8(rotor, BLADE, i))
-            put6(block, WRENCH, i, wrench)
+            speed, slope, after = step_rotor(
+                take(rotor, HELD, i), take(rotor, SPEED, i), take9(rotor, TURN + ANSWER, i)
+            )
+            put(rotor, MIDDLE, i, speed)
+            put(rotor, SLOPE, i, slope)
+            put(rotor, SPEED, i, after)
+    _turn(block, rotors, blades)
+    if pushed:
+        for i in range(LANES):
+            R, push = take9(block, R_WB, i), take6(block, PUSH, i)
+            f_x, f_y, f_z, m_x, m_y, m_z = take6(block, LOAD, i)
+            p_x, p_y, p_z = into_body(R, push[0:3])
+            t_x, t_y, t_z = into_body(R, push[3:6])
+            load = (f_x + p_x, f_y + p_y, f_z + p_z, m_x + t_x, m_y + t_y, m_z + t_z)
+            put6(block, LOAD, i, load)
+    _accelerate(block)
+    for i in range(LANES):
+        put13(block, STATE, i, moved(take13(block, STATE, i), take6(block, LAST, i), step))
 
 
 @register_jitable
-def blow(block, rotors, lively, air, seeds, crafts, instant, period, eddies, next_eddies):  # type: ignore[no-untyped-def]
-    """Do the same for those in air that is not steady, one by one."""
-    n = len(rotors)
-    drag, wind, noise, speeds = np.zeros(6), np.zeros(3), np.empty(COUNT), np.empty(n)
+def hold_commands(rotors, asked, acting, updates, step):  # type: ignore[no-untyped-def]
+    """Let the rotors of those for whom it is time follow the commands that then act.
+
+    Args:
+        rotors: blocks of the rotors.
+        asked: commands of the last updates, a ring.
+        acting: see `craft.Crafts`.
+        updates: how many there were before the last one.
+        step: of physics, in the period that this one began.
+    """
+    for i in range(LANES):
+        age, since = acting[min(i, len(acting) - 1)]
+        if since == step:
+            commands = asked[(updates - age) % len(asked)]
+            for number in range(len(rotors)):
+                limit = take(rotors[number], TURN + ANSWER, i)
+                put(rotors[number], HELD, i, within(commands[number, i], limit))
+
+
+@register_jitable
+def blow(block, lively, air, seeds, number, step, eddies):  # type: ignore[no-untyped-def]
+    """Write wind and push in a step of those in air that is not steady, one by one."""
+    noise = np.empty(COUNT)
     for i in range(len(air)):
         if not lively[i]:
             continue
-        draw_normals(seeds[i], instant, noise)
-        for number in range(n):
-            speeds[number] = take(rotors[number], SPEED, i)
-        air_update(
-            instant * period,
-            take13(block, STATE, i),
-            speeds,
-            noise,
-            air[i],
-            take3(block, RIGID + 13, i),
-            crafts.blades[i],
-            period,
-            eddies[i],
-            drag,
-            wind,
-            next_eddies[i],
+        draw_normals(seeds[i], number, noise)
+        state = take13(block, STATE, i)
+        put3(
+            block,
+            WIND,
+            i,
+            wind_at(number * step, state, noise, air[i], step, eddies[i], eddies[i]),
         )
-        eddies[i] = next_eddies[i]
-        for k in range(6):
-            put(block, WRENCH + k, i, drag[k])
-
-
-@register_jitable
-def hold_load(block, step):  # type: ignore[no-untyped-def]
-    """Let what was gathered act from now on."""
-    for i in range(LANES):
-        wrench, p_BoBcm_B = take6(block, WRENCH, i), take3(block, RIGID + 13, i)
-        put6(block, LOAD, i, held_load(wrench, take(block, RIGID, i), p_BoBcm_B, step))
-
-
-@register_jitable
-def move(block, step, steps):  # type: ignore[no-untyped-def]
-    """Do some steps of physics.
-
-    In three loops: one would be a chain of a hundred operations that wait for each other, and
-    longer than what a processor looks ahead to fill the time with the next candidates'.
-    """
-    for _ in range(steps):
-        for i in range(LANES):
-            put9(block, R_WB, i, rotation(take4(block, STATE, i)))
-        for i in range(LANES):
-            changes = velocity_changes(
-                take9(block, R_WB, i),
-                take3(block, STATE + 7, i),
-                take6(block, LOAD, i),
-                take6(block, RIGID + 1, i),
-                take6(block, TURNING, i),
-                take3(block, RIGID + 13, i),
-                step,
-            )
-            put6(block, CHANGES, i, changes)
-        for i in range(LANES):
-            state, changes = take13(block, STATE, i), take6(block, CHANGES, i)
-            put13(block, STATE, i, moved(state, take9(block, R_WB, i), changes, step))
+        put6(block, PUSH, i, push_at(number * step, state, air[i], step))
 
 
 @register_jitable
@@ -142,3 +138,63 @@ def note_lost(block, instant):  # type: ignore[no-untyped-def]
     for i in range(LANES):
         many += take(block, LOST, i) >= 0.0
     return many
+
+
+@register_jitable(forceinline=True)
+def _meet_air(block, i, R, w_W, v_W):  # type: ignore[no-untyped-def]
+    """Write orientation, and velocity relative to the air and angular velocity in B."""
+    a_x, a_y, a_z = take3(block, WIND, i)
+    v_x, v_y, v_z = v_W
+    put9(block, R_WB, i, R)
+    put3(block, WAY, i, into_body(R, (v_x - a_x, v_y - a_y, v_z - a_z)))
+    put3(block, WAY + 3, i, into_body(R, w_W))
+
+
+@register_jitable
+def _drag(block):  # type: ignore[no-untyped-def]
+    """Begin what acts on the body with its drag."""
+    for i in range(LANES):
+        v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
+        p_BoBcm_B = take3(block, RIGID + 13, i)
+        drag = body_drag(v_B, w_B, take(block, PRESSURE, i), p_BoBcm_B)
+        put9(block, LOAD, i, drag + (0.0, 0.0, 0.0))
+
+
+@register_jitable
+def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
+    """Add what the rotors do, with the drag of their blades if any drag."""
+    if blades:
+        for number in range(len(rotors)):
+            rotor = rotors[number]
+            for i in range(LANES):
+                row, speed = take24(rotor, TURN, i), take(rotor, MIDDLE, i)
+                slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
+                load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
+                v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
+                wrench = with_rotor_drag(load[0:6], v_B, w_B, speed, row)
+                put9(block, LOAD, i, wrench + load[6:9])
+    else:
+        for number in range(len(rotors)):
+            rotor = rotors[number]
+            for i in range(LANES):
+                row, speed = take24(rotor, TURN, i), take(rotor, MIDDLE, i)
+                slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
+                load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
+                put9(block, LOAD, i, load)
+
+
+@register_jitable
+def _accelerate(block):  # type: ignore[no-untyped-def]
+    """Write the acceleration that follows from what acts on the body."""
+    for i in range(LANES):
+        w_B = take3(block, WAY + 3, i)
+        acceleration = accelerations(
+            take9(block, R_WB, i),
+            w_B,
+            whole_wrench(take9(block, LOAD, i), w_B),
+            take(block, RIGID, i),
+            take6(block, RIGID + 1, i),
+            take6(block, RIGID + 7, i),
+            take3(block, RIGID + 13, i),
+        )
+        put6(block, LAST, i, acceleration)

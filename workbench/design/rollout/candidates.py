@@ -8,7 +8,7 @@ import numpy as np
 from workbench.errors import WorkbenchError, unknown_name
 from workbench.parameters import MOST_ROTORS, PARAMETERS
 from workbench.systems.air.settings import AirSettings
-from workbench.systems.cascade import Gains, Reference
+from workbench.systems.cascade import SPIN_UP, Gains, Reference
 from workbench.systems.noise import noise_seed
 
 KNOWN = frozenset(row.name for row in PARAMETERS)
@@ -19,7 +19,7 @@ class Candidates(NamedTuple):
     """N candidates for a vehicle with n rotors.
 
     Attributes:
-        gains: (N, 18) see `cascade.Gains`.
+        gains: (N, 19) see `cascade.Gains`.
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
         commands: (N, 8) from the edge on, none before; see `cascade.Reference`.
@@ -51,8 +51,9 @@ def make_candidates(
     """Return candidates as arrays.
 
     Args:
-        gains: values by name of each candidate, or an array (N, 18) with a column for each of
-            `cascade.Gains`; of those within the parameter table's limits or not.
+        gains: values by name of each candidate, or an array (N, 19) with a column for each of
+            `cascade.Gains`, of which the last may be left out; within the parameter table's limits
+            or not.
         own: every value, for what the candidates do not name.
         rotors: how many there are.
         commands: velocity in W and yaw rate [m/s, rad/s] for all of them (4) or each (N, 4).
@@ -110,13 +111,13 @@ def _for_each(what: str, values: np.ndarray, count: int, size: int) -> np.ndarra
 def _from_array(gains: np.ndarray, own: Sequence[float]) -> np.ndarray:
     """Return a table of all columns, the first of which are given."""
     many = len(Gains._fields)
-    if gains.ndim != 2 or gains.shape[1] != many:
+    if gains.ndim != 2 or gains.shape[1] not in (many, SPIN_UP):
         raise WorkbenchError(
             f"the gains are an array of {' x '.join(map(str, gains.shape)) or 'no'} numbers: give "
             f"one with a row a candidate and {many} columns, those of cascade.Gains"
         )
     table = np.tile(np.array(own, dtype=float), (len(gains), 1))
-    table[:, :many] = gains
+    table[:, : gains.shape[1]] = gains
     return table
 
 

@@ -2,15 +2,15 @@
 
 from workbench.design.rollout.flight import fly_block
 from workbench.design.rollout.measuring import measure_steps
-from workbench.systems.air.air import SOURCES as AIR
 from workbench.systems.compiled import LAW, compile_cached
+from workbench.systems.vehicle_dynamics import SOURCES as DYNAMICS
 
-OWN = ("rigid_body.py", "rows.py", "filling.py", "law_loops.py", "body_loops.py", "flight.py")
+OWN = ("rows.py", "filling.py", "law_loops.py", "body_loops.py", "flight.py")
 TAKEN = ("candidates.py", "craft.py", "schedule.py")
 """What the arguments' types stand in: numba's cache keeps where to find them."""
 SOURCES = (
     *LAW,
-    *AIR,
+    *DYNAMICS,
     "air/settings.py",
     "../design/tumbling.py",
     *(f"../design/rollout/{name}" for name in (*OWN, *TAKEN)),

@@ -6,27 +6,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.design.rollout.rigid_body import rigid_body
-from workbench.plant.rotors import Rotor, wrench_matrix
+from workbench.plant.rotors import Rotor
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.air.drag import rotor_rows
+from workbench.systems.dynamics import rotor_rows
 from workbench.systems.flight_law import law_constants, packed
-from workbench.systems.rotor_response import rotor_period
+from workbench.systems.rigid_body import rigid_body
 
 
 class Crafts(NamedTuple):
     """What flies with each of m candidates; n rotors.
 
     Attributes:
-        body: (m, 17) of the law's constants, see `flight_law.packed`.
-        rotors: (m, n, 20) of the same.
+        body: (m, 18) of the law's constants, see `flight_law.packed`.
+        rotors: (m, n, 11) of the same.
         rigid: (m, 16) what moves, see `rigid_body.RigidBody`.
-        effects: (m, n, 6) force and moment about the body's origin in B a thrust [1, m].
-        blades: (m, n, 8) see `air.drag.rotor_rows`.
+        turning: (m, n, 24) see `dynamics.rotor_rows`.
         speeds: (m, n) of the rotors at the start [rad/s].
-        delays: (m) control periods by which the law sees the state late.
+        seen: (m, 2) see `variation.Delays.seen`.
+        acting: (m, 2) see `variation.Delays.acting`.
         clearances: (m) height of the body's origin at which it stands on the ground [m].
         estimate: see `acceleration_estimate.sampled_estimate`.
     """
@@ -34,10 +34,10 @@ class Crafts(NamedTuple):
     body: np.ndarray
     rotors: np.ndarray
     rigid: np.ndarray
-    effects: np.ndarray
-    blades: np.ndarray
+    turning: np.ndarray
     speeds: np.ndarray
-    delays: np.ndarray
+    seen: np.ndarray
+    acting: np.ndarray
     clearances: np.ndarray
     estimate: tuple[float, float]
 
@@ -46,34 +46,45 @@ class Crafts(NamedTuple):
         return Crafts._make([*(part[which] for part in self[:8]), self.estimate])
 
 
-def make_crafts(vehicle: Vehicle, variations: Sequence[Variation], period: float) -> Crafts:
+def make_crafts(vehicle: Vehicle, variations: Sequence[Variation], rates: Rates) -> Crafts:
     """Return a vehicle that differs in some ways from what its law believes.
 
     Args:
         vehicle: as its law believes.
         variations: (m) how it differs.
-        period: of control [s].
+        rates: of physics and control.
     """
-    constants = law_constants(vehicle, period)
-    turning = [[_answer(rotor, each, period) for rotor in vehicle.rotors] for each in variations]
-    packs = [packed(constants._replace(rotors=rows)) for rows in turning]
+    body, rotors = packed(law_constants(vehicle))
     many = len(variations)
+    delays = [each.delays(rates.physics_step, rates.control_period) for each in variations]
+    rigid = [
+        rigid_body(
+            each.mass * vehicle.mass, each.inertia * vehicle.inertia, vehicle.p_BoBcm_B
+        ).packed()
+        for each in variations
+    ]
+    turning = [
+        rotor_rows([_lagged(rotor, each) for rotor in vehicle.rotors], rates.physics_step)
+        for each in variations
+    ]
     return Crafts(
-        body=np.array([body for body, _ in packs]),
-        rotors=np.array([rotors for _, rotors in packs]),
-        rigid=np.array([rigid_body(vehicle, each).packed() for each in variations]),
-        effects=np.array([wrench_matrix(vehicle.rotors, (0.0, 0.0, 0.0)).T] * many),
-        blades=np.array([rotor_rows(vehicle.rotors)] * many),
+        body=np.array([body] * many),
+        rotors=np.array([rotors] * many),
+        rigid=np.array(rigid),
+        turning=np.array(turning),
         speeds=np.array([vehicle.hover_speeds] * many),
-        delays=np.array([int(each.control_delay) for each in variations]),
+        seen=np.array([each.seen for each in delays]),
+        acting=np.array([each.acting for each in delays]),
         clearances=np.full(many, vehicle.ground_clearance),
-        estimate=sampled_estimate(period),
+        estimate=sampled_estimate(rates.control_period),
     )
 
 
-def _answer(rotor: Rotor, variation: Variation, period: float) -> list[float]:
-    """Return the constants of a rotor's answer."""
+def _lagged(rotor: Rotor, variation: Variation) -> Rotor:
+    """Return a rotor with the lag of a variation."""
     lag = variation.rotor_lag
-    up, down = lag * rotor.time_constant_up, lag * rotor.time_constant_down
-    varied = dataclasses.replace(rotor, time_constant_up=up, time_constant_down=down)
-    return rotor_period(varied, period)
+    return dataclasses.replace(
+        rotor,
+        time_constant_up=lag * rotor.time_constant_up,
+        time_constant_down=lag * rotor.time_constant_down,
+    )

@@ -99,8 +99,9 @@ class RolloutEngine:
         limits speed to less than the amplitude, the law cuts the command.
 
         Args:
-            gains: parameter values by name of each of N candidates, or an array (N, 18) with
-                columns as `cascade.Gains`. What is not named has the vehicle's own value.
+            gains: parameter values by name of each of N candidates, or an array (N, 19) with
+                columns as `cascade.Gains`, of which the last may be left out. What is not named
+                has the vehicle's own value.
             axis: x, y, z or yaw.
             amplitude: of the command, [m/s] or [rad/s].
             duration: flown after the edge [s].
@@ -257,4 +258,4 @@ class RolloutEngine:
 
     def _crafts_of(self, variations: Sequence[Variation]) -> Crafts:
         """Return vehicles that differ."""
-        return make_crafts(self.vehicle, variations, self.rates.control_period)
+        return make_crafts(self.vehicle, variations, self.rates)

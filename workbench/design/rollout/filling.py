@@ -5,25 +5,22 @@ import math
 import numpy as np
 from numba.extending import register_jitable
 
-from workbench.design.rollout.rigid_body import held_load
 from workbench.design.rollout.rows import (
     AIR_SIZE,
     ALLOCATION,
-    ANSWER,
-    BLADE,
     BODY,
     BODY_SIZE,
     CLEARANCE,
     COMMAND,
     COMMAND_SIZE,
-    EFFECTS,
+    COMMANDED,
     FILTERED,
     GAIN_SIZE,
     GAINS,
+    HELD,
     HOLD,
     IDLE,
     LANES,
-    LOAD,
     LOST,
     MOST,
     MOTOR,
@@ -35,16 +32,14 @@ from workbench.design.rollout.rows import (
     STATE,
     STATE_SIZE,
     STOPPED,
-    TURNING,
+    THRUST,
+    TURN,
     WIND,
-    WRENCH,
+    YAWS,
     put,
-    put6,
-    take,
-    take3,
-    take6,
 )
 from workbench.systems.air.settings import AirSettings
+from workbench.systems.dynamics import ROW, given
 
 _AIR = AirSettings._fields
 TURBULENCE, GUST, PUSH = _AIR.index("turbulence"), _AIR.index("gust_x"), _AIR.index("push_x")
@@ -53,7 +48,7 @@ assert len(_AIR) == AIR_SIZE and _AIR.index("wind_x") == 0
 
 
 @register_jitable
-def fill(block, rotors, candidates, crafts, step):  # type: ignore[no-untyped-def]
+def fill(block, rotors, candidates, crafts):  # type: ignore[no-untyped-def]
     """Fill a block; where there are fewer than 16, the last one flies in the others' places."""
     many = len(candidates.gains)
     for i in range(LANES):
@@ -70,16 +65,12 @@ def fill(block, rotors, candidates, crafts, step):  # type: ignore[no-untyped-de
             put(block, BODY + k, i, crafts.body[c, k])
         for k in range(RIGID_SIZE):
             put(block, RIGID + k, i, crafts.rigid[c, k])
-        for k in range(6):
-            put(block, TURNING + k, i, step * crafts.rigid[c, 7 + k])
         put(block, PRESSURE, i, 0.5 * candidates.air[c, DENSITY] * candidates.air[c, AREA])
         put(block, CLEARANCE, i, crafts.clearances[c])
         # comparisons with NaN are false: a limit that is none would be no limit
         put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
         for number in range(len(rotors)):
             _fill_rotor(block, rotors[number], i, c, number, candidates, crafts)
-        wrench, p_BoBcm_B = take6(block, WRENCH, i), take3(block, RIGID + 13, i)
-        put6(block, LOAD, i, held_load(wrench, take(block, RIGID, i), p_BoBcm_B, step))
 
 
 @register_jitable
@@ -92,26 +83,24 @@ def _is_whole(candidates, c):  # type: ignore[no-untyped-def]
 
 @register_jitable
 def _fill_rotor(block, rotor, i, c, number, candidates, crafts):  # type: ignore[no-untyped-def]
-    """Fill a rotor's rows of a candidate, and add its thrust at the start to the wrench."""
+    """Fill a rotor's rows of a candidate."""
     speed, share = crafts.speeds[c, number], candidates.shares[c, number]
     row = crafts.rotors[c, number]
     put(rotor, SPEED, i, speed)
-    put(rotor, SHARE, i, share)
+    put(rotor, COMMANDED, i, speed)
+    put(rotor, HELD, i, speed)
+    put(rotor, SHARE, i, given(share))
     if share == 0.0:
         put(block, STOPPED, i, 1.0)
     for k in range(4):
         put(rotor, ALLOCATION + k, i, row[k])
+    put(rotor, YAWS, i, row[7])
+    put(rotor, THRUST, i, row[10] * speed * speed)
     put(rotor, IDLE, i, row[8])
     put(rotor, MOST, i, row[9])
     put(rotor, MOTOR, i, row[10])
-    for k in range(9):
-        put(rotor, ANSWER + k, i, row[11 + k])
-    for k in range(8):
-        put(rotor, BLADE + k, i, crafts.blades[c, number, k])
-    for k in range(6):
-        effect = crafts.effects[c, number, k]
-        put(rotor, EFFECTS + k, i, effect)
-        put(block, WRENCH + k, i, take(block, WRENCH + k, i) + effect * (row[10] * speed**2))
+    for k in range(ROW):
+        put(rotor, TURN + k, i, crafts.turning[c, number, k])
 
 
 @register_jitable

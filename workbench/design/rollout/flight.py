@@ -1,9 +1,8 @@
 """The flight of a block of candidates, as a function that compiles.
 
 The order of things is that of the workbench's diagram, where all that is due at one time reads the
-state before it: law and air see the state at a control instant, while the physics step that begins
-there still has the thrusts and the air's wrench of the period before. The new ones act from the
-next physics step on, until one step after the next control instant.
+state before it: the law sees the state at a control instant, while the physics step that begins
+there still has the commands of the period before.
 
 No candidate knows who flies beside it: all of them give the same numbers in any company.
 """
@@ -13,17 +12,11 @@ import math
 import numpy as np
 from numba.extending import register_jitable
 
-from workbench.design.rollout.body_loops import (
-    blow,
-    hold_load,
-    move,
-    note_lost,
-    pull,
-)
+from workbench.design.rollout.body_loops import blow, hold_commands, move, note_lost
 from workbench.design.rollout.filling import fill, give_commands, is_lively
-from workbench.design.rollout.law_loops import drive, mix_hard, mix_plainly, want
+from workbench.design.rollout.law_loops import command, mix_hard, mix_plainly, want
 from workbench.design.rollout.rows import (
-    ANSWER,
+    COMMANDED,
     KNOWN,
     LANES,
     LOST,
@@ -33,10 +26,12 @@ from workbench.design.rollout.rows import (
     SPEED,
     STATE,
     STATE_SIZE,
+    TURN,
     put,
     take,
 )
 from workbench.systems.air.update import EDDIES
+from workbench.systems.dynamics import ANSWER
 
 STILL_PERIODS = 8
 STILL = 1e-10
@@ -59,19 +54,24 @@ def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: 
     """
     many, n = candidates.shares.shape
     block, rotors = np.zeros(ROWS * LANES), np.zeros((n, ROTOR_ROWS * LANES))
-    fill(block, rotors, candidates, crafts, schedule.step)
-    blades = crafts.blades[:, :, 6:].any()
+    fill(block, rotors, candidates, crafts)
+    blades = crafts.turning[:, :, 6:8].any()
     lively = is_lively(candidates.air)
-    eddies, next_eddies = np.zeros((many, EDDIES)), np.zeros((many, EDDIES))
-    seen = np.empty((crafts.delays.max() + 1, STATES))
+    pushed = lively.any()
+    eddies = np.zeros((many, EDDIES))
+    seen = np.empty((crafts.seen[:, 0].max() + 1, STATES))
     seen[:] = block[:STATES]
+    asked = np.empty((crafts.acting[:, 0].max() + 1, n, LANES))
+    for age in range(len(asked)):
+        _ask(rotors, asked[age])
+    looks, acts = _steps_of(crafts.seen, schedule.steps), _steps_of(crafts.acting, schedule.steps)
     calm, hold = block, rotors  # as they were when some hovered without moving
     still = np.zeros(LANES, dtype=np.bool_)
     updates = 0
     instant = 0
     while True:
         if instant == schedule.edge:
-            _restore(block, rotors, seen, still, calm, hold)
+            _restore(block, rotors, seen, asked, still, calm, hold)
             give_commands(block, candidates.commands)
         if instant >= schedule.edge:
             since = instant - schedule.edge
@@ -79,28 +79,22 @@ def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: 
                 _keep(block, kept, samples[since // schedule.stride])
         if instant == schedule.end:
             break
-        _see(block, seen, crafts.delays, updates)
-        want(block, crafts.estimate)
+        _look(block, seen, crafts.seen, updates, 0)
+        _see(block, seen, crafts.seen, updates)
+        want(block, rotors, crafts.estimate)
         mix_plainly(block, rotors)
         mix_hard(block, rotors, candidates.shares, crafts.rotors)
-        pull(block, rotors, blades)
-        if lively.any():
-            blow(
-                block,
-                rotors,
-                lively,
-                candidates.air,
-                candidates.seeds,
-                crafts,
-                instant,
-                schedule.period,
-                eddies,
-                next_eddies,
-            )
-        drive(block, rotors, instant >= schedule.edge)
-        move(block, schedule.step, 1)
-        hold_load(block, schedule.step)
-        move(block, schedule.step, schedule.steps - 1)
+        command(block, rotors, instant >= schedule.edge)
+        _ask(rotors, asked[updates % len(asked)])
+        for step in range(schedule.steps):
+            number = instant * schedule.steps + step
+            if step > 0 and looks[step]:
+                _look(block, seen, crafts.seen, updates, step)
+            if acts[step]:
+                hold_commands(rotors, asked, crafts.acting, updates, step)
+            if pushed:
+                blow(block, lively, candidates.air, candidates.seeds, number, schedule.step, eddies)
+            move(block, rotors, blades, pushed, schedule.step)
         updates += 1
         instant += 1
         if note_lost(block, instant) == LANES:
@@ -124,8 +118,37 @@ def _use(rotors, i, flies):  # type: ignore[no-untyped-def]
         peak = take(rotor, PEAK, i)
         if flies:  # the last speed came after the last update
             peak = max(peak, take(rotor, SPEED, i))
-        use = max(use, peak / take(rotor, ANSWER + 1, i))
+        use = max(use, peak / take(rotor, TURN + ANSWER, i))
     return use
+
+
+@register_jitable
+def _steps_of(delays, steps):  # type: ignore[no-untyped-def]
+    """Return at which steps of a period there is something to do for anybody's delay."""
+    found = np.zeros(steps, dtype=np.bool_)
+    for i in range(len(delays)):
+        found[delays[i, 1]] = True
+    return found
+
+
+@register_jitable
+def _ask(rotors, places):  # type: ignore[no-untyped-def]
+    """Write what is commanded."""
+    for number in range(len(rotors)):
+        for i in range(LANES):
+            places[number, i] = take(rotors[number], COMMANDED, i)
+
+
+@register_jitable
+def _look(block, seen, delays, updates, step):  # type: ignore[no-untyped-def]
+    """Remember the states of those whose law is to see what they are before this step."""
+    if len(seen) == 1:
+        return
+    places = seen[updates % len(seen)]
+    for i in range(LANES):
+        if delays[min(i, len(delays) - 1), 1] == step:
+            for k in range(STATE_SIZE):
+                put(places, k, i, take(block, STATE + k, i))
 
 
 @register_jitable
@@ -135,9 +158,8 @@ def _see(block, seen, delays, updates):  # type: ignore[no-untyped-def]
     if ring == 1:
         block[KNOWN * LANES : KNOWN * LANES + STATES] = block[:STATES]
         return
-    seen[updates % ring] = block[:STATES]
     for i in range(LANES):
-        late = delays[min(i, len(delays) - 1)]
+        late = delays[min(i, len(delays) - 1), 0]
         for k in range(STATE_SIZE):
             put(block, KNOWN + k, i, take(seen[(updates - late) % ring], k, i))
 
@@ -173,7 +195,7 @@ def _find_still(block, lively, still):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _restore(block, rotors, seen, still, calm, hold):  # type: ignore[no-untyped-def]
+def _restore(block, rotors, seen, asked, still, calm, hold):  # type: ignore[no-untyped-def]
     """Put back those that hovered without moving, whether or not others had to fly on."""
     for i in range(LANES):
         if still[i]:
@@ -182,6 +204,8 @@ def _restore(block, rotors, seen, still, calm, hold):  # type: ignore[no-untyped
             for number in range(len(rotors)):
                 for row in range(ROTOR_ROWS):
                     put(rotors[number], row, i, take(hold[number], row, i))
+                for age in range(len(asked)):
+                    asked[age, number, i] = take(hold[number], COMMANDED, i)
             for k in range(STATE_SIZE):
                 for old in range(len(seen)):
                     put(seen[old], k, i, take(calm, STATE + k, i))

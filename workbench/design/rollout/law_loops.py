@@ -7,10 +7,9 @@ from numba.extending import register_jitable
 
 from workbench.design.rollout.rows import (
     ALLOCATION,
-    ANSWER,
     BODY,
     COMMAND,
-    EFFECTS,
+    COMMANDED,
     EFFORT,
     FILTERED,
     GAINS,
@@ -23,27 +22,25 @@ from workbench.design.rollout.rows import (
     MOST,
     MOTOR,
     PEAK,
-    SHARE,
     SPEED,
     STOPPED,
     THRUST,
-    WRENCH,
+    YAW,
+    YAWS,
     put,
     put3,
     put4,
-    put6,
     take,
     take3,
     take4,
     take6,
     take8,
-    take9,
     take13,
-    take18,
+    take19,
 )
-from workbench.systems.flight_law import LawConstants, estimated, flight_wrench
+from workbench.systems.flight_law import LawConstants, estimated, flight_wrench, kept_share
 from workbench.systems.mixer import mix, plain_thrust
-from workbench.systems.rotor_response import drive_rotor, speed_command
+from workbench.systems.rotor_response import speed_command
 from workbench.systems.stopped_rotors import mix_without
 
 NO_BRAKE = (0.0,) * 13
@@ -51,8 +48,16 @@ NO_BRAKE = (0.0,) * 13
 
 
 @register_jitable
-def want(block, estimate):  # type: ignore[no-untyped-def]
+def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
     """Write the wanted efforts, and step the estimates of acceleration."""
+    share, rate = estimate
+    for i in range(LANES):
+        put(block, YAW, i, 0.0)
+    for number in range(len(rotors)):
+        rotor = rotors[number]
+        for i in range(LANES):
+            moment = take(rotor, YAWS, i) * take(rotor, THRUST, i)
+            put(block, YAW, i, take(block, YAW, i) + moment)
     for i in range(LANES):
         known = take13(block, KNOWN, i)
         acceleration, filtered = estimated(known[10:13], take3(block, FILTERED, i), estimate)
@@ -67,19 +72,16 @@ def want(block, estimate):  # type: ignore[no-untyped-def]
             (),
             (),
             (),
-            (),
+            take(block, BODY + 17, i),
         )
         guidance = (1.0, 1.0, 1.0, 0.0, 1.0, 1.0) + take3(block, HOLD, i) + NO_BRAKE
-        effort = flight_wrench(
-            known,
-            acceleration,
-            take8(block, COMMAND, i),
-            guidance,
-            take18(block, GAINS, i),
-            constants,
-            None,
+        gains = take19(block, GAINS, i)
+        force, m_x, m_y, m_z = flight_wrench(
+            known, acceleration, take8(block, COMMAND, i), guidance, gains, constants, None
         )
-        put4(block, EFFORT, i, effort)
+        kept = kept_share(gains, constants.spin_up_time, share / rate)
+        m_z = m_z + kept * (take(block, YAW, i) - m_z)
+        put4(block, EFFORT, i, (force, m_x, m_y, m_z))
         put3(block, FILTERED, i, filtered)
 
 
@@ -129,28 +131,13 @@ def mix_hard(block, rotors, shares, law_rotors):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def drive(block, rotors, noted):  # type: ignore[no-untyped-def]
-    """Step the rotors' speeds, and add their mean thrusts to what will act on the body.
-
-    Peaks are of the speeds before, if they are to be noted.
-    """
+def command(block, rotors, noted):  # type: ignore[no-untyped-def]
+    """Write the commanded speeds; note peaks of the present ones, if they are to be noted."""
     for number in range(len(rotors)):
         rotor = rotors[number]
         for i in range(LANES):
             speed, peak = take(rotor, SPEED, i), take(rotor, PEAK, i)
             flies = take(block, LOST, i) < 0.0
             put(rotor, PEAK, i, speed if noted and flies and speed > peak else peak)
-            command = speed_command(take(rotor, THRUST, i), take(rotor, MOTOR, i), 1.0)
-            thrust, speed, _ = drive_rotor(
-                command, speed, take(rotor, SHARE, i), take9(rotor, ANSWER, i)
-            )
-            put(rotor, SPEED, i, speed)
-            w_x, w_y, w_z, w_l, w_m, w_n = take6(block, WRENCH, i)
-            e_x, e_y, e_z, e_l, e_m, e_n = take6(rotor, EFFECTS, i)
-            w_x += e_x * thrust
-            w_y += e_y * thrust
-            w_z += e_z * thrust
-            w_l += e_l * thrust
-            w_m += e_m * thrust
-            w_n += e_n * thrust
-            put6(block, WRENCH, i, (w_x, w_y, w_z, w_l, w_m, w_n))
+            wanted = speed_command(take(rotor, THRUST, i), take(rotor, MOTOR, i), 1.0)
+            put(rotor, COMMANDED, i, wanted)

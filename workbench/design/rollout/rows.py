@@ -12,40 +12,42 @@ from numba.extending import register_jitable
 
 from workbench.systems.air.settings import AirSettings
 from workbench.systems.cascade import Gains, Reference
+from workbench.systems.dynamics import ROW
 
 LANES = 16
 """Candidates in a block: four vectors of four, so that one's wait is another's work."""
 
 STATE_SIZE, GAIN_SIZE = 13, len(Gains._fields)
 COMMAND_SIZE, AIR_SIZE = len(Reference._fields), len(AirSettings._fields)
-BODY_SIZE, RIGID_SIZE = 17, 16
+BODY_SIZE, RIGID_SIZE = 18, 16
 
 STATE = 0
 KNOWN = STATE + STATE_SIZE
 """The state that the law sees, which may be an older one."""
 FILTERED = KNOWN + STATE_SIZE
 """Velocity of the acceleration estimate (3)."""
-R_WB = FILTERED + 3
-CHANGES = R_WB + 9
-"""See `rigid_body.velocity_changes` (6)."""
-LOAD = CHANGES + 6
-"""See `rigid_body.held_load` (6)."""
-WRENCH = LOAD + 6
-"""What will act on the body (6)."""
-EFFORT = WRENCH + 6
+LAST = FILTERED + 3
+"""Acceleration in the middle of the step before, see `rigid_body.middle` (6)."""
+R_WB = LAST + 6
+LOAD = R_WB + 9
+"""What acts on the body, see `dynamics.Load` (9)."""
+EFFORT = LOAD + 9
 """Wanted force and moment (4)."""
-GAINS = EFFORT + 4
+YAW = EFFORT + 4
+"""Yaw moment asked for before."""
+GAINS = YAW + 1
 COMMAND = GAINS + GAIN_SIZE
 HOLD = COMMAND + COMMAND_SIZE
 """Point to hold while no pilot steers (3)."""
 BODY = HOLD + 3
-"""Mass, inertia, q_BT, p_BoBcm_B and drag as the law knows them, see `flight_law.packed`."""
+"""Mass, inertia, q_BT, p_BoBcm_B, drag and spin-up as the law knows them, see
+`flight_law.packed`."""
 RIGID = BODY + BODY_SIZE
 """Mass, inertia, inverse and centre of mass of what flies, see `rigid_body.RigidBody`."""
-TURNING = RIGID + RIGID_SIZE
-"""Step times the inverse of inertia (6)."""
-WIND = TURNING + 6
-WAY = WIND + 3
+WIND = RIGID + RIGID_SIZE
+PUSH = WIND + 3
+"""See `air.update.push_at` (6)."""
+WAY = PUSH + 6
 """Velocity relative to the air, and angular velocity, in B (6)."""
 PRESSURE = WAY + 6
 """Half the air's density times the drag area."""
@@ -58,14 +60,14 @@ LOST = HARD + 1
 """Instant at which it was lost, -1 if it was not."""
 ROWS = LOST + 1
 
-SPEED, THRUST, SHARE, IDLE, MOST, MOTOR, PEAK = range(7)
+SPEED, MIDDLE, SLOPE, THRUST, COMMANDED, HELD, SHARE, IDLE, MOST, MOTOR, PEAK = range(11)
+"""Of a rotor; the second and third are its speed, and the slope of that, in a step's middle."""
 ALLOCATION = PEAK + 1
-EFFECTS = ALLOCATION + 4
-ANSWER = EFFECTS + 6
-"""See `rotor_response.rotor_period` (9)."""
-BLADE = ANSWER + 9
-"""See `air.drag.rotor_rows` (8)."""
-ROTOR_ROWS = BLADE + 8
+YAWS = ALLOCATION + 4
+"""Yaw moment over thrust, as the law knows it [m]."""
+TURN = YAWS + 1
+"""See `dynamics.rotor_rows` (24)."""
+ROTOR_ROWS = TURN + ROW
 """Rows of a rotor's own block."""
 
 
@@ -115,6 +117,18 @@ def take13(b: Any, row: int, i: int) -> Any:
 def take18(b: Any, row: int, i: int) -> Any:
     """See `take3`."""
     return take9(b, row, i) + take9(b, row + 9, i)
+
+
+@register_jitable(forceinline=True)
+def take19(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take18(b, row, i) + (take(b, row + 18, i),)
+
+
+@register_jitable(forceinline=True)
+def take24(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take18(b, row, i) + take6(b, row + 18, i)
 
 
 @register_jitable(forceinline=True)

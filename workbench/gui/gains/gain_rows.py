@@ -66,6 +66,7 @@ _LABELS = {
     "kd_roll": GainLabel(_ATTITUDE, "Roll", "Kd"),
     "kd_pitch": GainLabel(_ATTITUDE, "Pitch", "Kd"),
     "kp_yaw_rate": GainLabel(_YAW, "Yaw rate", "Kp"),
+    "spin_up_feedforward": GainLabel(_YAW, "Spin-up", "Kff"),
     "kp_position_xy": GainLabel(_POSITION, "Position x, y", "Kp"),
     "kp_position_z": GainLabel(_POSITION, "Position z", "Kp"),
     "max_speed": GainLabel(_LIMITS, "Max speed"),

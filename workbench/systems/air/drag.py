@@ -3,13 +3,9 @@
 One source runs with floats, converts to AutoDiffXd, and compiles with numba.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from numba.extending import register_jitable
-
-from workbench.plant.rotors import Rotor
 
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""
@@ -21,22 +17,7 @@ STILL = 1e-12
 """Added to squared speeds, so that their roots have derivatives in still air [m²/s²]."""
 
 
-def rotor_rows(rotors: Sequence[Rotor]) -> np.ndarray:
-    """Return a row of 8 for each rotor: p_BR, axis in B, drag and rolling-moment coefficients."""
-    return np.array(
-        [
-            [
-                *rotor.p_BR,
-                *rotor.axis_B,
-                rotor.rotor_drag_coefficient,
-                rotor.rolling_moment_coefficient,
-            ]
-            for rotor in rotors
-        ]
-    )
-
-
-@register_jitable
+@register_jitable(forceinline=True)
 def cross(a: Signal, b: Signal) -> tuple[Scalar, Scalar, Scalar]:
     """Return the cross product."""
     a_x, a_y, a_z = a
@@ -44,65 +25,18 @@ def cross(a: Signal, b: Signal) -> tuple[Scalar, Scalar, Scalar]:
     return a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x
 
 
-@register_jitable
-def into_body(q_WB: Signal, a_W: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return a vector of W in B; the quaternion may have any length but zero."""
-    w, x, y, z = q_WB
-    s = 2.0 / (w * w + x * x + y * y + z * z)
-    a_x, a_y, a_z = a_W
-    t_x, t_y, t_z = cross((x, y, z), a_W)
-    u_x, u_y, u_z = cross((x, y, z), (t_x, t_y, t_z))
-    return (
-        a_x + s * (u_x - w * t_x),
-        a_y + s * (u_y - w * t_y),
-        a_z + s * (u_z - w * t_z),
-    )
+@register_jitable(forceinline=True)
+def body_drag(v_B: Signal, w_B: Signal, pressure: Scalar, p_BoBcm_B: Signal) -> Wrench:
+    """Return force [N] and moment about the body's origin [N·m] of the body's drag, in B.
 
-
-@register_jitable
-def drag_wrench(
-    state: Signal,
-    speeds: Signal,
-    wind_W: Signal,
-    pressure: Scalar,
-    p_BoBcm_B: Signal,
-    rotors: Signal,
-) -> Wrench:
-    """Return force [N] and moment about the body's origin [N·m] of all drag, in B.
-
-    With v the velocity of the centre of mass relative to the air, the body's drag there is
-    -pressure |v| v. With v the part across a rotor's axis of its hub's velocity relative to the
-    air, the rotor's is the force -|w| rotor_drag_coefficient v at the hub and the moment -|w|
-    rolling_moment_coefficient v: against the way, whichever way the rotor turns. These two are
-    Gazebo's (MulticopterMotorModel.cc of gz-sim, gazebo_motor_model.cpp of RotorS), after
-    Martin and Salaun, "The True Role of Accelerometer Feedback in Quadrotor Control", ICRA 2010.
+    With v the velocity of the centre of mass relative to the air, it is -pressure |v| v there.
 
     Args:
-        state: of the plant (13): q_WB, p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
-        speeds: of the rotors, n or more of which the first n count [rad/s].
-        wind_W: velocity of the air (3) [m/s].
+        v_B: velocity of the origin relative to the air, in B (3) [m/s].
+        w_B: angular velocity in B (3) [rad/s].
         pressure: half the air's density times the body's drag area [kg/m].
         p_BoBcm_B: the centre of mass (3) [m].
-        rotors: n rows, see `rotor_rows`.
     """
-    v_B, w_B = motion_in_air(state, wind_W)
-    wrench = body_drag(v_B, w_B, pressure, p_BoBcm_B)
-    for i in range(len(rotors)):
-        wrench = with_rotor_drag(wrench, v_B, w_B, speeds[i], rotors[i])
-    return wrench
-
-
-@register_jitable
-def motion_in_air(state: Signal, wind_W: Signal) -> tuple[Any, Any]:
-    """Return the origin's velocity relative to the air [m/s], and the turning [rad/s], in B."""
-    q_WB = state[0:4]
-    way_W = (state[10] - wind_W[0], state[11] - wind_W[1], state[12] - wind_W[2])
-    return into_body(q_WB, way_W), into_body(q_WB, state[7:10])
-
-
-@register_jitable
-def body_drag(v_B: Signal, w_B: Signal, pressure: Scalar, p_BoBcm_B: Signal) -> Wrench:
-    """Return the part of `drag_wrench` that the body has."""
     v_x, v_y, v_z = v_B
     s_x, s_y, s_z = cross(w_B, p_BoBcm_B)
     s_x = s_x + v_x
@@ -116,11 +50,25 @@ def body_drag(v_B: Signal, w_B: Signal, pressure: Scalar, p_BoBcm_B: Signal) -> 
     return f_x, f_y, f_z, m_x, m_y, m_z
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def with_rotor_drag(
     wrench: Wrench, v_B: Signal, w_B: Signal, speed: Scalar, rotor: Signal
 ) -> Wrench:
-    """Return a wrench with the part of `drag_wrench` that a rotor has; see `rotor_rows`."""
+    """Return a wrench with a rotor's drag.
+
+    With v the part across its axis of its hub's velocity relative to the air, that is the force
+    -|w| rotor_drag_coefficient v at the hub and the moment -|w| rolling_moment_coefficient v:
+    against the way, whichever way the rotor turns. These two are Gazebo's
+    (MulticopterMotorModel.cc of gz-sim, gazebo_motor_model.cpp of RotorS), after Martin and
+    Salaun, "The True Role of Accelerometer Feedback in Quadrotor Control", ICRA 2010.
+
+    Args:
+        wrench: force [N] and moment about the origin [N·m], in B (6).
+        v_B: see `body_drag`, and so `w_B`.
+        w_B: see there.
+        speed: of the rotor [rad/s].
+        rotor: its row, see `dynamics.rotor_rows`.
+    """
     f_x, f_y, f_z, m_x, m_y, m_z = wrench
     v_x, v_y, v_z = v_B
     p_BR = rotor[0:3]

@@ -1,14 +1,13 @@
-"""What the air does in a control period: wind at the drone, drag and push, as pure functions."""
+"""What the air does in a physics step: wind at the drone, and push, as pure functions."""
 
 import math
 from typing import Any
 
-import numpy as np
 from numba.extending import register_jitable
 
-from workbench.systems.air.drag import cross, drag_wrench, into_body
-from workbench.systems.air.normals import COUNT, draw_normals
+from workbench.systems.air.drag import cross
 from workbench.systems.air.turbulence import step_filters, velocities
+from workbench.systems.rigid_body import rotation
 
 Signal = Any
 """A sequence of numbers: a list in Python, an array in compiled code."""
@@ -68,6 +67,10 @@ def wind_at(
     e_x = state[10] - w_x
     e_y = state[11] - w_y
     e_z = state[12] - w_z
+    gust = gust_share(time, gust_start, gust_duration)
+    if w20 == 0.0:  # where turbulence begins, it begins as it is at any time
+        next_eddies[BEGUN] = 0.0
+        return w_x + gust * g_x, w_y + gust * g_y, w_z + gust * g_z
     airspeed = math.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
     passed = period if eddies[BEGUN] > 0.0 else math.inf
     step_filters(eddies[0:BEGUN], noise, state[6], airspeed, passed, next_eddies)
@@ -76,7 +79,6 @@ def wind_at(
     heading = math.atan2(w_y, w_x)
     c = math.cos(heading)
     s = math.sin(heading)
-    gust = gust_share(time, gust_start, gust_duration)
     return (
         w_x + gust * g_x + c * u - s * v,
         w_y + gust * g_y + s * u + c * v,
@@ -85,76 +87,24 @@ def wind_at(
 
 
 @register_jitable
-def air_update(
-    time: float,
-    state: np.ndarray,
-    speeds: np.ndarray,
-    noise: np.ndarray,
-    settings: np.ndarray,
-    p_BoBcm_B: np.ndarray,
-    rotors: np.ndarray,
-    period: float,
-    eddies: np.ndarray,
-    wrench: np.ndarray,
-    wind: np.ndarray,
-    next_eddies: np.ndarray,
-) -> None:
-    """Do one sampled update of the air.
+def push_at(time: float, state: Signal, settings: Signal, period: float) -> tuple[Any, ...]:
+    """Return force [N] and moment about the body's origin [N·m] of the push, in W (6).
+
+    They are the mean over a period from `time` on, for the body as it stands at its beginning.
 
     Args:
         time: now [s].
-        state: of the plant (13).
-        speeds: of the rotors, n or more of which the first n count [rad/s].
-        noise: independent standard normal numbers, 5 or more.
+        state: of the body (13).
         settings: see `AirSettings`.
-        p_BoBcm_B: the centre of mass (3) [m].
-        rotors: n rows, see `rotor_rows`.
-        period: between updates [s].
-        eddies: what the turbulence remembers (6).
-        wrench: 6 places for force [N] and moment about the body's origin [N·m], in B.
-        wind: 3 places for the velocity of the air in W [m/s].
-        next_eddies: 6 places for what the turbulence remembers.
+        period: that follows [s].
     """
-    air = wind_at(time, state, noise, settings, period, eddies, next_eddies)
-    wind[0], wind[1], wind[2] = air
-    p_x, p_y, p_z, at_x, at_y, at_z, start, duration, area, density = settings[9:19]
+    p_x, p_y, p_z, at_x, at_y, at_z, start, duration = settings[9:17]
     share = push_share(time, period, start, duration)
-    push = into_body(state[0:4], (share * p_x, share * p_y, share * p_z))
-    turn = cross((at_x, at_y, at_z), push)
-    drag = drag_wrench(state, speeds, air, 0.5 * density * area, p_BoBcm_B, rotors)
-    for i in range(3):
-        wrench[i] = drag[i] + push[i]
-        wrench[3 + i] = drag[3 + i] + turn[i]
-
-
-def seeded_update(
-    time: float,
-    seed: np.ndarray,
-    state: np.ndarray,
-    speeds: np.ndarray,
-    settings: np.ndarray,
-    p_BoBcm_B: np.ndarray,
-    rotors: np.ndarray,
-    period: float,
-    eddies: np.ndarray,
-    wrench: np.ndarray,
-    wind: np.ndarray,
-    next_eddies: np.ndarray,
-) -> None:
-    """Do `air_update` with the noise that belongs to a seed (1) and the time; it gets compiled."""
-    noise = np.empty(COUNT)
-    draw_normals(seed[0], int(time / period + 0.5), noise)
-    air_update(
-        time,
-        state,
-        speeds,
-        noise,
-        settings,
-        p_BoBcm_B,
-        rotors,
-        period,
-        eddies,
-        wrench,
-        wind,
-        next_eddies,
+    force = (share * p_x, share * p_y, share * p_z)
+    R_WB = rotation(state[0:4])
+    arm = (
+        R_WB[0] * at_x + R_WB[1] * at_y + R_WB[2] * at_z,
+        R_WB[3] * at_x + R_WB[4] * at_y + R_WB[5] * at_z,
+        R_WB[6] * at_x + R_WB[7] * at_y + R_WB[8] * at_z,
     )
+    return force + cross(arm, force)

@@ -1,0 +1,246 @@
+"""The vehicle in its world, stepped: rigid body, rotors, air and contact as one LeafSystem."""
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from workbench.plant.contact import Contact
+from workbench.plant.description import Description
+from workbench.plant.loading import make_vehicle
+from workbench.plant.worlds.world import EMPTY, World
+from workbench.systems.air.normals import COUNT, draw_normals
+from workbench.systems.air.settings import AirSettings
+from workbench.systems.air.update import EDDIES, push_at, wind_at
+from workbench.systems.compiled import compile_cached
+from workbench.systems.dynamics import ROW, given, rotor_rows, step_vehicle
+from workbench.systems.noise import noise_seed
+from workbench.systems.rigid_body import rigid_body
+
+BODY, MEMORY = range(2)
+"""Groups of the discrete state."""
+LAST, WIND, EDDY, AWAY, SPEEDS = 0, 6, 9, 9 + EDDIES, 10 + EDDIES
+"""Places in the memory: acceleration in the middle of the step before (6), velocity of the air at
+the vehicle in W (3), what the turbulence remembers, for how many steps nothing is touched for sure
+(1), speeds of the rotors (n), and shares of their thrust that they gave in the step before (n)."""
+SEED = len(AirSettings._fields)
+SHARES = SEED + 1
+"""Places in the numeric parameter, behind `AirSettings`."""
+DONE, NEAR, BROKEN = range(3)
+"""What came of a step, see `advance`."""
+ROTORS = 2 + 16
+"""Place of the rotors in the constants of `advance`."""
+TURBULENCE, AREA, DENSITY = (
+    AirSettings._fields.index(name) for name in ("turbulence", "drag_area", "air_density")
+)
+
+SOURCES = (
+    "air/drag.py",
+    "air/normals.py",
+    "air/turbulence.py",
+    "air/update.py",
+    "dynamics.py",
+    "rigid_body.py",
+    "rotor_response.py",
+    "vehicle_dynamics.py",
+    "../plant/gravity.py",
+)
+"""The files that the compiled steps stand in."""
+
+
+def advance(time, commands, values, constants, state, memory):  # type: ignore[no-untyped-def]
+    """Do a step in the air, in place; this is what gets compiled.
+
+    A step of no length leaves the body where it is, and writes the present acceleration.
+
+    Args:
+        time: now [s].
+        commands: speeds that the rotors are to reach (n) [rad/s].
+        values: of the numeric parameter.
+        constants: the physics step [s]; the step to do [s]; the body (16), see
+            `rigid_body.RigidBody`; and a row a rotor for that step, see `dynamics.rotor_rows`.
+        state: of the body (13).
+        memory: see `MEMORY`.
+
+    Returns:
+        DONE, NEAR where something may be touched and nothing was done, or BROKEN where what comes
+        out is no number.
+    """
+    if memory[AWAY] < 1.0:
+        return NEAR
+    memory[AWAY] -= 1.0
+    period, step = constants[0], constants[1]
+    body, rotors = constants[2:ROTORS], constants[ROTORS:].reshape(-1, ROW)
+    n = len(rotors)
+    noise, middles, slopes = np.empty(COUNT), np.empty(n), np.empty(n)
+    if values[TURBULENCE] != 0.0:
+        draw_normals(values[SEED], int(time / period + 0.5), noise)
+    eddies = memory[EDDY:AWAY]
+    air = wind_at(time, state, noise, values, period, eddies, eddies)
+    memory[WIND], memory[WIND + 1], memory[WIND + 2] = air
+    after, acceleration = step_vehicle(
+        state,
+        memory[LAST:WIND],
+        memory[SPEEDS : SPEEDS + n],
+        commands,
+        values[SHARES:],
+        air,
+        push_at(time, state, values, period),
+        0.5 * values[DENSITY] * values[AREA],
+        body,
+        rotors,
+        step,
+        middles,
+        slopes,
+        memory[SPEEDS : SPEEDS + n],
+    )
+    for i in range(n):
+        memory[SPEEDS + n + i] = given(values[SHARES + i])
+    total = 0.0
+    for i in range(13):
+        state[i] = after[i]
+        total += after[i]
+    for i in range(6):
+        memory[LAST + i] = acceleration[i]
+        total += acceleration[i]
+    return DONE if math.isfinite(total) else BROKEN
+
+
+compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion")
+
+
+class VehicleDynamics(LeafSystem):
+    """Steps a vehicle with its rotors through air and against what stands in its way.
+
+    In the air a step is of second order, see `rigid_body`; where the vehicle touches something,
+    Drake's contact solver does it, see `plant.contact`. Which one follows from the state alone.
+
+    Input port:
+        commands (n): speeds that the rotors are to reach [rad/s]; what they cannot do is cut.
+    Output ports:
+        state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        speeds (n): of the rotors [rad/s].
+        wind (3): velocity of the air at the vehicle, in W [m/s].
+        thrusts (n): of the rotors [N].
+        acceleration (6): angular, and of the origin, in W, mean of the step before [rad/s², m/s²].
+    Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, and shares of
+    their thrust that the rotors give (n), all of it to begin with.
+
+    Args:
+        description: what flies.
+        settings: of the air, to begin with.
+        step: of the physics [s].
+        world: around it.
+    """
+
+    def __init__(
+        self,
+        *,
+        description: Description,
+        settings: AirSettings,
+        step: float,
+        world: World = EMPTY,
+    ) -> None:
+        super().__init__()
+        vehicle = make_vehicle(description)
+        n = self._n = len(description.rotors)
+        self._step = step
+        body = rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed()
+        self._constants, self._present = (
+            np.concatenate([[step, length], body, rotor_rows(description.rotors, length).ravel()])
+            for length in (step, 0.0)
+        )
+        self._motor_constants = np.array([rotor.motor_constant for rotor in description.rotors])
+        touchable = world.ground or bool(world.names)
+        self._contact = Contact(description, world, step) if touchable else None
+        self.DeclareNumericParameter(BasicVector([*settings, 0.0, *[1.0] * n]))
+        self._commands = self.DeclareVectorInputPort("commands", n)
+        self.DeclareStateOutputPort("state", self.DeclareDiscreteState(13))
+        self.DeclareDiscreteState(SPEEDS + 2 * n)
+        for name, size, calc in (
+            ("speeds", n, self._calc_speeds),
+            ("wind", 3, self._calc_wind),
+            ("thrusts", n, self._calc_thrusts),
+            ("acceleration", 6, self._calc_acceleration),
+        ):
+            self.DeclareVectorOutputPort(name, size, calc, {self.xd_ticket()})
+        self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._update)
+
+    def set_seed(self, context: Context, seed: int) -> None:
+        """Let the turbulence be that of a flight's seed; equal seeds make equal turbulence."""
+        own = float(noise_seed(seed, "air"))
+        context.get_mutable_numeric_parameter(0).SetAtIndex(SEED, own)
+
+    def place(self, context: Context, state: np.ndarray, speeds: np.ndarray) -> None:
+        """Begin at a state of the body (13), with the rotors at speeds (n) [rad/s].
+
+        The first step takes drag and moments at the velocities of its beginning: no acceleration
+        is known before it.
+        """
+        context.SetDiscreteState(BODY, state)
+        context.SetDiscreteState(
+            MEMORY, np.concatenate([np.zeros(SPEEDS), speeds, np.ones(self._n)])
+        )
+
+    def body_state(self, context: Context) -> np.ndarray:
+        """Return a copy of the state of the body (13)."""
+        return np.array(context.get_discrete_state(BODY).value())
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        # Drake hands over the new state as a copy of the old one, and each number is read before
+        # it is written; asking for the old one besides would take some microseconds.
+        state = discrete_state.get_mutable_value(BODY)
+        memory = discrete_state.get_mutable_value(MEMORY)
+        known = (
+            context.get_time(),
+            self._commands.Eval(context),
+            context.get_numeric_parameter(0).get_value(),
+            self._constants,
+            state,
+            memory,
+        )
+        found = compiled_advance(*known)
+        if found == NEAR and self._free(state, memory):
+            found = compiled_advance(*known)
+        if found == DONE:
+            return
+        if found == BROKEN:
+            raise RuntimeError("forces or motion of the vehicle are no finite numbers")
+        assert self._contact
+        acceleration = self._free_acceleration(context, known[1])
+        memory[AWAY] = 1.0
+        compiled_advance(*known[:4], state.copy(), memory)  # rotors and air alone
+        before = state[7:13].copy()
+        state[:] = self._contact.moved(state, acceleration)
+        memory[LAST:WIND] = (state[7:13] - before) / self._step
+
+    def _free(self, state: np.ndarray, memory: np.ndarray) -> bool:
+        """Return whether the vehicle touches nothing, and write for how many steps for sure."""
+        steps = self._contact.steps_away(state) if self._contact else np.inf
+        free = steps >= 1.0 or not (self._contact and self._contact.touches(state))
+        memory[AWAY] = max(steps, 1.0) if free else 0.0
+        return free
+
+    def _free_acceleration(self, context: Context, commands: np.ndarray) -> np.ndarray:
+        """Return accelerations now, in W (6), as if nothing were touched; see the output port."""
+        state = context.get_discrete_state(BODY).value().copy()
+        memory = context.get_discrete_state(MEMORY).value().copy()
+        memory[AWAY] = 1.0
+        values = context.get_numeric_parameter(0).get_value()
+        compiled_advance(context.get_time(), commands, values, self._present, state, memory)
+        return memory[LAST:WIND]
+
+    def _calc_acceleration(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(MEMORY).get_value()[LAST:WIND])
+
+    def _calc_speeds(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(MEMORY).get_value()
+        output.SetFromVector(memory[SPEEDS : SPEEDS + self._n])
+
+    def _calc_wind(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(MEMORY).get_value()[WIND:EDDY])
+
+    def _calc_thrusts(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(MEMORY).get_value()
+        speeds, shares = memory[SPEEDS : SPEEDS + self._n], memory[SPEEDS + self._n :]
+        output.SetFromVector(shares * self._motor_constants * speeds**2)

@@ -1,0 +1,118 @@
+"""Rotors and drag as a continuous LeafSystem, for linear models and as an oracle of the steps."""
+
+import sys
+from typing import Any, TypeAlias
+
+from pydrake.autodiffutils import AutoDiffXd
+from pydrake.systems.framework import BasicVector_, LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from workbench.plant.description import Description
+from workbench.systems.dynamics import ANSWER, ROW, rotor_rows, vehicle_wrench
+from workbench.systems.rigid_body import rotation
+from workbench.systems.rotor_response import speed_slope
+
+DRAG = 0
+"""Numeric parameter: drag area [m²] and density of the air [kg/m³]."""
+
+
+# A template is filled where it is first used: Drake looks through the stack for whose it is, which
+# takes a tenth of a second each time within nested imports. Hence `scope`, too.
+@TemplateSystem.define("VehicleForces_", [float, AutoDiffXd], scope=sys.modules[__name__])
+def VehicleForces_(T: Any) -> Any:
+    """What `VehicleDynamics` steps, at any moment, around a continuous plant; its state is speeds.
+
+    Input ports:
+        state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        commands (n): speeds that the rotors are to reach [rad/s], within their limits.
+        wind (3): velocity of the air in W [m/s]; where nothing is connected, the air is still.
+    Output ports:
+        forces (6): moment about the origin [N·m] and force [N] in W, for the plant's port
+            `applied_generalized_force`.
+        thrusts (n) [N] and speeds (n) [rad/s].
+    Numeric parameter 0: drag area of the body [m²] and density of the air [kg/m³].
+    """
+
+    class Impl(LeafSystem_[T]):
+        def _construct(
+            self,
+            *,
+            description: Description,
+            p_BoBcm_B: tuple[float, float, float],
+            drag_area: float,
+            air_density: float,
+            converter: Any = None,
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter)
+            self._given = (description, p_BoBcm_B, drag_area, air_density)
+            self._p_BoBcm_B = p_BoBcm_B
+            self._rows = rotor_rows(description.rotors, 0.0).tolist()
+            self._motor_constants = [rotor.motor_constant for rotor in description.rotors]
+            n = len(self._rows)
+            self.DeclareNumericParameter(BasicVector_[T]([T(drag_area), T(air_density)]))
+            self._state = self.DeclareVectorInputPort("state", 13)
+            self._commands = self.DeclareVectorInputPort("commands", n)
+            self._wind = self.DeclareVectorInputPort("wind", 3)
+            self.DeclareContinuousState(n)
+            needs = {self.all_input_ports_ticket(), self.all_parameters_ticket(), self.xc_ticket()}
+            self.DeclareVectorOutputPort("forces", 6, self._calc_forces, needs)
+            self.DeclareVectorOutputPort("thrusts", n, self._calc_thrusts, {self.xc_ticket()})
+            self.DeclareVectorOutputPort("speeds", n, self._calc_speeds, {self.xc_ticket()})
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            description, p_BoBcm_B, area, density = other._given
+            Impl._construct(
+                self,
+                description=description,
+                p_BoBcm_B=p_BoBcm_B,
+                drag_area=area,
+                air_density=density,
+                converter=converter,
+            )
+
+        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+            derivatives.get_mutable_vector().SetFromVector(self._slopes(context))
+
+        def _speeds(self, context: Any) -> list[Any]:
+            return context.get_continuous_state_vector().CopyToVector().tolist()
+
+        def _slopes(self, context: Any) -> list[Any]:
+            """Return the slopes of the rotors' speeds (n) [rad/s²]."""
+            commands = self._commands.Eval(context).tolist()
+            turning = zip(commands, self._speeds(context), self._rows, strict=True)
+            return [speed_slope(u, w, row[ANSWER:ROW]) for u, w, row in turning]
+
+        def _calc_forces(self, context: Any, output: Any) -> None:
+            state = self._state.Eval(context).tolist()
+            wind = self._wind.Eval(context).tolist() if self._wind.HasValue(context) else [0.0] * 3
+            area, density = context.get_numeric_parameter(DRAG).CopyToVector().tolist()
+            R_WB = rotation(state[0:4])
+            speeds = self._speeds(context)
+            f_x, f_y, f_z, m_x, m_y, m_z = vehicle_wrench(
+                R_WB,
+                state[7:10],
+                state[10:13],
+                speeds,
+                self._slopes(context),
+                [1.0] * len(speeds),
+                wind,
+                0.5 * density * area,
+                self._p_BoBcm_B,
+                self._rows,
+            )
+            rows = R_WB[0:3], R_WB[3:6], R_WB[6:9]
+            moment = [a * m_x + b * m_y + c * m_z for a, b, c in rows]
+            output.SetFromVector(moment + [a * f_x + b * f_y + c * f_z for a, b, c in rows])
+
+        def _calc_thrusts(self, context: Any, output: Any) -> None:
+            turning = zip(self._motor_constants, self._speeds(context), strict=True)
+            output.SetFromVector([k * w * w for k, w in turning])
+
+        def _calc_speeds(self, context: Any, output: Any) -> None:
+            output.SetFromVector(self._speeds(context))
+
+    return Impl
+
+
+VehicleForces: TypeAlias = Any
+"""An instance of `VehicleForces_`; what fills a template has no type of its own."""
