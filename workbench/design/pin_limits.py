@@ -29,6 +29,9 @@ LEAST = {"phase_margin": 0.93, "gain_margin": 0.8, "delay_margin": 0.85, "disk_m
 """Margins may not become smaller than this share; twice the integrator's step takes as much."""
 DIGITS = 3
 
+MUCH = 20.0
+"""A larger gain margin is none that a loop is in want of, and follows the physics step."""
+
 
 def step_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
     """Return limits of a step's metrics, those that have a value."""
@@ -71,7 +74,7 @@ def margin_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
 def _less(name: str, value: float) -> float:
     """Return the least that a margin may come to; a gain margin is a factor above 1."""
     if name == "gain_margin":
-        return 1.0 + LEAST[name] * (value - 1.0)
+        return 1.0 + LEAST[name] * (min(value, MUCH) - 1.0)
     return LEAST[name] * value
 
 
