@@ -1,7 +1,9 @@
 """The shipped drone with its rotors, ready to be set anywhere and integrated."""
 
 import dataclasses
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,8 @@ from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.resources import find_model
+
+sys.path.append(str(Path(__file__).parent))  # for tests that import `reference_flight`
 
 
 @dataclass
