@@ -19,9 +19,16 @@ CONTINUOUS = {
     "conditionally stable": 10 * (s + 1) ** 2 / s**3 / (0.01 * s + 1),
     "unstable plant": 100 * (s + 2) ** 2 / (s * (s**2 - s + 5) * (s / 200 + 1) ** 2),
     "faint resonance": 0.5 / s * (s**2 + 0.02 * s + 9.3) / (s**2 + 0.03 * s + 9),
+    "limited by lead": 30 * s**2 / (s + 1) ** 3,
+    "limited by lead, crosses thrice": 0.05 / s + 30 * s**2 / (s + 1) ** 3,
     "dips below -180 deg": 30 * (s + 3) ** 3 / (s * (s + 0.3) ** 3),
 }
-INEXACT = ("faint resonance", "dips below -180 deg")
+INEXACT = (
+    "faint resonance",
+    "dips below -180 deg",
+    "limited by lead",
+    "limited by lead, crosses thrice",
+)
 LOOP_POINTS = sorted({point for loop in LOOPS for point in (loop.error, loop.actuator)})
 STEERED = [point for point in LOOP_POINTS if not point.startswith("position")]
 HELD = [point for point in LOOP_POINTS if point.startswith("position")]
@@ -80,6 +87,28 @@ def test_a_continuous_integrator_in_closed_form(closed):
     assert found.delay_margin == pytest.approx(math.pi / 6, rel=1e-7)
     assert found.disk_margin == pytest.approx(2.0, rel=1e-3)
     assert found.bandwidth == pytest.approx(3.0 * math.sqrt(10**0.3 - 1.0), rel=1e-5)
+
+
+@pytest.mark.parametrize("period", [0.0, 0.002])
+def test_a_phase_margin_is_of_the_side_that_is_nearer(closed, period):
+    """s² / (s + 1)³ has the phase 180° - 3 arctan w, and at w = tan(a) the size sin² a cos a.
+
+    Scaled to cross at a = 10° and, closer to -180° from the other side than from this one, once
+    more at b near 88°: 30° of lead are left at the first, 95° of lag at the second.
+    """
+    a = math.radians(10.0)
+    size = math.sin(a) ** 2 * math.cos(a)
+    # cos³ b - cos b + size = 0, of which cos a is a root: so is what solves the quadratic left
+    b = math.acos((math.sqrt(math.cos(a) ** 2 + 4.0 * size / math.cos(a)) - math.cos(a)) / 2.0)
+    assert math.sin(b) ** 2 * math.cos(b) == pytest.approx(size)
+    loop = control.ss(s**2 / (s + 1) ** 3 / size)
+    found = loop_margins(closed(sampled(loop, period) if period else loop), "it")
+    lag = 2.0 * math.pi - 3.0 * b
+    assert found.phase_margin == pytest.approx(3.0 * a, rel=1e-3 if period else 1e-6)
+    assert found.phase_margin < 0.4 * lag
+    # the hold turns what crosses at 30 rad/s by a degree or two more
+    assert found.crossover == pytest.approx(math.tan(b), rel=1e-3 if period else 1e-6)
+    assert found.delay_margin == pytest.approx(lag / math.tan(b), rel=0.03 if period else 1e-6)
 
 
 def test_gain_and_phase_margins_are_python_controls(closed, textbook):
