@@ -1,0 +1,398 @@
+"""Change the source in one place at a time, and tell which test and which spec notice.
+
+`python tools/mutations.py` says of each mutation in `MUTATIONS` what it is, the first test that
+fails, and the cases of the project's own specs that `workbench regress` finds changed. Each is made
+in a copy of the project in a temporary folder; the project itself stays as it is. All of it takes
+an hour or two; a word chooses mutations: `python tools/mutations.py battery`.
+
+Exit code 0: a test kills each mutation. 1: one lives on. 2: the list does not fit the source, or
+the tests fail without any mutation.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+LEFT_OUT = (".*", "__pycache__", "out", "build", "dist", "node_modules")
+"""Of the project's folder; not copied."""
+
+WORKBENCH = "workbench/systems"
+ORACLE = "tests/oracles/test_reference_flights.py"
+LOOPS = "tests/oracles/test_loops_by_hand.py"
+LAW = "tests/systems/test_cascade.py"
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """A change of the source that some test should notice.
+
+    Attributes:
+        what: it is.
+        file: below the project's folder.
+        old: text that stands there once.
+        new: what takes its place.
+        tests: files that should notice, the fastest first.
+    """
+
+    what: str
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+
+class MutationError(Exception):
+    """The list does not fit the source, or what should pass without a mutation fails."""
+
+
+MUTATIONS = (
+    # physics
+    Mutation(
+        "spin-up torque: the other sign",
+        f"{WORKBENCH}/dynamics.py",
+        "spin_up = rotor[MOMENTUM] * slope",
+        "spin_up = -rotor[MOMENTUM] * slope",
+        (LOOPS, ORACLE),
+    ),
+    Mutation(
+        "spin-up torque: half of it",
+        f"{WORKBENCH}/dynamics.py",
+        "spin_up = rotor[MOMENTUM] * slope",
+        "spin_up = 0.5 * rotor[MOMENTUM] * slope",
+        (LOOPS, ORACLE),
+    ),
+    Mutation(
+        "gyroscopic moment of the rotors: the other sign",
+        f"{WORKBENCH}/dynamics.py",
+        "return f_x, f_y, f_z, m_x - g_x, m_y - g_y, m_z - g_z",
+        "return f_x, f_y, f_z, m_x + g_x, m_y + g_y, m_z + g_z",
+        (ORACLE,),
+    ),
+    Mutation(
+        "gyroscopic moment of the rotors: half of it",
+        f"{WORKBENCH}/dynamics.py",
+        "momentum = rotor[MOMENTUM] * speed",
+        "momentum = 0.5 * rotor[MOMENTUM] * speed",
+        (ORACLE,),
+    ),
+    Mutation(
+        "drag torque: the other sign",
+        f"{WORKBENCH}/dynamics.py",
+        "moment = np.cross(hub, axis) - rotor.direction * rotor.moment_constant * axis",
+        "moment = np.cross(hub, axis) + rotor.direction * rotor.moment_constant * axis",
+        (LOOPS, ORACLE),
+    ),
+    Mutation(
+        "thrust: a fiftieth more",
+        f"{WORKBENCH}/dynamics.py",
+        "square = share * speed * speed",
+        "square = 1.02 * share * speed * speed",
+        (ORACLE,),
+    ),
+    Mutation(
+        "rotor lag: up and down exchanged",
+        f"{WORKBENCH}/rotor_response.py",
+        "both = (rotor.time_constant_up, rotor.time_constant_down)",
+        "both = (rotor.time_constant_down, rotor.time_constant_up)",
+        ("tests/systems/test_rotor_response.py", ORACLE),
+    ),
+    Mutation(
+        "gyroscopic term of the body: the other sign",
+        f"{WORKBENCH}/rigid_body.py",
+        "n_x = t_x - c_y * f_z + c_z * f_y - b_y * h_z + b_z * h_y",
+        "n_x = t_x - c_y * f_z + c_z * f_y + b_y * h_z - b_z * h_y",
+        (ORACLE,),
+    ),
+    Mutation(
+        "moment of a force beside the centre of mass: the other sign",
+        f"{WORKBENCH}/rigid_body.py",
+        "n_y = t_y - c_z * f_x + c_x * f_z",
+        "n_y = t_y + c_z * f_x - c_x * f_z",
+        (ORACLE,),
+    ),
+    Mutation(
+        "rotation: a step of first order",
+        f"{WORKBENCH}/rigid_body.py",
+        "    m_x = w_x + half * e_x\n    m_y = w_y + half * e_y\n    m_z = w_z + half * e_z\n",
+        "    m_x = w_x\n    m_y = w_y\n    m_z = w_z\n",
+        (ORACLE,),
+    ),
+    Mutation(
+        "drag of the body: twice as much",
+        f"{WORKBENCH}/air/drag.py",
+        "drag = -pressure * (",
+        "drag = -2.0 * pressure * (",
+        ("tests/systems/air/test_drag.py", ORACLE),
+    ),
+    Mutation(
+        "drag of the rotors: the other sign",
+        f"{WORKBENCH}/air/drag.py",
+        "drag = -abs(speed) * rotor[6]",
+        "drag = abs(speed) * rotor[6]",
+        ("tests/systems/air/test_drag.py", ORACLE),
+    ),
+    Mutation(
+        "wind: from where it should blow to",
+        f"{WORKBENCH}/dynamics.py",
+        "v_WB_W[0] - wind_W[0]",
+        "v_WB_W[0] + wind_W[0]",
+        ("tests/oracles/test_wind.py",),
+    ),
+    # law
+    Mutation(
+        "law: the other sign of the gyroscopic term",
+        f"{WORKBENCH}/cascade.py",
+        "m_x = xx * a_x + xy * a_y + xz * a_z + w_y * h_z - w_z * h_y",
+        "m_x = xx * a_x + xy * a_y + xz * a_z - w_y * h_z + w_z * h_y",
+        (LAW,),
+    ),
+    Mutation(
+        "law: acceleration fed back the wrong way",
+        f"{WORKBENCH}/cascade.py",
+        "f_x = passed(kp_x * e_x - kd_x * a_x + drag[0], FORCE_X, loops)",
+        "f_x = passed(kp_x * e_x + kd_x * a_x + drag[0], FORCE_X, loops)",
+        (LAW,),
+    ),
+    Mutation(
+        "law: drag of the yaw taken twice in place of given back",
+        f"{WORKBENCH}/cascade.py",
+        "a_z = passed(kp_yaw * e_z + yaw_drag * w_z, YAW_ACCELERATION, loops)",
+        "a_z = passed(kp_yaw * e_z - yaw_drag * w_z, YAW_ACCELERATION, loops)",
+        (LAW, LOOPS),
+    ),
+    Mutation(
+        "law: tilt error too large by half",
+        f"{WORKBENCH}/cascade.py",
+        "scale = (2.0 / upright) ** 0.5 / length",
+        "scale = 1.5 * (2.0 / upright) ** 0.5 / length",
+        (LAW,),
+    ),
+    Mutation(
+        "law: derivative filter twice as fast",
+        f"{WORKBENCH}/acceleration_estimate.py",
+        "TIME_CONSTANT = 0.02",
+        "TIME_CONSTANT = 0.01",
+        ("tests/systems/test_acceleration_estimate.py", LOOPS),
+    ),
+    Mutation(
+        "mixer: a saturated tilting moment does not shrink",
+        f"{WORKBENCH}/mixer.py",
+        "if spread > 0.0 and tilt * spread > room:",
+        "if spread < 0.0 and tilt * spread > room:",
+        ("tests/systems/test_mixer.py",),
+    ),
+    # sensors and battery
+    Mutation(
+        "IMU: gravity the wrong way",
+        f"{WORKBENCH}/sensors/imu.py",
+        "force_W[2] += GRAVITY",
+        "force_W[2] -= GRAVITY",
+        ("tests/systems/sensors/test_imu.py",),
+    ),
+    Mutation(
+        "IMU, GPS, barometer: twice the noise",
+        f"{WORKBENCH}/sensors/noise_model.py",
+        "deviation = model.stddev if scale == 1.0",
+        "deviation = 2.0 * model.stddev if scale == 1.0",
+        ("tests/systems/sensors/test_noise_model.py",),
+    ),
+    Mutation(
+        "GPS: velocity as noisy as position",
+        f"{WORKBENCH}/sensors/gps.py",
+        "level, level_speed = sensor.horizontal_position, sensor.horizontal_velocity",
+        "level, level_speed = sensor.horizontal_position, sensor.horizontal_position",
+        ("tests/systems/sensors/test_gps.py",),
+    ),
+    Mutation(
+        "lidar: twice the noise",
+        f"{WORKBENCH}/sensors/lidar.py",
+        "ranges += offset + deviation * normal",
+        "ranges += offset + 2.0 * deviation * normal",
+        ("tests/systems/sensors/test_lidar.py",),
+    ),
+    Mutation(
+        "barometer: temperature falls by 5 in place of 6.5 K/km",
+        f"{WORKBENCH}/sensors/standard_atmosphere.py",
+        "_LAPSE = 0.0065",
+        "_LAPSE = 0.005",
+        ("tests/systems/sensors/test_standard_atmosphere.py",),
+    ),
+    Mutation(
+        "battery: empty in half the time",
+        f"{WORKBENCH}/battery.py",
+        "used = PERIOD * power / self._hover_power / duration",
+        "used = 2.0 * PERIOD * power / self._hover_power / duration",
+        ("tests/systems/test_battery.py",),
+    ),
+)
+
+
+def mutated(text: str, mutation: Mutation) -> str:
+    """Return a file's text with a mutation.
+
+    Raises:
+        MutationError: if what it replaces does not stand there exactly once.
+    """
+    count = text.count(mutation.old)
+    if count != 1:
+        raise MutationError(
+            f"{mutation.file}: '{mutation.old.strip()}' stands there {count} times, not once: "
+            f"bring the mutation '{mutation.what}' in tools/mutations.py up to date"
+        )
+    return text.replace(mutation.old, mutation.new)
+
+
+def check_list(mutations: Iterable[Mutation]) -> None:
+    """Hold the list against the source.
+
+    Raises:
+        MutationError: with a line for each mutation that does not fit.
+    """
+    faults = []
+    for mutation in mutations:
+        try:
+            mutated((ROOT / mutation.file).read_text(encoding="utf-8"), mutation)
+            missing = [name for name in mutation.tests if not (ROOT / name).is_file()]
+            if missing:
+                raise MutationError(f"'{mutation.what}': there is no {', '.join(missing)}")
+        except OSError as error:
+            faults.append(f"{mutation.file}: cannot be read: {error}")
+        except MutationError as error:
+            faults.append(str(error))
+    if faults:
+        raise MutationError("\n".join(faults))
+
+
+class Copy:
+    """A copy of the project, in which one mutation at a time stands."""
+
+    def __init__(self, folder: Path) -> None:
+        self._root = folder / "project"
+        shutil.copytree(ROOT, self._root, ignore=shutil.ignore_patterns(*LEFT_OUT))
+        path = os.pathsep.join([str(self._root), *filter(None, [os.environ.get("PYTHONPATH")])])
+        self._environment = {**os.environ, "PYTHONPATH": path, "QT_QPA_PLATFORM": "offscreen"}
+
+    @contextlib.contextmanager
+    def with_mutation(self, mutation: Mutation) -> Iterator[None]:
+        """Let a mutation stand in the copy."""
+        path = self._root / mutation.file
+        before = path.read_text(encoding="utf-8")
+        path.write_text(mutated(before, mutation), encoding="utf-8")
+        yield
+        path.write_text(before, encoding="utf-8")
+
+    def failing_test(self, tests: Iterable[str]) -> str:
+        """Run test files until a test fails; return its name, or "" if none does."""
+        command = ["-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", "--tb=no"]
+        for name in tests:
+            done = self._run([*command, name])
+            if done.returncode:
+                failed = [
+                    line.split(" - ")[0].removeprefix("FAILED ").removeprefix("ERROR ")
+                    for line in done.stdout.splitlines()
+                    if line.startswith(("FAILED ", "ERROR "))
+                ]
+                return failed[0] if failed else f"{name}, which ends with {done.returncode}"
+        return ""
+
+    def changed_cases(self) -> set[str]:
+        """Fly the project's own specs; return the cases that are not as they should be."""
+        done = self._run(["-m", "workbench", "regress", "--json"])
+        if done.returncode not in (0, 1):
+            said = done.stderr.strip().splitlines()
+            raise MutationError(f"workbench regress: {said[-1] if said else 'ends badly'}")
+        cases = json.loads(done.stdout)["cases"]
+        return {f"{case['spec']}: {case['case']}" for case in cases if not case["passed"]}
+
+    def _run(self, arguments: list[str]) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self._root,
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+
+def judge(copy: Copy, mutation: Mutation, options: argparse.Namespace, usual: set[str]) -> bool:
+    """Print a mutation's line; return whether a test killed it."""
+    print(mutation.what, flush=True)
+    killer = ""
+    with copy.with_mutation(mutation):
+        if options.tests:
+            killer = copy.failing_test(mutation.tests)
+            if not killer and options.whole:
+                killer = copy.failing_test(["tests"])
+            print(f"    tests:   {killer or 'NOT NOTICED'}", flush=True)
+        if options.specs:
+            print(f"    regress: {_changed(copy, usual) or 'not noticed'}", flush=True)
+    return bool(killer) or not options.tests
+
+
+def _changed(copy: Copy, usual: set[str]) -> str:
+    """Return the first cases that a mutation changes, or why they could not be flown."""
+    try:
+        changed = sorted(copy.changed_cases() - usual)
+    except MutationError as error:
+        return str(error)
+    more = f", and {len(changed) - 3} more" if len(changed) > 3 else ""
+    return ", ".join(changed[:3]) + more
+
+
+def main() -> int:
+    """Run the mutations that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "words", nargs="*", help="only mutations whose description has one of these"
+    )
+    parser.add_argument("--list", action="store_true", help="check that the list fits, and show it")
+    parser.add_argument("--no-tests", dest="tests", action="store_false", help="fly the specs only")
+    parser.add_argument("--no-specs", dest="specs", action="store_false", help="run tests only")
+    parser.add_argument(
+        "--whole", action="store_true", help="run all tests where the likely ones notice nothing"
+    )
+    options = parser.parse_args()
+    chosen = [
+        mutation
+        for mutation in MUTATIONS
+        if not options.words or any(word in mutation.what for word in options.words)
+    ]
+    try:
+        check_list(MUTATIONS)
+        if options.list:
+            for mutation in chosen:
+                print(f"{mutation.what}  ({mutation.file})")
+            return 0
+        with tempfile.TemporaryDirectory() as folder:
+            copy = Copy(Path(folder))
+            usual: set[str] = set()
+            if options.tests:
+                print("the tests without a mutation", flush=True)
+                failed = copy.failing_test(dict.fromkeys(t for m in chosen for t in m.tests))
+                if failed:
+                    raise MutationError(f"{failed} fails without any mutation: mend that first")
+            if options.specs:
+                print("the specs without a mutation", flush=True)
+                usual = copy.changed_cases()
+                for case in sorted(usual):
+                    print(f"    not as it should be, and not counted: {case}", flush=True)
+            killed = [judge(copy, mutation, options, usual) for mutation in chosen]
+    except MutationError as error:
+        print(error, file=sys.stderr)
+        return 2
+    print(f"{sum(killed)} of {len(killed)} killed by tests" if options.tests else "", flush=True)
+    return 0 if all(killed) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
