@@ -108,15 +108,15 @@ MUTATIONS = (
     Mutation(
         "gyroscopic term of the body: the other sign",
         f"{WORKBENCH}/rigid_body.py",
-        "n_x = t_x - c_y * f_z + c_z * f_y - b_y * h_z + b_z * h_y",
-        "n_x = t_x - c_y * f_z + c_z * f_y + b_y * h_z - b_z * h_y",
+        "n_x = m_x - b_y * h_z + b_z * h_y",
+        "n_x = m_x + b_y * h_z - b_z * h_y",
         (ORACLE,),
     ),
     Mutation(
         "moment of a force beside the centre of mass: the other sign",
         f"{WORKBENCH}/rigid_body.py",
-        "n_y = t_y - c_z * f_x + c_x * f_z",
-        "n_y = t_y + c_z * f_x - c_x * f_z",
+        "t_y - c_z * f_x + c_x * f_z,",
+        "t_y + c_z * f_x - c_x * f_z,",
         (ORACLE,),
     ),
     Mutation(

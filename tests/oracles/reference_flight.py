@@ -132,7 +132,7 @@ def quaternion_rate(q: np.ndarray, w: np.ndarray) -> np.ndarray:
 def speed_rates(vehicle: ReferenceVehicle, speeds: np.ndarray, commands: np.ndarray) -> np.ndarray:
     """Return how fast the rotors speed up (n) [rad/s²]."""
     error = commands - speeds
-    rising = 0.5 * (error + np.sqrt(error**2 + BLEND**2) - BLEND)
+    rising = 0.5 * error * (1.0 + (error / np.sqrt(error**2 + BLEND**2)) ** 3)
     return rising / vehicle.up + (error - rising) / vehicle.down
 
 

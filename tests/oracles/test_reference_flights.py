@@ -31,9 +31,8 @@ STEP = Rates().physics_step
 DURATION = 5.0
 HIGH = [0.0, 0.0, 300.0]
 """So that nothing touches the ground [m]."""
-PLACES = {"dh_drone": 0.01, UNEVEN: 0.02}
-"""By which a flight may differ from the reference [m]. The uneven one leans its thrust far to the
-side when it tumbles: a small turn moves it further."""
+PLACE = 0.01
+"""By which a flight may differ from the reference [m]."""
 ANGLE = math.radians(0.5)
 """The same of its attitude [rad]."""
 
@@ -107,9 +106,9 @@ def differences(recording, reference) -> tuple[float, float]:
     return places.max(), angles_between(recording.q_WB[:count], reference.q_WB).max()
 
 
-def check_same(model, recording, reference):
+def check_same(recording, reference):
     place, angle = differences(recording, reference)
-    assert place < PLACES[model]
+    assert place < PLACE
     assert angle < ANGLE
 
 
@@ -131,7 +130,7 @@ def test_a_tumbling_flight_is_the_references(printed, flown, model, w_WB, seed):
     assert 4.0 < rates.max() < 25.0
     assert np.abs(commands - reference.rotor_speeds[:-1]).max() > 3.0
     assert recording.rotor_speeds == pytest.approx(reference.rotor_speeds, abs=0.05)
-    check_same(model, recording, reference)
+    check_same(recording, reference)
 
 
 @VEHICLES
@@ -158,7 +157,7 @@ def test_a_controlled_flight_is_the_references_under_its_commands(printed, flown
     assert np.ptp(commands, axis=0).max() > 100.0
 
     start = first_state(recording)
-    check_same(model, recording, fly(vehicle, start, speeds, time, commands, 2.0, sample=period))
+    check_same(recording, fly(vehicle, start, speeds, time, commands, 2.0, sample=period))
     start = started_as(model, recording)
     for other in (1 / 64, 1 / 512):
         replayed = flown(
@@ -272,7 +271,7 @@ def test_mujoco_moves_the_body_and_its_rotors_alike(printed, flown, model):
     body = MujocoBody(mujoco, vehicle)
     given = (vehicle, start, commands[0], time, commands, DURATION)
     theirs = fly(*given, sample=PERIOD, step=1 / 512, rates=body.rates)
-    check_same(model, recording, theirs)
+    check_same(recording, theirs)
     # two derivations of one motion: they differ by rounding alone
     ours = fly(*given, sample=PERIOD, step=1 / 512)
     place, angle = differences(theirs, ours)

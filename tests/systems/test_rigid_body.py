@@ -17,6 +17,7 @@ from workbench.systems.rigid_body import (
 )
 
 C = (0.03, -0.05, 0.1)
+STILL = [0.0] * 6
 
 
 def test_accelerations_are_drakes(description, vehicle):
@@ -35,7 +36,7 @@ def test_accelerations_are_drakes(description, vehicle):
         plant.get_applied_generalized_force_input_port().FixValue(context, forces)
         wanted = plant.get_generalized_acceleration_output_port().Eval(context)
         R = rotation(state[:4])
-        found = accelerations(R, into_body(R, state[7:10]), wrench, *body)
+        found = accelerations(R, into_body(R, state[7:10]), STILL, 0.0, wrench, *body)
         assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9)
 
 
@@ -45,7 +46,7 @@ def test_a_free_body_keeps_angular_momentum_and_energy(vehicle, rate, step):
     body = rigid_body(vehicle.mass, vehicle.inertia, C)
     state = np.zeros(13)
     state[0], state[7:10] = 1.0, rate * np.array([0.6, 0.5, 0.62450])
-    last = accelerations(rotation(state[:4]), state[7:10], [0.0] * 6, *body)
+    last = accelerations(rotation(state[:4]), state[7:10], STILL, 0.0, STILL, *body)
 
     def kept() -> tuple[np.ndarray, float]:
         w_B = np.array(into_body(rotation(state[:4]), state[7:10]))
@@ -55,7 +56,7 @@ def test_a_free_body_keeps_angular_momentum_and_energy(vehicle, rate, step):
     momentum, energy = kept()
     for _ in range(round(5.0 / step)):
         R, w, _ = middle(state, last, step)
-        last = accelerations(R, into_body(R, w), [0.0] * 6, *body)
+        last = accelerations(R, into_body(R, w), last, step, STILL, *body)
         state = np.array(moved(state, last, step))
         state[:4] /= np.linalg.norm(state[:4])
     after, after_energy = kept()
@@ -66,10 +67,10 @@ def test_a_free_body_keeps_angular_momentum_and_energy(vehicle, rate, step):
 
 def test_a_quaternion_keeps_its_length(vehicle):
     body = rigid_body(vehicle.mass, vehicle.inertia, C)
-    state, last = np.array([1.0, *[0.0] * 6, 20.0, -15.0, 10.0, 0.0, 0.0, 0.0]), (0.0,) * 6
+    state, last = np.array([1.0, *[0.0] * 6, 20.0, -15.0, 10.0, 0.0, 0.0, 0.0]), STILL
     for _ in range(2048):
         R, w, _ = middle(state, last, 1 / 1024)
-        last = accelerations(R, into_body(R, w), [0.0] * 6, *body)
+        last = accelerations(R, into_body(R, w), last, 1 / 1024, STILL, *body)
         state = np.array(moved(state, last, 1 / 1024))
         assert state[:4] @ state[:4] == pytest.approx(1.0, abs=1e-12)
 

@@ -34,9 +34,9 @@ THRUST = 8
 MOMENTUM = 14
 """Place of angular momentum over speed."""
 ANSWER = 15
-"""Place of what `rotor_response.rotor_constants` has (9)."""
+"""Place of what `rotor_response.rotor_constants` has (7)."""
 ROW = ANSWER + CONSTANTS
-"""Size of a rotor's row, 24."""
+"""Size of a rotor's row, 22."""
 
 Load = tuple[Scalar, ...]
 """What acts on a body, in B (9): force [N], moment about its origin [N·m], and the rotors' angular
@@ -44,11 +44,11 @@ momentum [N·m·s], whose gyroscopic moment is not in the moment yet."""
 
 
 def rotor_rows(rotors: Sequence[Rotor], step: float) -> np.ndarray:
-    """Return a row of 24 for each rotor, all vectors in B.
+    """Return a row of 22 for each rotor, all vectors in B.
 
     Hub [m] and axis (6); drag and rolling-moment coefficient (2); force and moment about the
     origin over squared speed (6) [N·s², N·m·s²]; angular momentum along the axis over speed
-    [kg·m²]; and its answer over a step [s], see `rotor_response.rotor_constants` (9).
+    [kg·m²]; and its answer over a step [s], see `rotor_response.rotor_constants` (7).
     """
     return np.array([_row(rotor, step) for rotor in rotors])
 
@@ -206,5 +206,7 @@ def step_vehicle(
     t_x, t_y, t_z = into_body(R_WB, push_W[3:6])
     wrench = (f_x + p_x, f_y + p_y, f_z + p_z, m_x + t_x, m_y + t_y, m_z + t_z)
     w_B = into_body(R_WB, w_W)
-    acceleration = accelerations(R_WB, w_B, wrench, body[0], body[1:7], body[7:13], p_BoBcm_B)
+    acceleration = accelerations(
+        R_WB, w_B, last, step, wrench, body[0], body[1:7], body[7:13], p_BoBcm_B
+    )
     return moved(state, acceleration, step), acceleration

@@ -8,12 +8,15 @@ origin Bo, the centre of mass C at c = p_BoBcm_B, and a force f and a moment t a
 
 A step of the length h is drift, kick, drift (velocity Verlet, as in Leimkuhler and Reich,
 "Simulating Hamiltonian Dynamics", 2004, section 4), with forces that depend on velocities: these
-are taken at the middle of the step, extrapolated by the acceleration of the step before.
+are taken at the middle of the step, extrapolated by the acceleration alpha_, a_ of the step before.
 
     w_m = w + h/2 alpha_,  v_m = v + h/2 a_,  q_m = q + h/4 (w + h/4 alpha_) q
     w+  = w + h alpha(q_m, w_m, v_m),  v+ = v + h a(q_m, w_m, v_m)
-    q+  = (1 - h²/8 |w'|²) q + h/2 w' q  with w' = (w + w+) / 2, brought to unit length
     p+  = p + h/2 (v + v+)
+    q+  = exp(h/2 (w' - h²/12 w' x alpha)) q  with w' = (w + w+) / 2
+
+The exponent is that of Magnus for an angular velocity that changes evenly, and what w_m misses,
+3/8 h (alpha - alpha_), is made good in the gyroscopic term: bodies that tumble fast need both.
 
 Drake's discrete plant takes forces at the old state and positions by the new velocities, which is
 of first order: a free body that tumbles at 17.5 rad/s gains 10 % of energy in 5 s at h = 1/1024 s.
@@ -136,6 +139,8 @@ def middle(state: Signal, last: Signal, step: float) -> tuple[Matrix, Three, Thr
 def accelerations(
     R_WB: Signal,
     w_B: Signal,
+    last: Signal,
+    step: float,
     wrench: Signal,
     mass: Scalar,
     inertia: Signal,
@@ -146,7 +151,9 @@ def accelerations(
 
     Args:
         R_WB: see `rotation`.
-        w_B: angular velocity in B (3) [rad/s].
+        w_B: angular velocity in B (3), see `middle` [rad/s].
+        last: see `middle`; of its six numbers, the first three count.
+        step: its length, 0 for the acceleration now [s].
         wrench: force [N] and moment about the origin [N·m], in B, without gravity (6).
         mass: see `RigidBody`, and so the next three.
         inertia: see there.
@@ -157,17 +164,18 @@ def accelerations(
     b_x, b_y, b_z = w_B
     f_x, f_y, f_z, t_x, t_y, t_z = wrench
     c_x, c_y, c_z = p_BoBcm_B
-    i_xx, i_xy, i_xz, i_yy, i_yz, i_zz = inertia
-    j_xx, j_xy, j_xz, j_yy, j_yz, j_zz = inverse
-    h_x = i_xx * b_x + i_xy * b_y + i_xz * b_z
-    h_y = i_xy * b_x + i_yy * b_y + i_yz * b_z
-    h_z = i_xz * b_x + i_yz * b_y + i_zz * b_z
-    n_x = t_x - c_y * f_z + c_z * f_y - b_y * h_z + b_z * h_y
-    n_y = t_y - c_z * f_x + c_x * f_z - b_z * h_x + b_x * h_z
-    n_z = t_z - c_x * f_y + c_y * f_x - b_x * h_y + b_y * h_x
-    e_x = j_xx * n_x + j_xy * n_y + j_xz * n_z
-    e_y = j_xy * n_x + j_yy * n_y + j_yz * n_z
-    e_z = j_xz * n_x + j_yz * n_y + j_zz * n_z
+    moment = (
+        t_x - c_y * f_z + c_z * f_y,
+        t_y - c_z * f_x + c_x * f_z,
+        t_z - c_x * f_y + c_y * f_x,
+    )
+    e_x, e_y, e_z = _euler((b_x, b_y, b_z), moment, inertia, inverse)
+    l_x, l_y, l_z = into_body(R_WB, last[0:3])
+    missed = 0.375 * step
+    b_x = b_x + missed * (e_x - l_x)
+    b_y = b_y + missed * (e_y - l_y)
+    b_z = b_z + missed * (e_z - l_z)
+    e_x, e_y, e_z = _euler((b_x, b_y, b_z), moment, inertia, inverse)
     k_x = b_y * c_z - b_z * c_y
     k_y = b_z * c_x - b_x * c_z
     k_z = b_x * c_y - b_y * c_x
@@ -181,6 +189,26 @@ def accelerations(
         r00 * a_x + r01 * a_y + r02 * a_z,
         r10 * a_x + r11 * a_y + r12 * a_z,
         r20 * a_x + r21 * a_y + r22 * a_z - GRAVITY,
+    )
+
+
+@register_jitable(forceinline=True)
+def _euler(w_B: Signal, moment: Signal, inertia: Signal, inverse: Signal) -> Three:
+    """Return angular acceleration in B under a moment about the centre of mass."""
+    b_x, b_y, b_z = w_B
+    m_x, m_y, m_z = moment
+    i_xx, i_xy, i_xz, i_yy, i_yz, i_zz = inertia
+    j_xx, j_xy, j_xz, j_yy, j_yz, j_zz = inverse
+    h_x = i_xx * b_x + i_xy * b_y + i_xz * b_z
+    h_y = i_xy * b_x + i_yy * b_y + i_yz * b_z
+    h_z = i_xz * b_x + i_yz * b_y + i_zz * b_z
+    n_x = m_x - b_y * h_z + b_z * h_y
+    n_y = m_y - b_z * h_x + b_x * h_z
+    n_z = m_z - b_x * h_y + b_y * h_x
+    return (
+        j_xx * n_x + j_xy * n_y + j_xz * n_z,
+        j_xy * n_x + j_yy * n_y + j_yz * n_z,
+        j_xz * n_x + j_yz * n_y + j_zz * n_z,
     )
 
 
@@ -199,11 +227,16 @@ def moved(state: Signal, acceleration: Signal, step: float) -> State:
     m_x = w_x + half * e_x
     m_y = w_y + half * e_y
     m_z = w_z + half * e_z
-    squared = half * half * (m_x * m_x + m_y * m_y + m_z * m_z)
-    whole = 1.0 - 0.5 * squared
-    g_x = half * m_x
-    g_y = half * m_y
-    g_z = half * m_z
+    bent = step * step / 12.0
+    t_x = m_x - bent * (m_y * e_z - m_z * e_y)
+    t_y = m_y - bent * (m_z * e_x - m_x * e_z)
+    t_z = m_z - bent * (m_x * e_y - m_y * e_x)
+    squared = half * half * (t_x * t_x + t_y * t_y + t_z * t_z)
+    whole = 1.0 - squared / 2.0 * (1.0 - squared / 12.0)  # the series of cosine and sine
+    part = half * (1.0 - squared / 6.0 * (1.0 - squared / 20.0))
+    g_x = part * t_x
+    g_y = part * t_y
+    g_z = part * t_z
     r_w = whole * q_w - g_x * q_x - g_y * q_y - g_z * q_z
     r_x = whole * q_x + g_x * q_w + g_y * q_z - g_z * q_y
     r_y = whole * q_y + g_y * q_w + g_z * q_x - g_x * q_z

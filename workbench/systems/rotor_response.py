@@ -1,9 +1,13 @@
 """How a rotor answers its command: pure functions of scalars, as the control law is.
 
 The speed w follows the command u with dw/dt = (u - w) / time constant, faster up than down, as
-Gazebo's motor model has it; thrust is motor_constant w². Where u = w and the two time constants
-meet, the rate is their mean: they blend over about `BLEND`, so that linear models of hover exist,
-and hold for steps of a hundredth of the usual ones.
+Gazebo's motor model has it; thrust is motor_constant w². The two time constants meet smoothly at
+u = w, where a linear model of hover needs one rate: with the error e = u - w,
+
+    dw/dt = e s / up + e (1 - s) / down,  s = (1 + (e² / (e² + BLEND²))^(3/2) sign e) / 2
+
+At e = 0 the rate is the mean of both, and stays so to third order; where the error is ten times
+`BLEND`, less than a percent of it goes by the other time constant.
 """
 
 import math
@@ -19,9 +23,7 @@ Scalar = Any
 
 BLEND = 3.0
 """Less than half a percent of usual hover speeds [rad/s]."""
-
-
-CONSTANTS = 9
+CONSTANTS = 7
 """How many `rotor_constants` has."""
 
 
@@ -29,24 +31,23 @@ def rotor_constants(rotor: Rotor, step: float) -> list[float]:
     """Return the constants of a rotor's answer over a physics step [s], for `step_rotor`.
 
     They are the largest speed [rad/s]; for errors up and down, exp(-t / time constant) at the
-    step's middle, the same at its end, the first over the time constant, and one over the time
-    constant [1/s].
+    step's middle, the same at its end, and one over the time constant [1/s].
     """
     both = (rotor.time_constant_up, rotor.time_constant_down)
     return [
         rotor.max_rot_velocity,
         *(math.exp(-0.5 * step / constant) for constant in both),
         *(math.exp(-step / constant) for constant in both),
-        *(math.exp(-0.5 * step / constant) / constant for constant in both),
         *(1.0 / constant for constant in both),
     ]
 
 
 @register_jitable(forceinline=True)
 def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
-    """Return max(error, 0) and min(error, 0) to within `BLEND` / 2, smooth, with the same sum."""
-    root = (error * error + BLEND * BLEND) ** 0.5 - BLEND
-    return (error + root) / 2.0, (error - root) / 2.0
+    """Return the parts of an error that go by the time constant up and by that down."""
+    side = error / (error * error + BLEND * BLEND) ** 0.5
+    up = 0.5 * error * (1.0 + side * side * side)
+    return up, error - up
 
 
 @register_jitable
@@ -69,7 +70,7 @@ def within(command: Scalar, limit: float) -> Scalar:
 def speed_slope(command: Scalar, speed: Scalar, constants: Sequence[float]) -> Scalar:
     """Return the slope of a speed [rad/s²] that follows a command, see `rotor_constants`."""
     up, down = split_error(command - speed)
-    return constants[7] * up + constants[8] * down
+    return constants[5] * up + constants[6] * down
 
 
 @register_jitable(forceinline=True)
@@ -78,7 +79,8 @@ def step_rotor(
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Return speed and its slope in the middle of a step, and speed at its end.
 
-    Under a held command the speed has a closed form, along which this steps.
+    Each part of the error decays along its closed form, and is split anew in the middle:
+    extrapolated from one step and from two halves of it (Richardson), the end is of second order.
 
     Args:
         command: wanted speed, held, see `within` [rad/s].
@@ -88,10 +90,10 @@ def step_rotor(
     Returns:
         Speed [rad/s], slope [rad/s²], speed [rad/s].
     """
-    _, middle_up, middle_down, end_up, end_down, slope_up, slope_down, _, _ = constants
+    _, middle_up, middle_down, end_up, end_down, rate_up, rate_down = constants
     up, down = split_error(command - speed)
-    return (
-        command - up * middle_up - down * middle_down,
-        up * slope_up + down * slope_down,
-        command - up * end_up - down * end_down,
-    )
+    middle = command - up * middle_up - down * middle_down
+    whole = command - up * end_up - down * end_down
+    up, down = split_error(command - middle)
+    halves = command - up * middle_up - down * middle_down
+    return middle, up * rate_up + down * rate_down, 2.0 * halves - whole

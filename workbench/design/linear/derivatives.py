@@ -228,6 +228,8 @@ class Derivatives:
         found = accelerations(
             R_WB,
             into_body(R_WB, known[7:10]),
+            [0.0] * 6,
+            0.0,
             wrench,
             self._body[0],
             self._body[1:7],

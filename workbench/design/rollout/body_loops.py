@@ -36,9 +36,10 @@ from workbench.design.rollout.rows import (
     take,
     take3,
     take6,
+    take7,
     take9,
     take13,
-    take24,
+    take22,
 )
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.systems.air.drag import body_drag, with_rotor_drag
@@ -60,7 +61,7 @@ def move(block, rotors, blades, pushed, step):  # type: ignore[no-untyped-def]
         rotor = rotors[number]
         for i in range(LANES):
             speed, slope, after = step_rotor(
-                take(rotor, HELD, i), take(rotor, SPEED, i), take9(rotor, TURN + ANSWER, i)
+                take(rotor, HELD, i), take(rotor, SPEED, i), take7(rotor, TURN + ANSWER, i)
             )
             put(rotor, MIDDLE, i, speed)
             put(rotor, SLOPE, i, slope)
@@ -74,7 +75,7 @@ def move(block, rotors, blades, pushed, step):  # type: ignore[no-untyped-def]
             t_x, t_y, t_z = into_body(R, push[3:6])
             load = (f_x + p_x, f_y + p_y, f_z + p_z, m_x + t_x, m_y + t_y, m_z + t_z)
             put6(block, LOAD, i, load)
-    _accelerate(block)
+    _accelerate(block, step)
     for i in range(LANES):
         put13(block, STATE, i, moved(take13(block, STATE, i), take6(block, LAST, i), step))
 
@@ -167,7 +168,7 @@ def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
         for number in range(len(rotors)):
             rotor = rotors[number]
             for i in range(LANES):
-                row, speed = take24(rotor, TURN, i), take(rotor, MIDDLE, i)
+                row, speed = take22(rotor, TURN, i), take(rotor, MIDDLE, i)
                 slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
                 load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
                 v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
@@ -177,20 +178,22 @@ def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
         for number in range(len(rotors)):
             rotor = rotors[number]
             for i in range(LANES):
-                row, speed = take24(rotor, TURN, i), take(rotor, MIDDLE, i)
+                row, speed = take22(rotor, TURN, i), take(rotor, MIDDLE, i)
                 slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
                 load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
                 put9(block, LOAD, i, load)
 
 
 @register_jitable
-def _accelerate(block):  # type: ignore[no-untyped-def]
+def _accelerate(block, step):  # type: ignore[no-untyped-def]
     """Write the acceleration that follows from what acts on the body."""
     for i in range(LANES):
         w_B = take3(block, WAY + 3, i)
         acceleration = accelerations(
             take9(block, R_WB, i),
             w_B,
+            take6(block, LAST, i),
+            step,
             whole_wrench(take9(block, LOAD, i), w_B),
             take(block, RIGID, i),
             take6(block, RIGID + 1, i),

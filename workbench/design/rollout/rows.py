@@ -66,7 +66,7 @@ ALLOCATION = PEAK + 1
 YAWS = ALLOCATION + 4
 """Yaw moment over thrust, as the law knows it [m]."""
 TURN = YAWS + 1
-"""See `dynamics.rotor_rows` (24)."""
+"""See `dynamics.rotor_rows` (22)."""
 ROTOR_ROWS = TURN + ROW
 """Rows of a rotor's own block."""
 
@@ -93,6 +93,12 @@ def take4(b: Any, row: int, i: int) -> Any:
 def take6(b: Any, row: int, i: int) -> Any:
     """See `take3`."""
     return take3(b, row, i) + take3(b, row + 3, i)
+
+
+@register_jitable(forceinline=True)
+def take7(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take6(b, row, i) + (take(b, row + 6, i),)
 
 
 @register_jitable(forceinline=True)
@@ -126,9 +132,9 @@ def take19(b: Any, row: int, i: int) -> Any:
 
 
 @register_jitable(forceinline=True)
-def take24(b: Any, row: int, i: int) -> Any:
+def take22(b: Any, row: int, i: int) -> Any:
     """See `take3`."""
-    return take18(b, row, i) + take6(b, row + 18, i)
+    return take18(b, row, i) + take3(b, row + 18, i) + (take(b, row + 21, i),)
 
 
 @register_jitable(forceinline=True)
