@@ -412,7 +412,11 @@ def test_what_breaks_in_flight_becomes_a_sentence(monkeypatch):
 
 
 def alive() -> set[int]:
-    """Return which leaf systems of Python or C++ a garbage collection leaves."""
+    """Return which leaf systems of Python or C++ garbage collections leave.
+
+    Two: what stands in contact is a diagram that belongs to a system of the flight's.
+    """
+    gc.collect()
     gc.collect()
     return {id(it) for it in gc.get_objects() if isinstance(it, LeafSystem)}
 

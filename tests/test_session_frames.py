@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
+from pydrake.systems.framework import DiagramBuilder
 
 from workbench.errors import WorkbenchError
 from workbench.frames import FlightFrames
 from workbench.plant.description import read_description
+from workbench.plant.multibody import add_plant
 from workbench.plant.vehicle_frames import frame_tree
 from workbench.resources import find_model
 from workbench.scenario import Scenario
@@ -54,8 +56,10 @@ def test_frames_chain_to_those_of_the_flight(framed):
 
 def test_frames_are_where_drake_has_the_bodies(framed):
     """The plant's body is the drone's whole; its links hang on it as the description says."""
-    plant = framed.diagram.GetSubsystemByName("plant")
-    context = plant.GetMyContextFromRoot(framed._live.root)
+    description = read_description(find_model("dh_drone"))
+    plant, _ = add_plant(DiagramBuilder(), description, time_step=0.0)
+    context = plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, framed.state())
     X_WB = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("base_link"))
     assert chained(framed, "base_link").IsNearlyEqualTo(X_WB, 1e-12)
     assert np.linalg.norm(X_WB.translation() - [0.0, 0.0, 1.5]) > 0.5

@@ -29,7 +29,7 @@ def test_show_prints_the_gains_that_a_model_flies_with(run):
     assert said["vehicle"] == "dh_drone"
     values = {row["name"]: row["value"] for row in said["gains"]}
     everything = vehicle_gains(DRONE)
-    assert len(values) == CONTROLLER + 1
+    assert len(values) == CONTROLLER + 2
     assert values == {name: everything[name] for name in values}
     rows = {row["name"]: row for row in said["gains"]}
     assert rows["kp_roll"]["unit"] == "1/s^2"
@@ -74,9 +74,9 @@ def test_diff_prints_only_what_differs(run, profile):
     lines = run("gains", "diff", profile, "dh_drone").out.splitlines()
     assert [line.split() for line in lines[1:]] == [
         ["kp_velocity_z", "2", "4.4", "1/s", "+120.0", "%"],
-        ["18", "others", "are", "equal"],
+        ["19", "others", "are", "equal"],
     ]
-    assert run("gains", "diff", "default", "default").out == "no difference in 19 gains\n"
+    assert run("gains", "diff", "default", "default").out == "no difference in 20 gains\n"
 
 
 def test_what_is_saved_flies_the_same(run, profile):

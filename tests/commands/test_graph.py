@@ -20,7 +20,7 @@ def test_every_system_is_named_in_the_picture(picture):
     assert said.code == 0
     texts = {element.text for element in ET.parse(file).getroot().iter(f"{SVG}text")}
     assert {block["name"] for block in said.json["blocks"]} <= texts
-    assert {"controller", "modes", "battery", "recorder", "plant + scene_graph"} <= texts
+    assert {"controller", "modes", "battery", "recorder", "dynamics", "scene_graph"} <= texts
 
 
 def test_every_net_of_the_picture_joins_known_ports(picture):

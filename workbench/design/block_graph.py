@@ -12,6 +12,7 @@ from pydrake.systems.framework import (
     System,
 )
 from pydrake.systems.primitives import Multiplexer, VectorLogSink
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 RECORDER = "recorder"
 OUTPUTS = "outputs"
@@ -65,8 +66,8 @@ class BlockGraph:
 def read_block_graph(diagram: Diagram) -> BlockGraph:
     """Return a diagram's top level, as simple as an honest picture allows.
 
-    The scene graph is one block with its plant, and logs with what bundles signals for them are
-    the recorder. Exported ports become blocks.
+    The scene graph is one block with its plant, or with what turns states into its poses; logs and
+    what bundles signals for them are the recorder. Exported ports become blocks.
     """
     homes = _homes(diagram)
     sinks: dict[Terminal, list[Terminal]] = {}
@@ -125,10 +126,10 @@ def _homes(diagram: Diagram) -> dict[str, str]:
         ):
             homes[name] = RECORDER
         if isinstance(system, SceneGraph):
-            plants = [each for each in listeners if isinstance(each, MultibodyPlant)]
-            homes |= {
-                each: f"{plants[0].get_name()} + {name}" for each in (name, plants[0].get_name())
-            }
+            plants = [each.get_name() for each in listeners if isinstance(each, MultibodyPlant)]
+            homes |= {each: f"{plant} + {name}" for plant in plants for each in (name, plant)}
+        if isinstance(system, MultibodyPositionToGeometryPose):
+            homes[name] = listeners[0].get_name()
     return homes
 
 
