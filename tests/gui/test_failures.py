@@ -79,9 +79,10 @@ def test_a_model_that_does_not_load_is_told_and_another_one_flies(window, failur
     bad.write_text("<robot name='bad'><link name='a'/>")
     window.desk.fly_model(str(bad))
     assert "bad.urdf" in failure("bad.urdf").what
-    window.desk.fly(Choice("hover"))
     flight = window.workspace.flight
-    qtbot.waitUntil(lambda: flight.is_flying, timeout=LIMIT)
+    before = flight.live
+    window.desk.fly(Choice("hover"))
+    qtbot.waitUntil(lambda: flight.live is not before and flight.is_flying, timeout=LIMIT)
 
 
 def test_a_full_disk_ends_the_log_and_not_the_flight(window, failure, tmp_path, monkeypatch, qtbot):
