@@ -86,9 +86,9 @@ def _ending(item):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item):
-    until = float(os.environ.get("SLOW_TESTS_UNTIL", "inf"))
-    if item.get_closest_marker("slow") and time.time() > until:
-        pytest.skip("a slow test, and no time is left: see .ci/run")
+    name = "SLOW_TESTS_UNTIL" if item.get_closest_marker("slow") else "TESTS_UNTIL"
+    if time.time() > float(os.environ.get(name, "inf")):
+        pytest.skip("no time is left for it: see .ci/run")
     return (yield from _ending(item))
 
 

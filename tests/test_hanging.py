@@ -43,17 +43,21 @@ def test_a_hang_after_a_failure_ends_the_run_and_is_named(tmp_path):
     )
 
 
-def test_a_slow_test_skips_where_no_time_is_left(tmp_path):
+def test_a_test_skips_where_no_time_is_left(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST, encoding="utf-8")
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow\n")
     (tmp_path / "test_it.py").write_text(
         "import pytest\n\n\n@pytest.mark.slow\ndef test_a(): ...\n\n\ndef test_b(): ...\n"
     )
-    for until, found in (("0", "1 passed, 1 skipped"), ("1e99", "2 passed")):
+    for limits, found in (
+        ({"SLOW_TESTS_UNTIL": "0"}, "1 passed, 1 skipped"),
+        ({"TESTS_UNTIL": "0"}, "1 passed, 1 skipped"),
+        ({"SLOW_TESTS_UNTIL": "1e99", "TESTS_UNTIL": "1e99"}, "2 passed"),
+    ):
         done = subprocess.run(
             [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "no:xdist"],
             cwd=tmp_path,
-            env=os.environ | {"SLOW_TESTS_UNTIL": until},
+            env=os.environ | limits,
             capture_output=True,
             text=True,
         )
