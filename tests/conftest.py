@@ -56,7 +56,7 @@ def named(*row: object) -> Iterator[None]:
         raise
 
 
-LIMIT, SLOW_LIMIT = 300.0, 900.0
+LIMIT, SLOW_LIMIT = 600.0, 1200.0
 """Seconds of a set-up, a test or a tear-down; what takes longer hangs, however slow the machine."""
 _STDERR = pytest.StashKey[int]()
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 CONFTEST = (Path(__file__).parent / "conftest.py").read_text(encoding="utf-8")
-LIMITS = "LIMIT, SLOW_LIMIT = 300.0, 900.0"
+LIMITS = "LIMIT, SLOW_LIMIT = 600.0, 1200.0"
 HANGING = """
 import threading
 
