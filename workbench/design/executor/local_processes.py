@@ -10,9 +10,10 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from multiprocessing.queues import SimpleQueue
 from typing import Any
 
 from workbench.design.executor.executor import Result, Stop, Task
@@ -73,7 +74,7 @@ def _in_pool(
         return
     done: queue.SimpleQueue[Future[Result]] = queue.SimpleQueue()
     spawned = multiprocessing.get_context("spawn")
-    said: queue.Queue[logging.LogRecord] = spawned.Queue()  # type: ignore[assignment]
+    said = spawned.SimpleQueue()
     reader, writer = spawned.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
         min(count, len(tasks)), spawned, initializer=_begin, initargs=(said, reader)
@@ -108,10 +109,9 @@ def _in_pool(
 
 def _begin(said: Any, caller: Connection) -> None:
     """Set a process up to log to its caller, and to end when that lets go of it or is gone."""
-    said.cancel_join_thread()  # what nobody hears any more keeps nobody here
     logger = logging.getLogger("workbench")
     logger.setLevel(logging.INFO)
-    logger.addHandler(logging.handlers.QueueHandler(said))
+    logger.addHandler(_Sender(said))
     logger.propagate = False
     threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
 
@@ -122,12 +122,18 @@ def _end_with(caller: Connection) -> None:
     os._exit(1)
 
 
-def _pass_on(said: "queue.Queue[logging.LogRecord]") -> None:
+class _Sender(logging.handlers.QueueHandler):
+    """Sends what is logged at once: in a thread of its own it would be lost with the process."""
+
+    def enqueue(self, record: logging.LogRecord) -> None:
+        self.queue.put(record)  # type: ignore[attr-defined]
+
+
+def _pass_on(said: "SimpleQueue[logging.LogRecord]") -> None:
     """Log what processes have logged."""
-    with suppress(queue.Empty):
-        while True:
-            record = said.get_nowait()
-            logging.getLogger(record.name).handle(record)
+    while not said.empty():
+        record = said.get()
+        logging.getLogger(record.name).handle(record)
 
 
 @contextmanager
