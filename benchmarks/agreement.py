@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from workbench.configured import read_configured
 from workbench.design.rollout.agreement import Agreement, agreement, random_trials
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 ROOT = Path(__file__).resolve().parent.parent
 DRONES, SHARED = ROOT / "tests/drones", ROOT / "../shared/models"

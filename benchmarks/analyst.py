@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 from spread import Spread, spread
 
-from workbench.analyst.analyst import Analyst
-from workbench.analyst.questions import DrawMap, FindRanges, Judge, Predict, Step
-from workbench.analyst.superseded import SupersededError
+from workbench.analysis.analyst import Analyst
+from workbench.analysis.questions import DrawMap, FindRanges, Judge, Predict, Step
+from workbench.analysis.superseded import SupersededError
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Scenario, SensorsConfig
+from workbench.scenario.scenario import Scenario, SensorsConfig
 
 WANTED = 20.0
 """Answers a second."""

@@ -44,7 +44,7 @@ LEAST_FACTOR, MOST_GROWTH = 0.98, 5.0
 ROLES = {
     "workbench.live.worker": "flight",
     "workbench.link.server.process": "server",
-    "workbench.analyst": "analyst",
+    "workbench.analysis": "analyst",
     "QtWebEngineProcess": "web engine",
 }
 """What a process is, by a word of its command line."""

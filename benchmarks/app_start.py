@@ -28,7 +28,7 @@ def main() -> None:
     """Start the app, and close it once it flies."""
     from PyQt6.QtCore import QTimer
 
-    from workbench.cli import main as workbench
+    from workbench.commands.cli import main as workbench
     from workbench.gui import main_window
 
     seen: dict[str, float] = {}

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from workbench.design.judge.live import live_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.scenario import Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario
+from workbench.session.session import Session
 
 FRAME = 0.02
 """What a live update may take [s]."""

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from flyers import HEIGHT, Flyer, Hangar
 from spread import Spread, ratios, spread, text
 
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 
 SLICE = 0.25
 """Of a turn [s]."""

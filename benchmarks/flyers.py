@@ -19,11 +19,13 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from workbench.common.resources import find_model
+from workbench.control.flight_mode import Settings, initial_state
+from workbench.control.mode import FlightMode
 from workbench.diagram.airframe import Airframe
 from workbench.diagram.core import add_sampled_core
 from workbench.diagram.workbench import make_workbench
-from workbench.gains import vehicle_gains
-from workbench.parameters import parameters_of
+from workbench.gains.gains import vehicle_gains
 from workbench.plant.description import Description, read_description
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import gathered
@@ -34,11 +36,9 @@ from workbench.plant.model import Model
 from workbench.plant.multibody import add_plant
 from workbench.plant.placing import body_state
 from workbench.plant.vehicle import Vehicle
-from workbench.resources import find_model
-from workbench.scenario import Rates
+from workbench.scenario.parameters import parameters_of
+from workbench.scenario.scenario import Rates
 from workbench.systems.flight_computer import FlightComputer
-from workbench.systems.flight_mode import Settings, initial_state
-from workbench.systems.mode import FlightMode
 from workbench.systems.mode_manager import ModeManager
 
 HEIGHT = 50.0

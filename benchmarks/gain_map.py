@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from spread import Spread, spread, text
 from sweep import CORES, SPEED
 
+from workbench.common.resources import find_model
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.sweep.gain_map import gain_map
 from workbench.design.sweep.ranges import SweepRange
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
 
 SIDE, DURATION, TURNS = 32, 2.0, 30
 REFRESH = 0.1

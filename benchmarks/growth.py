@@ -19,11 +19,11 @@ from pydrake.math import RigidTransform
 from spread import Spread, ratios, text
 from sweep import SPEED, candidates
 
+from workbench.common.resources import find_model
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
-from workbench.scenario import Scenario, VehicleConfig
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.session.session import Session
 
 DRONES = Path(__file__).resolve().parent.parent / "tests" / "drones"
 CANDIDATES = (64, 1024, 16384)

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Rates, Scenario, SensorsConfig
+from workbench.scenario.scenario import Rates, Scenario, SensorsConfig
 
 SECONDS = 60.0
 CLIENTS = 8

@@ -15,7 +15,7 @@ from link_proxy import Proxy
 from workbench.link.backplane import Hand, Stage
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Action
+from workbench.scenario.scenario import Action
 
 HOLDER = Path(__file__).with_name("link_holder.py")
 ENOUGH = 120.0

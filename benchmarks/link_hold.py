@@ -17,7 +17,7 @@ from link_faults import FAULTS, OF_THE_SERVER, harmed, serve
 
 from workbench.link.authority import HOLD_AFTER
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 
 FLIGHTS = 100
 SPEED = 5.0

@@ -31,8 +31,8 @@ from PyQt6.QtWidgets import QApplication
 
 from workbench.design.judge.live import live_margins
 from workbench.design.linear.study import LinearStudy
-from workbench.scenario import Scenario, SensorsConfig
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, SensorsConfig
+from workbench.session.session import Session
 
 SECONDS = 3.0
 TURNS = 2

@@ -9,8 +9,8 @@ each as the best of several turns less that of no sensor, in turn so that noise 
 import time
 from dataclasses import dataclass
 
-from workbench.scenario import Scenario, SensorsConfig
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, SensorsConfig
+from workbench.session.session import Session
 
 USUAL = {"imu": 200.0, "gps": 10.0, "lidar": 10.0, "depth_camera": 15.0}
 OTHERS = ("range_finder", "barometer")

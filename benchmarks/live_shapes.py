@@ -10,9 +10,9 @@ from pathlib import Path
 from PyQt6.QtCore import Qt, QTimer
 
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Scenario
-from workbench.session import Session
-from workbench.snapshot import Snapshot
+from workbench.scenario.scenario import Scenario
+from workbench.session.session import Session
+from workbench.session.snapshot import Snapshot
 
 TICK = 1 / 60
 

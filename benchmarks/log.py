@@ -11,12 +11,12 @@ from tempfile import TemporaryDirectory
 
 from spread import Spread, number, spread, text
 
-from workbench.flight_log.flight_log import FlightLog
-from workbench.flight_log.record import read_log
 from workbench.link.backplane import Sampled
 from workbench.link.topics import Topic
-from workbench.scenario import Action, Scenario, SensorsConfig
-from workbench.session import Session
+from workbench.logs.flight_log import FlightLog
+from workbench.logs.record import read_log
+from workbench.scenario.scenario import Action, Scenario, SensorsConfig
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 FLIGHT = 4.0

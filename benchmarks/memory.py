@@ -19,8 +19,8 @@ from sweep import COUNTS, DURATION, SPEED
 from workbench.design.sweep.case import Candidate, SweepCase
 from workbench.design.sweep.compiled_flights import fly_compiled
 from workbench.plant.variation import Variation
-from workbench.scenario import Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario
+from workbench.session.session import Session
 
 FLIGHTS = (1.0, 600.0)
 """Durations of the sessions' flights [s]."""

@@ -36,7 +36,7 @@ from pydrake.systems.framework import DiagramBuilder
 from simulators import NoSimulatorError, OtherSimulator, version
 from spread import Spread, ratios, spread, text
 
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 
 SPEED, DISTANCE, EDGE, DURATION = 1.0, 1.0, 1.0, 10.0
 """Of the step [m/s] or [m], when it comes, and when the flight ends [s]."""

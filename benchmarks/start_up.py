@@ -33,8 +33,8 @@ MODULES = (
     "matplotlib.figure",
     "pydrake.systems.framework",
     "pydrake.multibody.plant",
-    "workbench.scenario",
-    "workbench.session",
+    "workbench.scenario.scenario",
+    "workbench.session.session",
     "workbench.design.plots_step",
     "workbench.design.rollout.engine",
 )

@@ -25,13 +25,13 @@ import numpy as np
 from simulators import NoSimulatorError, OtherSimulator, version
 from spread import Spread, ratios, spread, text
 
+from workbench.common.resources import find_model
+from workbench.control.cascade import Gains
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import EDGE, step_scenario
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
-from workbench.scenario import Rates, Scenario
-from workbench.session import Session
-from workbench.systems.cascade import Gains
+from workbench.scenario.scenario import Rates, Scenario
+from workbench.session.session import Session
 
 COUNTS = (1, 64, 1024, 16384)
 DURATION, SPEED = 5.0, 2.0

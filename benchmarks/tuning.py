@@ -12,13 +12,13 @@ import time
 
 import numpy as np
 
+from workbench.common.resources import find_model
 from workbench.design.tune.tuner import Tuner
-from workbench.gains import flight_gains
-from workbench.parameters import find_parameter
+from workbench.gains.gains import flight_gains
 from workbench.plant.loading import load_vehicle
 from workbench.plant.vehicle import Vehicle
-from workbench.resources import find_model
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.parameters import find_parameter
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 LEAST, MOST = 0.2, 5.0
 

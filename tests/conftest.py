@@ -100,3 +100,52 @@ def pytest_runtest_call(item):
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item):
     return (yield from _ending(item))
+
+
+@pytest.fixture(scope="session")
+def description():
+    """The shipped drone."""
+    from workbench.common.resources import find_model
+    from workbench.plant.description import read_description
+
+    return read_description(find_model("dh_drone"))
+
+
+@pytest.fixture(scope="session")
+def vehicle(description):
+    from workbench.plant.loading import make_vehicle
+
+    return make_vehicle(description)
+
+
+@pytest.fixture(scope="session")
+def gains():
+    """The values of the parameter table's controller rows."""
+    from workbench.control.cascade import Gains
+    from workbench.scenario.parameters import parameters_of
+
+    return Gains(**{row.name: row.default for row in parameters_of("controller")})
+
+
+@pytest.fixture(scope="session")
+def random_signals():
+    """Return state, acceleration, reference and guidance of a drone in any kind of trouble."""
+    import numpy as np
+
+    from workbench.control.obstacle_brake import WALLS
+
+    def signals(rng: np.random.Generator) -> tuple[list[float], ...]:
+        q_WB = rng.normal(size=4)
+        state = [*q_WB / np.linalg.norm(q_WB), *rng.uniform(-3, 3, 9)]
+        state[6] += 10.0
+        reference = [*rng.uniform(-4, 4, 3), rng.normal(), *rng.uniform(0, 9, 3), 0.0]
+        reference[7] = float(rng.integers(0, 2))
+        weights = rng.integers(0, 2, 3).astype(float)
+        guidance = [1.0, 1.0, weights[0], rng.normal(), weights[1], weights[2], *rng.normal(size=3)]
+        guidance.append(rng.integers(0, 2) * rng.uniform(0.0, 2.0))
+        for _ in range(WALLS):
+            n_W = rng.normal(size=3)
+            guidance += [*n_W / np.linalg.norm(n_W), rng.uniform(-5, 15)]
+        return state, list(rng.normal(size=3)), reference, guidance
+
+    return signals

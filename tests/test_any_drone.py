@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from pydrake.systems.primitives import Linearize
 
+from workbench.control.cascade import Guidance
+from workbench.control.mode import FlightMode
 from workbench.design.hover_check import check_hover
 from workbench.diagram.core import make_flight_core
-from workbench.gain_rule import thrust_to_weight
-from workbench.gains import choose_gains, vehicle_gains
+from workbench.gains.gains import choose_gains, vehicle_gains
+from workbench.gains.rule import thrust_to_weight
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.thrust_frame import thrust_frame
-from workbench.scenario import Action, Scenario, Start, VehicleConfig
-from workbench.session import Session
-from workbench.systems.cascade import Guidance
-from workbench.systems.mode import FlightMode
+from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
+from workbench.session.session import Session
 
 HERE = Path(__file__).parent
 HEIGHT = 10.0

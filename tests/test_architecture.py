@@ -15,76 +15,32 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "workbench"
 
 MAY_IMPORT = {
-    "errors": "",
-    "resources": "errors",
-    "plain_files": "errors",
-    "system_libraries": "",
-    "yaml_files": "errors plain_files",
-    "cache": "errors",
-    "parameters": "errors resources yaml_files",
-    "sensors_config": "errors yaml_files",
-    "scenario": "errors atomic_write resources yaml_files parameters sensors_config plant",
-    "gain_rule": "errors parameters plant",
-    "vehicle_parameters": "errors parameters plant",
-    "atomic_write": "errors",
-    "gain_history": "errors yaml_files",
-    "gain_files": "errors yaml_files atomic_write parameters gain_history",
-    "gain_diff": "parameters",
-    "gains": "errors resources parameters vehicle_parameters plant gain_rule gain_files",
-    "plant": "errors plain_files cache yaml_files",
-    "link": "errors plain_files",
-    "recording": "errors plant",
-    "frames": "errors plant recording",
-    "systems": "errors plain_files cache plant link",
-    "samples": "",
-    "diagram": "errors resources parameters scenario sensors_config samples plant systems link "
-    "instant",
-    "built_flight": "errors configured gains parameters script scenario plant systems diagram "
-    "vehicle_parameters",
-    "snapshot": "systems",
-    "observation": "diagram snapshot systems",
-    "configured": "errors resources scenario plant",
-    "live_context": "errors parameters vehicle_parameters scenario plant systems diagram instant",
-    "script": "scenario systems",
-    "pilot_numbers": "errors",
-    "session": "errors configured recording samples snapshot observation live_context script "
-    "parameters pilot_numbers vehicle_parameters scenario plant systems diagram link instant "
-    "built_flight",
-    "live": "errors cache resources pilot_numbers vehicle_parameters parameters scenario plant "
-    "systems snapshot recording samples session link flight_log instant excitation",
-    "ros_messages": "errors link",
-    "flight_log": "errors plain_files atomic_write scenario gains link live ros_messages "
-    "recording session resources plant systems",
-    "flight_log/plots": "design",
-    "monitor": "errors link",
-    "gateways": "errors link ros_messages",
-    "open_loop": "errors configured live_context recording scenario plant systems diagram",
-    "design": "errors atomic_write resources instant branches response_metrics sensors_config "
-    "yaml_files cache recording gains gain_rule parameters vehicle_parameters configured scenario "
-    "plant systems diagram session",
-    "response_metrics": "",
-    "excitation": "errors",
-    "instant": "",
-    "branches": "",
-    "analyst": "errors cache configured scenario parameters gains live plant session instant "
-    "excitation branches design",
-    "gui": "errors system_libraries resources yaml_files atomic_write parameters sensors_config "
-    "scenario gain_files gain_diff gain_history plant systems snapshot link live instant "
-    "excitation analyst flight_log response_metrics branches",
-    "commands": "errors system_libraries resources yaml_files recording gains gain_files "
-    "gain_history gain_diff parameters vehicle_parameters scenario plant link configured systems "
-    "diagram samples snapshot session open_loop design live link flight_log monitor gateways",
-    "commands/gui": "gui live",
-    "cli": "errors commands",
-    "pytest_plugin": "errors atomic_write design",
-    "__main__": "cli",
-    "__init__": "errors branches excitation scenario plant diagram session live design gains "
-    "gain_diff gain_rule resources",
+    "common": "",
+    "plant": "common",
+    "link": "common",
+    "gateways": "common link",
+    "scenario": "common plant",
+    "gains": "common plant scenario",
+    "dynamics": "plant",
+    "control": "plant dynamics",
+    "systems": "common plant link dynamics control",
+    "diagram": "common plant link scenario dynamics control systems",
+    "session": "common plant link scenario gains dynamics control systems diagram",
+    "design": "common plant scenario gains dynamics control systems diagram session",
+    "logs": "common link gateways scenario systems session",
+    "logs/plots": "design",
+    "live": "common plant link scenario control systems session logs",
+    "analysis": "common scenario session design live",
+    "gui": "common plant link scenario gains control systems session design logs live analysis",
+    "commands": "common plant link gateways scenario gains systems diagram session design logs "
+    "live",
+    "commands/gui": "gui",
+    "pytest_plugin": "common design",
+    "__main__": "commands",
+    "__init__": "common plant scenario gains diagram session design live",
 }
-"""What of ours a room may import besides itself. `room/file` is what one file of it may besides."""
-
-ONLY_INSIDE_FUNCTIONS = {("cli", "commands")}
-"""Imports that must not happen when the importing file is loaded."""
+"""What of ours a room may import besides itself, rooms above it alone: so there are no circles of
+rooms. `room/file` is what one file of it may besides."""
 
 ONLY_HERE = {"PyQt6": {"gui"}}
 """Packages that belong to some rooms."""
@@ -109,13 +65,13 @@ def find_violations(package: Path) -> list[str]:
             continue
         found += [
             f"{where}:{line}: imports {name}: {reason}"
-            for name, line, in_function in sorted(set(imports(path, package)))
-            if (reason := why_not(file, name, in_function))
+            for name, line in sorted(set(imports(path, package)))
+            if (reason := why_not(file, name))
         ]
     return found
 
 
-def why_not(file: Path, name: str, in_function: bool) -> str | None:
+def why_not(file: Path, name: str) -> str | None:
     """Return why `file` may not import the module `name`, None if it may."""
     room = file.parts[0]
     for unwanted, reason in NOWHERE.items():
@@ -134,21 +90,15 @@ def why_not(file: Path, name: str, in_function: bool) -> str | None:
     allowed = " ".join(MAY_IMPORT[row] for row in sorted(rows)).split()
     if target not in (room, *allowed):
         return f"'{room}' may import of ours only {', '.join(allowed) or 'nothing'}"
-    if (room, target) in ONLY_INSIDE_FUNCTIONS and not in_function:
-        return f"'{room}' imports '{target}' only inside the function that needs it"
     return None
 
 
-def imports(path: Path, package: Path) -> Iterator[tuple[str, int, bool]]:
-    """Yield the full name, the line and whether it stands in a function, of each import."""
+def imports(path: Path, package: Path) -> Iterator[tuple[str, int]]:
+    """Yield the full name and the line of each import, those inside functions included."""
     here = [package.name, *path.relative_to(package).parent.parts]
-    todo: list[tuple[ast.AST, bool]] = [(ast.parse(path.read_text(), str(path)), False)]
-    while todo:
-        node, in_function = todo.pop()
+    for node in ast.walk(ast.parse(path.read_text(), str(path))):
         for name in imported_names(node, here, package):
-            yield name, node.lineno, in_function
-        inside = in_function or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-        todo += [(child, inside) for child in ast.iter_child_nodes(node)]
+            yield name, node.lineno
 
 
 def imported_names(node: ast.AST, here: list[str], package: Path) -> list[str]:
@@ -183,20 +133,26 @@ def test_rooms_import_only_what_they_may():
     assert not violations, "\n" + "\n".join(violations)
 
 
+def test_a_room_imports_only_rooms_above_it():
+    above = set()
+    for row, rooms in MAY_IMPORT.items():
+        assert set(rooms.split()) <= above, row
+        above |= {row.split("/")[0]}
+
+
 def test_a_broken_rule_is_named(case, tmp_path):
     table = [
-        ("plant/a.py", "from workbench.systems import b", "'plant' may import of ours only errors"),
+        ("plant/a.py", "from workbench.systems import b", "'plant' may import of ours only common"),
         ("plant/a.py", "from ..systems.b import C", "imports workbench.systems.b"),
         ("plant/a.py", "from .. import systems", "imports workbench.systems:"),
         ("plant/a.py", "from workbench import systems", "imports workbench.systems:"),
         ("plant/a.py", "from workbench import Vehicle", "imports workbench:"),
-        ("errors.py", "import workbench.plant", "only nothing"),
+        ("common/a.py", "import workbench.plant", "only nothing"),
         ("systems/a.py", "def f():\n    import workbench.gui", "workbench/systems/a.py:2:"),
         ("systems/a.py", "import_module('workbench.gui.b')", "imports workbench.gui.b"),
         ("commands/fly.py", "def f():\n    from workbench.gui import b", "imports workbench.gui"),
-        ("cli.py", "from workbench.commands import b", "only inside the function"),
-        ("cli.py", "def f():\n    import workbench.session", "only errors, commands"),
-        ("session.py", "from PyQt6.QtCore import QObject", "only gui may import PyQt6"),
+        ("__main__.py", "def f():\n    import workbench.session.session", "only commands"),
+        ("session/a.py", "from PyQt6.QtCore import QObject", "only gui may import PyQt6"),
         ("link/a.py", "import pydrake.math", "'link' does without pydrake"),
         ("gui/a.py", "from pydrake import math", "'gui' does without pydrake"),
         ("plant/a.py", "from pydrake.all import X", "loads all of Drake"),
@@ -214,10 +170,9 @@ def test_a_broken_rule_is_named(case, tmp_path):
 @pytest.mark.parametrize(
     ("file", "source"),
     [
-        ("plant/a.py", "from workbench.errors import WorkbenchError"),
+        ("plant/a.py", "from workbench.common.errors import WorkbenchError"),
         ("plant/a.py", "from . import b\nfrom .b import C\nimport workbench.plant.b"),
         ("commands/gui.py", "def f():\n    from workbench.gui import b"),
-        ("cli.py", "def f():\n    from workbench.commands import b"),
         ("gui/a.py", "from PyQt6.QtCore import QObject"),
     ],
 )
@@ -235,7 +190,7 @@ def make_package(folder: Path, file: str, source: str) -> Path:
     return package
 
 
-@pytest.mark.parametrize("module", ["workbench", "workbench.cli"])
+@pytest.mark.parametrize("module", ["workbench", "workbench.commands.cli"])
 def test_a_bare_import_stays_light(module):
     code = f"import sys, {module}; print(*{{name.split('.')[0] for name in sys.modules}})"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)

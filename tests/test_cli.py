@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from workbench.cli import _parser, main
 from workbench.commands import params
+from workbench.commands.cli import _parser, main
 
 ROOT = Path(__file__).resolve().parent.parent
 COMMANDS = (
@@ -120,7 +120,7 @@ def test_a_closed_stdout_is_no_traceback():
 
 def test_commands_load_nothing_heavy_before_they_run():
     code = (
-        "import sys\nfrom workbench.cli import _parser, main\n"
+        "import sys\nfrom workbench.commands.cli import _parser, main\n"
         "try: main(['--help'])\nexcept SystemExit: pass\n"
         "print(*{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
     )
@@ -169,7 +169,7 @@ runpy.run_module("workbench", run_name="__main__", alter_sys=True)
 @pytest.mark.parametrize(
     ("number", "module"),
     [
-        (signal.SIGINT, "workbench.cli"),
+        (signal.SIGINT, "workbench.commands.cli"),
         (signal.SIGINT, "argparse"),
         (signal.SIGINT, "workbench.commands.tune"),
         (signal.SIGINT, "numpy"),

@@ -92,7 +92,7 @@ def test_installed_command_runs_from_an_empty_folder(installed, tmp_path, how):
 
 @pytest.mark.slow
 def test_installed_package_finds_its_own_models(installed, tmp_path):
-    code = "from workbench.resources import find_model; print(find_model('dh_drone'))"
+    code = "from workbench.common.resources import find_model; print(find_model('dh_drone'))"
     said = run(sys.executable, "-c", code, cwd=tmp_path, PYTHONPATH=str(installed))
     assert Path(said.strip()).is_relative_to(installed / "workbench" / "models")
 

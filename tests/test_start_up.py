@@ -11,7 +11,7 @@ HEAVY = "numpy scipy pydrake numba llvmlite matplotlib control trimesh embreex P
 CODE = """
 import sys
 sys.path.insert(0, sys.argv.pop(1))
-from workbench.cli import main
+from workbench.commands.cli import main
 try:
     code = main(sys.argv[1:])
 except SystemExit as stopped:
@@ -124,7 +124,10 @@ def test_a_step_does_without(case, step_modules):
 
 def test_loading_the_session_does_not_look_through_the_stack():
     """Drake does so for each template that is filled; within nested imports that takes a second."""
-    code = "import inspect; inspect.stack = None; import workbench.session, workbench.diagram.core"
+    code = (
+        "import inspect; inspect.stack = None; "
+        "import workbench.session.session, workbench.diagram.core"
+    )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 

@@ -24,6 +24,7 @@ from PIL import Image
 from PyQt6.QtCore import QBuffer, QSettings
 from PyQt6.QtWidgets import QApplication
 
+from workbench.control.mode import FlightMode
 from workbench.gui.app import make_app
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
@@ -33,7 +34,6 @@ from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
-from workbench.systems.mode import FlightMode
 
 ROOT = Path(__file__).resolve().parent.parent
 SMALL, LARGE = (1280, 720), (1920, 1080)

@@ -10,7 +10,7 @@ import subprocess
 
 from apt import install, leave
 
-from workbench.system_libraries import (
+from workbench.common.system_libraries import (
     PACKAGES,
     RENAMED,
     missing_libraries,

@@ -28,7 +28,7 @@ LEFT_OUT = (".*", "__pycache__", "out", "build", "dist", "node_modules")
 WORKBENCH = "workbench/systems"
 ORACLE = "tests/oracles/test_reference_flights.py"
 LOOPS = "tests/oracles/test_loops_by_hand.py"
-LAW = "tests/systems/test_cascade.py"
+LAW = "tests/control/test_cascade.py"
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ MUTATIONS = (
         f"{WORKBENCH}/rotor_response.py",
         "both = (rotor.time_constant_up, rotor.time_constant_down)",
         "both = (rotor.time_constant_down, rotor.time_constant_up)",
-        ("tests/systems/test_rotor_response.py", ORACLE),
+        ("tests/dynamics/test_rotor_response.py", ORACLE),
     ),
     Mutation(
         "gyroscopic term of the body: the other sign",
@@ -131,14 +131,14 @@ MUTATIONS = (
         f"{WORKBENCH}/air/drag.py",
         "drag = -pressure * (",
         "drag = -2.0 * pressure * (",
-        ("tests/systems/air/test_drag.py", ORACLE),
+        ("tests/dynamics/air/test_drag.py", ORACLE),
     ),
     Mutation(
         "drag of the rotors: the other sign",
         f"{WORKBENCH}/air/drag.py",
         "drag = -abs(speed) * rotor[6]",
         "drag = abs(speed) * rotor[6]",
-        ("tests/systems/air/test_drag.py", ORACLE),
+        ("tests/dynamics/air/test_drag.py", ORACLE),
     ),
     Mutation(
         "wind: from where it should blow to",
@@ -188,7 +188,7 @@ MUTATIONS = (
         f"{WORKBENCH}/mixer.py",
         "if spread > 0.0 and tilt * spread > room:",
         "if spread < 0.0 and tilt * spread > room:",
-        ("tests/systems/test_mixer.py",),
+        ("tests/control/test_mixer.py",),
     ),
     # sensors and battery
     Mutation(

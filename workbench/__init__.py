@@ -8,8 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from workbench.branches import Branch
+    from workbench.common.errors import WorkbenchError
+    from workbench.common.resources import find_model, find_scenario
     from workbench.design.block_graph import read_block_graph
+    from workbench.design.branches import Branch
     from workbench.design.fork import fly_fork
     from workbench.design.judge.live import live_margins
     from workbench.design.judge.loop_judgement import judge_loops
@@ -51,11 +53,8 @@ if TYPE_CHECKING:
     from workbench.design.tune.wish_file import load_wishes, wishes_for
     from workbench.diagram.core import make_flight_core
     from workbench.diagram.workbench import make_workbench
-    from workbench.errors import WorkbenchError
-    from workbench.excitation import Excitation, Shape
-    from workbench.gain_diff import diff_gains
-    from workbench.gain_rule import CONTROL_DELAY, slowest_rotor
-    from workbench.gains import (
+    from workbench.gains.difference import diff_gains
+    from workbench.gains.gains import (
         GainFile,
         flight_gains,
         gains_at,
@@ -64,23 +63,24 @@ if TYPE_CHECKING:
         rule_values,
         save_gains,
     )
+    from workbench.gains.rule import CONTROL_DELAY, slowest_rotor
     from workbench.live.flight import LiveFlight
     from workbench.plant.gravity import GRAVITY
     from workbench.plant.loading import load_vehicle
     from workbench.plant.rotors import wrench_matrix
     from workbench.plant.variation import Variation
     from workbench.plant.vehicle import Vehicle
-    from workbench.resources import find_model, find_scenario
-    from workbench.scenario import Scenario, SensorsConfig, VehicleConfig, load_scenario
-    from workbench.session import Session
+    from workbench.scenario.excitation import Excitation, Shape
+    from workbench.scenario.scenario import Scenario, SensorsConfig, VehicleConfig, load_scenario
+    from workbench.session.session import Session
 
 _HOME = {
-    "Branch": "workbench.branches",
-    "CONTROL_DELAY": "workbench.gain_rule",
+    "Branch": "workbench.design.branches",
+    "CONTROL_DELAY": "workbench.gains.rule",
     "Changes": "workbench.design.regress.flight",
-    "Excitation": "workbench.excitation",
+    "Excitation": "workbench.scenario.excitation",
     "GRAVITY": "workbench.plant.gravity",
-    "GainFile": "workbench.gains",
+    "GainFile": "workbench.gains.gains",
     "Judgement": "workbench.design.judge.report",
     "LinearModel": "workbench.design.linear.model",
     "LinearStudy": "workbench.design.linear.study",
@@ -89,43 +89,43 @@ _HOME = {
     "OperatingPoint": "workbench.design.linear.operating_point",
     "RolloutEngine": "workbench.design.rollout.engine",
     "STYLE": "workbench.design.plots",
-    "Scenario": "workbench.scenario",
-    "SensorsConfig": "workbench.scenario",
-    "Session": "workbench.session",
-    "Shape": "workbench.excitation",
+    "Scenario": "workbench.scenario.scenario",
+    "SensorsConfig": "workbench.scenario.scenario",
+    "Session": "workbench.session.session",
+    "Shape": "workbench.scenario.excitation",
     "StepResponse": "workbench.design.step_response",
     "SweepRange": "workbench.design.sweep.ranges",
     "SweepTable": "workbench.design.sweep.table",
     "Tuner": "workbench.design.tune.tuner",
     "Variation": "workbench.plant.variation",
     "Vehicle": "workbench.plant.vehicle",
-    "VehicleConfig": "workbench.scenario",
-    "WorkbenchError": "workbench.errors",
+    "VehicleConfig": "workbench.scenario.scenario",
+    "WorkbenchError": "workbench.common.errors",
     "agreement": "workbench.design.rollout.agreement",
-    "diff_gains": "workbench.gain_diff",
+    "diff_gains": "workbench.gains.difference",
     "find_loop": "workbench.design.linear.loops",
-    "find_model": "workbench.resources",
-    "find_scenario": "workbench.resources",
-    "flight_gains": "workbench.gains",
+    "find_model": "workbench.common.resources",
+    "find_scenario": "workbench.common.resources",
+    "flight_gains": "workbench.gains.gains",
     "fly_fork": "workbench.design.fork",
     "fly_step": "workbench.design.step_response",
     "fly_trial": "workbench.design.lidar_trial",
     "gain_map": "workbench.design.sweep.gain_map",
-    "gains_at": "workbench.gains",
+    "gains_at": "workbench.gains.gains",
     "judge": "workbench.design.judge.report",
     "judge_loops": "workbench.design.judge.loop_judgement",
     "junit_xml": "workbench.design.regress.junit",
     "linear_step": "workbench.design.judge.step_pair",
     "linearize": "workbench.design.linear.linearize",
     "live_margins": "workbench.design.judge.live",
-    "load_gains": "workbench.gains",
-    "load_scenario": "workbench.scenario",
+    "load_gains": "workbench.gains.gains",
+    "load_scenario": "workbench.scenario.scenario",
     "load_spec": "workbench.design.regress.loading",
     "load_vehicle": "workbench.plant.loading",
     "load_wishes": "workbench.design.tune.wish_file",
     "loop_margins": "workbench.design.judge.margins",
     "make_flight_core": "workbench.diagram.core",
-    "make_profile": "workbench.gains",
+    "make_profile": "workbench.gains.gains",
     "make_workbench": "workbench.diagram.workbench",
     "operating_map": "workbench.design.judge.operating_map",
     "plot_curve": "workbench.design.regress.plots",
@@ -145,10 +145,10 @@ _HOME = {
     "regress": "workbench.design.regress.running",
     "results_page": "workbench.design.regress.page",
     "rollout_metrics": "workbench.design.rollout.metrics",
-    "rule_values": "workbench.gains",
-    "save_gains": "workbench.gains",
+    "rule_values": "workbench.gains.gains",
+    "save_gains": "workbench.gains.gains",
     "slowest_rate": "workbench.design.judge.sampled_stability",
-    "slowest_rotor": "workbench.gain_rule",
+    "slowest_rotor": "workbench.gains.rule",
     "step_sensitivity": "workbench.design.judge.sensitivity",
     "sweep": "workbench.design.sweep.sweep",
     "tune": "workbench.design.tune.tuner",

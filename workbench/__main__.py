@@ -10,7 +10,7 @@ import sys
 def main() -> int:
     """Run the command line, and return its exit code."""
     try:
-        from workbench.cli import main as run
+        from workbench.commands.cli import main as run
 
         return run()
     except KeyboardInterrupt:  # before the command line began, or after it had ended

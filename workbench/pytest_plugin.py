@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from workbench.atomic_write import write_atomically
-from workbench.errors import WorkbenchError
+from workbench.common.atomic_write import write_atomically
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.step_response import StepResponse

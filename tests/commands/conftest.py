@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.cli import main
+from workbench.commands.cli import main
 
 
 @dataclass(frozen=True)

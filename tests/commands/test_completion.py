@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.cli import _parser
+from workbench.commands.cli import _parser
 from workbench.commands.completion import _NAMES, offered
 
 DEADLINE = 60.0

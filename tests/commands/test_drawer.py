@@ -7,10 +7,10 @@ import pytest
 from matplotlib import image
 
 from workbench.commands.drawer import Drawer
+from workbench.common.errors import WorkbenchError
 from workbench.design.plots import write_png
 from workbench.design.plots_step import plot_step
 from workbench.design.step_response import fly_step
-from workbench.errors import WorkbenchError
 
 
 @pytest.fixture(scope="module")

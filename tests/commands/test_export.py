@@ -8,11 +8,11 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from workbench.flight_log.flight_log import FlightLog
-from workbench.flight_log.record import read_log
-from workbench.scenario import Action, Scenario
-from workbench.sensors_config import SensorsConfig
-from workbench.session import Session
+from workbench.logs.flight_log import FlightLog
+from workbench.logs.record import read_log
+from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.sensors_config import SensorsConfig
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 

@@ -5,10 +5,10 @@ import csv
 import numpy as np
 import pytest
 
-from workbench.errors import FlightBrokenError
-from workbench.resources import find_scenario, list_scenarios, list_worlds
-from workbench.scenario import load_scenario
-from workbench.session import Session
+from workbench.common.errors import FlightBrokenError
+from workbench.common.resources import find_scenario, list_scenarios, list_worlds
+from workbench.scenario.scenario import load_scenario
+from workbench.session.session import Session
 
 SHIPPED = [
     *("all-sensors", "figure-eight", "full-speed", "hover", "lidar-trial", "network"),
@@ -189,7 +189,7 @@ def test_no_file_is_left_where_the_flight_fails(refused, monkeypatch, out):
     def fails(session, progress):
         raise WorkbenchError("the flight broke off after 1.000 s: as a test")
 
-    from workbench.errors import WorkbenchError
+    from workbench.common.errors import WorkbenchError
 
     monkeypatch.setattr(Session, "run", fails)
     assert "broke off" in refused("fly", "hover", "--output", out)

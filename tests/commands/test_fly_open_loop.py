@@ -5,8 +5,8 @@ import csv
 import numpy as np
 import pytest
 
+from workbench.common.resources import find_model
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
 
 GRAVITY = 9.81
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from workbench.cli import Parser
+from workbench.commands.cli import Parser
 from workbench.commands.options import add_sensor_options, with_sensors
-from workbench.scenario import Scenario, SensorsConfig
+from workbench.scenario.scenario import Scenario, SensorsConfig
 
 NAMES = ["lidar", "gps", "camera", "imu", "barometer", "range_finder"]
 

@@ -5,12 +5,12 @@ import math
 
 import pytest
 
-from workbench.cli import main
-from workbench.configured import read_configured_world
+from workbench.commands.cli import main
+from workbench.common.resources import find_model, find_scenario
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model, find_scenario
-from workbench.scenario import Scenario, load_scenario
-from workbench.session import Session
+from workbench.scenario.configured import read_configured_world
+from workbench.scenario.scenario import Scenario, load_scenario
+from workbench.session.session import Session
 
 
 def said(capsys, *words: str) -> str:

@@ -2,11 +2,11 @@
 
 import pytest
 
-from workbench.gain_files import load_gains
-from workbench.gain_rule import rule_gains
-from workbench.gains import vehicle_gains
+from workbench.common.resources import find_model
+from workbench.gains.gains import vehicle_gains
+from workbench.gains.profiles import load_gains
+from workbench.gains.rule import rule_gains
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
 
 DRONE = load_vehicle(find_model("dh_drone"))
 CONTROLLER = 18

@@ -6,10 +6,10 @@ import sys
 
 import pytest
 
-from workbench import system_libraries
-from workbench.cli import main
+from workbench.commands.cli import main
 from workbench.commands.display import answers, check_display, check_libraries
-from workbench.errors import WorkbenchError
+from workbench.common import system_libraries
+from workbench.common.errors import WorkbenchError
 
 REFUSED = [
     (("--scenario", "hoover"), "did you mean 'hover'"),
@@ -28,7 +28,7 @@ def test_a_wrong_name_is_one_sentence(refused, options, words):
 
 def test_what_is_refused_loads_no_qt():
     code = (
-        "import sys; from workbench.cli import main; "
+        "import sys; from workbench.commands.cli import main; "
         "assert main(['gui', '--screen', 'nowhere']) == 2; "
         "assert not [name for name in sys.modules if name.startswith(('PyQt6', 'pydrake'))]"
     )
@@ -66,7 +66,7 @@ def test_an_x_server_on_the_network_is_reached():
 
 
 def test_help_has_an_example(capsys):
-    from workbench.cli import main
+    from workbench.commands.cli import main
 
     with pytest.raises(SystemExit) as ended:
         main(["gui", "--help"])

@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from workbench.cli import main
+from workbench.commands.cli import main
+from workbench.dynamics.air.settings import calm_air
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
 from workbench.plant.rotors import NOT_FLOWN
-from workbench.systems.air.settings import calm_air
 
 URDF = """<robot name="plate"><link name="base">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.05"/></inertial>

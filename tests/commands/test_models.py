@@ -5,7 +5,7 @@ import re
 import pytest
 import xacro
 
-from workbench.resources import find_model
+from workbench.common.resources import find_model
 
 
 @pytest.fixture(scope="module")

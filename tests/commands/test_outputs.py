@@ -5,7 +5,7 @@ import stat
 import pytest
 
 from workbench.commands.outputs import Outputs
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 
 def names(folder):

@@ -1,9 +1,9 @@
 """`workbench params`."""
 
-from workbench.gains import vehicle_gains
+from workbench.common.resources import find_model
+from workbench.gains.gains import vehicle_gains
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
-from workbench.vehicle_parameters import vehicle_parameters
+from workbench.scenario.vehicle_parameters import vehicle_parameters
 
 ROWS = vehicle_parameters(load_vehicle(find_model("dh_drone")))
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from workbench.flight_log.flight_log import FlightLog
-from workbench.flight_log.plots import plot_fields, plot_overview
-from workbench.flight_log.record import read_log
-from workbench.scenario import Action, Scenario
-from workbench.session import Session
+from workbench.logs.flight_log import FlightLog
+from workbench.logs.plots import plot_fields, plot_overview
+from workbench.logs.record import read_log
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 PNG = b"\x89PNG"

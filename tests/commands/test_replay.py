@@ -3,11 +3,11 @@
 import pytest
 from mcap.reader import make_reader
 
-from workbench.flight_log.flight_log import FlightLog
-from workbench.flight_log.record import read_log
-from workbench.gains import flight_gains
-from workbench.scenario import Action, Scenario
-from workbench.session import Session
+from workbench.gains.gains import flight_gains
+from workbench.logs.flight_log import FlightLog
+from workbench.logs.record import read_log
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 

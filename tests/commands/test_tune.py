@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.gains import load_gains
+from workbench.gains.gains import load_gains
 
 PALM = Path(__file__).parent.parent / "drones" / "palm_quad.urdf.xacro"
 PNG = b"\x89PNG"

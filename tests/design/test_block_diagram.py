@@ -20,7 +20,7 @@ from workbench.design.block_layers import layers_of
 from workbench.design.block_layout import lay_out
 from workbench.design.block_svg import block_svg
 from workbench.design.block_wires import route
-from workbench.session import Session
+from workbench.session.session import Session
 
 
 def make_loop():

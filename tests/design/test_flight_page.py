@@ -3,8 +3,8 @@
 import numpy as np
 
 from workbench.design.flight_page import fly_and_film
-from workbench.scenario import Action, Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
 
 
 def test_the_film_is_one_page_and_the_flight_the_same_to_the_bit(tmp_path):

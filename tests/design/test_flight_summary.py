@@ -6,11 +6,11 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from workbench.common.resources import find_model
+from workbench.control.mode import FlightMode
 from workbench.design.flight_summary import summarise
 from workbench.plant.loading import load_vehicle
-from workbench.recording import Recording
-from workbench.resources import find_model
-from workbench.systems.mode import FlightMode
+from workbench.session.recording import Recording
 
 
 @pytest.fixture(scope="module")

@@ -7,11 +7,11 @@ import pickle
 import numpy as np
 import pytest
 
-from workbench.branches import Branch
+from workbench.common.errors import WorkbenchError
+from workbench.design.branches import Branch
 from workbench.design.fork import LONGEST, Forker, fly_fork
-from workbench.errors import WorkbenchError
-from workbench.scenario import Action, Scenario, SensorsConfig, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 SCENARIO = Scenario(
@@ -119,7 +119,7 @@ def test_what_diverges_is_lost_and_cut_there_and_the_others_fly_on(forker, fligh
 
 
 def test_a_flight_that_breaks_off_says_so(forker, flight, monkeypatch):
-    from workbench.errors import FlightBrokenError
+    from workbench.common.errors import FlightBrokenError
 
     def tick(session: Session, duration: float) -> None:
         whole(session, duration)

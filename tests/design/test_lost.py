@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from workbench.control.mode import FlightMode
 from workbench.design.lost import find_loss
 from workbench.design.step_response import fly_step
-from workbench.scenario import Action, Scenario, Start
-from workbench.session import Session
-from workbench.systems.mode import FlightMode
+from workbench.scenario.scenario import Action, Scenario, Start
+from workbench.session.session import Session
 
 OVER = [0.0, 1.0, 0.0, 0.0]
 AT = 100

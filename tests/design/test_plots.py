@@ -12,8 +12,8 @@ from workbench.design.plots_reproduce import plot_reproduced
 from workbench.design.plots_step import plot_step
 from workbench.design.reproduce import PAPER, compare
 from workbench.design.step_response import EDGE, fly_step
-from workbench.scenario import Action, Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
 
 
 @pytest.fixture(scope="module", params=PAPER, ids=lambda figure: figure.axis)

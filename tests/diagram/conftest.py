@@ -6,20 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.diagram.core import make_flight_core
-from workbench.gains import vehicle_gains
-from workbench.plant.description import read_description
-from workbench.plant.loading import make_vehicle
-from workbench.resources import find_model
-
-
-@pytest.fixture(scope="session")
-def description():
-    return read_description(find_model("dh_drone"))
-
-
-@pytest.fixture(scope="session")
-def vehicle(description):
-    return make_vehicle(description)
+from workbench.gains.gains import vehicle_gains
 
 
 @pytest.fixture(scope="session")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from workbench.control.cascade import Gains, Guidance
 from workbench.diagram.core import parameter_values
-from workbench.parameters import defaults
-from workbench.systems.cascade import Gains, Guidance
+from workbench.scenario.parameters import defaults
 
 HEIGHT = 10.0
 

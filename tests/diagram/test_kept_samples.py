@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from workbench.samples import SampleTable, ScanStack
-from workbench.scenario import Scenario, SensorsConfig
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, SensorsConfig
+from workbench.session.session import Session
+from workbench.systems.sensors.samples import SampleTable, ScanStack
 
 STEP = 1 / 1024
 CONFIG = SensorsConfig(

@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 from workbench.diagram.open_loop import make_open_loop
 from workbench.plant.placing import body_state
 from workbench.plant.worlds.reading import read_world
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 from workbench.systems.rotor_playback import RotorCommands
 
 HEIGHT = 10.0

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
 
+from workbench.common.errors import WorkbenchError
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import make_workbench
-from workbench.errors import WorkbenchError
-from workbench.parameters import SENSOR_KINDS
-from workbench.recording import Recording
-from workbench.scenario import (
+from workbench.scenario.parameters import SENSOR_KINDS
+from workbench.scenario.scenario import (
     Action,
     FigureEight,
     Gust,
@@ -23,7 +22,8 @@ from workbench.scenario import (
     SensorsConfig,
     Start,
 )
-from workbench.session import Session
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 
 STEP = Rates().physics_step
 SLOW = {"depth_camera": 5.0}

@@ -7,8 +7,8 @@ import pymap3d
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.scenario import Action, Push, Rates, Scenario, SensorsConfig, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Push, Rates, Scenario, SensorsConfig, Start
+from workbench.session.session import Session
 
 STEP = Rates().physics_step
 GRAVITY = np.array([0.0, 0.0, 9.81])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
 
+from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.reach import reach
-from workbench.resources import find_model
-from workbench.scenario import Scenario, SensorsConfig, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, SensorsConfig, Start
+from workbench.session.session import Session
 
 FLAT, FACETS = 1e-3, 0.0025
 """Errors [m] on flat faces, and of radii where the renderer draws facets, as shares."""

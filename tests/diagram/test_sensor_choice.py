@@ -4,11 +4,11 @@ import dataclasses
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.diagram.sensor_choice import choose_sensors, without_noise
-from workbench.errors import WorkbenchError
-from workbench.parameters import SENSOR_KINDS
 from workbench.plant.sensors import QUIET, Noise
-from workbench.scenario import Rates, Scenario, SensorsConfig
+from workbench.scenario.parameters import SENSOR_KINDS
+from workbench.scenario.scenario import Rates, Scenario, SensorsConfig
 
 STEP = 1 / 1024
 NAMES = ["lidar", "gps", "camera", "imu", "barometer", "range_finder"]

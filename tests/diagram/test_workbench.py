@@ -5,12 +5,12 @@ import pytest
 from pydrake.geometry import Meshcat, Role
 from pydrake.systems.analysis import Simulator
 
+from workbench.common.resources import find_world
+from workbench.control.cascade import Guidance, Reference
 from workbench.diagram.workbench import make_workbench
 from workbench.plant.worlds.reading import read_world
-from workbench.resources import find_world
-from workbench.scenario import Action, Rates, Scenario, Start
-from workbench.session import Session
-from workbench.systems.cascade import Guidance, Reference
+from workbench.scenario.scenario import Action, Rates, Scenario, Start
+from workbench.session.session import Session
 
 HEIGHT = 10.0
 ALWAYS = {

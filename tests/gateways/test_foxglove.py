@@ -9,7 +9,7 @@ import struct
 import aiohttp
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.foxglove import Foxglove, check_reach
 from workbench.link.address import Address
 from workbench.link.drone_topics import Outfit, drone_topics

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from workbench.cli import main
+from workbench.commands.cli import main
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_the_package_of_messages_is_written(tmp_path, capsys):
 
 def test_help_loads_nothing_heavy():
     code = (
-        "import sys\nfrom workbench.cli import main\n"
+        "import sys\nfrom workbench.commands.cli import main\n"
         "try:\n    main(['gateway', 'ros2', '--help'])\nexcept SystemExit:\n    pass\n"
         "print({'asyncio', 'ssl', 'numpy', 'foxglove', 'cyclonedds'} & set(sys.modules))"
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.plotjuggler import LARGEST, PlotJuggler, datagram
 from workbench.link.address import Address
 from workbench.link.drone_topics import Outfit, drone_topics

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways import ros2
 from workbench.gateways.ros2 import SAY_AGAIN, Sayings, run_ros2, serve_ros2
 from workbench.gateways.ros2_options import Ros2Options

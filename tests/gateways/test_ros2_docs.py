@@ -10,8 +10,8 @@ pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
 from workbench.gateways.ros2_orders import CMD_VEL, COMMAND_VELOCITY, FLIGHT_OPERATION
 from workbench.gateways.ros2_publishing import CLOCK_CHANNEL, ODOMETRY
+from workbench.gateways.ros_messages.conversion import conversion
 from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.ros_messages.conversion import conversion
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ros2.md").read_text(encoding="utf-8")
 ALL = Outfit(

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways import ros2_domain
 from workbench.gateways.ros2_domain import DdsDomain, configuration_of, hear_only
 

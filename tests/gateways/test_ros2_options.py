@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_options import (
     Ros2Options,
     add_ros2_options,

@@ -5,9 +5,9 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_package import own_types, write_package
-from workbench.ros_messages.library import schema_text
+from workbench.gateways.ros_messages.library import schema_text
 
 NEEDED = {"std_msgs", "builtin_interfaces"}
 

@@ -15,9 +15,9 @@ from cyclonedds.sub import DataReader
 from workbench.gateways.ros2_domain import DdsDomain
 from workbench.gateways.ros2_publishing import CLOCK_CHANNEL, ODOMETRY, Publishing, dds_topic
 from workbench.gateways.ros2_types import message_type
+from workbench.gateways.ros_messages.conversion import Channel, conversion
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.sample import Sample
-from workbench.ros_messages.conversion import Channel, conversion
 
 DOMAIN = 101 + (os.getpid() + 50) % 100
 OUTFIT = Outfit(4, 200.0, 10.0, gps=10.0, frames=(("world", "body"), ("body", "GPS_link")))

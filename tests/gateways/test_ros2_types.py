@@ -6,10 +6,10 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_types import CLOCK, STRING, dds_name, message_type
-from workbench.ros_messages.definitions import NUMBERS, TEXT, Arity
-from workbench.ros_messages.library import included, type_names
+from workbench.gateways.ros_messages.definitions import NUMBERS, TEXT, Arity
+from workbench.gateways.ros_messages.library import included, type_names
 
 LIMITS = {"B": (0, 255), "b": (-128, 127), "H": (0, 65535), "h": (-32768, 32767)}
 LIMITS |= {"I": (0, 2**32 - 1), "i": (-(2**31), 2**31 - 1)}

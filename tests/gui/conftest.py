@@ -15,10 +15,9 @@ from workbench.gui.style import apply_style
 from workbench.gui.workspace import make_workspace
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase
-from workbench.live.values import parameter_values
 from workbench.live.view import LiveView
-from workbench.scenario import Action, Scenario, SensorsConfig
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Scenario, SensorsConfig
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 INI = QSettings.Format.IniFormat
@@ -53,7 +52,7 @@ def canned() -> Canned:
         said="",
         pace=Pace(1.0, 1.0, 0.0, 0.0, False),
         vehicle=session.vehicle,
-        values=parameter_values(session),
+        values=session.parameters(),
         scenario=scenario,
         topics=session.topics,
     )

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from PyQt6.QtCore import QThread
 
-from workbench.analyst.questions import DrawMap, FindRanges, Judge, Pin, Predict, Step, Tune, Weigh
+from workbench.analysis.questions import DrawMap, FindRanges, Judge, Pin, Predict, Step, Tune, Weigh
 from workbench.gui.analysis import Analysis
 from workbench.gui.notices import Notices, Severity
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 ENOUGH = 120_000
 """No test waits so long unless it fails [ms]."""

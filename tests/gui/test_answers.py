@@ -5,7 +5,7 @@ from concurrent.futures import Future
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
 
 

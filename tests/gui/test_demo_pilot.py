@@ -4,9 +4,9 @@ import dataclasses
 
 import pytest
 
+from workbench.control.mode import FlightMode
 from workbench.gui.demo import LEG, ROUND, DemoPilot
 from workbench.live.messages import Phase
-from workbench.systems.mode import FlightMode
 
 
 class Asked:

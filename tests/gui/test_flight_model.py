@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.flight_model import of_last_flight
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 START = 60_000
 

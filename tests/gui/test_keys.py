@@ -7,12 +7,12 @@ from PyQt6.QtCore import QEvent, Qt, QTimer
 from PyQt6.QtGui import QAction, QKeySequence, QShortcut
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
+from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS
 from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
 from workbench.gui.screen_table import SCREENS
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
-from workbench.systems.mode import FlightMode
 
 LIMIT = 120_000
 """Any single thing happens within this time, however slow the machine is [ms]."""

@@ -24,7 +24,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.analyst.replies import Tuned, TunedStep, Wished
+from workbench.analysis.replies import Tuned, TunedStep, Wished
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.charts.head_button import HeadButton
 from workbench.gui.elided_label import ElidedLabel

@@ -8,14 +8,14 @@ from PyQt6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PyQt6.QtGui import QCloseEvent, QDropEvent
 from PyQt6.QtWidgets import QApplication, QDialogButtonBox, QFileDialog, QLineEdit, QMessageBox
 
-from workbench.flight_log.record import read_log
-from workbench.gain_files import load_gains
+from workbench.common.resources import find_scenario, find_world
+from workbench.gains.profiles import load_gains
 from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.main_window import MainWindow
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
+from workbench.logs.record import read_log
 from workbench.plant.formats.xacro_arguments import XacroArgument
-from workbench.resources import find_scenario, find_world
 
 LIMIT = 240_000
 """Any single thing happens within this time, however slow the machine is [ms]."""

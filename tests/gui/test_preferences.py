@@ -3,7 +3,7 @@
 import pytest
 from PyQt6.QtCore import QSettings
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.preference_table import PREFERENCES
 from workbench.gui.preferences import Preferences
 

@@ -3,10 +3,16 @@
 import pytest
 from PyQt6.QtCore import QSettings
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import (
+    find_model,
+    find_scenario,
+    find_world,
+    list_scenarios,
+    list_worlds,
+)
 from workbench.gui.opening import FileKind, kind_of
 from workbench.gui.recent import KEY, MOST, Recent, RecentFiles
-from workbench.resources import find_model, find_scenario, find_world, list_scenarios, list_worlds
 
 
 @pytest.fixture

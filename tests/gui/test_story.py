@@ -16,8 +16,8 @@ import pytest
 from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
-from workbench.flight_log.record import read_log
-from workbench.gain_files import load_gains
+from workbench.control.mode import FlightMode
+from workbench.gains.profiles import load_gains
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import apply_style
@@ -25,7 +25,7 @@ from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.backplane import Hand
 from workbench.live.choice import Choice
-from workbench.systems.mode import FlightMode
+from workbench.logs.record import read_log
 
 pytestmark = pytest.mark.slow
 

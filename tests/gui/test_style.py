@@ -7,7 +7,7 @@ import pytest
 from PyQt6.QtGui import QColor, QPalette
 from PyQt6.QtWidgets import QApplication, QLabel, QPushButton, QSlider
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.icons import icon, icon_names, picture
 from workbench.gui.style import PICTURES, palette, set_class
 from workbench.gui.style_sheet import style_sheet

@@ -25,8 +25,8 @@ from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
 from workbench.live.messages import Answer, Flown, GetFlown, Order, Report
 from workbench.live.network_orders import NetworkView, Serve
-from workbench.scenario import Action, Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 COMMAND_FIELDS = struct.Struct("<IIffff")

@@ -1,6 +1,6 @@
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.address import parse_address
 
 

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link import AsyncClient
 from workbench.link.answers import ByeSaid
 from workbench.link.control import AsyncControl

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.authentication import (
     Tokens,
     frame_proof,

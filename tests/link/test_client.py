@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link import Client, client
 from workbench.link.answers import ParametersSaid, Released
 from workbench.link.operations import (

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import (

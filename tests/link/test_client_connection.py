@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.answers import ByeSaid, Error
 from workbench.link.authentication import Tokens

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.answers import Nack
 from workbench.link.backplane import Hand, Stage

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.client_tls import make_trust
 

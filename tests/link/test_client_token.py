@@ -1,6 +1,6 @@
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import Role
 from workbench.link.client_token import read_token

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.scenario import Rates, Scenario, Start
+from workbench.scenario.scenario import Rates, Scenario, Start
 
 CONTROL = Rates().control_period
 FIELDS = ("v_x", "v_y", "v_z", "yaw_rate")

@@ -20,7 +20,7 @@ from workbench.link.drone_topics import COMMAND
 from workbench.link.server.config import ServerConfig
 from workbench.link.wire import HEADER, Kind
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 
 CLIENTS = 8
 ROUNDS_OVER_SOCKETS = 15

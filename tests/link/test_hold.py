@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 ALLOWED = 0.5 + Rates().control_period

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import FlightBrokenError
+from workbench.common.errors import FlightBrokenError
+from workbench.control.mode import FlightMode
 from workbench.link.backplane import Hand, Stage
 from workbench.live.messages import Hold, Phase, SetSpeed
 from workbench.live.network_orders import Network
-from workbench.scenario import Action, Rates, Scenario, Start
-from workbench.session import Session
-from workbench.systems.mode import FlightMode
+from workbench.scenario.scenario import Action, Rates, Scenario, Start
+from workbench.session.session import Session
 
 CONTROL = Rates().control_period
 STILL = [0.0, 0.0, 0.0]

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from workbench.scenario import Action, Rates, Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Rates, Scenario
+from workbench.session.session import Session
 
 CONTROL, STEP = Rates().control_period, Rates().physics_step
 LAST = round(CONTROL / STEP) - 1

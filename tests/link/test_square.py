@@ -10,7 +10,7 @@ import pytest
 
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario import Scenario, Start
+from workbench.scenario.scenario import Scenario, Start
 
 pytestmark = pytest.mark.slow
 

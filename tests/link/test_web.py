@@ -10,7 +10,7 @@ from pathlib import Path
 import aiohttp
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.server import door, web
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.door import MOST_OF_A_NETWORK

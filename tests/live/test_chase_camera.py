@@ -5,7 +5,7 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from workbench.live.chase_camera import FARTHEST, NEAREST, ORBIT, ChaseCamera
-from workbench.session import Session
+from workbench.session.session import Session
 
 
 class Camera:

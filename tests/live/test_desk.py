@@ -2,6 +2,7 @@
 
 import pytest
 
+from workbench.control.mode import FlightMode
 from workbench.link.backplane import (
     Command,
     FlightOperation,
@@ -13,10 +14,9 @@ from workbench.link.backplane import (
     SetParameters,
 )
 from workbench.live.desk import Desk
-from workbench.scenario import Action, FigureEight, Scenario, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Action, FigureEight, Scenario, Start
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
-from workbench.systems.mode import FlightMode
 
 
 class Office:

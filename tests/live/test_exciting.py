@@ -6,12 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
+from workbench.control.mode import FlightMode
 from workbench.design.step_response import unwrapped_yaw
-from workbench.errors import WorkbenchError
-from workbench.excitation import Excitation, Shape
-from workbench.flight_log.record import read_log
-from workbench.flight_log.replay import replay
-from workbench.instant import Instant
 from workbench.live.clock import SLICE
 from workbench.live.flight import LiveFlight
 from workbench.live.flying import Flying
@@ -30,11 +27,14 @@ from workbench.live.messages import (
     StopExciting,
 )
 from workbench.live.network_orders import KeepLog, Network
-from workbench.recording import Recording
-from workbench.scenario import Action, FigureEight, Rates, Scenario, Start, load_scenario
-from workbench.session import Session
+from workbench.logs.record import read_log
+from workbench.logs.replay import replay
+from workbench.scenario.excitation import Excitation, Shape
+from workbench.scenario.scenario import Action, FigureEight, Rates, Scenario, Start, load_scenario
+from workbench.session.checkpoint import Instant
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
-from workbench.systems.mode import FlightMode
 
 STEP = Rates().physics_step
 CONTROL = Rates().control_period
@@ -348,7 +348,7 @@ def test_a_landing_that_the_battery_asks_for_ends_it():
 
 
 def test_a_flight_that_breaks_ends_it(monkeypatch):
-    from workbench.errors import FlightBrokenError
+    from workbench.common.errors import FlightBrokenError
 
     def refuse(_duration: float) -> None:
         raise FlightBrokenError("it broke")
@@ -419,7 +419,7 @@ def test_an_instant_in_the_middle_of_it_is_what_the_flight_is():
 
 
 def test_replays_are_saved_as_scenarios(tmp_path):
-    from workbench.scenario import save_scenario
+    from workbench.scenario.scenario import save_scenario
 
     bench = Bench()
     bench.obey(Excite(CHIRP))

@@ -6,7 +6,7 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 
-from workbench.errors import FlightBrokenError, WorkbenchError
+from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
 from workbench.live.messages import (
@@ -25,8 +25,7 @@ from workbench.live.messages import (
     SetSpeed,
 )
 from workbench.live.outbox import Outbox
-from workbench.recording import Recording
-from workbench.scenario import (
+from workbench.scenario.scenario import (
     Action,
     Gust,
     Push,
@@ -37,7 +36,8 @@ from workbench.scenario import (
     load_scenario,
     save_scenario,
 )
-from workbench.session import Session
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 STEP = Rates().physics_step

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from workbench.live.history import History
-from workbench.scenario import Action, Gust, Push
+from workbench.scenario.scenario import Action, Gust, Push
 
 ACTIONS = [
     Action(0.0, velocity=[1.0, -2.0, 0.1], yaw_rate=0.3),

@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.control.mode import FlightMode
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
-from workbench.recording import Recording
-from workbench.scenario import Scenario, SensorsConfig, Start, VehicleConfig
-from workbench.session import Session
-from workbench.systems.mode import FlightMode
+from workbench.scenario.scenario import Scenario, SensorsConfig, Start, VehicleConfig
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 
 ROOT = Path(__file__).resolve().parents[2]
 ENOUGH = 120.0
@@ -143,7 +143,12 @@ def test_who_shows_a_flight_loads_neither_diagrams_nor_qt():
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     loaded = set(done.stdout.split())
-    heavy = {"pydrake.multibody.plant", "pydrake.systems.framework", "workbench.session", "PyQt6"}
+    heavy = {
+        "pydrake.multibody.plant",
+        "pydrake.systems.framework",
+        "workbench.session.session",
+        "PyQt6",
+    }
     assert not loaded & heavy
 
 

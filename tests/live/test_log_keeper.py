@@ -4,12 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
-from workbench.flight_log.record import read_log
+from workbench.common.errors import WorkbenchError
 from workbench.live.log_keeper import LogKeeper
-from workbench.live.values import parameter_values
-from workbench.scenario import Action, Scenario
-from workbench.session import Session
+from workbench.logs.record import read_log
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 
@@ -18,7 +17,7 @@ class Flight:
 
     def __init__(self) -> None:
         self.session = Session(Scenario(), bridge=Bridge())
-        self.keeper = LogKeeper(self.session, {}, parameter_values(self.session))
+        self.keeper = LogKeeper(self.session, {}, self.session.parameters())
 
     def fly(self, seconds: float) -> None:
         self.session.tick(seconds)

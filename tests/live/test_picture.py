@@ -8,7 +8,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from workbench.live.messages import Pace
 from workbench.live.picture import CALM, DRONE, LONGEST, SHORTEST, TRAIL, Picture
-from workbench.session import Session
+from workbench.session.session import Session
 
 FRAME = 1 / 60
 

@@ -7,14 +7,14 @@ import time
 import numpy as np
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.authority import HOLD_AFTER
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.recording import Recording
-from workbench.scenario import Action, Rates, Scenario, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Rates, Scenario, Start
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 ENOUGH = 120.0

@@ -11,11 +11,11 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram
 
+from workbench.common.resources import find_model
 from workbench.diagram.core import make_vehicle_core
 from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
-from workbench.resources import find_model
 
 sys.path.append(str(Path(__file__).parent))  # for tests that import `reference_flight`
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from workbench.scenario import Action, Scenario, Start
-from workbench.session import Session
-from workbench.systems.mode import FlightMode
+from workbench.control.mode import FlightMode
+from workbench.scenario.scenario import Action, Scenario, Start
+from workbench.session.session import Session
 
 HIGH = 10.0
 FULL_SPEED = 8.0

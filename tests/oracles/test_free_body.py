@@ -11,8 +11,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from workbench.diagram.airframe import add_airframe
-from workbench.gains import vehicle_gains
-from workbench.scenario import Rates
+from workbench.gains.gains import vehicle_gains
+from workbench.scenario.scenario import Rates
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 TUMBLING = [0.3, -0.5, 0.7, 0.41, 1.0, 2.0, 100.0, 3.0, -2.0, 1.5, 2.0, -1.0, 4.0]

@@ -6,10 +6,10 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Linearize
 
+from workbench.control.cascade import Gains, Guidance, Reference
 from workbench.diagram.core import make_flight_core
-from workbench.gains import vehicle_gains
+from workbench.gains.gains import vehicle_gains
 from workbench.plant.loading import make_vehicle
-from workbench.systems.cascade import Gains, Guidance, Reference
 
 STEP = 1e-6
 HOLD = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.3, -0.2, 10.0)

@@ -19,10 +19,10 @@ from reference_flight import (
     speed_rates,
 )
 
-from workbench.cli import main
-from workbench.open_loop import fly_open_loop
-from workbench.scenario import Rates, Scenario, Start, VehicleConfig
-from workbench.session import Session
+from workbench.commands.cli import main
+from workbench.scenario.scenario import Rates, Scenario, Start, VehicleConfig
+from workbench.session.open_loop import fly_open_loop
+from workbench.session.session import Session
 
 UNEVEN = str(Path(__file__).parent / "uneven_quad.urdf")
 VEHICLES = pytest.mark.parametrize("model", ["dh_drone", UNEVEN], ids=["dh_drone", "uneven_quad"])

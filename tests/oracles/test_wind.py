@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from workbench.plant.drag import drag_area
-from workbench.scenario import Action, Push, Scenario, SensorsConfig, Start, VehicleConfig
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Push, Scenario, SensorsConfig, Start, VehicleConfig
+from workbench.session.session import Session
 
 HEXACOPTER = str(Path(__file__).parent.parent / "drones" / "hexacopter.urdf.xacro")
 """Its rotors have no drag."""

@@ -2,9 +2,9 @@
 
 import pytest
 
+from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.resources import find_model
 
 _ARMS = ((0.2, 0.0), (0.0, 0.2), (-0.2, 0.0), (0.0, -0.2))
 

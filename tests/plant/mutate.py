@@ -111,7 +111,7 @@ def _replaced(text: str, pattern: re.Pattern, random: random.Random, make) -> st
 
 
 def main(folder: Path, seed: int, count: int, files: list[Path]) -> dict[str, object]:
-    from workbench.errors import WorkbenchError
+    from workbench.common.errors import WorkbenchError
     from workbench.plant.loading import load_vehicle
 
     understood, refused, faults = 0, 0, []

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.battery import BatteryPack
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.description import read_description
 
 

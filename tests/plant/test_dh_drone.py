@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.sensors import Barometer, Noise, RangeFinder
-from workbench.resources import find_model
 
 
 def drone(**args):

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
+from workbench.common.resources import find_model
 from workbench.plant.drag import drag_area, drag_rates
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import gathered, link_of
@@ -21,7 +22,6 @@ from workbench.plant.loading import make_vehicle
 from workbench.plant.model import Collision, Inertial, Link, Model
 from workbench.plant.multibody import add_plant
 from workbench.plant.shapes import Sphere
-from workbench.resources import find_model
 
 DRONES = Path(__file__).resolve().parents[1] / "drones"
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "models"

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from workbench.plant.description import read_description
 from workbench.plant.multibody import add_plant
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 
 FOOT = """<collision><origin xyz="{} {} 0"/>
   <geometry><sphere radius="0.01"/></geometry></collision>"""

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant import limited
 from workbench.plant.limited import LimitedError, run_limited
 
 CHILD = """
 import os, resource, signal, subprocess, sys, time
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.limited import serve
 
 def work(request):

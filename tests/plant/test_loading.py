@@ -7,9 +7,9 @@ import pytest
 import xacro
 from pydrake.math import RollPitchYaw
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_model
 from workbench.plant.loading import load_vehicle
-from workbench.resources import find_model
 
 PROPELLERS = [f"propeller{i}_link" for i in range(1, 5)]
 SENSORS = ["lidar_link", "GPS_link", "camera_link", "IMU_link"]

@@ -3,7 +3,7 @@
 import pytest
 from pydrake.systems.framework import DiagramBuilder
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.description import read_description
 from workbench.plant.multibody import add_plant
 

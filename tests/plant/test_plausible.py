@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.plausible import doubts

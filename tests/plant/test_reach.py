@@ -7,6 +7,7 @@ import pytest
 import trimesh
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import load_vehicle
 from workbench.plant.meshes.gltf import write_gltf
@@ -15,7 +16,6 @@ from workbench.plant.model import Collision, Link, Model, Visual
 from workbench.plant.reach import Reach, reach
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
-from workbench.resources import find_model
 
 X_ODD = RigidTransform(RollPitchYaw(0.4, -0.3, 1.0), [0.3, -0.2, 0.1])
 HUB = (0.5, 0.0, 0.2)

@@ -3,7 +3,7 @@
 import pytest
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xml import parse_xml
 from workbench.plant.model import DeclaredPlugin, Inertial, Joint, Link, Model
 from workbench.plant.remarks import Remarks

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
 
 

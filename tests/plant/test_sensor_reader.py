@@ -3,7 +3,7 @@
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xml import read_xml
 from workbench.plant.model import DeclaredSensor, Link, Model, NamedFrame
 from workbench.plant.remarks import Remarks

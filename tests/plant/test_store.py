@@ -10,11 +10,11 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.rotors import NOT_FLOWN
 from workbench.plant.store import safe_name, stored_files
-from workbench.resources import find_model
 
 DRONES = Path(__file__).parent.parent / "drones"
 INERTIAL = (

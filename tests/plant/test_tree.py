@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.tree import find_base_link, links_below, one_body

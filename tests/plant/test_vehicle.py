@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix
 from workbench.systems import cascade

@@ -7,6 +7,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.model import NamedFrame
@@ -14,7 +15,6 @@ from workbench.plant.multibody import add_plant
 from workbench.plant.placing import body_state
 from workbench.plant.sensors import DepthCamera, Sensor
 from workbench.plant.vehicle_frames import frame_tree
-from workbench.resources import find_model
 
 EYE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

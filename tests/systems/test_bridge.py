@@ -7,8 +7,8 @@ import pytest
 
 from workbench.link.authority import Effect
 from workbench.link.backplane import Command
-from workbench.scenario import Action, Rates, Scenario, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Rates, Scenario, Start
+from workbench.session.session import Session
 from workbench.systems.bridge import MOST_COMMANDS, Bridge
 
 STEP = Rates().physics_step

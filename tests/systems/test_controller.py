@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 
+from workbench.control.cascade import Gains
+from workbench.control.flight_law import law_constants, rotor_commands, yaw_moment
+from workbench.control.loop_points import closed_loops
 from workbench.plant.thrust_frame import thrust_frame
-from workbench.systems.cascade import Gains
 from workbench.systems.controller import CascadedController_
-from workbench.systems.flight_law import law_constants, rotor_commands, yaw_moment
-from workbench.systems.loop_points import closed_loops
 
 PORTS = ("state", "acceleration", "reference", "guidance")
 

@@ -5,8 +5,8 @@ import math
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.systems.cascade import Guidance, Reference
-from workbench.systems.flight_mode import (
+from workbench.control.cascade import Guidance, Reference
+from workbench.control.flight_mode import (
     ModeState,
     Settings,
     Situation,
@@ -15,7 +15,7 @@ from workbench.systems.flight_mode import (
     next_state,
     with_walls,
 )
-from workbench.systems.mode import FlightMode, Request
+from workbench.control.mode import FlightMode, Request
 from workbench.systems.mode_manager import ModeManager
 
 PERIOD = 0.25

@@ -9,12 +9,12 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.common.resources import find_world
 from workbench.plant.multibody import add_plant
 from workbench.plant.shapes import Box, Sphere
 from workbench.plant.worlds.geometry import solid
 from workbench.plant.worlds.reading import read_world
 from workbench.plant.worlds.world import EMPTY, MovingObstacle, World
-from workbench.resources import find_world
 from workbench.systems.moving_obstacles import HORIZON, add_moving_obstacles
 
 STEP = 1 / 1024

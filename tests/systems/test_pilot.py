@@ -2,8 +2,8 @@
 
 import pytest
 
-from workbench.systems.cascade import Reference
-from workbench.systems.mode import FlightMode, Request
+from workbench.control.cascade import Reference
+from workbench.control.mode import FlightMode, Request
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, gone_to, requested
 
 MOVING = Wish(Reference(1.0, 2.0, 3.0, 0.1, 0.0, 0.0, 0.0, 0.0), 1.0, 4.0, 2.0)

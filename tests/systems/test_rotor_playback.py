@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.systems.rotor_playback import load_rotor_commands, make_rotor_playback
 
 

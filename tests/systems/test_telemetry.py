@@ -9,8 +9,8 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RollPitchYaw
 
 from workbench.link import drone_topics as topic
-from workbench.scenario import Action, Scenario, SensorsConfig, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 PERIOD = 5 / 1024

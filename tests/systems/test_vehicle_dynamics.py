@@ -11,15 +11,15 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from workbench.parameters import parameters_of
+from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.air.settings import AirSettings, calm_air
+from workbench.dynamics.air.update import push_at, wind_at
+from workbench.dynamics.rigid_body import rigid_body
+from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle
 from workbench.plant.multibody import add_plant
+from workbench.scenario.parameters import parameters_of
 from workbench.systems import compiled
 from workbench.systems import vehicle_dynamics as module
-from workbench.systems.air.normals import COUNT, draw_normals
-from workbench.systems.air.settings import AirSettings, calm_air
-from workbench.systems.air.update import push_at, wind_at
-from workbench.systems.dynamics import rotor_rows, step_vehicle
-from workbench.systems.rigid_body import rigid_body
 from workbench.systems.vehicle_dynamics import BODY, LAST, MEMORY, SPEEDS, WIND, VehicleDynamics
 
 STEP = 1 / 1024

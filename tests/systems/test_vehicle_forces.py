@@ -8,9 +8,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import Linearize
 
-from workbench.systems.dynamics import rotor_rows, vehicle_wrench
-from workbench.systems.rigid_body import rotation
-from workbench.systems.rotor_response import rotor_constants, speed_slope, step_rotor
+from workbench.dynamics.rigid_body import rotation
+from workbench.dynamics.rotor_response import rotor_constants, speed_slope, step_rotor
+from workbench.dynamics.vehicle_step import rotor_rows, vehicle_wrench
 from workbench.systems.vehicle_forces import VehicleForces_
 
 UP, DOWN = 0.0125, 0.025

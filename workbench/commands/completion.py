@@ -140,7 +140,7 @@ def _values(action: argparse.Action, begun: str) -> Iterable[str]:
 
 
 def _models() -> list[str]:
-    from workbench.resources import list_models
+    from workbench.common.resources import list_models
 
     return list_models()
 
@@ -150,25 +150,25 @@ def _sides() -> list[str]:
 
 
 def _scenarios() -> list[str]:
-    from workbench.resources import list_scenarios
+    from workbench.common.resources import list_scenarios
 
     return list_scenarios()
 
 
 def _worlds() -> list[str]:
-    from workbench.resources import list_worlds
+    from workbench.common.resources import list_worlds
 
     return list_worlds()
 
 
 def _specs() -> list[str]:
-    from workbench.resources import list_specs
+    from workbench.common.resources import list_specs
 
     return list_specs()
 
 
 def _parameters() -> list[str]:
-    from workbench.parameters import PARAMETERS
+    from workbench.scenario.parameters import PARAMETERS
 
     return [f"{row.name}=" for row in PARAMETERS]
 
@@ -186,7 +186,7 @@ def _ranges() -> list[str]:
 
 
 def _sensors() -> list[str]:
-    from workbench.parameters import SENSOR_KINDS
+    from workbench.scenario.parameters import SENSOR_KINDS
 
     return [*SENSOR_KINDS, "all", NO_SENSORS]
 

@@ -6,8 +6,8 @@ import socket
 from collections.abc import Mapping
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
-from workbench.system_libraries import missing_libraries, platform_plugins, remedy
+from workbench.common.errors import WorkbenchError
+from workbench.common.system_libraries import missing_libraries, platform_plugins, remedy
 
 REMEDY = (
     "run it on a desktop, log in with `ssh -X`, or set QT_QPA_PLATFORM=offscreen to run it unseen"

@@ -9,7 +9,7 @@ from workbench.commands.options import add_command, add_json_option
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 FORMATS = ("csv", "parquet")
 
@@ -35,8 +35,8 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the tables."""
     from workbench.design.sweep.table_file import check_table_path
-    from workbench.flight_log.record import read_log
-    from workbench.flight_log.table_file import tables, write_table
+    from workbench.logs.record import read_log
+    from workbench.logs.table_file import tables, write_table
 
     folder = args.output or Path("out") / args.log.stem
     suffix = f".{args.format}"

@@ -21,16 +21,16 @@ from workbench.commands.outputs import Outputs, make_folder_of
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.commands.shipped import print_shipped
-from workbench.errors import FlightBrokenError, WorkbenchError
+from workbench.common.errors import FlightBrokenError, WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.flight_summary import FlightSummary
     from workbench.plant.worlds.world import World
-    from workbench.recording import Recording
-    from workbench.samples import Samples
-    from workbench.scenario import Scenario
-    from workbench.session import Session
-    from workbench.snapshot import SensorStatus
+    from workbench.scenario.scenario import Scenario
+    from workbench.session.recording import Recording
+    from workbench.session.session import Session
+    from workbench.session.snapshot import SensorStatus
+    from workbench.systems.sensors.samples import Samples
 
 
 def add_parser(commands: Any) -> None:
@@ -84,8 +84,8 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly, print the summary, write log and overview."""
-    from workbench.resources import find_scenario
-    from workbench.scenario import load_scenario
+    from workbench.common.resources import find_scenario
+    from workbench.scenario.scenario import load_scenario
 
     if args.list:
         print_shipped(as_json=args.json)
@@ -147,8 +147,8 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
     """Fly closed loop, or open loop where a table is given; `page` is the 3-D one to write."""
     with progress_bar(f"flying {name}") as progress:
         if args.rotor_commands is not None:
-            from workbench.configured import read_configured_world
-            from workbench.open_loop import fly_open_loop
+            from workbench.scenario.configured import read_configured_world
+            from workbench.session.open_loop import fly_open_loop
 
             if args.set or args.gains or args.html or args.sensors or args.log:
                 raise WorkbenchError(
@@ -184,11 +184,11 @@ def _flown_session(
     Returns:
         The session, why it broke off, and why its log did.
     """
-    from workbench.session import Session
+    from workbench.session.session import Session
 
     logged = None
     if args.log:
-        from workbench.flight_log.logged_flight import LoggedFlight
+        from workbench.logs.logged_flight import LoggedFlight
 
         make_folder_of(args.log)
         logged = LoggedFlight(args.log, scenario, dict(args.set))

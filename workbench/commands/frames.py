@@ -13,7 +13,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.printing import print_json, print_table
 from workbench.commands.progress import progress_bar
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from pydrake.math import RigidTransform
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from workbench.plant.frame_tree import FrameTree
     from workbench.plant.vehicle import Vehicle
     from workbench.plant.worlds.world import World
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
 
 def add_parser(commands: Any) -> None:
@@ -48,9 +48,9 @@ def run(args: argparse.Namespace) -> int:
     """Print the tree or a transform."""
     from pydrake.math import RigidTransform
 
-    from workbench.configured import tell_world
-    from workbench.resources import find_scenario
-    from workbench.scenario import Scenario, load_scenario
+    from workbench.common.resources import find_scenario
+    from workbench.scenario.configured import tell_world
+    from workbench.scenario.scenario import Scenario, load_scenario
 
     if len(args.frames) not in (0, 2):
         raise WorkbenchError(
@@ -79,9 +79,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _read(scenario: "Scenario") -> tuple["Vehicle", "World", "FrameTree"]:
     """Return the vehicle and the world of a scenario, and all frames."""
-    from workbench.configured import read_configured, read_configured_world
     from workbench.plant.loading import make_vehicle
     from workbench.plant.vehicle_frames import frames_in_world
+    from workbench.scenario.configured import read_configured, read_configured_world
 
     description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
@@ -96,7 +96,7 @@ def _flown_to(
     from pydrake.common.eigen_geometry import Quaternion
     from pydrake.math import RigidTransform
 
-    from workbench.session import Session
+    from workbench.session.session import Session
 
     if not 0.0 <= at <= scenario.duration:
         raise WorkbenchError(

@@ -21,7 +21,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.printing import print_json, say_written
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.plant.vehicle import Vehicle
@@ -102,7 +102,7 @@ def _ask(args: argparse.Namespace) -> int:
 
 def _show(args: argparse.Namespace) -> int:
     """Print a file, or what a model flies with."""
-    from workbench.gains import choose_gains, load_gains, make_profile
+    from workbench.gains.gains import choose_gains, load_gains, make_profile
 
     if args.file is None:
         vehicle = _read_vehicle(args)
@@ -122,8 +122,8 @@ def _show(args: argparse.Namespace) -> int:
 
 def _diff(args: argparse.Namespace) -> int:
     """Print the differences of two sets."""
-    from workbench.gain_diff import diff_gains
-    from workbench.gains import rule_values
+    from workbench.gains.difference import diff_gains
+    from workbench.gains.gains import rule_values
 
     vehicle = _read_vehicle_of_sides(args)
     changes = diff_gains(_side(args.a, vehicle), _side(args.b, vehicle), rule_values(vehicle))
@@ -133,7 +133,7 @@ def _diff(args: argparse.Namespace) -> int:
 
 def _save(args: argparse.Namespace) -> int:
     """Write what a model flies with."""
-    from workbench.gains import flight_gains, make_profile, save_gains
+    from workbench.gains.gains import flight_gains, make_profile, save_gains
 
     if args.file.suffix not in _SUFFIXES:
         raise WorkbenchError(f"{args.file}: a gain file's name ends in .yaml")
@@ -161,7 +161,7 @@ def _save(args: argparse.Namespace) -> int:
 
 def _history(args: argparse.Namespace) -> int:
     """List the states of a file."""
-    from workbench.gains import load_gains
+    from workbench.gains.gains import load_gains
 
     print_history(load_gains(args.file), as_json=args.json)
     return ExitCode.DONE
@@ -169,9 +169,9 @@ def _history(args: argparse.Namespace) -> int:
 
 def _restore(args: argparse.Namespace) -> int:
     """Save an earlier state of a file again."""
-    from workbench.gain_diff import diff_gains
-    from workbench.gains import gains_at, load_gains, save_gains
-    from workbench.parameters import defaults
+    from workbench.gains.difference import diff_gains
+    from workbench.gains.gains import gains_at, load_gains, save_gains
+    from workbench.scenario.parameters import defaults
 
     before = load_gains(args.file)
     after = save_gains(args.file, gains_at(before, args.state))
@@ -194,17 +194,17 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
 
 def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
     """Return the vehicle that the command line names."""
-    from workbench.configured import read_configured
     from workbench.plant.loading import make_vehicle
-    from workbench.scenario import Scenario
+    from workbench.scenario.configured import read_configured
+    from workbench.scenario.scenario import Scenario
 
     return make_vehicle(read_configured(with_vehicle(Scenario(), args).vehicle))
 
 
 def _read_vehicle_of_sides(args: argparse.Namespace) -> "Vehicle":
     """Return whose rule counts in a comparison: --model's, else that of a side."""
-    from workbench.gains import load_gains
-    from workbench.resources import find_file, list_models
+    from workbench.common.resources import find_file, list_models
+    from workbench.gains.gains import load_gains
 
     models = [side for side in (args.a, args.b) if _is_model(side)]
     files = [find_file(side) for side in (args.a, args.b) if _is_file(side)]
@@ -216,10 +216,10 @@ def _read_vehicle_of_sides(args: argparse.Namespace) -> "Vehicle":
 
 def _side(side: str, vehicle: "Vehicle") -> Mapping[str, float]:
     """Return the gains of one side of a comparison."""
-    from workbench.gains import load_gains, make_profile, rule_values, vehicle_gains
-    from workbench.parameters import defaults
+    from workbench.common.resources import find_file, find_model
+    from workbench.gains.gains import load_gains, make_profile, rule_values, vehicle_gains
     from workbench.plant.loading import load_vehicle
-    from workbench.resources import find_file, find_model
+    from workbench.scenario.parameters import defaults
 
     if _is_file(side):
         return load_gains(find_file(side)).gains

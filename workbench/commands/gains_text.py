@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from workbench.commands.printing import print_json, print_table
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 if TYPE_CHECKING:
-    from workbench.gain_diff import GainChange
-    from workbench.gain_files import GainFile
-    from workbench.gain_history import Save
+    from workbench.gains.difference import GainChange
+    from workbench.gains.history import Save
+    from workbench.gains.profiles import GainFile
 
 _MOST_CHANGES = 3
 """Of a state, so many are printed; --json has all."""

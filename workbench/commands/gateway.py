@@ -8,7 +8,7 @@ from workbench.commands import ExitCode
 from workbench.commands.link_options import add_link_options, link_options, parse_rate
 from workbench.commands.options import add_command, add_json_option
 from workbench.commands.printing import print_json_line, say, say_written
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.link import Client

@@ -13,7 +13,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say_written
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
@@ -65,12 +65,12 @@ def run(args: argparse.Namespace) -> int:
 
 def _diagram(args: argparse.Namespace) -> "Diagram":
     """Return the diagram of a vehicle."""
-    from workbench.configured import read_configured
     from workbench.diagram.core import make_flight_core
-    from workbench.gains import flight_gains
+    from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
-    from workbench.scenario import Scenario
-    from workbench.session import Session
+    from workbench.scenario.configured import read_configured
+    from workbench.scenario.scenario import Scenario
+    from workbench.session.session import Session
 
     scenario = with_vehicle(Scenario(), args)
     if not args.core:

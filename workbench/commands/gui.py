@@ -5,7 +5,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands.options import MODEL_HELP, NO_SENSORS, add_command, add_description_options
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.first_flight import DEFAULT_SCENARIO
 
 if TYPE_CHECKING:

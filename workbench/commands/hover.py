@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from workbench.design.hover_check import Demand, HoverReport
-    from workbench.gains import Gain
+    from workbench.gains.gains import Gain
 
 _ORIGINS = {"rule": "the rule for any vehicle"}
 """What else a gain's origin is called."""
@@ -44,9 +44,9 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly, print the table, write plot and log; 1 if something is not as demanded."""
     from workbench.design.hover_check import check_hover
-    from workbench.gains import choose_gains
+    from workbench.gains.gains import choose_gains
     from workbench.plant.plausible import doubts
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
     with Outputs() as outputs:
@@ -126,7 +126,7 @@ def _print(report: "HoverReport", gains: "dict[str, Gain]", unlikely: list[str])
 
 def _print_gains(gains: "dict[str, Gain]") -> None:
     """Print the gains by where they come from, without the parameter table's defaults."""
-    from workbench.parameters import find_parameter
+    from workbench.scenario.parameters import find_parameter
 
     origins = dict.fromkeys(gain.origin for gain in gains.values())
     for origin in origins:

@@ -14,7 +14,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say_written
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
@@ -50,10 +50,10 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print what was understood; write the resolved model where that is asked for."""
     from workbench.commands.inspect_text import print_description, print_parts
-    from workbench.configured import read_configured
     from workbench.plant.loading import make_vehicle
     from workbench.plant.plausible import doubts
-    from workbench.scenario import VehicleConfig
+    from workbench.scenario.configured import read_configured
+    from workbench.scenario.scenario import VehicleConfig
 
     config = VehicleConfig(args.model, dict(args.arg), dict(args.package), args.rotors)
     description = read_configured(config)

@@ -22,12 +22,12 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.judge.report import Judgement
     from workbench.design.linear.operating_point import OperatingPoint
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
 DESCRIPTION_OF_MAP = "speed, tilt, climb, yaw_rate, payload"
 
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     """Judge, print, write pictures; 1 if a mode grows."""
     from workbench.design.linear.loops import find_loop
     from workbench.design.linear.operating_point import OperatingPoint, parse_point
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     point = parse_point(args.at)
     if args.loop and find_loop(args.loop).hold and point != OperatingPoint():

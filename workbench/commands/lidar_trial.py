@@ -16,13 +16,13 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from typing import Any
 
     from workbench.design.lidar_trial import TrialReport
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
 SCENARIO = "lidar-trial"
 
@@ -86,8 +86,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _scenario(args: argparse.Namespace) -> "Scenario":
     """Return what the command line asks to be flown."""
-    from workbench.resources import find_scenario
-    from workbench.scenario import load_scenario
+    from workbench.common.resources import find_scenario
+    from workbench.scenario.scenario import load_scenario
 
     if args.seed is not None and args.seed < 0:
         raise WorkbenchError(f"--seed is {args.seed}: give it a whole number, 0 or more")

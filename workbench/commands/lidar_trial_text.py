@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from workbench.design.lidar_trial import Demand, TrialReport
     from workbench.design.lidar_trial_accuracy import Errors
     from workbench.design.lidar_trial_detection import Detection
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
 _SCALES = {"m": (1000.0, "mm"), "s": (1000.0, "ms"), "": (1.0, "")}
 """How demands are printed: factor and unit, by the unit that they have."""

@@ -68,7 +68,7 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Linearise and print."""
     from workbench.design.linear.linearize import linearize
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     system = linearize(
         with_vehicle(Scenario(), args),

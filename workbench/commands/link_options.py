@@ -3,7 +3,7 @@
 import argparse
 from typing import NamedTuple
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 SYSTEM = "system"
 

@@ -9,11 +9,11 @@ from workbench.commands import ExitCode
 from workbench.commands.link_options import add_link_options, link_options, parse_rate
 from workbench.commands.options import add_command
 from workbench.commands.printing import say
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
+    from workbench.gateways.monitor.picture import Camera
     from workbench.link import Client
-    from workbench.monitor.picture import Camera
 
 PERIOD = 0.5
 """Between two lines, where the output is no terminal [s]."""
@@ -49,9 +49,9 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Show the flight until Q or Ctrl-C."""
+    from workbench.gateways.monitor.picture import Camera
     from workbench.link import Client
     from workbench.link.backplane import Role
-    from workbench.monitor.picture import Camera
 
     full = _is_full(args)
     if args.fly and not full:
@@ -84,7 +84,7 @@ def _is_full(args: argparse.Namespace) -> bool:
     if args.json or args.once or not (sys.stdin.isatty() and sys.stdout.isatty()):
         return False
     try:
-        from workbench.monitor.screen import is_capable
+        from workbench.gateways.monitor.screen import is_capable
     except ImportError:  # a Python without curses
         return False
     return is_capable()
@@ -92,8 +92,8 @@ def _is_full(args: argparse.Namespace) -> bool:
 
 def _show(client: "Client", camera: "Camera", fly: bool) -> None:
     """Show the full screen until Q is pressed."""
-    from workbench.monitor.pilot import Pilot
-    from workbench.monitor.screen import show
+    from workbench.gateways.monitor.pilot import Pilot
+    from workbench.gateways.monitor.screen import show
 
     pilot = Pilot(client)
     if fly:
@@ -110,8 +110,8 @@ def _print_on(client: "Client", camera: "Camera", as_json: bool) -> None:
 
 
 def _print(camera: "Camera", as_json: bool, once: bool) -> None:
-    from workbench.monitor.as_json import as_json as to_json
-    from workbench.monitor.dashboard import dashboard, one_line
+    from workbench.gateways.monitor.as_json import as_json as to_json
+    from workbench.gateways.monitor.dashboard import dashboard, one_line
 
     picture = camera.picture()
     if as_json:

@@ -21,7 +21,7 @@ from workbench.commands.quantities import (
     read_battery,
     read_propeller,
 )
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.plant.data_sheet import DataSheet

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.parameters import parse_setting
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.scenario.parameters import parse_setting
 
 if TYPE_CHECKING:
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
 MODEL_HELP = (
     "shipped model, or a .xacro, .urdf, .sdf or MuJoCo .xml file, or a Gazebo model's folder"
@@ -206,8 +206,8 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
 
     Another model comes without the scenario's arguments and gains, which were for its own.
     """
-    from workbench.resources import find_file, find_model, find_world
-    from workbench.scenario import VehicleConfig
+    from workbench.common.resources import find_file, find_model, find_world
+    from workbench.scenario.scenario import VehicleConfig
 
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 
 @dataclass

@@ -30,11 +30,11 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the table."""
-    from workbench.configured import read_configured
-    from workbench.gains import flight_gains
+    from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
-    from workbench.scenario import Scenario
-    from workbench.vehicle_parameters import vehicle_parameters
+    from workbench.scenario.configured import read_configured
+    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.vehicle_parameters import vehicle_parameters
 
     config = with_vehicle(Scenario(), args).vehicle
     vehicle = make_vehicle(read_configured(config))

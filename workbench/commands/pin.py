@@ -58,7 +58,7 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly, write and prove the spec."""
     from workbench.design.pin import pin_step
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
     with progress_bar("flying and proving a step") as progress:

@@ -9,10 +9,10 @@ from workbench.commands.options import add_command, add_json_option
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.flight_log.record import FlightRecord
+    from workbench.logs.record import FlightRecord
 
 _COLUMNS = ("field", "unit", "messages")
 
@@ -43,7 +43,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Draw the log, or list its fields."""
-    from workbench.flight_log.record import read_log
+    from workbench.logs.record import read_log
 
     output = args.output or Path("out") / f"{args.log.stem}.png"
     if output.suffix != ".png":
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         _list(record, args.json)
         return ExitCode.DONE
     from workbench.design.plots import write_png
-    from workbench.flight_log.plots import plot_fields, plot_overview
+    from workbench.logs.plots import plot_fields, plot_overview
 
     with Outputs() as outputs:
         path = outputs.add(output)

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.errors import LONGEST_ECHO, WorkbenchError
+from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 
 _INCH = 0.0254
 _GRAVITY = 9.80665

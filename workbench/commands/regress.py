@@ -17,8 +17,8 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say_written
 from workbench.commands.progress import progress_bar
-from workbench.errors import WorkbenchError
-from workbench.parameters import parse_setting
+from workbench.common.errors import WorkbenchError
+from workbench.scenario.parameters import parse_setting
 
 if TYPE_CHECKING:
     from workbench.design.regress.flight import Changes

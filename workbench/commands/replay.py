@@ -10,7 +10,7 @@ from workbench.commands.printing import print_json, say
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
-    from workbench.flight_log.replay import Replayed
+    from workbench.logs.replay import Replayed
 
 UNITS = {"orientation": "", "position": " m", "velocity": " m/s", "angular velocity": " rad/s"}
 
@@ -30,8 +30,8 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly the log again and compare; 1 if a state differs."""
-    from workbench.flight_log.record import read_log
-    from workbench.flight_log.replay import replay
+    from workbench.logs.record import read_log
+    from workbench.logs.replay import replay
 
     record = read_log(args.log)
     if record.remark:

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     """Fly, print the table, write figures and logs; 1 if the demands are not met."""
     from workbench.design.paper_limits import violations
     from workbench.design.reproduce import reproduce
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
     with Outputs() as outputs:

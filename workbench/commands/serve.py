@@ -20,7 +20,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import make_folder_of
 from workbench.commands.printing import print_json_line, say
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
 from workbench.link.authority import NOBODY_YET
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from workbench.link.server.config import ServerConfig
     from workbench.live.flight import LiveFlight
     from workbench.live.view import LiveView
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
 DEFAULT_SCENARIO = "network"
 STARTING = 30.0
@@ -144,8 +144,8 @@ def _config(args: argparse.Namespace) -> "ServerConfig":
 
 def _scenario(args: argparse.Namespace) -> "Scenario":
     """Return what is flown."""
-    from workbench.resources import find_scenario
-    from workbench.scenario import load_scenario, without_arrays
+    from workbench.common.resources import find_scenario
+    from workbench.scenario.scenario import load_scenario, without_arrays
 
     scenario = load_scenario(find_scenario(args.scenario))
     if args.model and args.scenario == DEFAULT_SCENARIO and args.sensors is None:

@@ -5,15 +5,15 @@ from workbench.commands.printing import print_json, print_table
 
 def print_shipped(*, as_json: bool) -> None:
     """Print the shipped scenarios and worlds with their titles."""
-    from workbench.plant.worlds.reading import read_world
-    from workbench.resources import (
+    from workbench.common.resources import (
         find_scenario,
         find_world,
         list_scenarios,
         list_worlds,
         worlds_dir,
     )
-    from workbench.scenario import load_scenario
+    from workbench.plant.worlds.reading import read_world
+    from workbench.scenario.scenario import load_scenario
 
     scenarios = {name: load_scenario(find_scenario(name)) for name in list_scenarios()}
     packages = {"worlds": str(worlds_dir())}

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.commands.drawer import Drawer
     from workbench.design.reproduce import PAPER
     from workbench.design.step_response import fly_step
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     paper = {figure.axis: figure.command for figure in PAPER}
     amplitude = paper.get(args.axis, 1.0) if args.amplitude is None else args.amplitude

@@ -20,7 +20,7 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.executor.executor import Executor
@@ -161,7 +161,7 @@ def _sweep(
     from workbench.design.sweep.loops import axis_loop
     from workbench.design.sweep.metrics import MARGINS, find_metric
     from workbench.design.sweep.sweep import sweep
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     if find_metric(args.metric) in MARGINS and not args.margins:
         raise WorkbenchError(f"{args.metric} is not measured: add --margins")

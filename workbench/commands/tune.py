@@ -17,7 +17,7 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.stopping import stop_on_interrupt
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.design.tune.tuner import Tuner
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
     """Tune, print the table, write profile, report and picture; 1 if wishes cannot be met."""
     from workbench.commands.tune_text import conclusion, print_tuning, tuning_json
     from workbench.design.tune.tuner import Tuner
-    from workbench.scenario import Scenario
+    from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
     tuner = Tuner(
@@ -128,9 +128,9 @@ def _wishes(args: argparse.Namespace) -> "Wishes":
     """Return the wishes of file and command line; the latter count where both say something."""
     import dataclasses
 
+    from workbench.common.resources import find_file
     from workbench.design.tune.wish import merged, parse_wish
     from workbench.design.tune.wish_file import Wishes, load_wishes
-    from workbench.resources import find_file
 
     wishes = load_wishes(find_file(str(args.wishes))) if args.wishes else Wishes()
     said = [wish for text in args.wish for wish in parse_wish(text)]
@@ -186,7 +186,7 @@ def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
 
 def _check_profile(path: Path, vehicle: str) -> None:
     """Refuse a file that holds what must not be lost, before time is spent."""
-    from workbench.gains import load_gains
+    from workbench.gains.gains import load_gains
 
     check_writable(path)
     owner = load_gains(path).vehicle if path.exists() else ""
@@ -198,7 +198,7 @@ def _check_profile(path: Path, vehicle: str) -> None:
 
 def _save(found: "Tuning", path: Path) -> None:
     """Write the gain file."""
-    from workbench.gains import save_gains
+    from workbench.gains.gains import save_gains
 
     make_folder_of(path)
     save_gains(path, found.profile)

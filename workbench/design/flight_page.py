@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from pydrake.geometry import Meshcat
 
-from workbench.scenario import Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario
+from workbench.session.session import Session
 
 _EYE = np.array([-3.0, -3.0, 1.7])
 """Where the camera stands, seen from where the flight begins, in spans of the vehicle."""

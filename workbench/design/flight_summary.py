@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.recording import Recording
-from workbench.systems.mode import FlightMode
+from workbench.control.mode import FlightMode
+from workbench.session.recording import Recording
 
 _CLOSE = 0.1
 """A touch-down is measured from this height above the ground on [m]."""

@@ -7,14 +7,14 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.branches import Branch, FlownBranch
+from workbench.common.errors import FlightBrokenError, WorkbenchError, unknown_name
+from workbench.design.branches import Branch, FlownBranch
 from workbench.design.lost import find_loss
-from workbench.errors import FlightBrokenError, WorkbenchError, unknown_name
-from workbench.instant import Instant
-from workbench.parameters import checked
-from workbench.scenario import Scenario
-from workbench.sensors_config import SensorsConfig
-from workbench.session import Session
+from workbench.scenario.parameters import checked
+from workbench.scenario.scenario import Scenario
+from workbench.scenario.sensors_config import SensorsConfig
+from workbench.session.checkpoint import Instant
+from workbench.session.session import Session
 
 AXES = ("x", "y", "z", "yaw")
 LONGEST = 120.0

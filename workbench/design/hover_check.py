@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.step_response import START_HEIGHT, StepResponse, fly_step
-from workbench.recording import Recording
-from workbench.scenario import Scenario, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, Start
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 
 HOVER_DURATION = 10.0
 """[s]"""

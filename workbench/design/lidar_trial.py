@@ -13,7 +13,7 @@ from workbench.design.lidar_trial_detection import Detection, detect, slowest_de
 from workbench.design.lidar_trial_flight import TrialFlight, fly_between
 from workbench.design.lidar_trial_response import Response, respond
 from workbench.plant.worlds.world import GROUND
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 LOOK_PERIOD = 1 / 32
 """Between two looks at the clearance [s]."""

@@ -12,14 +12,14 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.lidar_trial_world import Obstacle, world_obstacles
 from workbench.diagram.sensor_choice import SensorChoice, choose_sensors
-from workbench.errors import WorkbenchError
 from workbench.plant.sensors import Lidar
 from workbench.plant.vehicle import Vehicle
-from workbench.recording import Recording
-from workbench.scenario import Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 from workbench.systems.sensors.readings import LidarScan
 
 

@@ -12,7 +12,7 @@ from pydrake.perception import BaseField, Fields, PointCloud
 from workbench.design.flight_page import not_about_listening
 from workbench.design.lidar_trial import TrialReport, fly_trial
 from workbench.design.plots_lidar import obstacle_colours
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 MOST_POINTS = 60_000
 """In a page [1]: each takes 40 bytes."""

@@ -16,6 +16,7 @@ from pydrake.geometry import Mesh as DrakeMesh
 from pydrake.geometry import Sphere as DrakeSphere
 from pydrake.math import RigidTransform
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.lidar_truth import (
     Box,
     Capsule,
@@ -26,7 +27,6 @@ from workbench.design.lidar_truth import (
     Sphere,
 )
 from workbench.design.lidar_truth_mesh import TriangleMesh
-from workbench.errors import WorkbenchError
 from workbench.plant.worlds.world import GROUND, World
 
 

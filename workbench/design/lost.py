@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.control.mode import FlightMode
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
-from workbench.recording import Recording
-from workbench.systems.mode import FlightMode
+from workbench.session.recording import Recording
 
 NEAR_GROUND = (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF, FlightMode.LANDING)
 """Modes in which a drone may stand on the ground, which gives a little."""

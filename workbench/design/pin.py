@@ -6,8 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.atomic_write import write_atomically
-from workbench.configured import read_configured
+from workbench.common.atomic_write import write_atomically
+from workbench.common.errors import WorkbenchError
 from workbench.design.linear.loops import LOOPS
 from workbench.design.pin_limits import (
     LEAST,
@@ -24,11 +24,11 @@ from workbench.design.regress.running import regress
 from workbench.design.regress.spec import Case, Limit, Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
 from workbench.design.step_response import UNITS, check_duration, check_step
-from workbench.errors import WorkbenchError
-from workbench.gains import flight_gains, make_profile, save_gains
-from workbench.parameters import checked
+from workbench.gains.gains import flight_gains, make_profile, save_gains
 from workbench.plant.loading import make_vehicle
-from workbench.scenario import Scenario
+from workbench.scenario.configured import read_configured
+from workbench.scenario.parameters import checked
+from workbench.scenario.scenario import Scenario
 
 ANYTHING = Limit(min=-1e300)
 """A limit that only lets a number be measured."""

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import yaml
 
+from workbench.common.resources import find_file, find_model, list_models
+from workbench.common.yaml_files import dump_changes
 from workbench.design.regress.spec import Limit, SpecFile
 from workbench.design.step_response import UNITS
-from workbench.parameters import find_parameter
-from workbench.resources import find_file, find_model, list_models
-from workbench.scenario import Rates, VehicleConfig
-from workbench.yaml_files import dump_changes
+from workbench.scenario.parameters import find_parameter
+from workbench.scenario.scenario import Rates, VehicleConfig
 
 _HEAD = """\
 # Pinned from a flight: limits have room around what it was like, and baselines are its curves.

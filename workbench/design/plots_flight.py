@@ -4,14 +4,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.control.cascade import Reference
+from workbench.control.mode import FlightMode
 from workbench.design.lidar_trial_world import world_obstacles
 from workbench.design.plots import PALETTE, label, legend, styled, widen
 from workbench.design.plots_obstacles import draw_silhouette, obstacle_times, outline_W
 from workbench.design.plots_panels import draw_rotor_use
 from workbench.plant.worlds.world import EMPTY, GROUND, World
-from workbench.recording import Recording
-from workbench.systems.cascade import Reference
-from workbench.systems.mode import FlightMode
+from workbench.session.recording import Recording
 
 _FOLLOW = Reference._fields.index("follow")
 """Where a reference says whether it means its place, which stands in the three numbers before."""

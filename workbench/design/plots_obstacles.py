@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from scipy.spatial import ConvexHull, QhullError
 
 from workbench.design.lidar_trial_world import Obstacle
-from workbench.recording import Recording
+from workbench.session.recording import Recording
 
 _TIMES = 8
 """So often is drawn what moves."""

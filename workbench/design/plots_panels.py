@@ -15,7 +15,7 @@ from workbench.design.step_response import (
     axis_force,
     axis_velocity,
 )
-from workbench.recording import Recording
+from workbench.session.recording import Recording
 
 BEFORE = 0.5
 """Shown before the command's edge [s]."""

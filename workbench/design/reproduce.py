@@ -13,7 +13,7 @@ from workbench.design.step_response import (
     axis_velocity,
     fly_step,
 )
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 WINDOW = "averages run from the command's edge until the response first reaches 90 % of it"
 

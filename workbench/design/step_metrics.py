@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.response_metrics import crossing_times, response_metrics, why_withheld
+from workbench.design.response_metrics import crossing_times, response_metrics, why_withheld
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.step_metrics import StepMetrics, step_metrics
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.parameters import Parameter, find_parameter
-from workbench.scenario import Action, Scenario, Start
+from workbench.scenario.parameters import Parameter, find_parameter
+from workbench.scenario.scenario import Action, Scenario, Start
 
 if TYPE_CHECKING:
     from workbench.design.lost import Loss
-    from workbench.recording import Recording
-    from workbench.session import Session
+    from workbench.session.recording import Recording
+    from workbench.session.session import Session
 
 AXES = ("x", "y", "z", "yaw")
 UNITS = {"x": "m/s", "y": "m/s", "z": "m/s", "yaw": "rad/s"}
@@ -113,7 +113,7 @@ def fly_step(
     """
     check_step(axis, amplitude)
     check_duration(duration)
-    from workbench.session import Session
+    from workbench.session.session import Session
 
     session = Session(step_scenario(axis, amplitude, duration, scenario or Scenario()), settings)
     _check_within_limit(session, axis, amplitude)

@@ -7,11 +7,11 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 
-from workbench.parameters import parameters_of
+from workbench.dynamics.air.settings import AirSettings
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 from workbench.plant.worlds.world import EMPTY, World
-from workbench.systems.air.settings import AirSettings
+from workbench.scenario.parameters import parameters_of
 from workbench.systems.vehicle_dynamics import VehicleDynamics
 
 

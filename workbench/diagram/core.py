@@ -7,16 +7,16 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
+from workbench.control.cascade import Gains
 from workbench.diagram.airframe import Airframe, add_airframe
-from workbench.parameters import parameters_of
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
 from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Rates
+from workbench.scenario.parameters import parameters_of
+from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
-from workbench.systems.cascade import Gains
 from workbench.systems.controller import CascadedController_
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.vehicle_forces import VehicleForces, VehicleForces_

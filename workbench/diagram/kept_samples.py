@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from workbench.diagram.sample_logs import SampleLog
-from workbench.samples import Samples, SampleTable, ScanStack
+from workbench.systems.sensors.samples import Samples, SampleTable, ScanStack
 
 
 def read_samples(log: SampleLog, root_context: Context) -> Samples:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from workbench.diagram.airframe import Airframe, add_airframe
+from workbench.dynamics.air.settings import calm_air
 from workbench.plant.description import Description
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
-from workbench.scenario import Rates
-from workbench.systems.air.settings import calm_air
+from workbench.scenario.scenario import Rates
 from workbench.systems.moving_obstacles import add_moving_obstacles
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback

@@ -12,9 +12,9 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import RandomSource
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.diagram.airframe import Airframe
 from workbench.diagram.sensor_choice import SensorChoice
-from workbench.errors import WorkbenchError, unknown_name
 from workbench.plant.home import Home
 from workbench.plant.sensor_frames import free_name
 from workbench.plant.sensors import Barometer, DepthCamera, Gps, Imu, Lidar, RangeFinder

@@ -4,11 +4,11 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.plant.sensors import QUIET, DepthCamera, Lidar, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario
-from workbench.sensors_config import SLOWEST_SENSOR, SensorsConfig
+from workbench.scenario.scenario import Scenario
+from workbench.scenario.sensors_config import SLOWEST_SENSOR, SensorsConfig
 
 MOST_WAITING = 20_000_000
 """Numbers of samples that are taken and not yet delivered, of one sensor: 160 MB."""

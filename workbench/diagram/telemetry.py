@@ -11,7 +11,7 @@ from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.topics import Topic
 from workbench.plant.sensors import Lidar
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 from workbench.systems.bridge import Bridge, CommandBridge
 from workbench.systems.frame_poses import FramePoses
 from workbench.systems.pilot import Pilot

@@ -7,6 +7,7 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.trajectories import PiecewisePolynomial
 
+from workbench.control.flight_mode import Settings
 from workbench.diagram.airframe import Airframe, add_airframe
 from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
@@ -21,11 +22,10 @@ from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.vehicle_frames import frames_in_world
 from workbench.plant.worlds.world import EMPTY, World
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 from workbench.systems.battery import Battery
 from workbench.systems.bridge import Bridge
 from workbench.systems.flight_computer import FlightComputer
-from workbench.systems.flight_mode import Settings
 from workbench.systems.frame_poses import FramePoses
 from workbench.systems.mode_manager import ModeManager
 from workbench.systems.moving_obstacles import add_moving_obstacles

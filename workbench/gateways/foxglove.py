@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.gateways.ros_messages.cdr import encode
+from workbench.gateways.ros_messages.conversion import Channel, Conversion, conversion
+from workbench.gateways.ros_messages.library import schema_text
 from workbench.link.address import Address, is_loopback
 from workbench.link.drone_topics import TIME
 from workbench.link.sample import Sample
 from workbench.link.topics import Topic
-from workbench.ros_messages.cdr import encode
-from workbench.ros_messages.conversion import Channel, Conversion, conversion
-from workbench.ros_messages.library import schema_text
 
 if TYPE_CHECKING:
     import foxglove

@@ -6,7 +6,7 @@ import socket
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address
 from workbench.link.sample import Sample
 from workbench.link.topics import Topic, Value

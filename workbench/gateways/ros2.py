@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_options import LOOPBACK, Ros2Options, domain_number
 from workbench.link.backplane import Role
 

@@ -4,7 +4,7 @@ import asyncio
 import math
 from collections.abc import Callable
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_orders import Operation, Order, Unclear, Velocity
 from workbench.link import AsyncClient
 from workbench.link.direct_control import AsyncDirectControl

@@ -5,7 +5,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 LOOPBACK = "lo"
 LARGEST_DOMAIN = 232

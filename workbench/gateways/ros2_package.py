@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
-from workbench.ros_messages.library import definition, included, type_names
+from workbench.common.errors import WorkbenchError
+from workbench.gateways.ros_messages.library import definition, included, type_names
 
 PACKAGE = "dh_drone_msgs"
 VERSION = "0.1.0"

@@ -9,14 +9,14 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.topic import Topic as DdsTopic
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_types import CLOCK, MessageType, message_type
+from workbench.gateways.ros_messages.conversion import Channel, Conversion, conversion
+from workbench.gateways.ros_messages.motion import odometry
+from workbench.gateways.ros_messages.stamps import BODY, WORLD
 from workbench.link.drone_topics import FRAMES, POSITION, TIME, VELOCITY
 from workbench.link.sample import Sample
 from workbench.link.topics import PREFIX, Direction, Topic
-from workbench.ros_messages.conversion import Channel, Conversion, conversion
-from workbench.ros_messages.motion import odometry
-from workbench.ros_messages.stamps import BODY, WORLD
 
 DEPTH = 10
 ODOMETRY = Channel(f"{PREFIX}odometry", "nav_msgs/msg/Odometry")

@@ -6,15 +6,15 @@ from typing import Any
 
 from cyclonedds.idl import IdlStruct, make_idl_struct, types
 
-from workbench.ros_messages.cdr import Codec
-from workbench.ros_messages.definitions import (
+from workbench.gateways.ros_messages.cdr import Codec
+from workbench.gateways.ros_messages.definitions import (
     TEXT,
     Arity,
     Definition,
     MessageField,
     read_definition,
 )
-from workbench.ros_messages.library import included, type_names
+from workbench.gateways.ros_messages.library import included, type_names
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 STRING = "std_msgs/msg/String"

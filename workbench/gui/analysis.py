@@ -6,9 +6,9 @@ from typing import Any
 
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
-from workbench.analyst.analyst import Analyst
-from workbench.analyst.messages import Preparing
-from workbench.analyst.questions import (
+from workbench.analysis.analyst import Analyst
+from workbench.analysis.messages import Preparing
+from workbench.analysis.questions import (
     DrawMap,
     FindRanges,
     Fork,
@@ -19,12 +19,12 @@ from workbench.analyst.questions import (
     Tune,
     Weigh,
 )
-from workbench.analyst.replies import Reply, Searched
-from workbench.analyst.superseded import SupersededError
+from workbench.analysis.replies import Reply, Searched
+from workbench.analysis.superseded import SupersededError
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
 from workbench.gui.notices import Notices
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 STREAMED = (Judge, Predict, DrawMap, FindRanges)
 """Questions that a moving slider asks all the time: why one has no answer stands beside it."""

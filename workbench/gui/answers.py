@@ -6,7 +6,7 @@ from typing import Any
 
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 Done = Callable[[Any], None]
 Refused = Callable[[str], None]

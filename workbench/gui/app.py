@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from PyQt6.QtCore import QCoreApplication, Qt, QTimer
 from PyQt6.QtWidgets import QApplication
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.crash import CrashGuard
 from workbench.gui.demo import DemoPilot
 from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight

@@ -7,7 +7,7 @@ from pathlib import Path
 from PyQt6.QtGui import QImage
 from PyQt6.QtWidgets import QWidget
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
 from workbench.gui.log_folder import log_folder
 from workbench.gui.workspace import Workspace

@@ -2,12 +2,12 @@
 
 from PyQt6.QtCore import QObject
 
+from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.notices import Notices
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.scenario import Scenario
-from workbench.systems.mode import FlightMode
+from workbench.scenario.scenario import Scenario
 
 SCENARIO = "network"
 """What it flies: a drone on the ground between obstacles."""

@@ -17,10 +17,10 @@ def first_flight(store: "QSettings") -> "Choice":
     Raises:
         WorkbenchError: if what was set up needs a file that is gone; it is forgotten then.
     """
-    from workbench.errors import WorkbenchError
+    from workbench.common.errors import WorkbenchError
+    from workbench.common.yaml_files import read_yaml
     from workbench.gui.settings.last_setup import last_setup
     from workbench.live.choice import Choice
-    from workbench.yaml_files import read_yaml
 
     kept = last_setup(store)
     if not kept.is_file():

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 from PyQt6.QtCore import QObject
 
+from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.preferences import Preferences
 from workbench.live.choice import Choice
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.scenario import Scenario, VehicleConfig
-from workbench.systems.mode import FlightMode
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 _ON_GROUND = (FlightMode.OFF, FlightMode.ARMED)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers, Done, Refused
 from workbench.gui.errands import Errands
 from workbench.gui.notices import Notices
@@ -18,7 +18,7 @@ from workbench.live.choice import Choice
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from PyQt6.QtCore import QByteArray, QRectF, Qt
 from PyQt6.QtGui import QColor, QGuiApplication, QIcon, QPainter, QPixmap
 from PyQt6.QtSvg import QSvgRenderer
 
-from workbench.errors import unknown_name
+from workbench.common.errors import unknown_name
 
 _DRAWN = {
     "home": '<path d="M4 11 12 4l8 7v9h-5v-6H9v6H4z"/>',

@@ -42,7 +42,7 @@ from workbench.live.choice import Choice, with_arguments
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 from workbench.plant.formats.xacro_arguments import XacroArgument
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 TITLE = "Drake drone workbench"
 FIRST_SIZE = (1280, 720)

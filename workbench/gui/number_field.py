@@ -6,7 +6,7 @@ from PyQt6.QtCore import QLocale, QPoint, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QValidator, QWheelEvent
 from PyQt6.QtWidgets import QDoubleSpinBox, QLabel, QToolTip, QWidget
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.style import dressed, set_class
 from workbench.gui.typed_number import read_number, read_whole_number
 from workbench.gui.units import Unit

@@ -5,13 +5,13 @@ from pathlib import Path
 
 from PyQt6.QtWidgets import QFileDialog, QWidget
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import models_dir, worlds_dir
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_desk import FlightDesk
 from workbench.gui.notices import Notices
 from workbench.gui.opening import FILTERS, FileKind, kind_of
 from workbench.gui.recent import Recent, RecentFiles
-from workbench.resources import models_dir, worlds_dir
 
 
 class Opener:

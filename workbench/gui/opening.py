@@ -3,7 +3,7 @@
 from enum import Enum
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 READ = 65536
 """Of a file, to find out what it is [bytes]."""

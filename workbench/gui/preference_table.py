@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from workbench.errors import WorkbenchError, find_row, unknown_name
+from workbench.common.errors import WorkbenchError, find_row, unknown_name
 
 PreferenceValue = float | bool | str
 

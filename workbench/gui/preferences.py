@@ -2,7 +2,7 @@
 
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.preference_table import Preference, PreferenceValue, find_preference
 
 GROUP = "preferences"

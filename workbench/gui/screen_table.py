@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.errors import find_row
+from workbench.common.errors import find_row
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from workbench.errors import unknown_name
+from workbench.common.errors import unknown_name
 from workbench.gui.topic_table import TopicTable
 from workbench.link.backplane import Published
 from workbench.link.topics import PREFIX, Topic, Value

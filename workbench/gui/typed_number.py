@@ -3,7 +3,7 @@
 import math
 import re
 
-from workbench.errors import LONGEST_ECHO, WorkbenchError
+from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 
 NUMBER = r"[-+\N{MINUS SIGN}]?[\d.,]+(?:[eE][-+\N{MINUS SIGN}]?\d+)?"
 """Expression for what may be meant as a number; `read_number` says whether it is one."""

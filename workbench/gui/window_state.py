@@ -3,7 +3,7 @@
 from PyQt6.QtCore import QByteArray, QSettings
 from PyQt6.QtWidgets import QMainWindow, QSplitter
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.screen_table import SCREENS, find_screen
 
 GROUP = "window/1"

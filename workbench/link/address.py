@@ -3,7 +3,7 @@
 import ipaddress
 from typing import NamedTuple
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 DEFAULT_PORT = 7733
 LOOPBACK = "127.0.0.1"

@@ -5,7 +5,7 @@ import random
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.address import parse_address
 from workbench.link.answers import ControlStateSaid, ParametersSaid, Pong
 from workbench.link.backplane import Role

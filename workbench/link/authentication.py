@@ -9,7 +9,7 @@ import stat
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Role
 from workbench.link.wire import HMAC_SIZE, Flag, Frame
 

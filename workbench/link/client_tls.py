@@ -6,7 +6,7 @@ import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 FINGERPRINT = "sha256:"
 

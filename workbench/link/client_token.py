@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.authentication import private_text
 from workbench.link.backplane import Role
 

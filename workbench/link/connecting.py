@@ -5,7 +5,7 @@ import errno
 import socket
 import ssl
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address
 from workbench.link.client_tls import Trust
 

@@ -5,7 +5,7 @@ import math
 import time
 from typing import TYPE_CHECKING
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.direct_control import NEUTRAL, Asked, AsyncDirectControl
 
 if TYPE_CHECKING:

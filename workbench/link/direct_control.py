@@ -4,7 +4,7 @@ import contextlib
 import math
 from typing import TYPE_CHECKING
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.answers import (
     ControlStateSaid,
     Flown,

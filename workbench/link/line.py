@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import time
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address
 from workbench.link.client_tls import Trust
 from workbench.link.connecting import LIMIT, connect

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.link.backplane import Role
 from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.operations import FASTEST, SLOWEST

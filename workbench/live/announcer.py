@@ -4,10 +4,10 @@ import struct
 import time
 from collections.abc import Callable, Iterator, Sequence
 
+from workbench.control.mode import FlightMode
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import DRONE_STATE, EVENTS, PARAMETERS
 from workbench.link.topics import Topic
-from workbench.systems.mode import FlightMode
 
 INFORMATION, WARNING, FAILURE = 0, 1, 2
 """How severe an event is."""

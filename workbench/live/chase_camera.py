@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 SIZES = 7.0
 """Its distance, in reaches of the drone's rotors."""

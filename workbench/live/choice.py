@@ -4,8 +4,8 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from workbench.resources import find_file, find_model, find_scenario, find_world
-from workbench.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
+from workbench.common.resources import find_file, find_model, find_scenario, find_world
+from workbench.scenario.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,9 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from workbench.errors import WorkbenchError, sentences
+from workbench.common.errors import WorkbenchError, sentences
+from workbench.control.flight_mode import HOLD_HERE, hears, in_the_air
+from workbench.control.mode import FlightMode, Request
 from workbench.link.authority import HOLD_AFTER, DeniedError, Effect
 from workbench.link.backplane import (
     Asked,
@@ -16,14 +18,11 @@ from workbench.link.backplane import (
     RequestControl,
     SetParameters,
 )
-from workbench.live.values import parameter_values
-from workbench.parameters import checked
-from workbench.pilot_numbers import check_height
-from workbench.scenario import REQUESTS, Action
-from workbench.session import Session
+from workbench.scenario.parameters import checked
+from workbench.scenario.scenario import REQUESTS, Action
+from workbench.session.pilot_numbers import check_height
+from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_mode import HOLD_HERE, hears, in_the_air
-from workbench.systems.mode import FlightMode, Request
 from workbench.systems.pilot import urgency
 
 Operation = dict[str, object]
@@ -166,7 +165,7 @@ class Desk:
             DeniedError: if this flight has not one of them.
         """
         if self._seen != self._bridge.settings:
-            self._values, self._seen = parameter_values(self._session), self._bridge.settings
+            self._values, self._seen = self._session.parameters(), self._bridge.settings
         if not names:
             return self._values
         for name in names:

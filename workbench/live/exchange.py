@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from contextlib import suppress
 from typing import Any
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Published
 from workbench.live.messages import (
     Answer,
@@ -30,7 +30,7 @@ from workbench.live.network_orders import NetworkOrder
 from workbench.live.outbox import Outbox
 from workbench.live.process import DYING, ChildProcess
 from workbench.live.view import LiveView
-from workbench.scenario import Action
+from workbench.scenario.scenario import Action
 
 MOST_WAITING = 1000
 """Orders without an answer; further ones are refused."""

@@ -5,11 +5,11 @@ from collections import deque
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
-from workbench.excitation import AXES, Excitation
+from workbench.common.errors import WorkbenchError
 from workbench.live.hard_hit import hit_speed
 from workbench.live.step_plan import StepPlan
-from workbench.session import Session
+from workbench.scenario.excitation import AXES, Excitation
+from workbench.session.session import Session
 
 SLOWING = 4.0
 """Deceleration that any drone reaches [m/s²]."""

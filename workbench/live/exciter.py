@@ -9,13 +9,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 
-from workbench.errors import WorkbenchError
-from workbench.excitation import AXES, Excitation, Exciting
+from workbench.common.errors import WorkbenchError
+from workbench.control.mode import FlightMode
 from workbench.live.excitation_guard import ExcitationGuard
 from workbench.live.step_plan import StepPlan
-from workbench.scenario import Action
-from workbench.session import Session
-from workbench.systems.mode import FlightMode
+from workbench.scenario.excitation import AXES, Excitation, Exciting
+from workbench.scenario.scenario import Action
+from workbench.session.session import Session
 
 IN_FLIGHT = (
     FlightMode.HOVERING,

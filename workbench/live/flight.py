@@ -7,9 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from workbench.errors import WorkbenchError
-from workbench.excitation import Excitation
-from workbench.instant import Instant
+from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
@@ -30,8 +28,10 @@ from workbench.live.messages import (
 )
 from workbench.live.network_orders import KeepLog, Network, Serve
 from workbench.live.view import LiveView
-from workbench.pilot_numbers import finite
-from workbench.scenario import FARTHEST, Action, Gust, Push, Scenario
+from workbench.scenario.excitation import Excitation
+from workbench.scenario.scenario import FARTHEST, Action, Gust, Push, Scenario
+from workbench.session.checkpoint import Instant
+from workbench.session.pilot_numbers import finite
 from workbench.systems.sensors.readings import Reading
 
 LOOK = 0.1

@@ -7,8 +7,7 @@ from multiprocessing.connection import Connection, wait
 
 import numpy as np
 
-from workbench.errors import WorkbenchError, sentences
-from workbench.excitation import Excitation
+from workbench.common.errors import WorkbenchError, sentences
 from workbench.link.backplane import Disconnect
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.exciter import Exciter
@@ -37,12 +36,12 @@ from workbench.live.messages import (
 from workbench.live.network import Later, NetworkStage
 from workbench.live.network_orders import KeepLog, Network, Serve
 from workbench.live.outbox import Outbox
-from workbench.live.repeat import repeated
 from workbench.live.stream import NoStream, Stream
-from workbench.live.values import parameter_values
-from workbench.scenario import Action
-from workbench.session import Session
-from workbench.snapshot import Snapshot
+from workbench.scenario.excitation import Excitation
+from workbench.scenario.scenario import Action
+from workbench.session.script import repeated
+from workbench.session.session import Session
+from workbench.session.snapshot import Snapshot
 from workbench.systems.bridge import Bridge
 
 REPORT_PERIOD = 1 / 60
@@ -87,7 +86,7 @@ class Flying:
         self._now = now
         self._step = session.scenario.rates.physics_step
         self._clock = FlightClock(self._step, now())
-        log = LogKeeper(session, settings, parameter_values(session))
+        log = LogKeeper(session, settings, session.parameters())
         self._stream = stream or NoStream()
         self._network = NetworkStage(session, bridge, log, self._stream)
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)

@@ -4,7 +4,7 @@ import math
 from array import array
 from collections.abc import Iterator
 
-from workbench.scenario import Action
+from workbench.scenario.scenario import Action
 
 WIDTH = 5
 """Numbers of a command: time, velocity, yaw rate."""

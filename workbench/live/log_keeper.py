@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Published, Sampled
 from workbench.live.history import History
-from workbench.scenario import Action
-from workbench.session import Session
+from workbench.scenario.scenario import Action
+from workbench.session.session import Session
 
 if TYPE_CHECKING:
-    from workbench.flight_log.flight_log import FlightLog
+    from workbench.logs.flight_log import FlightLog
 
 
 class LogKeeper:
@@ -107,7 +107,7 @@ class LogKeeper:
                 return path
 
     def _open(self, path: Path) -> None:
-        from workbench.flight_log.flight_log import FlightLog  # most flights have no log
+        from workbench.logs.flight_log import FlightLog  # most flights have no log
 
         session = self._session
         self.said = ""

@@ -11,17 +11,17 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from workbench.excitation import Excitation, Exciting
     from workbench.link.backplane import Published
     from workbench.link.topics import Topic
     from workbench.live.choice import Choice
     from workbench.live.network_orders import NetworkOrder, NetworkView
     from workbench.plant.formats.xacro_arguments import XacroArgument
     from workbench.plant.vehicle import Vehicle
-    from workbench.recording import Recording
-    from workbench.samples import Samples
-    from workbench.scenario import Action, Scenario
-    from workbench.snapshot import Snapshot
+    from workbench.scenario.excitation import Excitation, Exciting
+    from workbench.scenario.scenario import Action, Scenario
+    from workbench.session.recording import Recording
+    from workbench.session.snapshot import Snapshot
+    from workbench.systems.sensors.samples import Samples
 
 
 class Phase(Enum):

@@ -5,6 +5,7 @@ import math
 import time
 from multiprocessing.connection import Connection
 
+from workbench.control.flight_mode import HOLD_HERE
 from workbench.link.authority import Effect
 from workbench.link.backplane import (
     ControlState,
@@ -21,12 +22,10 @@ from workbench.live.messages import Answer, Refusal
 from workbench.live.network_orders import KeepLog, Network, NetworkOrder, NetworkView, Serve
 from workbench.live.server_keeper import ServerKeeper
 from workbench.live.stream import NoStream, Stream
-from workbench.live.values import parameter_values
-from workbench.parameters import find_parameter
-from workbench.scenario import Action
-from workbench.session import Session
+from workbench.scenario.parameters import find_parameter
+from workbench.scenario.scenario import Action
+from workbench.session.session import Session
 from workbench.systems.bridge import Applied, Bridge
-from workbench.systems.flight_mode import HOLD_HERE
 
 BROADCAST_PERIOD = 1.0
 """Between two broadcasts of who flies [s]."""
@@ -215,7 +214,7 @@ class NetworkStage:
     def _flight(self) -> Flight:
         rows = tuple(
             (row.name, row.unit, row.minimum, row.maximum, row.default, row.help)
-            for row in map(find_parameter, parameter_values(self._session))
+            for row in map(find_parameter, self._session.parameters())
         )
         limits = self._bridge.authority.limits
         return Flight(

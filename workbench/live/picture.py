@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.live.chase_camera import ChaseCamera
 from workbench.live.messages import Pace
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 SHORTEST, LONGEST = 1 / 30, 0.5
 """Between two pictures [s of wall]."""

@@ -15,7 +15,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from workbench.errors import LONGEST_ECHO, WorkbenchError
+from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 
 LONGEST_TAIL = 4 * LONGEST_ECHO
 """Of what a process said last, a sentence repeats so many characters."""

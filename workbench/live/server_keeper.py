@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from urllib.parse import urlsplit
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Flight, Published, ServerFailed, ServerStatus
 from workbench.link.server.config import ServerConfig
 from workbench.live.messages import Answer, Refusal

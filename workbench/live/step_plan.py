@@ -4,8 +4,8 @@ import bisect
 import dataclasses
 import math
 
-from workbench.excitation import Excitation
-from workbench.scenario import Rates
+from workbench.scenario.excitation import Excitation
+from workbench.scenario.scenario import Rates
 
 NEAR = 1e-6
 """A time this share of a step after a step is at it."""

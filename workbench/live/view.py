@@ -4,14 +4,14 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.excitation import Exciting
 from workbench.link.topics import Topic
 from workbench.live.messages import Hit, Pace, Phase, Report, Started, Starting, Told
 from workbench.live.network_orders import NetworkView
 from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario
-from workbench.snapshot import Snapshot
+from workbench.scenario.excitation import Exciting
+from workbench.scenario.scenario import Scenario
+from workbench.session.snapshot import Snapshot
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from workbench.cache import PROGRESS_LOGGER
-from workbench.errors import WorkbenchError, sentences
+from workbench.common.cache import PROGRESS_LOGGER
+from workbench.common.errors import WorkbenchError, sentences
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
 from workbench.live.outbox import LogPoster, Outbox
 from workbench.plant.formats.xacro_arguments import MissingArgumentsError
@@ -63,9 +63,8 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     from workbench.live.flying import Flying
     from workbench.live.picture import Picture
     from workbench.live.stream import NoStream, Stream
-    from workbench.live.values import parameter_values
-    from workbench.scenario import without_arrays
-    from workbench.session import Session
+    from workbench.scenario.scenario import without_arrays
+    from workbench.session.session import Session
     from workbench.systems.bridge import Bridge
 
     outbox.post(Starting("building the diagram"))
@@ -90,7 +89,7 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
         session.tick(session.scenario.rates.control_period)
         session.reset()
     url = meshcat.web_url() if meshcat else ""
-    values = parameter_values(session)
+    values = session.parameters()
     outbox.post(Started(session.vehicle, values, url, scenario, session.topics))
     stream = Stream(outbox) if begin.stream else NoStream()
     flying = Flying(session, bridge, begin.settings, outbox, time.perf_counter, stream)

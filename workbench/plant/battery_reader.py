@@ -4,13 +4,13 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import YamlFile
 from workbench.plant.battery import BatteryPack
 from workbench.plant.model import DeclaredPlugin, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.sidecar_file import find_sidecar, load_battery
 from workbench.plant.rotor_sources.tags import Tags
-from workbench.yaml_files import YamlFile
 
 _KIND = "battery plugin"
 _FILE = "linear-battery"

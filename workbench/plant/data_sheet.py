@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 LAYOUTS = ("x", "plus", "coaxial")
 """Two arms in front, one arm in front, or two arms in front with two rotors on each."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.battery import BatteryPack
 from workbench.plant.battery_reader import is_battery_plugin, read_battery
 from workbench.plant.drawable import with_drawable_meshes

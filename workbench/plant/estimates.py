@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.data_sheet import DataSheet, Propeller
 from workbench.plant.drag import AIR_DENSITY
 from workbench.plant.gravity import GRAVITY

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 
 WORLD = "world"
 """Name of the frame at the root."""

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.model import Inertial, Link, Model
 from workbench.plant.remarks import Remarks

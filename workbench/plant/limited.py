@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 LARGEST_FILE = 128_000_000
 """Of what a process writes, its answer included [bytes]."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.clearance import ground_clearance
 from workbench.plant.description import Description, read_description
 from workbench.plant.formats.values import shortened

@@ -13,7 +13,7 @@ from pydrake.multibody.tree import FixedOffsetFrame
 from pydrake.systems.framework import DiagramBuilder, InputPort
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.description import Description
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import gathered

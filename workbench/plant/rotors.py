@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 LEAST_LIFT = 0.3
 """Share of thrust along body z under which a rotor takes no part in hovering: 73° off."""

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import place
 

@@ -5,7 +5,7 @@ from collections import Counter
 
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.frame_tree import WORLD
 from workbench.plant.model import DeclaredSensor, Model

@@ -4,7 +4,7 @@ import csv
 import math
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.data_sheet import Measured
 
 COLUMNS = {

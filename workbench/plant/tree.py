@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.model import Joint, Model
 from workbench.plant.remarks import Remarks

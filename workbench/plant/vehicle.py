@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import find_row
+from workbench.common.errors import find_row
 from workbench.plant.battery import BatteryPack
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor

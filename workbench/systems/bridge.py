@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 from pydrake.systems.framework import Context, DiscreteValues
 
+from workbench.control.flight_mode import HOLD_HERE, ModeState
+from workbench.control.mode import FlightMode, Request
 from workbench.link.authority import (
     NOBODY_YET,
     Authority,
@@ -19,8 +21,6 @@ from workbench.link.authority import (
     Limits,
 )
 from workbench.link.backplane import Command, Published, Refused, Sampled
-from workbench.systems.flight_mode import HOLD_HERE, ModeState
-from workbench.systems.mode import FlightMode, Request
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, requested
 
 MOST_COMMANDS = 32

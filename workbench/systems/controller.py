@@ -7,10 +7,10 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from workbench.control.cascade import SPIN_UP, Gains, Guidance, Reference
+from workbench.control.flight_law import law_constants, rotor_commands
+from workbench.control.loop_points import CLOSED, COUNT, SIGNALS
 from workbench.plant.vehicle import Vehicle
-from workbench.systems.cascade import SPIN_UP, Gains, Guidance, Reference
-from workbench.systems.flight_law import law_constants, rotor_commands
-from workbench.systems.loop_points import CLOSED, COUNT, SIGNALS
 
 GAINS, PROBES = range(2)
 """Numeric parameters."""

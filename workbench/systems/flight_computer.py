@@ -3,19 +3,19 @@
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from workbench.common.compiled import compile_cached
+from workbench.control.cascade import Gains, Guidance, Reference
+from workbench.control.flight_law import SOURCES, law_constants, packed, packed_update
+from workbench.control.loop_points import CLOSED
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.cascade import Gains, Guidance, Reference
-from workbench.systems.compiled import compile_cached
-from workbench.systems.flight_law import law_constants, packed, packed_update
-from workbench.systems.loop_points import CLOSED
 
 COMMANDS, FILTERED = range(2)
 """Groups of the discrete state."""
 GAINS, SHARES, PROBES = range(3)
 """Numeric parameters."""
 
-compiled_update = compile_cached(packed_update, parts=72)
+compiled_update = compile_cached(packed_update, SOURCES, "the control law", parts=72)
 
 
 class FlightComputer(LeafSystem):

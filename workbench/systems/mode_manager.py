@@ -2,8 +2,8 @@
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from workbench.systems.cascade import Guidance, Reference
-from workbench.systems.flight_mode import (
+from workbench.control.cascade import Guidance, Reference
+from workbench.control.flight_mode import (
     ModeState,
     Settings,
     Situation,
@@ -11,8 +11,8 @@ from workbench.systems.flight_mode import (
     next_state,
     with_walls,
 )
-from workbench.systems.mode import FlightMode
-from workbench.systems.obstacle_brake import WALLS
+from workbench.control.mode import FlightMode
+from workbench.control.obstacle_brake import WALLS
 
 
 class ModeManager(LeafSystem):

@@ -11,9 +11,9 @@ from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from workbench.control.obstacle_brake import WALLS
 from workbench.plant.reach import Reach
 from workbench.plant.worlds.world import GROUND, obstacle_of
-from workbench.systems.obstacle_brake import WALLS
 
 RANGE = 30.0
 """What is farther than this from the drone's middle is not looked for [m]."""

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from workbench.systems.cascade import Reference
-from workbench.systems.mode import FlightMode, Request
+from workbench.control.cascade import Reference
+from workbench.control.mode import FlightMode, Request
 
 AT_REST = Reference(*[0.0] * len(Reference._fields))
 """Asks for nothing, so that the flight mode holds the place."""

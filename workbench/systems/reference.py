@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.systems.cascade import Reference
+from workbench.control.cascade import Reference
 
 SIZE = len(Reference._fields)
 

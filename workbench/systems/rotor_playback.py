@@ -9,8 +9,8 @@ import numpy as np
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.errors import WorkbenchError
-from workbench.plain_files import read_plain
+from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain
 from workbench.plant.vehicle import Vehicle
 
 MOST_BYTES = 500_000_000

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.control.mode import FlightMode
 from workbench.link import drone_topics as topic
 from workbench.link.topics import Topic
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.vehicle import Vehicle
-from workbench.systems.mode import FlightMode
 
 Payload = tuple[int, bytes]
 Numbers = Sequence[float]

@@ -5,17 +5,17 @@ import math
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from workbench.common.compiled import compile_cached
+from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.air.settings import AirSettings
+from workbench.dynamics.air.update import EDDIES, push_at, wind_at
+from workbench.dynamics.rigid_body import rigid_body
+from workbench.dynamics.vehicle_step import ROW, given, rotor_rows, step_vehicle
 from workbench.plant.contact import Contact
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.worlds.world import EMPTY, World
-from workbench.systems.air.normals import COUNT, draw_normals
-from workbench.systems.air.settings import AirSettings
-from workbench.systems.air.update import EDDIES, push_at, wind_at
-from workbench.systems.compiled import compile_cached
-from workbench.systems.dynamics import ROW, given, rotor_rows, step_vehicle
 from workbench.systems.noise import noise_seed
-from workbench.systems.rigid_body import rigid_body
 
 BODY, MEMORY = range(2)
 """Groups of the discrete state."""
@@ -35,17 +35,17 @@ TURBULENCE, AREA, DENSITY = (
 )
 
 SOURCES = (
-    "air/drag.py",
-    "air/normals.py",
-    "air/turbulence.py",
-    "air/update.py",
-    "dynamics.py",
-    "rigid_body.py",
-    "rotor_response.py",
-    "vehicle_dynamics.py",
-    "../plant/gravity.py",
+    "dynamics/air/drag.py",
+    "dynamics/air/normals.py",
+    "dynamics/air/turbulence.py",
+    "dynamics/air/update.py",
+    "dynamics/vehicle_step.py",
+    "dynamics/rigid_body.py",
+    "dynamics/rotor_response.py",
+    "systems/vehicle_dynamics.py",
+    "plant/gravity.py",
 )
-"""The files that the compiled steps stand in."""
+"""The files that the compiled steps stand in, below `workbench/`."""
 
 
 def advance(time, commands, values, constants, state, memory):  # type: ignore[no-untyped-def]

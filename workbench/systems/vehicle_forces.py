@@ -7,10 +7,10 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from workbench.dynamics.rigid_body import rotation
+from workbench.dynamics.rotor_response import speed_slope
+from workbench.dynamics.vehicle_step import ANSWER, ROW, rotor_rows, vehicle_wrench
 from workbench.plant.description import Description
-from workbench.systems.dynamics import ANSWER, ROW, rotor_rows, vehicle_wrench
-from workbench.systems.rigid_body import rotation
-from workbench.systems.rotor_response import speed_slope
 
 DRAG = 0
 """Numeric parameter: drag area [m²] and density of the air [kg/m³]."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Square:
 
     @property
     def scenario(self) -> Any:
-        from workbench.scenario import Scenario
+        from workbench.scenario.scenario import Scenario
 
         return Scenario()
 

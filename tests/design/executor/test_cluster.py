@@ -12,7 +12,8 @@ import pytest
 from distributed import Client, LocalCluster
 from far_tasks import Losing, Reading, Square
 
-from workbench.cli import main
+from workbench.commands.cli import main
+from workbench.common.errors import WorkbenchError
 from workbench.design.executor import address as address_module
 from workbench.design.executor.address import ANSWER_WITHIN, check_scheduler
 from workbench.design.executor.cluster import DaskCluster
@@ -22,8 +23,7 @@ from workbench.design.executor.versions import check_versions, versions
 from workbench.design.regress.running import regress
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.sweep import sweep
-from workbench.errors import WorkbenchError
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 
 def fly(executor):

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from workbench.configured import read_configured, read_configured_world
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import models_dir
 from workbench.design.executor import shipment as shipment_module
 from workbench.design.executor.shipment import moved_below, shipment, with_absolute_paths
-from workbench.errors import WorkbenchError
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
-from workbench.resources import models_dir
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.configured import read_configured, read_configured_world
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 CUBE = "\n".join(
     ["mtllib cube.mtl", *(f"v {x} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)),

@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.operating_map import DIRECTIONS, find_direction, operating_map
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.errors import WorkbenchError
 from workbench.plant.variation import Variation
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 
 @pytest.fixture(scope="module")

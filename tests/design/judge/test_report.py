@@ -10,7 +10,7 @@ from workbench.design.judge.report import judge
 from workbench.design.judge.step_pair import linear_step, step_pair
 from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 
 @pytest.fixture(scope="module")

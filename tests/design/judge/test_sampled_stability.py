@@ -9,7 +9,7 @@ from workbench.design.judge.sampled_stability import HOVER, rate_sample, slowest
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import fly_step
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 FAST = {"kp_velocity_x": 20.5}
 """With this the border lies at a rate that steps are flown at in a moment."""

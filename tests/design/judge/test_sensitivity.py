@@ -4,12 +4,12 @@ import math
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.judge.carried_flight import STEP
 from workbench.design.judge.sensitivity import METRICS, step_sensitivity
 from workbench.design.step_metrics import NUMBERS
 from workbench.design.step_response import fly_step
-from workbench.errors import WorkbenchError
-from workbench.parameters import parameters_of
+from workbench.scenario.parameters import parameters_of
 
 DURATION = 1.0
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from workbench.control.cascade import Gains
+from workbench.control.loop_points import COUNT
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
-from workbench.systems.cascade import Gains
-from workbench.systems.loop_points import COUNT
 
 RATE = 50.0
 STEP = 2e-4

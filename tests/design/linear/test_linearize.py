@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.linear.linearize import linearize
-from workbench.errors import WorkbenchError
 
 
 def test_the_closed_loop_has_names_and_follows_what_is_asked():

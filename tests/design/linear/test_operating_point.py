@@ -1,7 +1,7 @@
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
-from workbench.errors import WorkbenchError
 
 
 @pytest.mark.parametrize(

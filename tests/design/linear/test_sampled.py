@@ -7,15 +7,15 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import parse_point
 from workbench.design.linear.study import LinearStudy
 from workbench.design.linear.trim import filtered_of, guidance_of, reference_of
 from workbench.design.step_response import fly_step
 from workbench.diagram.core import add_sampled_core
-from workbench.errors import WorkbenchError
 from workbench.plant.variation import Variation
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig
 from workbench.systems.vehicle_dynamics import BODY, LAST, MEMORY, SPEEDS, WIND
 
 

@@ -9,19 +9,19 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
 
-from workbench.configured import read_configured
+from workbench.control.cascade import Guidance
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.diagram.core import add_sampled_core
-from workbench.gain_rule import slowest_rotor
-from workbench.gains import vehicle_gains
+from workbench.gains.gains import vehicle_gains
+from workbench.gains.rule import slowest_rotor
 from workbench.plant.drag import drag_rates
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import body_state
 from workbench.plant.rotors import Rotor
-from workbench.scenario import Rates, Scenario
-from workbench.systems.cascade import Guidance
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import Rates, Scenario
 
 INERTIA = 6.5e-5
 """Of the shipped drone's propellers [kg·m²]."""

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import make_flight_core
-from workbench.errors import WorkbenchError
 from workbench.plant.gravity import GRAVITY
 
 RATE = 50.0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.regress.band import Curve
 from workbench.design.regress.baseline import (
     conditions_file,
@@ -13,7 +14,6 @@ from workbench.design.regress.baseline import (
     read_curves,
 )
 from workbench.design.regress.verdict import Comparison
-from workbench.errors import WorkbenchError
 
 TIME = np.arange(5) / 128
 

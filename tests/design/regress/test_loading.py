@@ -4,11 +4,11 @@ import math
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_spec, list_models, list_specs, specs_dir
 from workbench.design.regress.loading import load_spec
 from workbench.design.regress.spec import Limit, Tolerance
 from workbench.design.regress.spec_names import find_specs, part_names
-from workbench.errors import WorkbenchError
-from workbench.resources import find_spec, list_models, list_specs, specs_dir
 
 STEP = """\
 cases:

@@ -2,6 +2,8 @@
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_spec
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import parse_point
 from workbench.design.linear.study import LinearStudy
@@ -13,8 +15,6 @@ from workbench.design.regress.running import record, regress
 from workbench.design.reproduce import PAPER
 from workbench.design.reproduce import compare as beside_paper
 from workbench.design.step_response import fly_step
-from workbench.errors import WorkbenchError
-from workbench.resources import find_spec
 
 
 @pytest.fixture
@@ -199,8 +199,8 @@ def test_a_drone_on_its_back_is_lost_and_makes_no_baseline(spec):
 
 
 def test_a_broken_flight_says_when(spec, monkeypatch):
-    from workbench.errors import FlightBrokenError
-    from workbench.session import Session
+    from workbench.common.errors import FlightBrokenError
+    from workbench.session.session import Session
 
     def broken(self, progress=None):
         raise FlightBrokenError("the flight broke off after 0.500 s: out of numbers")

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.configured import read_configured
 from workbench.design.rollout import agreement as module
 from workbench.design.rollout.agreement import Trial, agreement, random_trials
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
-from workbench.scenario import Scenario, Start, VehicleConfig
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import Scenario, Start, VehicleConfig
 
 TESTS = Path(__file__).resolve().parents[2]
 DRONES, SHARED = TESTS / "drones", TESTS.parent / "../shared/models"

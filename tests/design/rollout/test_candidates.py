@@ -2,11 +2,11 @@ import numba
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
+from workbench.control.cascade import Gains
 from workbench.design.rollout.candidates import make_candidates
-from workbench.errors import WorkbenchError
-from workbench.parameters import defaults
-from workbench.systems.air.settings import AirSettings
-from workbench.systems.cascade import Gains
+from workbench.dynamics.air.settings import AirSettings
+from workbench.scenario.parameters import defaults
 
 OWN = defaults()
 STILL = np.zeros(4)

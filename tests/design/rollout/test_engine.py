@@ -5,16 +5,16 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
+from workbench.control.cascade import Gains
 from workbench.design.rollout.compiled_block import compiled_block, compiled_measures
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.metrics import rollout_metrics
 from workbench.design.rollout.schedule import make_schedule
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, fly_step
-from workbench.errors import WorkbenchError
 from workbench.plant.variation import Variation
-from workbench.scenario import Rates, Start
-from workbench.systems.cascade import Gains
+from workbench.scenario.scenario import Rates, Start
 
 FLIPS = {"kp_roll": 2500.0, "kd_roll": 0.0}
 NO_NUMBER = {"kp_roll": float("nan")}

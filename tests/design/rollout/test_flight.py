@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.configured import read_configured
+from workbench.control.cascade import Gains
 from workbench.design.rollout import compiled_block
 from workbench.design.rollout.candidates import Candidates
 from workbench.design.rollout.craft import Crafts
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.schedule import Schedule
 from workbench.design.step_response import EDGE, START_HEIGHT, fly_step
-from workbench.parameters import find_parameter
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
-from workbench.recording import Recording
-from workbench.scenario import Rates, Scenario, Start, VehicleConfig
-from workbench.session import Session
+from workbench.scenario.configured import read_configured
+from workbench.scenario.parameters import find_parameter
+from workbench.scenario.scenario import Rates, Scenario, Start, VehicleConfig
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 from workbench.systems import compiled
-from workbench.systems.cascade import Gains
 
 DURATION = 1.0
 CLOSE = 1e-9

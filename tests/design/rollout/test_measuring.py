@@ -5,9 +5,9 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
+from workbench.design.response_metrics import response_metrics
 from workbench.design.rollout.compiled_block import compiled_measures
 from workbench.design.rollout.measuring import NUMBERS
-from workbench.response_metrics import response_metrics
 
 TIME = np.arange(200) / 128.0
 

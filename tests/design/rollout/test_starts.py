@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from workbench.design.rollout.starts import start_state
-from workbench.scenario import Scenario, Start, VehicleConfig
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.session.session import Session
 
 TILTED = Path(__file__).resolve().parents[2] / "drones/tilted_quad.urdf.xacro"
 THROWN = Start(

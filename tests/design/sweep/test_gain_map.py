@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from workbench.configured import read_configured
+from workbench.common.errors import WorkbenchError
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.sweep.gain_map import gain_map
 from workbench.design.sweep.ranges import parse_range
-from workbench.errors import WorkbenchError
 from workbench.plant.loading import make_vehicle
-from workbench.scenario import VehicleConfig
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import VehicleConfig
 
 X, Y = parse_range("kp_pitch=100..400:3"), parse_range("kd_pitch=0..30:2")
 

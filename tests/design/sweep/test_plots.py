@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from matplotlib.collections import PatchCollection, QuadMesh
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.best import prove_best
 from workbench.design.sweep.plot_clouds import rank_correlation
 from workbench.design.sweep.plot_map import cell_edges
 from workbench.design.sweep.plot_marks import colour_limits
 from workbench.design.sweep.plot_sweep import plot_sweep
 from workbench.design.sweep.ranges import parse_range
-from workbench.errors import WorkbenchError
 
 NAN = float("nan")
 

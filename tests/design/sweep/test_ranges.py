@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.ranges import SweepRange, parse_range
-from workbench.errors import WorkbenchError
 
 
 def test_a_text_is_a_range(case):

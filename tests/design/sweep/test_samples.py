@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.ranges import parse_range
 from workbench.design.sweep.samples import sample
-from workbench.errors import WorkbenchError
 
 RANGES = [parse_range("kp_roll=100..400:4"), parse_range("kd_roll=1..100:3:log")]
 

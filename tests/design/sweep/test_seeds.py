@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.executor.in_process import InThisProcess
 from workbench.design.step_response import fly_step
 from workbench.design.sweep.best import prove_best, why_no_best
@@ -12,9 +13,8 @@ from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.ranges import parse_range
 from workbench.design.sweep.samples import sample
 from workbench.design.sweep.sweep import sweep
-from workbench.errors import WorkbenchError
-from workbench.scenario import Scenario
-from workbench.sensors_config import SensorsConfig
+from workbench.scenario.scenario import Scenario
+from workbench.scenario.sensors_config import SensorsConfig
 
 HERE = partial(fly_full, executor=InThisProcess())
 

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.step_response import fly_step
 from workbench.design.sweep import best as best_module
 from workbench.design.sweep.best import (
@@ -19,9 +20,8 @@ from workbench.design.sweep.full_flights import fly_full, fly_one, lost_at
 from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.metrics import FLOWN
 from workbench.design.sweep.sweep import sweep
-from workbench.errors import WorkbenchError
 from workbench.plant.variation import Variation
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 NAN = float("nan")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 NAN = float("nan")
 #        rise settle over under peak  at steady error use

@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.table_file import check_table_path, write_table
-from workbench.errors import WorkbenchError
 
 
 def test_csv_has_units_in_its_head_and_nothing_where_nothing_is_known(lost_table, tmp_path):

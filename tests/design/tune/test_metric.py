@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.tune.metric import METRICS, shown, si_value
-from workbench.errors import WorkbenchError
 
 
 def metric(name):

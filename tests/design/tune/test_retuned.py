@@ -9,7 +9,7 @@ from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.tune.retuned import TERMS, RetunedModels
 from workbench.plant.variation import Variation
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 DRONES = Path(__file__).parents[2] / "drones"
 VARIATION = Variation(mass=0.8, inertia=1.3, rotor_lag=1.5)

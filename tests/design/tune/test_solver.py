@@ -11,7 +11,7 @@ from workbench.design.tune.proof import Proof
 from workbench.design.tune.solver import Solver
 from workbench.design.tune.wish import parse_wish
 from workbench.design.tune.wish_file import Wishes
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 PALM = str(Path(__file__).parents[2] / "drones" / "palm_quad.urdf.xacro")
 LAG_ONLY = Robustness(mass=0.0, inertia=0.0, margin_share=1.0)

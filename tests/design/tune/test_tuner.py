@@ -8,6 +8,7 @@ import control
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import fly_step
 from workbench.design.tune.case import NOMINAL, Robustness
@@ -16,12 +17,11 @@ from workbench.design.tune.report import report_html
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.wish import merged, parse_wish
 from workbench.design.tune.wish_file import Wishes
-from workbench.errors import WorkbenchError
-from workbench.gain_rule import rule_gains
-from workbench.parameters import find_parameter
+from workbench.gains.rule import rule_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.parameters import find_parameter
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 PALM = str(Path(__file__).parents[2] / "drones" / "palm_quad.urdf.xacro")
 SURE = Robustness(mass=0.0, inertia=0.0, rotor_lag=0.0)

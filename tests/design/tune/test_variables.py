@@ -6,7 +6,7 @@ import pytest
 from workbench.design.tune.twins import mirrored, symmetric
 from workbench.design.tune.variables import Variables, variables_for
 from workbench.design.tune.wish import parse_wish
-from workbench.parameters import defaults, find_parameter
+from workbench.scenario.parameters import defaults, find_parameter
 
 
 def test_an_axis_answers_through_its_loops():

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.tune.wish import merged, parse_wish
-from workbench.errors import WorkbenchError
 
 
 def test_a_text_becomes_a_bound(case):

@@ -2,8 +2,8 @@
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.tune.wish_file import Wishes, load_wishes
-from workbench.errors import WorkbenchError
 
 TEXT = """\
 wishes:

@@ -9,7 +9,7 @@ from PyQt6.QtGui import QGuiApplication, QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.chart_menu import make_menu
 from workbench.gui.charts.curve_style import COMMAND, CurveStyle
 from workbench.gui.charts.strip_chart import StripChart

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import pytest
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analyst.replies import Judged, Ranges
+from workbench.analysis.replies import Judged, Ranges
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import PARAMETERS, Outfit, drone_topics
 from workbench.live.view import LiveView
-from workbench.parameters import PARAMETERS as ROWS
+from workbench.scenario.parameters import PARAMETERS as ROWS
 
 TOPICS = drone_topics(Outfit(rotors=4, fast=128.0, slow=16.0))
 PARAMETERS_TOPIC = next(topic for topic in TOPICS if topic.id == PARAMETERS)

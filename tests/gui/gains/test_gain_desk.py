@@ -2,9 +2,9 @@
 
 import pytest
 
-from workbench.analyst.questions import FindRanges, Judge
-from workbench.analyst.replies import Judged
-from workbench.errors import WorkbenchError
+from workbench.analysis.questions import FindRanges, Judge
+from workbench.analysis.replies import Judged
+from workbench.common.errors import WorkbenchError
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_state import Mark
 

@@ -6,7 +6,7 @@ from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QAbstractSpinBox, QLineEdit
 
 from workbench.gui.gains.gain_panel import GainPanel
-from workbench.parameters import parameters_of
+from workbench.scenario.parameters import parameters_of
 
 NAME = "kp_velocity_x"
 LEFT = Qt.MouseButton.LeftButton

@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.gui.gains.gain_scale import GainScale, decimals, rounded
-from workbench.parameters import PARAMETERS, find_parameter
+from workbench.scenario.parameters import PARAMETERS, find_parameter
 
 
 def test_every_row_rises_from_end_to_end_and_comes_back(case):

@@ -4,11 +4,11 @@ import pytest
 from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 
-from workbench.analyst.replies import Ranges
+from workbench.analysis.replies import Ranges
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.live.choice import Choice
-from workbench.scenario import Action, Gust, Scenario
+from workbench.scenario.scenario import Action, Gust, Scenario
 
 NAME = "kp_velocity_x"
 SECONDS = 60000

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import pytest
 
+from workbench.control.mode import FlightMode
 from workbench.gui.instruments.rotor_bars import RotorState
 from workbench.gui.instruments.sign import Sign
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase
 from workbench.live.view import LiveView
-from workbench.snapshot import Clearance
-from workbench.systems.mode import FlightMode
+from workbench.session.snapshot import Clearance
 
 MINUS = "\N{MINUS SIGN}"
 

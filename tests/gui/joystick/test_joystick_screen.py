@@ -8,6 +8,7 @@ from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QLineEdit, QMainWindow, QPushButton, QVBoxLayout, QWidget
 
+from workbench.control.mode import FlightMode
 from workbench.gui.joystick.game_pad import PadButton, PadReading
 from workbench.gui.joystick.gate import CENTRE, NO_FLIGHT, ON_THE_GROUND, PAUSED
 from workbench.gui.joystick.joystick_screen import JoystickScreen
@@ -20,7 +21,6 @@ from workbench.link.backplane import Hand
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
-from workbench.systems.mode import FlightMode
 
 LONG = 30_000
 """Limit of a wait [ms]; nothing here takes so long."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from workbench.control.mode import FlightMode
 from workbench.gui.joystick.courier import Courier
 from workbench.gui.joystick.flight_limits import FlightLimits
 from workbench.gui.joystick.gate import CENTRE, LANDING, ON_THE_GROUND, PAUSED, Gate, barrier
@@ -15,7 +16,6 @@ from workbench.gui.joystick.sticks import MIDDLE, Stick, Sticks, within_circle
 from workbench.link.backplane import Hand
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.systems.mode import FlightMode
 
 STRAIGHT = Handling(8.0, 0.4, StickCurve())
 

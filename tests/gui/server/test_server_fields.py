@@ -7,7 +7,7 @@ import subprocess
 import pytest
 from PyQt6.QtCore import QSettings
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.server.connect_line import connect_line, fingerprint, reachable_address
 from workbench.gui.server.fields import (
     ServerFields,

@@ -8,7 +8,7 @@ from PyQt6.QtCore import QSettings, Qt
 from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.preferences import Preferences
 from workbench.gui.server.server_screen import ServerScreen
 from workbench.gui.server.server_state import Running

@@ -13,8 +13,8 @@ from workbench.gui.settings.last_setup import last_setup
 from workbench.gui.settings.limit_rows import LIMITS
 from workbench.gui.settings.preference_rows import PreferenceRow
 from workbench.gui.settings.settings_screen import SettingsScreen
-from workbench.parameters import find_parameter
-from workbench.scenario import Rates, Scenario, SensorsConfig, load_scenario
+from workbench.scenario.parameters import find_parameter
+from workbench.scenario.scenario import Rates, Scenario, SensorsConfig, load_scenario
 
 
 class FakeLive:

@@ -7,6 +7,7 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QMainWindow
 
+from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS, make_actions
 from workbench.gui.flight_desk import FlightDesk, possible
 from workbench.gui.icons import icon_names
@@ -20,8 +21,7 @@ from workbench.link.backplane import ControlState, Hand, PeerStatus, Role, Serve
 from workbench.live.messages import Pace, Phase
 from workbench.live.network_orders import NetworkView
 from workbench.live.view import LiveView
-from workbench.snapshot import Clearance
-from workbench.systems.mode import FlightMode
+from workbench.session.snapshot import Clearance
 
 
 @pytest.fixture

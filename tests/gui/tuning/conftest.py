@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from workbench.analyst.replies import Judged, JudgedLoop, Predicted, StepNumbers
+from workbench.analysis.replies import Judged, JudgedLoop, Predicted, StepNumbers
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_desk import GainDesk

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 
-from workbench.analyst.questions import Tune
-from workbench.analyst.replies import Searched, Tuned, TunedStep, Wished
+from workbench.analysis.questions import Tune
+from workbench.analysis.replies import Searched, Tuned, TunedStep, Wished
 from workbench.gui.tuning.autotune_card import DEFAULT, AutoTuneCard
 from workbench.gui.tuning.table_rows import State
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 
-from workbench.excitation import Excitation, Exciting, Shape
+from workbench.control.mode import FlightMode
 from workbench.gui.tuning.command_line import command_line
 from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import load_choice
-from workbench.systems.mode import FlightMode
+from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 import pytest
 
-from workbench.analyst.questions import FindRanges, Judge
+from workbench.analysis.questions import FindRanges, Judge
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.judgement import _answers
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 
-from workbench.analyst.questions import Fork, Step
-from workbench.analyst.replies import Forked
-from workbench.branches import FlownBranch
+from workbench.analysis.questions import Fork, Step
+from workbench.analysis.replies import Forked
+from workbench.design.branches import FlownBranch
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.ghost import NAME, Ghost
 

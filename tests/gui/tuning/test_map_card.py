@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import QPointF, Qt
 
-from workbench.analyst.questions import DrawMap, Step
-from workbench.analyst.replies import Mapped
+from workbench.analysis.questions import DrawMap, Step
+from workbench.analysis.replies import Mapped
 from workbench.gui.tuning.map_card import MapCard
 
 STEP = Step("x", 1.0, 2.0)

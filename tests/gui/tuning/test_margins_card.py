@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 
-from workbench.analyst.questions import Judge
+from workbench.analysis.questions import Judge
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS
 from workbench.gui.tuning.limits import Limits

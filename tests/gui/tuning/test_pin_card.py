@@ -4,8 +4,8 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 
-from workbench.analyst.questions import Pin, Step
-from workbench.analyst.replies import Pinned
+from workbench.analysis.questions import Pin, Step
+from workbench.analysis.replies import Pinned
 from workbench.gui.tuning.pin_card import PinCard
 from workbench.gui.tuning.pin_text import name_fault, regress_command, spec_path
 

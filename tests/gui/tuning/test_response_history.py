@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from workbench.excitation import Excitation, Exciting, Shape
 from workbench.gui.tuning.response_history import GHOSTS, ResponseHistory, Round
 from workbench.gui.tuning.trace import Trace
+from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 STEP = Excitation("x", Shape.STEP, 1.0, 1.0, repeats=True)
 GAINS = {"kp_pitch": 225.0}

@@ -6,12 +6,12 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
-from workbench.analyst.questions import Judge, Predict, Step
-from workbench.excitation import Excitation, Exciting, Shape
+from workbench.analysis.questions import Judge, Predict, Step
 from workbench.gui.tuning.response_plot import ASKED, FLOWN, FUTURE, PREDICTED
 from workbench.gui.tuning.table_rows import State
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.live.choice import Choice
+from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 WIDE, NARROW = (1190, 600), (760, 600)
 

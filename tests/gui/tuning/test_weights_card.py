@@ -1,7 +1,7 @@
 import pytest
 
-from workbench.analyst.questions import Step, Weigh
-from workbench.analyst.replies import Weighed, Weight
+from workbench.analysis.questions import Step, Weigh
+from workbench.analysis.replies import Weighed, Weight
 from workbench.gui.tuning.limit_table import find_limit
 from workbench.gui.tuning.weight_bars import strongest, weight_text
 from workbench.gui.tuning.weights_card import WeightsCard

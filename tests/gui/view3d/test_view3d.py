@@ -10,7 +10,7 @@ from PyQt6.QtGui import QColor, QDesktopServices, QPainter
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.actions import make_actions
 from workbench.gui.view3d import view3d_panel, web_engine
 from workbench.gui.view3d.view3d_panel import (

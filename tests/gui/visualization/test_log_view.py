@@ -9,14 +9,14 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtTest import QTest
 
-from workbench.errors import WorkbenchError
-from workbench.flight_log.flight_log import FlightLog
+from workbench.common.errors import WorkbenchError
 from workbench.gui.visualization.log_bar import LogBar
 from workbench.gui.visualization.log_clock import LogClock
 from workbench.gui.visualization.log_names import live_name, si_unit
 from workbench.gui.visualization.log_source import LogSource
 from workbench.gui.visualization.log_worker import contents_of
 from workbench.link.backplane import Sampled
+from workbench.logs.flight_log import FlightLog
 
 LIMIT = 60_000
 """For a process to start and read [ms]."""

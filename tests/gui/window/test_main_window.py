@@ -6,10 +6,10 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QFileDialog, QLineEdit
 
+from workbench.control.mode import FlightMode
 from workbench.gui.help_pages import KeysPage
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
-from workbench.systems.mode import FlightMode
 
 FLYING = 60_000
 """Longest wait for a flight to begin [ms]."""

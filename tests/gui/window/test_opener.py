@@ -4,10 +4,10 @@ import pytest
 from PyQt6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PyQt6.QtGui import QDropEvent
 
+from workbench.common.resources import find_scenario
 from workbench.gui.opening import FileKind
 from workbench.live.choice import Choice
-from workbench.resources import find_scenario
-from workbench.scenario import Scenario, SensorsConfig
+from workbench.scenario.scenario import Scenario, SensorsConfig
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from workbench.common.resources import find_scenario
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.resources import find_scenario
-from workbench.scenario import load_scenario
+from workbench.scenario.scenario import load_scenario
 
 pytestmark = pytest.mark.slow
 

@@ -1,6 +1,6 @@
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.server.config import ServerConfig, is_loopback
 
 

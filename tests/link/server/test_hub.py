@@ -28,7 +28,7 @@ from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
 from workbench.link.server.bucket import OPERATION_BURST, OPERATIONS
 from workbench.link.server.hub import TURN
 from workbench.link.wire import LARGEST_OPERATION, Flag, Kind
-from workbench.parameters import PARAMETERS
+from workbench.scenario.parameters import PARAMETERS
 
 HELD = ControlState(Hand.CLIENT, 3, "phone", Stage.LIVE, 0.1, "it asked")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf import read_sdf
 from workbench.plant.formats.sdf_node import LONGEST_NAME
 from workbench.plant.packages import PackageFinder

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats import sdf_values
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.xml import Element

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf import read_sdf
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remark, Remarks

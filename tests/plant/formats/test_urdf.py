@@ -5,7 +5,7 @@ import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.urdf import read_urdf
 from workbench.plant.formats.xml import read_xml
 from workbench.plant.packages import PackageFinder

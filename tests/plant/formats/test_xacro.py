@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats import xacro as ours
 from workbench.plant.formats.xacro import expand_xacro
 from workbench.plant.packages import PackageFinder

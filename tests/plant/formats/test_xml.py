@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats import xml
 from workbench.plant.formats.xml import parse_xml, place, read_xml
 

@@ -12,7 +12,7 @@ import trimesh
 from PIL import Image
 from pydrake.geometry import Convex
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.meshes import child, gltf, reading
 from workbench.plant.meshes.child import convert, convert_all
 from workbench.plant.meshes.job import MeshJob, is_sealed

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.meshes import collada
 from workbench.plant.meshes.collada import read_collada
 from workbench.plant.meshes.reading import Beside

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Convex
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.limited import LimitedError
 from workbench.plant.meshes import convert as meshes
 from workbench.plant.meshes.convert import MeshUse, collision_mesh, convert, visual_mesh

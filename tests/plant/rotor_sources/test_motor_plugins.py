@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.motor_plugins import read_motor_plugins
 from workbench.plant.rotors import Rotor

@@ -5,7 +5,7 @@ import math
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.mount import body_pose, mount_on_joint
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.model import Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.pybullet import is_pybullet, read_pybullet

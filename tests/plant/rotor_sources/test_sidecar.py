@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.sidecar import read_sidecar
 from workbench.plant.rotor_sources.sidecar_file import find_sidecar

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.velocity_plugin import is_velocity_plugin, read_velocity_plugin
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.worlds.reading import read_world
 
 BOX_SDF = """<sdf version="1.9"><model name="box"><link name="base_link">{}</link></model></sdf>"""

@@ -21,11 +21,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
+from workbench.common.resources import find_world, list_worlds, worlds_dir
 from workbench.plant.multibody import add_plant
 from workbench.plant.worlds.placing import MOST_BESIDE_THE_GROUND
 from workbench.plant.worlds.reading import read_world
 from workbench.plant.worlds.world import EMPTY, obstacle_of
-from workbench.resources import find_world, list_worlds, worlds_dir
 
 STEP = 1 / 1024
 
@@ -121,7 +121,7 @@ from pydrake.systems.analysis import Simulator
 from workbench.plant.description import read_description
 from workbench.plant.multibody import add_plant
 from workbench.plant.worlds.reading import read_world
-from workbench.resources import find_model
+from workbench.common.resources import find_model
 world = read_world({world!r})
 builder = DiagramBuilder()
 plant, _ = add_plant(builder, read_description(find_model("dh_drone")), time_step=1/1024,

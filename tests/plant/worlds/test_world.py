@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.shapes import Sphere
 from workbench.plant.worlds.geometry import solid
 from workbench.plant.worlds.world import (

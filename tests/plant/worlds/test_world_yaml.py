@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Box, Capsule, Cylinder, Rgba, Sphere
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.home import Home
 from workbench.plant.worlds.reading import read_world
 

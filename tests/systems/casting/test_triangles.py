@@ -6,7 +6,7 @@ import trimesh
 from pydrake.common import MemoryFile
 from pydrake.geometry import Convex, InMemoryMesh, Mesh, ReadObjToTriangleSurfaceMesh
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.systems.casting.triangles import mesh_triangles
 
 SCALES = [(1.0, 1.0, 1.0), (2.0, 0.5, -1.5)]

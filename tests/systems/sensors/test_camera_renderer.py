@@ -11,7 +11,7 @@ from pydrake.multibody.tree import RigidBody, SpatialInertia, UnitInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera
 from workbench.systems.sensors.depth_camera import add_depth_camera
 from workbench.systems.sensors.readings import DepthImage

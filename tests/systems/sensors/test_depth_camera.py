@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageDepth32F, ImageRgba8U
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera, Noise
 from workbench.systems.sensors.depth_camera import DepthCameraSystem
 from workbench.systems.sensors.faults import Fault

@@ -20,7 +20,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import Lidar as LidarRecord
 from workbench.plant.sensors import Noise, ScanAxis
 from workbench.systems.casting.caster import Caster

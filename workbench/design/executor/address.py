@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 from urllib.parse import urlsplit
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 ANSWER_WITHIN = 2.0
 """Time for a connection to be made, and once more for a scheduler to say that it is one [s]."""

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import Any, Self
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.executor.address import check_scheduler
 from workbench.design.executor.executor import Result, Stop, Task
 from workbench.design.executor.remote import passed_on, run_there
 from workbench.design.executor.shipment import shipment, with_absolute_paths
 from workbench.design.executor.versions import INSTALL, Versions, check_versions, versions
-from workbench.errors import WorkbenchError
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 ASK = 0.05
 """Time between two looks for results, and questions whether to stop [s]."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol, Self, TypeVar
 
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)

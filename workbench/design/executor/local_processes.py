@@ -16,8 +16,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.queues import SimpleQueue
 from typing import Any
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.executor.executor import Result, Stop, Task
-from workbench.errors import WorkbenchError
 
 MOST_LOST = 3
 """So often processes may be ended from outside before the work is given up."""

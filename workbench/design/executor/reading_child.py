@@ -15,9 +15,9 @@ import pydrake
 from pydrake.common.yaml import yaml_load_typed
 from pydrake.geometry import Convex, Mesh
 
-from workbench.cache import cache_folder
-from workbench.configured import read_configured, read_configured_world
-from workbench.gains import flight_gains
+from workbench.common.cache import cache_folder
+from workbench.common.resources import find_model, models_dir
+from workbench.gains.gains import flight_gains
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.xacro import is_xacro
 from workbench.plant.formats.xacro_child import expand
@@ -27,8 +27,8 @@ from workbench.plant.loading import make_vehicle
 from workbench.plant.meshes.side_files import side_files
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.world import World
-from workbench.resources import find_model, models_dir
-from workbench.scenario import Scenario, VehicleConfig
+from workbench.scenario.configured import read_configured, read_configured_world
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 _SYSTEM = ("/dev", "/etc", "/proc", "/run", "/sys")
 _CODE = (".py", ".pyc", ".so")

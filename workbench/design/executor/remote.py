@@ -7,8 +7,8 @@ and files are bytes to it.
 import pickle
 from typing import Any
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.executor.versions import Versions, check_versions, versions
-from workbench.errors import WorkbenchError
 
 
 def run_there(task: bytes, files: bytes | None, here: Versions) -> Any:

@@ -17,11 +17,11 @@ from pathlib import Path
 
 from pydrake.common.yaml import yaml_dump_typed
 
-from workbench.cache import cache_folder
-from workbench.errors import WorkbenchError
+from workbench.common.cache import cache_folder
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_file, find_model, find_world, list_models, list_worlds
 from workbench.plant.limited import LimitedError, run_limited
-from workbench.resources import find_file, find_model, find_world, list_models, list_worlds
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 MOST_BYTES = 200_000_000
 """Of all files of a scenario."""

@@ -7,8 +7,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
 
-from workbench.errors import WorkbenchError
-from workbench.resources import models_dir
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import models_dir
 
 INSTALL = "install there what is installed here, with one constraints.txt for all"
 

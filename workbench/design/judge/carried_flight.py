@@ -14,19 +14,19 @@ from pydrake.autodiffutils import (
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator_
 from pydrake.systems.framework import Diagram
 
-from workbench.configured import read_configured
+from workbench.common.errors import WorkbenchError
+from workbench.control.cascade import Gains, Guidance, Reference
 from workbench.design.judge.hermite import Curve
 from workbench.design.step_response import AXES, START_HEIGHT
 from workbench.diagram.core import make_flight_core, parameter_values
-from workbench.errors import WorkbenchError
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario
-from workbench.systems.cascade import Gains, Guidance, Reference
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import Scenario
 
 STEP = 1 / 128
 """Of the integrator, Runge-Kutta of third order, and between the samples of the curves [s]."""

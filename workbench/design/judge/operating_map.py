@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError, find_row
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.modes import least_damping, modes
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.errors import WorkbenchError, find_row
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.gravity import GRAVITY
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 COUNT = 9
 """Values along each direction, if not said otherwise."""

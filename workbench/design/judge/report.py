@@ -11,8 +11,8 @@ from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.gains import flight_gains
-from workbench.scenario import Scenario
+from workbench.gains.gains import flight_gains
+from workbench.scenario.scenario import Scenario
 
 STEP_DURATION = 5.0
 """Flown after a step's command [s]."""

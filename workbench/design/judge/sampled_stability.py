@@ -17,8 +17,8 @@ from workbench.design.judge.loop_response import (
 from workbench.design.judge.modes import natural_poles
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.gains import flight_gains
-from workbench.scenario import SLOWEST, Scenario
+from workbench.gains.gains import flight_gains
+from workbench.scenario.scenario import SLOWEST, Scenario
 
 SAFE_PHASE = math.radians(30.0)
 """A rate is called safe at which every loop keeps this phase margin [rad]."""

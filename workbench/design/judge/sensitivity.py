@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.judge.carried_flight import CarriedFlight, fly_carried
 from workbench.design.judge.hermite import Carried, Curve
 from workbench.design.step_metrics import NUMBERS
 from workbench.design.step_response import AXES, LEAST_DURATION
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 METRICS = (*NUMBERS, "peak_rotor_use")
 SETTLED = 0.02

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.common.errors import FlightBrokenError
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.linear.model import LinearModel
 from workbench.design.lost import find_loss
 from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import fly_step
-from workbench.errors import FlightBrokenError
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
 """Axis and amplitude, [m/s] and [rad/s]: the paper's."""

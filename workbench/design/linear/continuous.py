@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Diagram
 
+from workbench.control.loop_points import CLOSED, COUNT, INJECTIONS
 from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
 from workbench.design.linear.autodiff import constants, gradient
 from workbench.design.linear.derivatives import DRAG, HELD, HOLD_X, REFERENCE, STATE
@@ -20,7 +21,6 @@ from workbench.design.linear.names import (
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import parameter_values
 from workbench.systems.controller import GAINS, PROBES
-from workbench.systems.loop_points import CLOSED, COUNT, INJECTIONS
 
 
 class ContinuousDerivatives:

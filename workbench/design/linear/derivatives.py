@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
+from workbench.control.cascade import SPIN_UP, Gains, Guidance
+from workbench.control.flight_law import control_update, law_constants
+from workbench.control.loop_points import CLOSED, COUNT, INJECTIONS, SIGNALS
 from workbench.design.linear.attitude import reduced, state_seeds
 from workbench.design.linear.autodiff import gradient, whole
 from workbench.design.linear.last_call import LastCall
 from workbench.diagram.core import parameter_values
+from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
+from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle, vehicle_wrench
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.cascade import SPIN_UP, Gains, Guidance
-from workbench.systems.dynamics import rotor_rows, step_vehicle, vehicle_wrench
-from workbench.systems.flight_law import control_update, law_constants
-from workbench.systems.loop_points import CLOSED, COUNT, INJECTIONS, SIGNALS
-from workbench.systems.rigid_body import accelerations, into_body, rigid_body, rotation
 
 STATE = 12
 """Angles, place, angular velocity and velocity, all in W."""

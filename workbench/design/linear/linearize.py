@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.linear.loops import CUTS, LOOPS, find_loop
 from workbench.design.linear.minimal import minimal_realisation
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.study import HOVER, LinearStudy
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 CLOSED, VEHICLE = "closed", "vehicle"
 WHAT = (CLOSED, VEHICLE, *(loop.name for loop in LOOPS))

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from workbench.errors import find_row, unknown_name
-from workbench.systems.loop_points import POINTS
+from workbench.common.errors import find_row, unknown_name
+from workbench.control.loop_points import POINTS
 
 
 @dataclass(frozen=True)

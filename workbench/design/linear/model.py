@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.errors import WorkbenchError, unknown_name
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Names and units of the signals of linear models."""
 
+from workbench.control.loop_points import POINTS
 from workbench.design.linear.model import Signal
-from workbench.systems.loop_points import POINTS
 
 _UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 

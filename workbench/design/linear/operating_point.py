@@ -4,7 +4,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 
 HOVER = "hover"
 _KEYS = {

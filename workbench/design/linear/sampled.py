@@ -7,6 +7,8 @@ derivatives of the update and of each step along the trimmed flight.
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
+from workbench.control.loop_points import COUNT
 from workbench.design.linear.attitude import heading_turn
 from workbench.design.linear.derivatives import (
     FILTERED,
@@ -28,10 +30,8 @@ from workbench.design.linear.names import (
     references,
 )
 from workbench.design.linear.trim import filtered_of, guidance_of, reference_of
-from workbench.errors import WorkbenchError
 from workbench.plant.variation import Delays
-from workbench.scenario import Rates
-from workbench.systems.loop_points import COUNT
+from workbench.scenario.scenario import Rates
 
 SAME = 1e-12
 """Attitudes and rates closer than this have the same derivatives of a step."""

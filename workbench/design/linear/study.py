@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from functools import cached_property
 
-from workbench.configured import read_configured
+from workbench.common.errors import sentences
 from workbench.design.linear.bare_vehicle import VehicleDerivatives
 from workbench.design.linear.continuous import ContinuousDerivatives
 from workbench.design.linear.derivatives import Derivatives
@@ -12,13 +12,13 @@ from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.sampled import sampled_model
 from workbench.design.linear.trim import find_trim
 from workbench.diagram.core import make_flight_core, make_vehicle_core
-from workbench.errors import sentences
-from workbench.gains import flight_gains
-from workbench.parameters import checked
+from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import varied
-from workbench.scenario import Scenario, check_scenario
+from workbench.scenario.configured import read_configured
+from workbench.scenario.parameters import checked
+from workbench.scenario.scenario import Scenario, check_scenario
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
 
 HOVER = OperatingPoint()

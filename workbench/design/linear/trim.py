@@ -5,14 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.math import RollPitchYaw
 
+from workbench.common.errors import WorkbenchError
+from workbench.control.cascade import Guidance, Reference
 from workbench.design.linear.attitude import angle_seeds
 from workbench.design.linear.derivatives import FILTERED, REFERENCE, STATE, Derivatives
 from workbench.design.linear.model import Trim
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.errors import WorkbenchError
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.systems.cascade import Guidance, Reference
 
 HEIGHT = 10.0
 """Where it is done: far from the ground, and from any ceiling but a low one [m]."""

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.regress.band import Curve
 from workbench.design.regress.spec_names import slug, spec_name
 from workbench.design.regress.verdict import Comparison
-from workbench.errors import WorkbenchError
 
 _TIME = "t [s]"
 

@@ -4,14 +4,14 @@ import dataclasses
 import math
 import re
 
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.yaml_files import Keys, YamlFile
 from workbench.design.regress.metrics import HOVER, Need, find_metric
 from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
 from workbench.design.regress.spec import Case, Limit, Tolerance
 from workbench.design.step_response import AXES, DURATIONS, LEAST_DURATION, MOST_DURATION
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.parameters import checked
-from workbench.scenario import Scenario, Start, check_scenario
-from workbench.yaml_files import Keys, YamlFile
+from workbench.scenario.parameters import checked
+from workbench.scenario.scenario import Scenario, Start, check_scenario
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.+-]*")
 

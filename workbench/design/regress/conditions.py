@@ -5,10 +5,10 @@ import math
 from collections.abc import Mapping
 
 from workbench.design.regress.verdict import Difference
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario
-from workbench.vehicle_parameters import vehicle_parameters
+from workbench.scenario.scenario import Scenario
+from workbench.scenario.vehicle_parameters import vehicle_parameters
 
 SAME, TINY = 1e-6, 1e-12
 """Largest difference, relative and absolute, between values that count as the same."""

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from workbench.common.errors import FlightBrokenError
 from workbench.design.lost import find_loss
 from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
 from workbench.design.regress.spec import Case, Spec
+from workbench.design.response_metrics import ResponseMetrics, response_metrics, why_withheld
 from workbench.design.step_response import EDGE, START_HEIGHT, step_scenario
-from workbench.errors import FlightBrokenError
-from workbench.recording import Recording
-from workbench.response_metrics import ResponseMetrics, response_metrics, why_withheld
-from workbench.scenario import Scenario, Start
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario, Start
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 
 
 @dataclass(frozen=True)

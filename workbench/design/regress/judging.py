@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from workbench.configured import read_configured
 from workbench.design.regress.band import Curve, band
 from workbench.design.regress.baseline import (
     conditions_file,
@@ -24,7 +23,8 @@ from workbench.design.regress.spec import Case, Spec
 from workbench.design.regress.spec_names import MARGINS, find_part, spec_title
 from workbench.design.regress.verdict import CaseResult, Check, Comparison
 from workbench.plant.loading import make_vehicle
-from workbench.scenario import Scenario
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)

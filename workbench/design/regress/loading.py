@@ -8,12 +8,12 @@ from typing import Any
 import yaml
 from pydrake.common.yaml import yaml_load_typed
 
+from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import YamlFile, check_schema, read_yaml, with_numbers
 from workbench.design.regress.case_check import check_case
 from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, slug
-from workbench.errors import WorkbenchError
-from workbench.scenario import Scenario, check_scenario, find_files, find_scenario_world
-from workbench.yaml_files import YamlFile, check_schema, read_yaml, with_numbers
+from workbench.scenario.scenario import Scenario, check_scenario, find_files, find_scenario_world
 
 
 def load_spec(path: Path | str) -> Spec:

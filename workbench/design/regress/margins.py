@@ -3,6 +3,8 @@
 import dataclasses
 from collections.abc import Mapping
 
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.yaml_files import YamlFile, read_yaml
 from workbench.design.judge.margins import LoopMargins, loop_margins
 from workbench.design.linear.loops import find_loop
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
@@ -10,10 +12,8 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.regress.case_check import check_limit
 from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.verdict import Check
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.gains import flight_gains
-from workbench.scenario import Scenario
-from workbench.yaml_files import YamlFile, read_yaml
+from workbench.gains.gains import flight_gains
+from workbench.scenario.scenario import Scenario
 
 MARGINS = tuple(
     margin.name for margin in dataclasses.fields(LoopMargins) if margin.name != "stable"

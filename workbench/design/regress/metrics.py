@@ -8,13 +8,13 @@ from functools import partial
 
 import numpy as np
 
+from workbench.common.errors import find_row
 from workbench.design.regress.flight import Flight
 from workbench.design.regress.signals import find_signal
 from workbench.design.reproduce import mean_until
+from workbench.design.response_metrics import AT_THE_END, FROM_REST
 from workbench.design.step_metrics import crossing_time
 from workbench.design.step_response import axis_force, coupling
-from workbench.errors import find_row
-from workbench.response_metrics import AT_THE_END, FROM_REST
 
 HOVER = 0.5
 """What is measured before the edge is a mean over so long [s]."""

@@ -14,7 +14,7 @@ from workbench.design.regress.judging import Job, Measured, baseline_files, comp
 from workbench.design.regress.loading import load_spec
 from workbench.design.regress.spec_names import MARGINS
 from workbench.design.regress.verdict import CaseResult
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 Progress = Callable[[float], None]
 

@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError, find_row
 from workbench.design.step_response import unwrapped_yaw
-from workbench.errors import WorkbenchError, find_row
-from workbench.parameters import MOST_ROTORS
-from workbench.recording import Recording
+from workbench.scenario.parameters import MOST_ROTORS
+from workbench.session.recording import Recording
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from workbench.scenario import Action, Rates, Start, VehicleConfig
-from workbench.sensors_config import SensorsConfig
+from workbench.scenario.scenario import Action, Rates, Start, VehicleConfig
+from workbench.scenario.sensors_config import SensorsConfig
 
 
 @dataclass

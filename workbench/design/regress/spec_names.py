@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.resources import existing, find_spec, list_specs, specs_dir
-from workbench.yaml_files import read_yaml
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.resources import existing, find_spec, list_specs, specs_dir
+from workbench.common.yaml_files import read_yaml
 
 SUFFIX = ".spec.yaml"
 """How the name of a spec ends."""

@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.common.errors import FlightBrokenError
+from workbench.control.cascade import Gains
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.starts import start_state
-from workbench.errors import FlightBrokenError
-from workbench.gains import flight_gains
-from workbench.parameters import find_parameter
+from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario, Start
-from workbench.session import Session
-from workbench.systems.cascade import Gains
+from workbench.scenario.parameters import find_parameter
+from workbench.scenario.scenario import Scenario, Start
+from workbench.session.session import Session
 
 HEIGHT = 50.0
 """At which trials begin, with the ceiling far above: nothing ends them early [m]."""

@@ -42,12 +42,12 @@ from workbench.design.rollout.rows import (
     take22,
 )
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
-from workbench.systems.air.drag import body_drag, with_rotor_drag
-from workbench.systems.air.normals import COUNT, draw_normals
-from workbench.systems.air.update import push_at, wind_at
-from workbench.systems.dynamics import ANSWER, whole_wrench, with_thrust
-from workbench.systems.rigid_body import accelerations, into_body, middle, moved
-from workbench.systems.rotor_response import step_rotor, within
+from workbench.dynamics.air.drag import body_drag, with_rotor_drag
+from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.air.update import push_at, wind_at
+from workbench.dynamics.rigid_body import accelerations, into_body, middle, moved
+from workbench.dynamics.rotor_response import step_rotor, within
+from workbench.dynamics.vehicle_step import ANSWER, whole_wrench, with_thrust
 
 
 @register_jitable

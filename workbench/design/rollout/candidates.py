@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.parameters import MOST_ROTORS, PARAMETERS
-from workbench.systems.air.settings import AirSettings
-from workbench.systems.cascade import SPIN_UP, Gains, Reference
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.cascade import SPIN_UP, Gains, Reference
+from workbench.dynamics.air.settings import AirSettings
+from workbench.scenario.parameters import MOST_ROTORS, PARAMETERS
 from workbench.systems.noise import noise_seed
 
 KNOWN = frozenset(row.name for row in PARAMETERS)

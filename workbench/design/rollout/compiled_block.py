@@ -1,8 +1,9 @@
 """What is done for a block of candidates, compiled: fly it, and measure its steps."""
 
+from workbench.common.compiled import compile_cached
+from workbench.control.flight_law import SOURCES as LAW
 from workbench.design.rollout.flight import fly_block
 from workbench.design.rollout.measuring import measure_steps
-from workbench.systems.compiled import LAW, compile_cached
 from workbench.systems.vehicle_dynamics import SOURCES as DYNAMICS
 
 OWN = ("rows.py", "filling.py", "law_loops.py", "body_loops.py", "flight.py")
@@ -11,11 +12,11 @@ TAKEN = ("candidates.py", "craft.py", "schedule.py")
 SOURCES = (
     *LAW,
     *DYNAMICS,
-    "air/settings.py",
-    "../design/tumbling.py",
-    *(f"../design/rollout/{name}" for name in (*OWN, *TAKEN)),
+    "dynamics/air/settings.py",
+    "design/tumbling.py",
+    *(f"design/rollout/{name}" for name in (*OWN, *TAKEN)),
 )
-"""The files that the compiled flights stand in, seen from the systems' folder."""
+"""The files that the compiled flights stand in, below `workbench/`."""
 
 compiled_block = compile_cached(
     fly_block,
@@ -28,7 +29,7 @@ compiled_block = compile_cached(
 )
 compiled_measures = compile_cached(
     measure_steps,
-    ("../design/rollout/measuring.py", "../response_metrics.py"),
+    ("design/rollout/measuring.py", "design/response_metrics.py"),
     "the metrics of steps",
     nogil=True,
     error_model="numpy",

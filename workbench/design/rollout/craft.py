@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.control.flight_law import law_constants, packed
+from workbench.dynamics.rigid_body import rigid_body
+from workbench.dynamics.vehicle_step import rotor_rows
 from workbench.plant.rotors import Rotor
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.dynamics import rotor_rows
-from workbench.systems.flight_law import law_constants, packed
-from workbench.systems.rigid_body import rigid_body
 
 
 class Crafts(NamedTuple):

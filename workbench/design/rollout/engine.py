@@ -8,6 +8,8 @@ from dataclasses import astuple
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
+from workbench.design.response_metrics import ResponseMetrics
 from workbench.design.rollout.batch import Batch
 from workbench.design.rollout.candidates import make_candidates
 from workbench.design.rollout.compiled_block import compiled_measures
@@ -17,12 +19,10 @@ from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
 from workbench.design.rollout.schedule import Schedule, make_schedule
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import AXES, EDGE, check_step
-from workbench.errors import WorkbenchError
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.response_metrics import ResponseMetrics
-from workbench.scenario import Rates, Scenario, Start, check_scenario
+from workbench.scenario.scenario import Rates, Scenario, Start, check_scenario
 
 VELOCITIES = (7, 8, 9, 10, 11, 12)
 """Places in the state of angular velocity and velocity."""

@@ -38,8 +38,8 @@ from workbench.design.rollout.rows import (
     YAWS,
     put,
 )
-from workbench.systems.air.settings import AirSettings
-from workbench.systems.dynamics import ROW, given
+from workbench.dynamics.air.settings import AirSettings
+from workbench.dynamics.vehicle_step import ROW, given
 
 _AIR = AirSettings._fields
 TURBULENCE, GUST, PUSH = _AIR.index("turbulence"), _AIR.index("gust_x"), _AIR.index("push_x")

@@ -30,8 +30,8 @@ from workbench.design.rollout.rows import (
     put,
     take,
 )
-from workbench.systems.air.update import EDDIES
-from workbench.systems.dynamics import ANSWER
+from workbench.dynamics.air.update import EDDIES
+from workbench.dynamics.vehicle_step import ANSWER
 
 STILL_PERIODS = 8
 STILL = 1e-10

@@ -5,6 +5,9 @@ from typing import Any
 import numpy as np
 from numba.extending import register_jitable
 
+from workbench.control.flight_law import LawConstants, estimated, flight_wrench, kept_share
+from workbench.control.mixer import mix, plain_thrust
+from workbench.control.stopped_rotors import mix_without
 from workbench.design.rollout.rows import (
     ALLOCATION,
     BODY,
@@ -38,10 +41,7 @@ from workbench.design.rollout.rows import (
     take13,
     take19,
 )
-from workbench.systems.flight_law import LawConstants, estimated, flight_wrench, kept_share
-from workbench.systems.mixer import mix, plain_thrust
-from workbench.systems.rotor_response import speed_command
-from workbench.systems.stopped_rotors import mix_without
+from workbench.dynamics.rotor_response import speed_command
 
 NO_BRAKE = (0.0,) * 13
 """There are no obstacles here: what `Guidance` has behind the point to hold."""

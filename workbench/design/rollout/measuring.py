@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from workbench.response_metrics import LOWER, SETTLED, UPPER
+from workbench.design.response_metrics import LOWER, SETTLED, UPPER
 
 NUMBERS = 10
 """As many as `ResponseMetrics` has."""

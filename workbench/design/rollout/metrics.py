@@ -1,7 +1,7 @@
 """Numbers of the flights of a batch."""
 
+from workbench.design.response_metrics import ResponseMetrics, response_metrics
 from workbench.design.rollout.rollouts import Rollouts
-from workbench.response_metrics import ResponseMetrics, response_metrics
 
 
 def rollout_metrics(rollouts: Rollouts, amplitude: float) -> ResponseMetrics:

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.response_metrics import ResponseMetrics
 from workbench.design.step_response import AXES
-from workbench.response_metrics import ResponseMetrics
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from workbench.systems.air.settings import AirSettings
-from workbench.systems.cascade import Gains, Reference
-from workbench.systems.dynamics import ROW
+from workbench.control.cascade import Gains, Reference
+from workbench.dynamics.air.settings import AirSettings
+from workbench.dynamics.vehicle_step import ROW
 
 LANES = 16
 """Candidates in a block: four vectors of four, so that one's wait is another's work."""

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.step_response import check_duration
-from workbench.errors import WorkbenchError
-from workbench.scenario import Rates
+from workbench.scenario.scenario import Rates
 
 
 class Schedule(NamedTuple):

@@ -6,7 +6,7 @@ from pydrake.math import RollPitchYaw
 from workbench.design.step_response import START_HEIGHT
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Start
+from workbench.scenario.scenario import Start
 
 
 def start_state(vehicle: Vehicle, start: Start) -> np.ndarray:

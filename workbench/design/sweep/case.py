@@ -5,17 +5,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from workbench.configured import read_configured
+from workbench.common.errors import WorkbenchError
 from workbench.design.step_response import UNITS, check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
-from workbench.errors import WorkbenchError
-from workbench.gains import flight_gains
-from workbench.parameters import PARAMETERS
+from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario
-from workbench.vehicle_parameters import check_parameters
+from workbench.scenario.configured import read_configured
+from workbench.scenario.parameters import PARAMETERS
+from workbench.scenario.scenario import Scenario
+from workbench.scenario.vehicle_parameters import check_parameters
 
 _LIMITS = {"x": "max_speed", "y": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate"}
 """Parameter that a step along an axis must stay below."""

@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from workbench.common.errors import FlightBrokenError
 from workbench.design.executor.executor import Executor
 from workbench.design.executor.local_processes import all_cores
 from workbench.design.lost import find_loss
@@ -17,11 +18,10 @@ from workbench.design.step_response import EDGE, axis_velocity, step_scenario
 from workbench.design.sweep.case import Candidate, SweepCase
 from workbench.design.sweep.flown import Flown, Progress, Stop, nothing_flown
 from workbench.design.sweep.metrics import FLOWN
-from workbench.errors import FlightBrokenError
 from workbench.plant.vehicle import Vehicle
-from workbench.recording import Recording
-from workbench.scenario import Scenario
-from workbench.session import Session
+from workbench.scenario.scenario import Scenario
+from workbench.session.recording import Recording
+from workbench.session.session import Session
 
 
 def fly_full(

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.loops import Loop
 from workbench.design.linear.operating_point import OperatingPoint
@@ -12,9 +13,8 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.sweep.case import Candidate, SweepCase
 from workbench.design.sweep.flown import Progress, Stop
 from workbench.design.sweep.metrics import MARGINS
-from workbench.errors import WorkbenchError
 from workbench.plant.variation import Variation
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 
 def candidate_margins(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from workbench.errors import unknown_name
+from workbench.common.errors import unknown_name
 
 _AXIS_LOOPS = {"x": "velocity_x", "y": "velocity_y", "z": "velocity_z", "yaw": "yaw_rate"}
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.errors import find_row
+from workbench.common.errors import find_row
 
 ARRIVED = 5.0
 """A step that is farther from its command in the end did not get there [%]."""

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.parameters import PARAMETERS, find_parameter
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.plant.variation import LEAST, MOST, Variation
+from workbench.scenario.parameters import PARAMETERS, find_parameter
 
 POINTS = 9
 """Of a range that does not say how many."""

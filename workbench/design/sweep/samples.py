@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.sweep.ranges import SweepRange
-from workbench.errors import WorkbenchError, unknown_name
 
 METHODS = ("grid", "random", "sobol")
 MOST_CANDIDATES = 100_000

@@ -13,7 +13,7 @@ from workbench.design.sweep.metrics import FLOWN, MARGINS
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.samples import sample
 from workbench.design.sweep.table import SweepTable
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 FLIGHT_SHARE = 0.1
 """Of the time, where margins are computed as well."""

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.step_response import UNITS
 from workbench.design.sweep.case import Candidate, SweepCase
 from workbench.design.sweep.metrics import ARRIVED, SweepMetric, cost, find_metric, resolution
 from workbench.design.sweep.ranges import SweepRange
-from workbench.errors import WorkbenchError, unknown_name
 
 _THEN = ("settling_time", "overshoot", "steady_state_error")
 """By what candidates are ranked whose metric is equal."""

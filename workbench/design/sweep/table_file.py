@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.table import SweepTable
-from workbench.errors import WorkbenchError
 
 SUFFIXES = (".csv", ".parquet")
 

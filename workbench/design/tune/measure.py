@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.control.loop_points import POINTS
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.step_pair import linear_step
@@ -22,10 +23,9 @@ from workbench.design.tune.noise import noise_amplification
 from workbench.design.tune.retuned import RetunedModels
 from workbench.design.tune.variables import AROUND, loop_of
 from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
-from workbench.gains import flight_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario
-from workbench.systems.loop_points import POINTS
+from workbench.scenario.scenario import Scenario
 
 Gains = Mapping[str, float]
 HOVER = OperatingPoint()

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 STEP, LOOP, ROTORS = "step", "loop", "rotors"
 """What a metric is of."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.design.step_response import AXES
 from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
 from workbench.design.tune.default_wishes import (
@@ -24,9 +25,8 @@ from workbench.design.tune.twins import mirrored, symmetric
 from workbench.design.tune.variables import Variables, variables_for
 from workbench.design.tune.wish import GUARD, Wish, merged
 from workbench.design.tune.wish_file import Wishes
-from workbench.errors import WorkbenchError
-from workbench.gain_rule import rule_gains
-from workbench.scenario import Scenario
+from workbench.gains.rule import rule_gains
+from workbench.scenario.scenario import Scenario
 
 SHORTEST, LONGEST = 3.0, 20.0
 TIME_CONSTANTS = 12.0

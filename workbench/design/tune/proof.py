@@ -13,7 +13,7 @@ from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import Step
 from workbench.design.tune.metric import STEP
 from workbench.design.tune.requirement import Requirement
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)

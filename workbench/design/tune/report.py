@@ -13,7 +13,7 @@ from workbench.design.tune.metric import shown
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.tuning import Result, Tuning
 from workbench.design.tune.wish import DEFAULT
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 Rows = list[list[str]]
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from workbench.configured import read_configured
+from workbench.common.errors import WorkbenchError
+from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
 from workbench.design.tune.case import Case
 from workbench.design.tune.conflict import Unmet, conflicts
 from workbench.design.tune.evaluation import Budget, Candidate, SearchEndedError
@@ -18,12 +19,11 @@ from workbench.design.tune.telling import Listener, Telling
 from workbench.design.tune.tuning import Result, Tuning
 from workbench.design.tune.wish import Wish
 from workbench.design.tune.wish_file import Wishes
-from workbench.errors import WorkbenchError
-from workbench.gains import make_profile
+from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
-from workbench.response_metrics import AT_THE_END, FROM_REST, response_metrics
-from workbench.scenario import Scenario
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import Scenario
 
 EVALUATIONS = 600
 """Candidates that a run may look at, if not told otherwise."""

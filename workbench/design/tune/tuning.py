@@ -12,7 +12,7 @@ from workbench.design.tune.measure import Responses, Step
 from workbench.design.tune.proof import Proof
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.wish import GUARD, Wish
-from workbench.gains import GainFile
+from workbench.gains.gains import GainFile
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.linear.loops import LOOPS
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 LEAST = 1e-3
 """A gain that may be 0 goes down to this share of its largest value, as 0 has no logarithm."""

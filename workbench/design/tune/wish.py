@@ -4,11 +4,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from workbench.common.errors import WorkbenchError, find_row, unknown_name
+from workbench.control.loop_points import POINTS
 from workbench.design.linear.loops import LOOPS
 from workbench.design.step_response import AXES
 from workbench.design.tune.metric import LOOP, METRICS, ROTORS, STEP, Metric, shown, si_value
-from workbench.errors import WorkbenchError, find_row, unknown_name
-from workbench.systems.loop_points import POINTS
 
 DEFAULT = "default"
 """The origin of a wish that nobody wrote."""

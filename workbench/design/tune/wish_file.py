@@ -5,12 +5,12 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.yaml_files import YamlFile, check_schema, read_yaml
 from workbench.design.hover_check import STEPS
 from workbench.design.step_response import AXES
 from workbench.design.tune.case import Robustness
 from workbench.design.tune.wish import Wish, merged, parse_wish
-from workbench.errors import WorkbenchError, unknown_name
-from workbench.yaml_files import YamlFile, check_schema, read_yaml
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.curve import Curve, Source
 from workbench.gui.charts.curve_style import COMMAND, CurveStyle
 

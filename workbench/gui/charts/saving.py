@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PyQt6.QtGui import QImage
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.table_text import Column, table_text
 
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 
-from workbench.errors import WorkbenchError
-from workbench.gain_diff import GainChange, diff_gains
+from workbench.common.errors import WorkbenchError
+from workbench.gains.difference import GainChange, diff_gains
 from workbench.gui.gains.flown_values import FlownValues
 from workbench.gui.gains.gain_orders import GainOrders
 from workbench.gui.gains.gain_rows import flight_rows, in_profile
 from workbench.gui.gains.stability import same_loops
 from workbench.live.view import LiveView
-from workbench.parameters import Parameter, find_parameter
+from workbench.scenario.parameters import Parameter, find_parameter
 
 Values = Mapping[str, float]
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from PyQt6.QtCore import QObject
 
-from workbench.errors import WorkbenchError
-from workbench.gain_files import GainFile
+from workbench.common.errors import WorkbenchError
+from workbench.gains.profiles import GainFile
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_book import GainBook, Values
@@ -22,7 +22,7 @@ from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 FOREIGN = "a change from elsewhere"
 

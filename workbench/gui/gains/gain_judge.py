@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 
 from PyQt6.QtCore import QObject, QTimer, pyqtSignal
 
-from workbench.analyst.questions import FindRanges, Judge, Question
-from workbench.analyst.replies import Judged, Ranges
+from workbench.analysis.questions import FindRanges, Judge, Question
+from workbench.analysis.replies import Judged, Ranges
 from workbench.gui.analysis import Analysis
 from workbench.gui.gains.gain_rows import is_gain
 from workbench.gui.gains.stability import known_stable, same_loops
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 PATIENCE = 1500
 """After which it is said that there is no judgement yet [ms]; it may come all the same."""

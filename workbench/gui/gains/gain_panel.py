@@ -23,7 +23,7 @@ from workbench.gui.gains.gain_rows import GAIN_GROUPS, gain_label, is_gain
 from workbench.gui.soon import Soon
 from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
-from workbench.parameters import Parameter
+from workbench.scenario.parameters import Parameter
 
 CLOSED = "Limits"
 """This group is closed at first, so that the gains stand without scrolling."""

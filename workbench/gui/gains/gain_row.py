@@ -15,7 +15,7 @@ from workbench.gui.gains.gain_step import StepSize
 from workbench.gui.style import dressed, set_class
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
-from workbench.parameters import Parameter
+from workbench.scenario.parameters import Parameter
 
 MOST_DECIMALS = 3
 SHAPES = {Mark.KEPT: "", Mark.TRIED: "◆", Mark.PROPOSED: "◇"}

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from workbench.parameters import PARAMETERS, Parameter
+from workbench.scenario.parameters import PARAMETERS, Parameter
 
 PAIRS = (
     ("kp_velocity_x", "kp_velocity_y"),

@@ -2,7 +2,7 @@
 
 import math
 
-from workbench.parameters import Parameter
+from workbench.scenario.parameters import Parameter
 
 DIGITS = 3
 """Significant digits that a slider gives."""

@@ -5,13 +5,13 @@ from enum import Enum
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.gain_diff import GainChange
+from workbench.gains.difference import GainChange
 from workbench.gui.gains.gain_book import GainBook, Values
 from workbench.gui.gains.gain_judge import GainJudge
 from workbench.gui.gains.gain_slots import GainSlots
 from workbench.gui.gains.undo_stack import UndoStack
 from workbench.gui.preferences import Preferences
-from workbench.parameters import Parameter
+from workbench.scenario.parameters import Parameter
 
 AT_ONCE = "at once"
 

@@ -14,14 +14,14 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gain_diff import GainChange
+from workbench.gains.difference import GainChange
 from workbench.gui.gains.gain_rows import gain_label
 from workbench.gui.gains.profile_desk import ProfileDesk
 from workbench.gui.gains.profiles import Offer, percent_text
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import dressed
 from workbench.gui.units import unit_for
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 TALLEST = 240
 """Of the list; longer ones scroll [px]."""

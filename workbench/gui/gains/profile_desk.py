@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.gain_files import GainFile, load_gains, save_gains
+from workbench.gains.profiles import GainFile, load_gains, save_gains
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
 from workbench.gui.gains.profiles import CLIPBOARD, Offer, make_offer, read_own, read_text

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import yaml
 
-from workbench.errors import WorkbenchError
-from workbench.gain_diff import GainChange, diff_gains
-from workbench.gain_files import GainFile, load_gains
-from workbench.parameters import find_parameter
+from workbench.common.errors import WorkbenchError
+from workbench.gains.difference import GainChange, diff_gains
+from workbench.gains.profiles import GainFile, load_gains
+from workbench.scenario.parameters import find_parameter
 
 OWN = "gains.yaml"
 """A model's own gains stand beside its description, under this name."""

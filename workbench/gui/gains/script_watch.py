@@ -8,8 +8,8 @@ from PyQt6.QtCore import QObject
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_orders import Confirmed
 from workbench.live.view import LiveView
-from workbench.parameters import PARAMETERS
-from workbench.scenario import Action
+from workbench.scenario.parameters import PARAMETERS
+from workbench.scenario.scenario import Action
 
 LATER = 0.05
 """A script acts at the next whole step; it is looked after a little later [s]."""

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from workbench.analyst.replies import Ranges
+from workbench.analysis.replies import Ranges
 from workbench.gui.gains.gain_rows import is_gain, is_limit
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 
 def judged_names(names: Mapping[str, float]) -> list[str]:

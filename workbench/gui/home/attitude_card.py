@@ -15,7 +15,7 @@ from workbench.gui.instruments.heading_tape import HeadingTape
 from workbench.gui.instruments.readout import Line, Readout
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 LABELS = ("Roll", "Pitch", "Yaw", "Heading")
 

@@ -10,7 +10,7 @@ from workbench.gui.instruments.charge_bar import ChargeBar
 from workbench.gui.instruments.sign import Sign
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 
 class BatteryCard(Card):

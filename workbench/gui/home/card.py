@@ -10,7 +10,7 @@ from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.instruments.sign import Sign, paint_sign
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 PADDING = 0.8
 """Inside the frame, relative to plain text."""

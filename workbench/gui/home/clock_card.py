@@ -10,7 +10,7 @@ from workbench.gui.home.card import PADDING, Card
 from workbench.gui.instruments.sign import Sign, paint_sign
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from PyQt6.QtCore import QRectF, Qt
 from PyQt6.QtGui import QPainter
 
+from workbench.control.mode import FlightMode
 from workbench.gui.home.card import Card
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.heading import direction_of, point_of
@@ -13,8 +14,7 @@ from workbench.gui.instruments.mode_sign import paint_mode
 from workbench.gui.instruments.sign import Sign
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
-from workbench.systems.mode import FlightMode
+from workbench.session.snapshot import Snapshot
 
 PHASES: Mapping[Phase, tuple[str, Sign]] = {
     Phase.PAUSED: ("paused", Sign.WARNING),

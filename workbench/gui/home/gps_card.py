@@ -19,7 +19,7 @@ from workbench.gui.instruments.trail import TrailPoint
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 TRAIL_PERIOD = 0.1
 """Between places of the trail that are taken from what was flown [s]."""

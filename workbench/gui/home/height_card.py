@@ -10,7 +10,7 @@ from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.instruments.hint import Hint
 from workbench.gui.instruments.readout import Line, Readout
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 PASCALS = 100.0
 """In a hectopascal."""

@@ -8,7 +8,7 @@ from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.hint import Hint
 from workbench.gui.instruments.readout import Line, Readout
 from workbench.live.view import LiveView
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 
 class ImuCard(Card):

@@ -18,7 +18,7 @@ from workbench.gui.instruments.ring_scan import down_of, side_of
 from workbench.gui.instruments.sign import Sign
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
-from workbench.snapshot import Clearance, Snapshot
+from workbench.session.snapshot import Clearance, Snapshot
 
 
 class LidarCard(Card):

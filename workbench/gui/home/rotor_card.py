@@ -13,9 +13,9 @@ from workbench.gui.instruments.rotor_bars import RotorBars, RotorReading, RotorS
 from workbench.gui.instruments.sign import Sign
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
-from workbench.parameters import MOST_ROTORS
 from workbench.plant.rotors import Rotor
-from workbench.snapshot import Snapshot
+from workbench.scenario.parameters import MOST_ROTORS
+from workbench.session.snapshot import Snapshot
 
 LIMIT = 0.98
 """From this share of its largest thrust on, a rotor is at its limit."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from workbench.live.view import LiveView
-from workbench.snapshot import SensorStatus, Snapshot
+from workbench.session.snapshot import SensorStatus, Snapshot
 from workbench.systems.sensors.faults import Fault
 
 OLD_PERIODS = 3.0

@@ -8,7 +8,7 @@ from workbench.gui.parameter_reader import ParameterReader
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
-from workbench.parameters import PARAMETERS
+from workbench.scenario.parameters import PARAMETERS
 
 
 class StreamWatch:

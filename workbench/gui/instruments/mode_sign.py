@@ -3,7 +3,7 @@
 from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QColor, QPainter, QPen, QPolygonF
 
-from workbench.systems.mode import FlightMode
+from workbench.control.mode import FlightMode
 
 UP = ((0.5, 0.08), (0.95, 0.62), (0.05, 0.62))
 DOWN = ((0.5, 0.92), (0.95, 0.38), (0.05, 0.38))

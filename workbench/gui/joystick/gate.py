@@ -1,9 +1,9 @@
 """Whether sticks count now, and if not, why: nothing starts to move that nobody has just moved."""
 
+from workbench.control.mode import FlightMode
 from workbench.link.backplane import Hand
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.systems.mode import FlightMode
 
 NO_FLIGHT = "Nothing flies: open a scenario first."
 STARTING = "The flight is starting."

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from workbench.gui.joystick.flight_limits import FlightLimits
 from workbench.gui.joystick.piloting import Handling, heading_velocity
-from workbench.snapshot import Snapshot
+from workbench.session.snapshot import Snapshot
 
 YAW_RATE = 3
 FOLLOW = 7

@@ -1,12 +1,12 @@
 """What the joystick screen says of the flight: whether the sticks count, and who flies."""
 
+from workbench.control.mode import FlightMode
 from workbench.gui.joystick.flight_limits import Bite
 from workbench.gui.joystick.pilot import Device
 from workbench.gui.preferences import Preferences
 from workbench.gui.units import unit_for
 from workbench.link.backplane import ControlState, Hand
 from workbench.live.view import LiveView
-from workbench.systems.mode import FlightMode
 
 READY = "Ready: move a stick to fly, let go to stop and hold."
 TAKING_OFF = "Taking off: the sticks count once it hovers."

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PyQt6.QtCore import QSettings
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.typed_number import read_whole_number
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
 from workbench.link.server.config import ServerConfig

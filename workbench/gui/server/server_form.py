@@ -14,7 +14,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.server.fields import (
     ServerFields,

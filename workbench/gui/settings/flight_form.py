@@ -3,6 +3,7 @@
 from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
+from workbench.common.resources import list_worlds
 from workbench.gui.number_field import NumberField
 from workbench.gui.settings.controls import Choices, Switch
 from workbench.gui.settings.flight_setup import (
@@ -16,8 +17,7 @@ from workbench.gui.settings.flight_setup import (
 from workbench.gui.settings.row import Row
 from workbench.gui.units import Unit
 from workbench.live.view import LiveView
-from workbench.resources import list_worlds
-from workbench.scenario import SLOWEST, Scenario
+from workbench.scenario.scenario import SLOWEST, Scenario
 
 LARGEST_SEED = 2**31 - 1
 """That every generator of random numbers takes."""

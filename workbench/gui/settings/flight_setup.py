@@ -4,7 +4,7 @@ import copy
 import dataclasses
 from dataclasses import dataclass
 
-from workbench.scenario import Rates, Scenario
+from workbench.scenario.scenario import Rates, Scenario
 
 RATES = {
     "physics_step": ("Physics step", "Between two steps of the simulation."),

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from PyQt6.QtCore import QSettings
 
-from workbench.errors import WorkbenchError
-from workbench.scenario import Scenario, save_scenario
+from workbench.common.errors import WorkbenchError
+from workbench.scenario.scenario import Scenario, save_scenario
 
 NAME = "last-flight.yaml"
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from workbench.gui.settings.controls import NumberBox
 from workbench.gui.settings.row import Row
 from workbench.gui.workspace import Workspace
-from workbench.parameters import Parameter, find_parameter
+from workbench.scenario.parameters import Parameter, find_parameter
 
 LIMITS = (
     "max_speed",

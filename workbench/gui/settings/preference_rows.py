@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.preference_table import Preference, PreferenceValue
 from workbench.gui.settings.controls import Choices, Folder, NumberBox, Switch
 from workbench.gui.settings.row import Row

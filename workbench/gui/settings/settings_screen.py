@@ -30,7 +30,7 @@ from workbench.gui.workspace import Workspace
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario import Scenario
+from workbench.scenario.scenario import Scenario
 
 WIDEST = 900
 """Lines longer than this are hard to follow [px]."""

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
+from workbench.control.mode import FlightMode
 from workbench.link.backplane import Hand, Stage
 from workbench.live.announcer import LOW_CHARGE, RESERVE
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.systems.mode import FlightMode
 
 PLAIN, GOOD, WARNING, BAD, MUTED = "", "good", "warning", "bad", "muted"
 

@@ -15,8 +15,8 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.analyst.questions import Question, Tune
-from workbench.analyst.replies import Searched, Tuned, Wished
+from workbench.analysis.questions import Question, Tune
+from workbench.analysis.replies import Searched, Tuned, Wished
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.number_field import buddy

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from workbench.errors import find_row
+from workbench.common.errors import find_row
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from workbench.excitation import Excitation, Shape
 from workbench.gui.tuning.rounds import step_parts
+from workbench.scenario.excitation import Excitation, Shape
 
 POINTS = 400
 """Of a chirp."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from workbench.parameters import parameters_of
+from workbench.scenario.parameters import parameters_of
 
 CONTROLLER = frozenset(row.name for row in parameters_of("controller"))
 LIMITS = frozenset(name for name in CONTROLLER if name.startswith("max_"))

@@ -6,7 +6,7 @@ from PyQt6.QtCore import QSignalBlocker, Qt, pyqtSignal
 from PyQt6.QtGui import QKeySequence, QShortcut
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QPushButton, QWidget
 
-from workbench.excitation import Shape
+from workbench.control.mode import FlightMode
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.axes import AXES, find_axis
@@ -22,8 +22,8 @@ from workbench.gui.tuning.excitation_form import (
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
-from workbench.parameters import find_parameter
-from workbench.systems.mode import FlightMode
+from workbench.scenario.excitation import Shape
+from workbench.scenario.parameters import find_parameter
 
 WIDTHS = (50, 94, 102, 82)
 """Of the fields at least [px]."""

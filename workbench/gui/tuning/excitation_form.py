@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 from PyQt6.QtCore import QSettings
 
-from workbench.errors import WorkbenchError
-from workbench.excitation import Excitation, Shape
+from workbench.common.errors import WorkbenchError
 from workbench.gui.tuning.axes import AXES, find_axis
+from workbench.scenario.excitation import Excitation, Shape
 
 GROUP = "tuning/excitation"
 PERIODS = (0.2, 30.0)

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 from PyQt6.QtCore import QObject, pyqtBoundSignal, pyqtSignal
 
-from workbench.analyst.questions import Question
-from workbench.analyst.replies import Reply
+from workbench.analysis.questions import Question
+from workbench.analysis.replies import Reply
 from workbench.gui.analysis import Analysis
 
 Matches = Callable[[Question, Reply], bool]

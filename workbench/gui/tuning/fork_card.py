@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QPushButton, QWidget
 
-from workbench.analyst.questions import Fork, Question, Step
-from workbench.analyst.replies import Forked
-from workbench.branches import Branch
+from workbench.analysis.questions import Fork, Question, Step
+from workbench.analysis.replies import Forked
+from workbench.design.branches import Branch
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.number_field import NumberField, buddy
@@ -19,7 +19,7 @@ from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
-from workbench.instant import Instant
+from workbench.session.checkpoint import Instant
 
 NOW = "now"
 PROPOSED = "proposed"

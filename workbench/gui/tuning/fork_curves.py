@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.branches import FlownBranch
+from workbench.design.branches import FlownBranch
 from workbench.gui.tuning.axes import find_axis
 
 

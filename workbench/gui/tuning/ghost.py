@@ -5,14 +5,14 @@ from collections.abc import Callable
 import numpy as np
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analyst.questions import Fork, Question
-from workbench.analyst.replies import Forked
-from workbench.branches import Branch
+from workbench.analysis.questions import Fork, Question
+from workbench.analysis.replies import Forked
+from workbench.design.branches import Branch
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.tuning.fork_curves import velocity
 from workbench.gui.tuning.trial import Trial
-from workbench.instant import Instant
+from workbench.session.checkpoint import Instant
 
 NAME = "next five seconds"
 AHEAD = 5.0

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, QTimer, pyqtSignal
 
-from workbench.analyst.questions import Judge, Question
-from workbench.analyst.replies import Judged, Reply
+from workbench.analysis.questions import Judge, Question
+from workbench.analysis.replies import Judged, Reply
 from workbench.gui.analysis import Analysis
 from workbench.gui.tuning.controller_gains import controller_gains
 from workbench.gui.tuning.follower import Follower

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from workbench.errors import find_row
+from workbench.common.errors import find_row
 
 
 @dataclass(frozen=True)

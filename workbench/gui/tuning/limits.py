@@ -4,7 +4,7 @@ import math
 
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.tuning.limit_table import find_limit
 
 GROUP = "tuning/limits"

@@ -3,8 +3,8 @@
 from PyQt6.QtCore import QTimer
 from PyQt6.QtWidgets import QComboBox, QGridLayout, QWidget
 
-from workbench.analyst.questions import DrawMap, Question
-from workbench.analyst.replies import Mapped, Reply
+from workbench.analysis.questions import DrawMap, Question
+from workbench.analysis.replies import Mapped, Reply
 from workbench.gui.gains.gain_rows import gain_label
 from workbench.gui.number_field import buddy
 from workbench.gui.tuning.card import SPACING, Card, Sentence
@@ -13,7 +13,7 @@ from workbench.gui.tuning.limit_table import STEP_LIMITS
 from workbench.gui.tuning.map_view import MapView
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 PAIRS = {
     "x": ("kp_velocity_x", "kp_pitch"),

@@ -4,7 +4,7 @@ import numpy as np
 from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QBrush, QColor, QFont, QFontMetrics, QPainter, QPen
 
-from workbench.analyst.replies import Mapped
+from workbench.analysis.replies import Mapped
 from workbench.gui.charts.colour_map import colour_table, colours_of
 from workbench.gui.charts.colour_scale import image_of
 from workbench.gui.theme import Look

@@ -17,7 +17,7 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import QSizePolicy, QWidget
 
-from workbench.analyst.replies import Mapped
+from workbench.analysis.replies import Mapped
 from workbench.gui.theme import Look
 from workbench.gui.tuning.map_grid import MapGrid
 from workbench.gui.tuning.map_picture import MapPicture

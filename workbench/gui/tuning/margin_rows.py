@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from workbench.analyst.replies import Judged, JudgedLoop
+from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit
 from workbench.gui.tuning.table_rows import Cell, Row, State
 

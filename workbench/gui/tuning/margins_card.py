@@ -2,7 +2,7 @@
 
 from PyQt6.QtWidgets import QWidget
 
-from workbench.analyst.replies import Judged
+from workbench.analysis.replies import Judged
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS

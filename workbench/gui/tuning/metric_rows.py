@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from workbench.analyst.replies import StepNumbers
+from workbench.analysis.replies import StepNumbers
 from workbench.gui.tuning.limit_table import STEP_LIMITS, Limit
 from workbench.gui.tuning.table_rows import Cell, Row, State
 

@@ -15,8 +15,8 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.analyst.questions import Pin, Question
-from workbench.analyst.replies import Pinned
+from workbench.analysis.questions import Pin, Question
+from workbench.analysis.replies import Pinned
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.number_field import buddy
 from workbench.gui.style import set_class

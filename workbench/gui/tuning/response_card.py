@@ -6,9 +6,8 @@ from collections.abc import Mapping
 import numpy as np
 from PyQt6.QtWidgets import QWidget
 
-from workbench.analyst.questions import Step
-from workbench.analyst.replies import Predicted, StepNumbers
-from workbench.excitation import Excitation
+from workbench.analysis.questions import Step
+from workbench.analysis.replies import Predicted, StepNumbers
 from workbench.gui.tuning.axes import AXES, find_axis
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.excitation_form import ExcitationChoice
@@ -27,7 +26,8 @@ from workbench.gui.tuning.trace import Trace, take_trace
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
-from workbench.parameters import defaults
+from workbench.scenario.excitation import Excitation
+from workbench.scenario.parameters import defaults
 
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from workbench.analyst.replies import StepNumbers
-from workbench.excitation import LATE, Excitation, Exciting
+from workbench.analysis.replies import StepNumbers
 from workbench.gui.tuning.rounds import StepPart, step_parts
 from workbench.gui.tuning.step_measure import measure_step
 from workbench.gui.tuning.trace import Trace
+from workbench.scenario.excitation import LATE, Excitation, Exciting
 
 GHOSTS = 5
 """Responses that are kept besides the present one."""

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from PyQt6.QtWidgets import QVBoxLayout, QWidget
 
-from workbench.analyst.replies import Predicted
-from workbench.excitation import Excitation
+from workbench.analysis.replies import Predicted
 from workbench.gui.charts.curve_style import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.tuning.axes import find_axis
@@ -16,6 +15,7 @@ from workbench.gui.tuning.response_history import GHOSTS, Response, ResponseHist
 from workbench.gui.tuning.rounds import StepPart
 from workbench.gui.tuning.trace import Trace
 from workbench.gui.workspace import Workspace
+from workbench.scenario.excitation import Excitation
 
 FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
 _NOTHING = np.empty(0)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from workbench.excitation import Excitation, Shape
+from workbench.scenario.excitation import Excitation, Shape
 
 
 @dataclass(frozen=True)

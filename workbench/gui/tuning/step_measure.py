@@ -2,10 +2,10 @@
 
 import math
 
-from workbench.analyst.replies import StepNumbers
+from workbench.analysis.replies import StepNumbers
+from workbench.design.response_metrics import response_metrics, why_withheld
 from workbench.gui.tuning.rounds import StepPart
 from workbench.gui.tuning.trace import Trace
-from workbench.response_metrics import response_metrics, why_withheld
 
 FEWEST = 8
 """Samples of a step that has numbers."""

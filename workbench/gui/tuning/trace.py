@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.excitation import Excitation
 from workbench.gui.signals import Signals
 from workbench.gui.tuning.axes import find_axis
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.excitation import Excitation
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analyst.questions import Step
+from workbench.analysis.questions import Step
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.tuning.controller_gains import controller_gains, tunable
 

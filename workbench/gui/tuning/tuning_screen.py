@@ -5,8 +5,8 @@ from collections.abc import Callable
 from PyQt6.QtGui import QHideEvent, QShowEvent
 from PyQt6.QtWidgets import QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
-from workbench.analyst.questions import Predict, Question
-from workbench.analyst.replies import Predicted, Reply
+from workbench.analysis.questions import Predict, Question
+from workbench.analysis.replies import Predicted, Reply
 from workbench.gui.gains.gain_desk import GainDesk
 from workbench.gui.gains.gain_dialogs import ask_to_save
 from workbench.gui.gains.gain_panel import GainPanel

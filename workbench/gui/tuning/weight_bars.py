@@ -7,11 +7,11 @@ from PyQt6.QtCore import QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent
 from PyQt6.QtWidgets import QSizePolicy, QWidget
 
-from workbench.analyst.replies import Weight
+from workbench.analysis.replies import Weight
 from workbench.gui.gains.gain_rows import gain_label
 from workbench.gui.theme import Look
 from workbench.gui.tuning.limit_table import Limit
-from workbench.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter
 
 PERCENT = 10.0
 """By so much more of a gain a bar is long."""

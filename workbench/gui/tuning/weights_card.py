@@ -3,8 +3,8 @@
 from PyQt6.QtCore import QTimer
 from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QWidget
 
-from workbench.analyst.questions import Question, Weigh
-from workbench.analyst.replies import Reply, Weighed
+from workbench.analysis.questions import Question, Weigh
+from workbench.analysis.replies import Reply, Weighed
 from workbench.gui.number_field import buddy
 from workbench.gui.tuning.card import Card, wrapped
 from workbench.gui.tuning.follower import Follower

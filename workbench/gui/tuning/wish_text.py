@@ -2,7 +2,7 @@
 
 import re
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.typed_number import NUMBER, read_number
 
 SUBJECTS = {

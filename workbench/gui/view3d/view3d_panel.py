@@ -19,7 +19,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.style import dressed
 from workbench.gui.view3d.web_engine import GBM, load_web_view
 from workbench.gui.workspace import Workspace

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from PyQt6.QtWidgets import QWidget
 
-from workbench.errors import WorkbenchError
-from workbench.system_libraries import remedy
+from workbench.common.errors import WorkbenchError
+from workbench.common.system_libraries import remedy
 
 FLAGS = "QTWEBENGINE_CHROMIUM_FLAGS"
 NO_SANDBOX = "--no-sandbox"

@@ -11,7 +11,7 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import QWidget
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.curve import Samples
 from workbench.gui.charts.curve_style import COMMAND, CurveStyle
 from workbench.gui.charts.strip_chart import StripChart

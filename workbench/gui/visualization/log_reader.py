@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.gui.errands import Errands
 from workbench.gui.visualization.log_messages import LogContents, Progress, ReadLog, Refused
 from workbench.live.process import ChildProcess

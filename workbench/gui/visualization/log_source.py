@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.errors import unknown_name
+from workbench.common.errors import unknown_name
 from workbench.gui.visualization.log_messages import LogContents
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
-from workbench.flight_log.record import read_log
+from workbench.common.errors import WorkbenchError
 from workbench.gui.visualization.log_messages import LogContents, Progress, ReadLog, Refused
 from workbench.gui.visualization.log_names import live_name, si_unit
+from workbench.logs.record import read_log
 
 READING = 0.7
 """Share of the time that reading takes; the rest goes into decoding."""

@@ -5,10 +5,10 @@ import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain
 from workbench.link.address import DEFAULT_PORT, LOOPBACK, is_loopback
 from workbench.link.authentication import Tokens, read_tokens
-from workbench.plain_files import read_plain
 
 LARGEST_PORT = 65535
 MOST_BYTES = 1_000_000

@@ -3,7 +3,7 @@
 import errno
 import socket
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 WAITING = 512
 """Connections that the system keeps until they are accepted."""

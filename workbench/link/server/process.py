@@ -11,7 +11,7 @@ import os
 import sys
 from multiprocessing.connection import Connection
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Flight, ServerFailed
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 
-from workbench.errors import unknown_name
+from workbench.common.errors import unknown_name
 from workbench.link.authentication import Tokens
 from workbench.link.backplane import Flight, Role
 from workbench.link.codes import NackCode

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from aiohttp import HttpVersion11, web
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address
 from workbench.link.page_address import page_address
 from workbench.link.server.config import ServerConfig

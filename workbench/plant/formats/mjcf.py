@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.mjcf_schema import note_unused
 from workbench.plant.formats.mjcf_shapes import GeomReader
 from workbench.plant.formats.mjcf_words import (

@@ -6,7 +6,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.colours import Colour
 from workbench.plant.formats.mjcf_words import Compiler, Defaults, pose_of, shortest_to
 from workbench.plant.formats.solids import Solid, volume

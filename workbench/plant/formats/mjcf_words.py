@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import numbers, shortened, triple
 from workbench.plant.formats.xml import MOST_ELEMENTS, Element, place, read_xml
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xml import Element, read_xml
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, sdf_file
 from workbench.plant.formats.sdf_inertia import read_inertial
 from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, known_names

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
 
-from workbench.errors import WorkbenchError
-from workbench.plain_files import read_plain
+from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.values import shortened

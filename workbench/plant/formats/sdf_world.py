@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, model_name
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.sdf_poses import ROOT

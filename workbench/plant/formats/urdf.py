@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node
 from workbench.plant.formats.sdf_values import pose
 from workbench.plant.formats.urdf_schema import note_unknown

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.colours import GAZEBO_COLOURS, Colour
 from workbench.plant.formats.values import numbers, origin, positive, shortened, triple
 from workbench.plant.formats.xml import Element, place

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xacro_arguments import MissingArgumentsError, XacroArgument
 from workbench.plant.formats.xacro_cache import keep_expansion, kept_expansion
 from workbench.plant.formats.xml import Element

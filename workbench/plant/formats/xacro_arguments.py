@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 _MOST_NAMED = 40
 

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
-from workbench.cache import cache_folder
-from workbench.errors import WorkbenchError
+from workbench.common.cache import cache_folder
+from workbench.common.errors import WorkbenchError
 
 MOST_KEPT = 200
 """Expansions; the oldest go first."""

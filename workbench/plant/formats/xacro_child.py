@@ -11,7 +11,7 @@ from xml.dom import minidom
 
 import xacro
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.plant.formats.xml import MOST_BYTES, read_xml
 from workbench.plant.limited import one_line, serve
 from workbench.plant.packages import PackageFinder

@@ -4,8 +4,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
-from workbench.errors import WorkbenchError
-from workbench.plain_files import read_plain
+from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain
 
 MOST_BYTES = 16_000_000
 """Larger than any description; meshes are not XML of ours."""

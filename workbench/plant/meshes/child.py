@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.limited import one_line, serve
 from workbench.plant.meshes.gltf import write_gltf
 from workbench.plant.meshes.hull import convex_hull, write_obj

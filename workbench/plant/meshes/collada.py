@@ -17,7 +17,7 @@ import numpy as np
 from trimesh.resolvers import Resolver
 from trimesh.visual.material import PBRMaterial
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.meshes.materials import make_material, open_picture, vertex_colors
 from workbench.plant.meshes.parts import MOST_FACES, Array, Part
 

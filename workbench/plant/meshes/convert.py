@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from workbench.cache import cache_folder
-from workbench.errors import WorkbenchError
+from workbench.common.cache import cache_folder
+from workbench.common.errors import WorkbenchError
 from workbench.plant.limited import LimitedError, run_limited
 from workbench.plant.meshes.job import MeshJob, Rgba, is_sealed, write_whole
 from workbench.plant.shapes import Mesh

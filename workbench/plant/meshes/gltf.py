@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from trimesh.visual import TextureVisuals
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.meshes.job import Rgba
 from workbench.plant.meshes.materials import make_material, without_pictures
 from workbench.plant.meshes.parts import Array, Part

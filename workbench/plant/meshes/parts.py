@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from trimesh.visual.material import PBRMaterial
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 MOST_FACES = 2_000_000
 FARTHEST = 1e5

@@ -12,7 +12,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.color import to_rgba
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.meshes.collada import read_collada
 from workbench.plant.meshes.gltf import GENERATOR, to_z_up
 from workbench.plant.meshes.materials import material_of, vertex_colors

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.model import DeclaredActuator, Model

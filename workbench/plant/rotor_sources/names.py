@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import listed, shortened
 from workbench.plant.model import Joint, Link, Model
 

@@ -3,7 +3,7 @@
 import math
 import re
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.model import Link, Model
 from workbench.plant.remarks import Remarks

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 from workbench.plant.rotor_sources.limit import refuse_crowd
-from workbench.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 
 _SUFFIXES = (".xacro", ".urdf", ".sdf", ".xml", ".world")
 

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Container
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import place
 from workbench.plant.model import DeclaredPlugin

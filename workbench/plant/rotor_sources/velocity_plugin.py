@@ -4,7 +4,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
 from workbench.plant.remarks import Remarks

@@ -1,6 +1,6 @@
 """What the rotors of a model have to lift."""
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.model import Model
 
 

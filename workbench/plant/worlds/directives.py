@@ -23,7 +23,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import Context
 
-from workbench.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.yaml_files import YamlFile
 from workbench.plant.formats.values import shortened
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.geometry import drawn_if_none
@@ -31,7 +32,6 @@ from workbench.plant.worlds.includes import Includes
 from workbench.plant.worlds.sizes import refuse_endless
 from workbench.plant.worlds.tagged import TaggedLoader
 from workbench.plant.worlds.world import Obstacle
-from workbench.yaml_files import YamlFile
 
 MOST_DIRECTIVES = 1000
 _MOST_SAID = 300

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.sdf_poses import ROOT, Poses

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import read_yaml
 from workbench.plant.formats.xml import read_xml
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.tagged import TaggedLoader
-from workbench.yaml_files import read_yaml
 
 DEEPEST = 20
 """So deep may files include each other."""

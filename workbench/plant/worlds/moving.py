@@ -2,7 +2,8 @@
 
 import math
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import Keys, YamlFile, dotted
 from workbench.plant.worlds.geometry import solid
 from workbench.plant.worlds.world import MovingObstacle
 from workbench.plant.worlds.world_words import (
@@ -12,7 +13,6 @@ from workbench.plant.worlds.world_words import (
     read_numbers,
     read_shape,
 )
-from workbench.yaml_files import Keys, YamlFile, dotted
 
 SHORTEST = 0.01
 """Time between two rows of a path [s]."""

@@ -14,7 +14,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 
 FARTHEST = 1e6
 """So large may be sides of obstacles and coordinates of their places [m]."""

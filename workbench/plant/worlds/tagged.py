@@ -2,7 +2,7 @@
 
 import yaml
 
-from workbench.yaml_files import FastLoader
+from workbench.common.yaml_files import FastLoader
 
 
 class TaggedLoader(FastLoader):

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.geometry import GeometryInstance
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.errors import unknown_name
+from workbench.common.errors import unknown_name
 from workbench.plant.home import Home
 from workbench.plant.remarks import Remark
 

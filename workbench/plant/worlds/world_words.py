@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import Keys, YamlFile, dotted
 from workbench.plant.formats.values import LARGEST, shortened
 from workbench.plant.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from workbench.plant.worlds.geometry import Colour
-from workbench.yaml_files import Keys, YamlFile, dotted
 
 LONGEST_NAME = 100
 _RESERVED = ("ground", "world")

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import Keys, YamlFile, check_schema, read_yaml
 from workbench.plant.home import Home
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.directives import read_directives
@@ -26,7 +27,6 @@ from workbench.plant.worlds.world_words import (
     read_numbers,
     read_shape,
 )
-from workbench.yaml_files import Keys, YamlFile, check_schema, read_yaml
 
 MOST_MOVING = 100
 

@@ -10,7 +10,7 @@ from embreex.rtcore_scene import EmbreeScene
 from pydrake.geometry import Convex, Mesh
 from pydrake.math import RigidTransform
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.systems.casting.scene import CastScene
 from workbench.systems.casting.solids import as_solid, compiled_nearest_solids, pack_solids
 from workbench.systems.casting.surfaces import (

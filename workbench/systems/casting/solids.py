@@ -8,6 +8,7 @@ import numpy as np
 from numba.extending import register_jitable
 from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Shape, Sphere
 
+from workbench.common.compiled import compile_cached
 from workbench.systems.casting.intervals import (
     BOX,
     CAPSULE,
@@ -18,7 +19,6 @@ from workbench.systems.casting.intervals import (
     interval,
 )
 from workbench.systems.casting.scene import CastGeometry
-from workbench.systems.compiled import compile_cached
 
 BUNDLE = 32
 """So many neighbouring rays are taken together when shapes far from them are ruled out."""
@@ -232,5 +232,5 @@ def nearest_solids(
                 farthest = max(farthest, ranges[ray])
 
 
-SOURCES = ("casting/intervals.py", "casting/solids.py")
+SOURCES = ("systems/casting/intervals.py", "systems/casting/solids.py")
 compiled_nearest_solids = compile_cached(nearest_solids, SOURCES, "rays against shapes")

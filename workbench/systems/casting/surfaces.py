@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
+from workbench.common.compiled import compile_cached
 from workbench.systems.casting.intervals import in_ball
-from workbench.systems.compiled import compile_cached
 
 EDGE = 1e-9
 """A triangle is larger by this share, so that no ray slips between two in double precision."""
@@ -260,6 +260,6 @@ def settle(
     return again[:count], starts[:count]
 
 
-SOURCES = ("casting/intervals.py", "casting/surfaces.py")
+SOURCES = ("systems/casting/intervals.py", "systems/casting/surfaces.py")
 compiled_aim = compile_cached(aim, SOURCES, "rays against meshes")
 compiled_settle = compile_cached(settle, SOURCES, "hits on meshes")

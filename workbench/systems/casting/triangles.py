@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.geometry import Convex, Mesh
 
-from workbench.errors import WorkbenchError, sentences
+from workbench.common.errors import WorkbenchError, sentences
 
 _READABLE = (".obj", ".gltf", ".glb", ".stl")
 _Y_UP = (".gltf", ".glb")

@@ -27,7 +27,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.sensors import CameraInfo
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.systems.casting.scene import anchored_frames
 from workbench.systems.sensors.pinhole import Pinhole
 

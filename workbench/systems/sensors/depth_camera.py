@@ -13,7 +13,7 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, State
 from pydrake.systems.sensors import ImageDepth32F, ImageRgba8U, RgbdSensor
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera
 from workbench.systems.sensors.camera_renderer import NEAREST, add_camera_renderer, render_cameras
 from workbench.systems.sensors.counted_draws import drawn_bias, sample_draws

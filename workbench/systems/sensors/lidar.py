@@ -10,7 +10,7 @@ from pydrake.geometry import QueryObject
 from pydrake.math import RotationMatrix
 from pydrake.systems.framework import BasicVector, Context
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import Lidar as LidarRecord
 from workbench.systems.casting.caster import Caster
 from workbench.systems.sensors.counted_draws import drawn_bias, sample_draws

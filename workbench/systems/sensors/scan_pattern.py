@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import Lidar, ScanAxis
 
 MOST_RAYS = 4_000_000

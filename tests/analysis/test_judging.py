@@ -1,0 +1,125 @@
+"""Margins and poles against python-control's, of the model that `linearize` gives."""
+
+import control
+import numpy as np
+import pytest
+
+from workbench.analysis.questions import Judge
+from workbench.analysis.subject import Subject
+from workbench.common.errors import WorkbenchError
+from workbench.design.judge.live import live_margins
+from workbench.design.linear.linearize import linearize
+from workbench.plant.variation import Variation
+from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
+
+GAINS = {"kp_roll": 180.0, "kd_roll": 24.0, "kp_velocity_z": 6.0, "kp_position_xy": 1.4}
+
+
+def roll_margin(judged):
+    """Return the phase margin of roll, without rounding [rad]."""
+    return round(next(each.phase_margin for each in judged.loops if each.name == "roll"), 9)
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "roll",
+        "velocity_x",
+        *(
+            pytest.param(loop, marks=pytest.mark.slow)
+            for loop in ("velocity_z", "yaw_rate", "position_x")
+        ),
+    ],
+)
+def test_margins_are_python_controls(answer, loop):
+    judged = next(each for each in answer(Judge(GAINS)).loops if each.name == loop)
+    frequencies = np.geomspace(0.05, 400.0, 4000)
+    response = linearize(loop=loop, gains=GAINS)(np.exp(1j * frequencies / 128.0))
+    measured = control.frd(response, frequencies, smooth=True)
+    gains, phases, _, _, crossovers, _ = control.stability_margins(measured, returnall=True)
+    assert judged.gain_margin == pytest.approx(min(gains[gains > 1.0]), rel=2e-3)
+    assert judged.gain_reduction_margin == pytest.approx(
+        max(gains[gains < 1.0], default=0.0), rel=2e-3
+    )
+    assert np.degrees(judged.phase_margin) == pytest.approx(min(abs(phases)), rel=2e-3)
+    assert judged.crossover == pytest.approx(max(crossovers), rel=2e-3)
+    assert judged.stable
+
+
+def test_margins_are_those_of_the_model_that_is_linearised_each_time(subject, answer):
+    judged = {each.name: each for each in answer(Judge(GAINS)).loops}
+    for each in live_margins(subject.study, GAINS):
+        for name in ("gain_margin", "phase_margin", "delay_margin", "disk_margin", "crossover"):
+            expected = getattr(each.margins, name)
+            assert getattr(judged[each.loop], name) == pytest.approx(expected, rel=1e-6), name
+
+
+def test_poles_are_those_of_the_sampled_closed_loop_in_continuous_terms(answer):
+    """Each is one of python-control's, and all of its that last longer than a sample are there."""
+    poles = answer(Judge(GAINS)).poles
+    closed = linearize(at="hold=1", gains=GAINS)
+    sampled = control.poles(closed)
+    truth = np.log(sampled[np.abs(sampled) > 0.05].astype(complex)) * 128.0
+    for pole in poles:
+        assert np.abs(truth - pole).min() < 1e-4 * abs(pole)
+    slow = truth[(truth.real > -80.0) & (np.abs(truth) > 1e-3)]
+    for pole in slow:
+        assert np.abs(poles - pole).min() < 1e-4 * abs(pole)
+
+
+def test_all_is_well_with_the_shipped_gains(answer):
+    judged = answer(Judge({}))
+    assert judged.stable
+    assert judged.said == ""
+    assert [each.name for each in judged.loops][:2] == ["velocity_x", "velocity_y"]
+    assert len(judged.loops) == 9
+    assert (judged.poles.real < 0.0).all()
+
+
+def test_an_unstable_loop_is_named(answer):
+    judged = answer(Judge({"kp_roll": 2500.0, "kd_roll": 0.5}))
+    assert not judged.stable
+    assert judged.said == "unstable: a swing grows through roll"
+    assert judged.poles.real.max() > 1.0
+    assert not any(each.stable for each in judged.loops)
+    assert [each.name for each in judged.loops if each.growing] == ["roll"]
+
+
+def test_only_a_held_place_may_be_unstable(answer):
+    judged = answer(Judge({"kp_position_z": 5.0, "kp_velocity_z": 1.0, "kd_velocity_z": 1.0}))
+    loops = {each.name: each.stable for each in judged.loops}
+    if not judged.stable:  # the position loop grows, the velocity loops do not
+        assert loops["velocity_z"]
+        assert judged.said.startswith("holding a place is unstable")
+
+
+def test_settings_count_and_a_question_counts_more(answer):
+    firm = Subject(Scenario(), {"kp_roll": 180.0, "wind_x": 5.0})
+    own, other = {}, {"kp_roll": 250.0}
+    assert roll_margin(answer(Judge(own), firm)) == roll_margin(answer(Judge({"kp_roll": 180.0})))
+    assert roll_margin(answer(Judge(other), firm)) == roll_margin(answer(Judge(other)))
+    assert roll_margin(answer(Judge(own), firm)) != roll_margin(answer(Judge(own)))
+
+
+def test_variation_and_rates_of_the_scenario_count(answer):
+    late = VehicleConfig(variation=Variation(control_delay=1))
+    slow = Rates(control_period=1 / 64, record_period=1 / 64)
+    own = roll_margin(answer(Judge({})))
+    for scenario in (Scenario(vehicle=late), Scenario(rates=slow)):
+        assert roll_margin(answer(Judge({}), Subject(scenario, {}))) < own - 0.05
+
+
+@pytest.mark.parametrize(
+    ("gains", "said"),
+    [
+        ({"kp_roll": float("nan")}, "kp_roll is 'nan': give it a number"),
+        ({"kp_roll": 1e9}, "kp_roll is 1e+09 1/s^2: keep it within 0 .. 2500 1/s^2"),
+        ({"kp_rol": 1.0}, "did you mean 'kp_roll'?"),
+        ({"wind_x": 1.0}, "wind_x is no gain of the controller"),
+        ({"kp_roll": "much"}, "give it a number"),
+    ],
+)
+def test_bad_gains_are_refused(answer, gains, said):
+    with pytest.raises(WorkbenchError) as refused:
+        answer(Judge(gains))
+    assert said in str(refused.value)

@@ -1,0 +1,90 @@
+"""Predicted steps against the same steps flown on the full diagram."""
+
+import numpy as np
+import pytest
+
+from workbench.analysis.questions import DrawMap, Predict, Step, Weigh
+from workbench.analysis.subject import Subject
+from workbench.common.errors import WorkbenchError
+from workbench.design.step_response import EDGE, axis_velocity, fly_step, step_scenario
+from workbench.scenario.scenario import Scenario
+from workbench.session.session import Session
+
+
+@pytest.mark.parametrize(("axis", "amplitude"), [("x", 2.0), ("z", -1.0), ("yaw", 0.2)])
+def test_a_step_is_as_the_diagram_flies_it(answer, axis, amplitude):
+    """Within 1 mm/s, or 1 mrad/s."""
+    gains = {"kp_velocity_x": 6.0, "kp_pitch": 180.0, "kp_yaw_rate": 6.0, "kp_velocity_z": 6.0}
+    predicted = answer(Predict(gains, Step(axis, amplitude, 2.0)))
+    flown = fly_step(axis, amplitude, duration=2.0, settings=gains)
+    assert predicted.time == pytest.approx(flown.time, abs=1e-9)
+    assert np.abs(predicted.response - flown.response).max() < 1e-3
+    assert predicted.numbers.rise_time == pytest.approx(flown.metrics.rise_time, abs=0.01)
+    assert predicted.numbers.overshoot == pytest.approx(flown.metrics.overshoot, abs=0.1)
+    assert predicted.numbers.peak_rotor_use == pytest.approx(flown.peak_rotor_use, abs=0.005)
+    assert not predicted.lost
+
+
+@pytest.mark.parametrize(("axis", "amplitude"), [("x", 1.0), ("y", -1.0), ("yaw", 0.2)])
+@pytest.mark.parametrize("heading", np.radians([-83.0, 30.0, 135.0]))
+def test_a_step_is_predicted_with_the_heading_that_the_drone_has(answer, axis, amplitude, heading):
+    """Unequal gains of pitch and roll, so that the heading tells: within 1 mm/s, or 1 mrad/s."""
+    gains = {"kp_velocity_x": 6.0, "kp_velocity_y": 3.0, "kp_pitch": 80.0, "kp_roll": 180.0}
+    predicted = answer(Predict(gains, Step(axis, amplitude, 2.0, heading)))
+    flight = step_scenario(axis, amplitude, 2.0, Scenario())
+    flight.start.roll_pitch_yaw = [0.0, 0.0, heading]
+    session = Session(flight, gains)
+    session.run()
+    flown = axis_velocity(session.recording().between(EDGE, np.inf), axis)
+    assert np.abs(predicted.response - flown).max() < 1e-3
+
+
+@pytest.mark.slow
+def test_the_map_and_the_sensitivity_are_of_the_heading_too(answer):
+    """With the nose to the north the roll loop flies a step to the east."""
+    gains = {"kp_roll": 180.0, "kp_pitch": 180.0}
+    cases = ((0.0, "kp_pitch", "kp_roll"), (0.5 * np.pi, "kp_roll", "kp_pitch"))
+    for heading, gain, others in cases:
+        step = Step("x", 1.0, 2.0, heading)
+        slopes = {
+            weight.gain: abs(weight.slope)
+            for weight in answer(Weigh(gains, step)).weights["rise_time"]
+        }
+        assert slopes[gain] > 100.0 * slopes.get(others, 0.0)
+        map_ = answer(DrawMap(gains, gain, others, "rise_time", step))
+        settled = map_.values[:, np.isfinite(map_.values).all(axis=0)]  # others have no rise time
+        assert settled.shape[1] > 3
+        assert np.ptp(settled, axis=1).min() > 0.01
+        assert np.ptp(settled, axis=0).max() < 1e-6
+
+
+def test_the_wind_of_the_settings_blows(answer):
+    settings = {"wind_x": 8.0, "gps_fault": 1.0}
+    windy = Subject(Scenario(), settings)
+    predicted = answer(Predict({}, Step("x", 2.0, 1.0)), windy)
+    flown = fly_step("x", 2.0, duration=1.0, settings={"wind_x": 8.0})
+    calm = answer(Predict({}, Step("x", 2.0, 1.0)))
+    assert np.abs(predicted.response - flown.response).max() < 1e-3
+    assert np.abs(predicted.response - calm.response).max() > 0.01
+
+
+def test_a_drone_that_is_lost_is_said_to_be(answer):
+    predicted = answer(Predict({"kp_pitch": 2500.0, "kd_pitch": 0.5}, Step("x", 5.0, 3.0)))
+    assert predicted.lost
+    assert np.isnan(predicted.response[-1])
+    assert np.isnan(predicted.numbers.rise_time)
+
+
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        (Step("w", 1.0, 1.0), "unknown axis 'w'"),
+        (Step("x", 0.0, 1.0), "the amplitude is 0"),
+        (Step("x", float("nan"), 1.0), "the amplitude is nan"),
+        (Step("x", 1.0, 0.0), "a step cannot be measured in 0 s"),
+        (Step("x", 1.0, 100.0), "is too long to be shown at once"),
+    ],
+)
+def test_what_makes_no_step_is_refused(answer, step, said):
+    with pytest.raises(WorkbenchError, match=said):
+        answer(Predict({}, step))

@@ -1,0 +1,48 @@
+"""What gains do to a step against steps with another gain, flown on the full diagram."""
+
+import pytest
+
+from workbench.analysis.questions import Step, Weigh
+from workbench.common.errors import WorkbenchError
+from workbench.design.step_response import fly_step
+
+STEP = Step("x", 2.0, 1.5)
+
+
+@pytest.fixture(scope="module")
+def weighed(subject):
+    from workbench.analysis.weighing import weigh
+
+    class Unstopped:
+        def check(self, _share):
+            pass
+
+    return next(weigh(subject, Weigh({}, STEP), Unstopped()))
+
+
+def test_a_percent_more_does_what_it_says(subject, weighed):
+    """Against a tenth more on the sampled diagram: the same way, and as much within a third."""
+    own = subject.own["kp_velocity_x"]
+    rise = {
+        factor: fly_step("x", 2.0, duration=1.5, settings={"kp_velocity_x": factor * own})
+        for factor in (1.0, 1.2)
+    }
+    slope = next(e.slope for e in weighed.weights["peak"] if e.gain == "kp_velocity_x")
+    change = rise[1.2].metrics.peak - rise[1.0].metrics.peak
+    assert 20.0 * slope == pytest.approx(change, rel=0.35)
+
+
+def test_the_strongest_come_first_and_what_does_nothing_is_left_out(weighed):
+    for weights in weighed.weights.values():
+        sizes = [abs(each.slope) for each in weights]
+        assert sizes == sorted(sizes, reverse=True)
+        assert 0.0 not in sizes
+    assert weighed.weights["rise_time"][0].gain == "kp_velocity_x"
+    assert weighed.weights["rise_time"][0].slope < 0.0
+    assert "kp_yaw_rate" not in [each.gain for each in weighed.weights["rise_time"]]
+
+
+def test_a_stop_ends_it(answer, caller):
+    caller.stopped = 1
+    with pytest.raises(WorkbenchError, match="stopped"):
+        answer(Weigh({}, STEP))

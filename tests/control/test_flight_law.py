@@ -1,0 +1,267 @@
+"""Oracle: the functions that the law is made of, each tested in its own file, put in a row here."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RotationMatrix
+
+from workbench.control.cascade import (
+    Guidance,
+    wanted_specific_force,
+    wanted_velocity,
+    wanted_wrench,
+)
+from workbench.control.flight_law import (
+    control_update,
+    law_constants,
+    packed,
+    packed_update,
+    rotor_commands,
+    unpacked,
+)
+from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
+from workbench.control.loop_points import CLOSED, closed_loops
+from workbench.control.mixer import mix
+from workbench.control.stopped_rotors import mix_without
+from workbench.dynamics.rigid_body import rotation
+from workbench.dynamics.vehicle_step import rotor_rows, vehicle_wrench
+from workbench.plant.drag import AIR_DENSITY, drag_area, drag_rates
+from workbench.plant.rotors import wrench_matrix
+from workbench.systems.acceleration_estimate import sampled_estimate
+
+PERIOD = 1 / 128
+WHOLE = [1.0] * 4
+
+
+def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
+    found = [0.0] * 4
+    rotor_commands(*signals, gains, shares, constants, closed_loops(), 0.0, 0.0, found)
+    return found
+
+
+def commands_in_a_row(vehicle, signals, gains) -> list[float]:
+    state, acceleration, reference, guide = signals
+    wanted = wanted_velocity(state[4:7], reference, guide, gains, closed_loops())
+    rates = drag_rates(vehicle)
+    drag = still_air_drag(state[:4], state[10:13], rates)
+    f_W = wanted_specific_force(state[10:13], acceleration, wanted, gains, closed_loops(), drag)
+    inertia = vehicle.inertia[np.triu_indices(3)].tolist()
+    turn = (state[:4], state[7:10], f_W, wanted[3])
+    wrench = wanted_wrench(*turn, vehicle.mass, inertia, gains, closed_loops(), rates.yaw)
+    most = [rotor.motor_constant * rotor.max_rot_velocity**2 for rotor in vehicle.rotors]
+    least = [0.01 * thrust for thrust in most]  # a tenth of the speed
+    thrusts = [0.0] * 4
+    mix(*wrench, law_constants(vehicle).allocation, least, most, thrusts)
+    return [(f / r.motor_constant) ** 0.5 for f, r in zip(thrusts, vehicle.rotors, strict=True)]
+
+
+def test_commands_are_cascade_mixer_and_root_in_a_row(vehicle, gains, random_signals):
+    rng = np.random.default_rng(8)
+    constants = law_constants(vehicle)
+    for _ in range(300):
+        signals = random_signals(rng)
+        wanted = commands_in_a_row(vehicle, signals, gains)
+        assert commands(signals, gains, constants) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_hovering_in_place_takes_the_hover_speeds(vehicle, gains):
+    state = [1.0, 0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0]
+    hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 3.0)
+    found = commands((state, [0.0] * 3, [0.0] * 8, hold), gains, law_constants(vehicle))
+    assert found == pytest.approx(vehicle.hover_speeds)
+
+
+@pytest.mark.parametrize(("motors", "lift", "share"), [(0.0, 1.0, 0.0), (0, 0, 0), (1.0, 0.0, 0.1)])
+def test_without_motors_rotors_stop_and_without_lift_they_idle(
+    vehicle, gains, random_signals, motors, lift, share
+):
+    state, acceleration, reference, guide = random_signals(np.random.default_rng(9))
+    guide = [motors, lift, *guide[2:]]
+    signals = (state, acceleration, reference, guide)
+    found = commands(signals, gains, law_constants(vehicle))
+    assert found == pytest.approx([share * rotor.max_rot_velocity for rotor in vehicle.rotors])
+
+
+def updated(signals, gains, constants, filtered, shares=WHOLE) -> tuple[np.ndarray, np.ndarray]:
+    """Return commands, and the velocity that the estimate then remembers."""
+    state, _, reference, guide = signals
+    found = np.zeros(4)
+    after = control_update(
+        state,
+        reference,
+        guide,
+        gains,
+        shares,
+        constants,
+        closed_loops(),
+        sampled_estimate(PERIOD),
+        filtered,
+        found,
+    )
+    return found, np.array(after)
+
+
+def test_an_update_estimates_and_commands(vehicle, gains, random_signals):
+    rng = np.random.default_rng(10)
+    constants = law_constants(vehicle)
+    share, rate = sampled_estimate(PERIOD)
+    for _ in range(200):
+        state, _, reference, guide = random_signals(rng)
+        v_WB, filtered = np.array(state[10:13]), rng.normal(size=3)
+        acceleration = rate * (v_WB - filtered)
+        signals = (state, acceleration, reference, guide)
+        asked = commands_in_a_row(vehicle, signals, gains)
+        found, after = updated(signals, gains, constants, filtered)
+        assert found == pytest.approx(asked, rel=1e-12)
+        assert after == pytest.approx(filtered + share * (v_WB - filtered), abs=1e-12)
+
+
+def test_packing_loses_nothing(vehicle):
+    constants = law_constants(vehicle)
+    back = unpacked(*packed(constants))
+    for name, value in constants._asdict().items():
+        assert np.array(getattr(back, name)).tolist() == np.array(value).tolist(), name
+
+
+def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals):
+    """Drake may hand over the same memory to read and to write."""
+    rng = np.random.default_rng(12)
+    constants = law_constants(vehicle)
+    signals = random_signals(rng)
+    filtered = rng.normal(size=3)
+    wanted, wanted_after = updated(signals, gains, constants, filtered)
+    state, _, reference, guide = (np.array(signal) for signal in signals)
+    found = np.zeros(4)
+    packed_update(
+        state,
+        reference,
+        guide,
+        np.array(gains),
+        np.array(WHOLE),
+        *packed(constants),
+        np.array(CLOSED),
+        sampled_estimate(PERIOD),
+        filtered,
+        found,
+    )
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert filtered == pytest.approx(wanted_after, rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def odd_vehicle(vehicle):
+    """The centre of mass far off, and all rotors leaning forward by a tenth of a radian."""
+    lean = (math.sin(0.1), 0.0, math.cos(0.1))
+    rotors = tuple(dataclasses.replace(rotor, axis_B=lean) for rotor in vehicle.rotors)
+    return dataclasses.replace(vehicle, rotors=rotors, p_BoBcm_B=(0.02, -0.01, 0.2))
+
+
+def test_velocity_is_that_of_the_centre_of_mass(odd_vehicle, random_signals):
+    rng = np.random.default_rng(13)
+    lever = law_constants(odd_vehicle).p_BoBcm_B
+    assert lever == [0.02, -0.01, 0.2]
+    for _ in range(50):
+        state = random_signals(rng)[0]
+        scaled = [1.3 * q for q in state[:4]] + state[4:]
+        R_WB = RotationMatrix(Quaternion(np.array(state[:4])))
+        wanted = state[10:13] + np.cross(state[7:10], R_WB @ np.array(lever))
+        assert mass_velocity(scaled, lever) == pytest.approx(wanted)
+
+
+def test_attitude_is_that_of_the_frame_in_which_rotors_lift(odd_vehicle, random_signals):
+    rng = np.random.default_rng(14)
+    q_BT = law_constants(odd_vehicle).q_BT
+    R_BT = RotationMatrix.MakeYRotation(0.1)
+    for _ in range(50):
+        q_WB = random_signals(rng)[0][:4]
+        found = RotationMatrix(Quaternion(np.array(thrust_attitude(q_WB, q_BT))))
+        R_WB = RotationMatrix(Quaternion(np.array(q_WB)))
+        assert found.matrix() == pytest.approx((R_WB @ R_BT).matrix())
+
+
+def test_a_centre_of_mass_within_a_millimetre_counts_as_the_origin(vehicle):
+    assert 1e-4 < vehicle.p_BoBcm_B[2] < 1e-3
+    assert law_constants(vehicle).p_BoBcm_B == [0.0, 0.0, 0.0]
+
+
+def test_an_odd_vehicle_hovers_leaning_back_on_the_weight_alone(odd_vehicle, gains):
+    q_WB = [math.cos(0.05), 0.0, -math.sin(0.05), 0.0]
+    state = [*q_WB, 1, 2, 3, 0, 0, 0, 0, 0, 0]
+    hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 3.0)
+    constants = law_constants(odd_vehicle)
+    speeds = np.array(commands((state, [0.0] * 3, [0.0] * 8, hold), gains, constants))
+    thrusts = constants.motor_constants * speeds**2
+    assert thrusts.sum() == pytest.approx(odd_vehicle.mass * 9.81)
+    wrench = wrench_matrix(odd_vehicle.rotors, odd_vehicle.p_BoBcm_B) @ thrusts
+    assert wrench[3:] == pytest.approx(np.zeros(3), abs=1e-9)
+
+
+def drag_wrench(state, speeds, pressure, rotors):
+    """Return the wrench of drag alone in still air."""
+    bare = [dataclasses.replace(rotor, motor_constant=0.0) for rotor in rotors]
+    still, whole, none = [0.0] * 4, [1.0] * 4, [0.0] * 3
+    motion = (rotation(state[0:4]), state[7:10], state[10:13])
+    rows = rotor_rows(bare, 0.0)
+    return np.array(vehicle_wrench(*motion, speeds, still, whole, none, pressure, none, rows))
+
+
+def test_the_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
+    """On the drone as it hovers, in still air: what it expects takes away what acts."""
+    rng = np.random.default_rng(30)
+    centred = [dataclasses.replace(r, p_BR=(*r.p_BR[:2], 0.0)) for r in vehicle.rotors]
+    pressure = 0.5 * AIR_DENSITY * drag_area(vehicle.mass)
+    for _ in range(50):
+        q, v_WB = rng.normal(size=4), rng.normal(size=3) * 4.0
+        state = [*q, *[0.0] * 6, *v_WB]
+        speeds = vehicle.hover_speeds
+        wrench = drag_wrench(state, speeds, pressure, centred)
+        R_WB = RotationMatrix(Quaternion(q / np.linalg.norm(q))).matrix()
+        expected = still_air_drag(q, v_WB, drag_rates(vehicle))
+        assert expected == pytest.approx(-R_WB @ wrench[:3] / vehicle.mass, rel=1e-3, abs=1e-3)
+
+
+def test_the_yaw_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
+    state = [1.0, *[0.0] * 8, 0.4, 0.0, 0.0, 0.0]
+    wrench = drag_wrench(state, vehicle.hover_speeds, 0.0, vehicle.rotors)
+    expected = drag_rates(vehicle).yaw * 0.4
+    assert wrench[5] / vehicle.inertia[2, 2] == pytest.approx(-expected, rel=1e-3)
+
+
+def test_of_a_weak_rotor_the_law_knows_nothing(vehicle, gains, random_signals):
+    rng = np.random.default_rng(21)
+    constants = law_constants(vehicle)
+    for _ in range(50):
+        signals = random_signals(rng)
+        whole = commands(signals, gains, constants)
+        assert commands(signals, gains, constants, [1.0, 0.9, 0.25, 1e-3]) == whole
+
+
+def test_a_stopped_rotor_runs_down_and_the_others_are_mixed_without_it(vehicle, gains):
+    rng = np.random.default_rng(22)
+    constants = law_constants(vehicle)
+    effects = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)[2:].T
+    assert np.array(constants.effects) == pytest.approx(effects)
+    most = [rotor.max_thrust for rotor in vehicle.rotors]
+    most[1] = 0.0
+    for _ in range(50):
+        state = [1.0, *rng.uniform(-0.03, 0.03, 3), 0, 0, 10.0, *rng.uniform(-0.1, 0.1, 6)]
+        signals = (state, [0.0] * 3, [0.0] * 8, Guidance(1.0, 1.0, *[0.0] * 7))
+        filtered = np.array(state[10:13])
+        with_all, _ = updated(signals, gains, constants, filtered)
+        found, _ = updated(signals, gains, constants, filtered, [1.0, 0.0, 1.0, 1.0])
+        asked = constants.motor_constants * with_all**2  # of all, within their limits
+        wanted = [0.0] * 4
+        mix_without(*(effects.T @ asked).tolist(), effects.tolist(), most, wanted)
+        assert constants.motor_constants * found**2 == pytest.approx(wanted, abs=1e-4)
+        assert found[1] == 0.0
+
+
+def test_a_stopped_rotor_does_not_idle_either(vehicle, gains, random_signals):
+    state, acceleration, reference, guide = random_signals(np.random.default_rng(23))
+    signals = (state, acceleration, reference, [1.0, 0.0, *guide[2:]])
+    constants = law_constants(vehicle)
+    idle = commands(signals, gains, constants)
+    assert commands(signals, gains, constants, [1.0, 1.0, 0.0, 1.0]) == [*idle[:2], 0.0, idle[3]]

@@ -1,0 +1,127 @@
+"""Wind, gust and push by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from workbench.dynamics.air.settings import AirSettings
+from workbench.dynamics.air.turbulence import intensities
+from workbench.dynamics.air.update import gust_share, push_at, push_share, wind_at
+
+PERIOD = 1 / 128
+STATE = np.array([1.0, *[0.0] * 5, 20.0, *[0.0] * 6])
+
+
+def updated(settings, time=0.0, noise=None, eddies=None):
+    """Return wind, and what the turbulence remembers."""
+    after = np.zeros(6)
+    wind = wind_at(
+        time,
+        STATE,
+        np.zeros(5) if noise is None else noise,
+        np.array(settings, dtype=float),
+        PERIOD,
+        np.zeros(6) if eddies is None else eddies,
+        after,
+    )
+    return np.array(wind), after
+
+
+@pytest.mark.parametrize(
+    ("time", "share"),
+    [(0.0, 0), (1.9, 0), (2.0, 0), (2.5, 0.146447), (3.0, 0.5), (4.0, 1), (5.0, 0.5), (6.0, 0)],
+)
+def test_a_gust_rises_and_falls(time, share):
+    assert gust_share(time, 2.0, 4.0) == pytest.approx(share, abs=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.001, 0.5 * PERIOD, 1.234])
+@pytest.mark.parametrize("duration", [0.001, PERIOD, 0.1, 0.3333])
+def test_a_push_has_its_impulse_whatever_its_times(start, duration):
+    shares = [push_share(index * PERIOD, PERIOD, start, duration) for index in range(256)]
+    assert PERIOD * sum(shares) == pytest.approx(duration, rel=1e-9)
+    assert max(shares) <= 1.0
+
+
+def test_wind_and_gust_add_up():
+    settings = AirSettings(
+        wind_x=1.0, wind_y=2.0, wind_z=3.0, gust_x=10.0, gust_y=20.0, gust_z=30.0
+    )
+    calm, _ = updated(settings, time=5.0)
+    assert calm.tolist() == [1.0, 2.0, 3.0]
+    gusty, _ = updated(settings._replace(gust_start=4.0, gust_duration=2.0), time=5.0)
+    assert gusty == pytest.approx([11.0, 22.0, 33.0])
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.5, 3.0, -2.0])
+def test_turbulence_lies_along_the_mean_wind(heading):
+    """The filters' first states alone, one after the other: u along, v left, w up."""
+    along = np.array([math.cos(heading), math.sin(heading), 0.0])
+    left = np.array([-along[1], along[0], 0.0])
+    settings = AirSettings(wind_x=5 * along[0], wind_y=5 * along[1], turbulence=7.7)
+    s_level, s_w = intensities(20.0, 7.7)
+    mean, _ = updated(settings)
+    for place, axis, s in ((0, along, s_level), (1, left, s_level), (3, [0.0, 0.0, 1.0], s_w)):
+        noise = np.zeros(5)
+        noise[place] = 1.0
+        wind, _ = updated(settings, noise=noise)
+        blown = wind - mean
+        assert np.cross(blown, axis) == pytest.approx(np.zeros(3), abs=1e-12)
+        assert 0.3 * s < blown @ axis < 1.1 * s
+
+
+def test_without_a_wind_turbulence_lies_along_x():
+    noise = np.array([1.0, 0, 0, 0, 0])
+    wind, _ = updated(AirSettings(turbulence=7.7), noise=noise)
+    assert wind[1:].tolist() == [0.0, 0.0]
+    assert wind[0] > 0.1
+
+
+def test_in_calm_air_noise_changes_nothing():
+    noise = np.random.default_rng(1).normal(size=5)
+    for settings in (AirSettings(), AirSettings(wind_x=3.0, drag_area=0.1)):
+        plain, _ = updated(settings)
+        noisy, _ = updated(settings, noise=noise)
+        assert plain.tolist() == noisy.tolist()
+
+
+def test_the_filters_begin_once():
+    noise = np.ones(5)
+    _, begun = updated(AirSettings(turbulence=7.7), noise=noise)
+    assert begun[5] == 1.0
+    assert begun[0] == pytest.approx(1.0)
+    _, later = updated(AirSettings(turbulence=7.7), noise=np.zeros(5), eddies=begun)
+    assert later[0] == pytest.approx(1.0, abs=0.01)
+    _, calm = updated(AirSettings(), eddies=begun)
+    assert calm[5] == 0.0
+
+
+def test_the_drones_way_through_the_wind_says_how_fast_eddies_pass():
+    """They fade as exp(-V T / L): a drone at 6 m/s against 4 meets them at 10."""
+    eddies = np.array([1.0, 0, 0, 0, 0, 1.0])
+    state = STATE.copy()
+    state[10] = -6.0
+    after = np.zeros(6)
+    settings = np.array(AirSettings(wind_x=4.0, turbulence=1.0))
+    wind_at(0.0, state, np.zeros(5), settings, PERIOD, eddies, after)
+    h = 20.0 / 0.3048
+    length = 20.0 / (0.177 + 0.000823 * h) ** 1.2
+    assert after[0] == pytest.approx(math.exp(-10.0 * PERIOD / length), rel=1e-12)
+
+
+def test_a_push_is_a_force_in_w_at_a_point_of_b():
+    """Nose up by a right angle: W's x is down along B's z... minus it, and B's z is W's -x."""
+    half = math.sqrt(0.5)
+    state = np.array([half, 0.0, -half, 0.0, 0, 0, 20.0, *[0.0] * 6])  # -90 degrees about y
+    settings = np.array(AirSettings(push_x=3.0, push_at_y=0.5, push_start=0.0, push_duration=1.0))
+    force_W = np.array([3.0, 0.0, 0.0])
+    R_WB = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    push = push_at(0.5, state, settings, PERIOD)
+    assert push == pytest.approx([*force_W, *np.cross(R_WB @ [0.0, 0.5, 0.0], force_W)], abs=1e-12)
+    assert push_at(1.0, state, settings, PERIOD) == pytest.approx(np.zeros(6), abs=1e-12)
+
+
+def test_in_a_period_in_which_it_ends_a_push_has_its_mean():
+    settings = np.array(AirSettings(push_x=3.0, push_start=0.0, push_duration=0.25 * PERIOD))
+    assert push_at(0.0, STATE, settings, PERIOD)[0] == pytest.approx(0.75)

@@ -1,0 +1,230 @@
+"""Oracles: Drake's `Propeller`, conservation of angular momentum, and Drake's rigid body."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import Propeller, PropellerInfo
+from pydrake.multibody.tree import BodyIndex
+
+from workbench.dynamics.rigid_body import rigid_body, rotation
+from workbench.dynamics.rotor_response import step_rotor
+from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle, vehicle_wrench
+
+MOTOR_CONSTANT = 8.54858e-06
+MOMENT_CONSTANT = 0.016
+ARM = 0.25
+ROTOR_HEIGHT = 0.014 / 2 + 0.026 + 0.006
+TURNS = (-1, 1, -1, 1)
+STEP = 1 / 1024
+NONE = [0.0] * 3
+
+
+def wrench_of(rotors, speeds, w_B=NONE, slopes=None, shares=None) -> np.ndarray:
+    """Return force and moment about the origin in still air of a body that is nowhere going."""
+    bare = [dataclasses.replace(rotor, rotor_drag_coefficient=0.0) for rotor in rotors]
+    found = vehicle_wrench(
+        rotation([1.0, 0.0, 0.0, 0.0]),
+        w_B,
+        NONE,
+        speeds,
+        slopes or [0.0] * len(rotors),
+        shares or [1.0] * len(rotors),
+        NONE,
+        0.0,
+        NONE,
+        rotor_rows(bare, STEP),
+    )
+    return np.array(found)
+
+
+def by_hand(base_index):
+    """Four rotors at odd multiples of 45 degrees, commanded by squared speeds."""
+    infos = []
+    for number, turn in enumerate(TURNS, start=1):
+        angle = (2 * number - 1) * np.pi / 4
+        p_BR = [ARM * np.cos(angle), ARM * np.sin(angle), ROTOR_HEIGHT]
+        moment_ratio = -turn * MOTOR_CONSTANT * MOMENT_CONSTANT
+        infos.append(PropellerInfo(base_index, RigidTransform(p_BR), MOTOR_CONSTANT, moment_ratio))
+    return Propeller(infos)
+
+
+def test_thrusts_are_those_of_a_propeller_set_up_by_hand(vehicle):
+    twin = by_hand(BodyIndex(1))
+    context = twin.CreateDefaultContext()
+    twin.get_body_poses_input_port().FixValue(context, [RigidTransform()] * 2)
+    rng = np.random.default_rng(6)
+    for _ in range(50):
+        speeds = rng.uniform(0, 1100, 4)
+        twin.get_command_input_port().FixValue(context, speeds**2)
+        applied = twin.get_spatial_forces_output_port().Eval(context)
+        torque, force = np.split(sum(F.F_Bq_W.Shift(-F.p_BoBq_B).get_coeffs() for F in applied), 2)
+        found = wrench_of(vehicle.rotors, speeds)
+        assert found == pytest.approx([*force, *torque], rel=1e-9, abs=1e-9)
+
+
+def test_a_tilted_rotor_pushes_along_its_axis_and_drags_about_it(vehicle):
+    """One newton of a counter-clockwise rotor at (0.3, 0, 0.1), tilted to the left."""
+    axis, arm = np.array([0.0, 0.6, 0.8]), np.array([0.3, 0.0, 0.1])
+    rotor = dataclasses.replace(
+        vehicle.rotors[0], p_BR=tuple(arm), axis_B=tuple(axis), direction=1, moment_constant=0.05
+    )
+    found = wrench_of([rotor], [rotor.motor_constant**-0.5])
+    torque = np.cross(arm, axis) - 0.05 * axis
+    assert found == pytest.approx([*axis, *torque], abs=1e-12)
+
+
+def test_a_weak_rotor_gives_its_share_and_one_that_has_stopped_all_while_it_runs_down(vehicle):
+    speeds = [700.0] * 4
+    whole = [wrench_of([rotor], [700.0]) for rotor in vehicle.rotors]
+    found = wrench_of(vehicle.rotors, speeds, shares=[1.0, 0.25, 0.0, 1e-3])
+    assert found == pytest.approx(whole[0] + 0.25 * whole[1] + whole[2] + 1e-3 * whole[3])
+
+
+def test_body_and_rotors_keep_their_angular_momentum(vehicle):
+    """Without thrust and drag, whatever the rotors are commanded: 5 s, tumbling, axes that lean.
+
+    Spin-up torque and gyroscopic moment are what makes it so, each with its size and its sign: with
+    one of them missing, or the other way round, it is lost within a tenth of a second.
+    """
+    rng = np.random.default_rng(3)
+    rotors = []
+    for rotor in vehicle.rotors:
+        axis = rng.normal(size=3)
+        rotors.append(
+            dataclasses.replace(
+                rotor,
+                axis_B=tuple((axis / np.linalg.norm(axis)).tolist()),
+                motor_constant=1e-30,
+                rotor_drag_coefficient=0.0,
+                inertia=6.5e-5,
+            )
+        )
+    body = rigid_body(vehicle.mass, vehicle.inertia, (0.01, -0.02, 0.03))
+    rows, packed = rotor_rows(rotors, STEP), body.packed()
+    state = np.array([1.0, *[0.0] * 6, 9.0, -5.0, 7.0, *[0.0] * 3])
+    last, speeds = np.zeros(6), rng.uniform(100.0, 1000.0, 4)
+    speeds_kept = []
+
+    def momentum() -> np.ndarray:
+        R_WB = RotationMatrix(Quaternion(state[:4] / np.linalg.norm(state[:4]))).matrix()
+        h_B = vehicle.inertia @ R_WB.T @ state[7:10]
+        for rotor, speed in zip(rotors, speeds, strict=True):
+            h_B = h_B + rotor.direction * rotor.inertia * speed * np.array(rotor.axis_B)
+        return R_WB @ h_B
+
+    before = momentum()
+    commands = speeds
+    for number in range(5 * 1024):
+        if number % 50 == 0:
+            commands = rng.uniform(100.0, 1000.0, 4)
+        after = np.zeros(4)
+        found, acceleration = step_vehicle(
+            state,
+            last,
+            speeds,
+            commands,
+            [1.0] * 4,
+            NONE,
+            [0.0] * 6,
+            0.0,
+            packed,
+            rows,
+            STEP,
+            np.zeros(4),
+            np.zeros(4),
+            after,
+        )
+        state, last, speeds = np.array(found), np.array(acceleration), after
+        speeds_kept.append(speeds)
+    assert np.ptp(speeds_kept, axis=0).min() > 500.0
+    # what is left is the step's: a change of command within it is of first order in its length
+    assert np.linalg.norm(momentum() - before) < 2e-3 * np.linalg.norm(before)
+
+
+def test_a_rotor_that_spins_up_turns_the_body_the_other_way(vehicle):
+    """J dw/dt about its axis, against its turning; and J w across for a body that turns."""
+    rotor = dataclasses.replace(
+        vehicle.rotors[0], axis_B=(0.0, 0.0, 1.0), direction=1, motor_constant=1e-30, inertia=2e-4
+    )
+    assert wrench_of([rotor], [500.0], slopes=[3000.0])[3:] == pytest.approx([0, 0, -0.6])
+    clockwise = dataclasses.replace(rotor, direction=-1)
+    assert wrench_of([clockwise], [500.0], slopes=[3000.0])[3:] == pytest.approx([0, 0, 0.6])
+    # -w x h = -(2, 0, 0) x (0, 0, 0.1)
+    assert wrench_of([rotor], [500.0], [2.0, 0, 0])[3:] == pytest.approx([0, 0.2, 0], abs=1e-12)
+
+
+def test_a_step_carries_derivatives(vehicle):
+    """Against central differences, of all that moves it."""
+    rng = np.random.default_rng(8)
+    body = rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed().tolist()
+    rotors = [dataclasses.replace(rotor, inertia=6.5e-5) for rotor in vehicle.rotors]
+    rows = rotor_rows(rotors, STEP).tolist()
+    q = rng.normal(size=4)
+    sizes = np.cumsum([13, 6, 4])
+    at = np.concatenate(
+        [q / np.linalg.norm(q), rng.normal(size=15), rng.uniform(300, 900, 4), [500, 600, 700, 800]]
+    )
+
+    def stepped(values) -> list:
+        state, last, speeds, commands = np.split(values, sizes)
+        after = [0.0] * 4
+        found, acceleration = step_vehicle(
+            state.tolist(),
+            last.tolist(),
+            speeds.tolist(),
+            commands.tolist(),
+            [1.0] * 4,
+            [1.0, -2.0, 0.5],
+            [0.1] * 6,
+            0.02,
+            body,
+            rows,
+            STEP,
+            [0.0] * 4,
+            [0.0] * 4,
+            after,
+        )
+        return [*found, *acceleration, *after]
+
+    carried = ExtractGradient(np.array(stepped(InitializeAutoDiff(at).ravel())))
+    columns = []
+    for index in range(len(at)):
+        change = np.zeros(len(at))
+        change[index] = 1e-5 * max(1.0, abs(at[index]))
+        above, below = (np.array(stepped(at + way * change)) for way in (1.0, -1.0))
+        columns.append((above - below) / (2.0 * change[index]))
+    assert carried == pytest.approx(np.array(columns).T, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("command", [0.0, 5000.0, -300.0])
+def test_a_rotor_keeps_within_its_limits(vehicle, command):
+    rows = rotor_rows(vehicle.rotors, STEP)
+    body = rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed()
+    speeds = np.full(4, 600.0)
+    state = [1.0, *[0.0] * 12]
+    for _ in range(1024):
+        after = np.zeros(4)
+        step_vehicle(
+            state,
+            [0.0] * 6,
+            speeds,
+            [command] * 4,
+            [1.0] * 4,
+            NONE,
+            [0.0] * 6,
+            0.0,
+            body,
+            rows,
+            STEP,
+            np.zeros(4),
+            np.zeros(4),
+            after,
+        )
+        speeds = after
+    limit = vehicle.rotors[0].max_rot_velocity
+    assert speeds == pytest.approx([min(max(command, 0.0), limit)] * 4, abs=1e-6)
+    assert step_rotor(limit, limit, rows[0][15:24])[2] == pytest.approx(limit)

@@ -1,0 +1,113 @@
+import time
+
+import pytest
+
+from workbench.gateways.monitor.pilot import Pilot
+from workbench.link import Client
+from workbench.link.operations import FlightOp, ReleaseControlOp, RequestControlOp
+
+POSITION = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Clock:
+    now = 50.0
+
+    def __call__(self):
+        return self.now
+
+
+def said_of(kind, server):
+    return [each for each in server.operations if isinstance(each, kind)]
+
+
+def test_keys_take_control_fly_and_give_it_back(server, fakes):
+    clock = Clock()
+    with Client(server.address) as client:
+        pilot = Pilot(client, clock)
+        assert pilot.key("c") and pilot.flying and pilot.said == "you fly"
+        pilot.key("+")
+        pilot.key("w")
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 1.5)
+        clock.now += 1.0  # nobody holds the key
+        pilot.tick()
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 0.0)
+        pilot.key("up")
+        fakes.wait_until(lambda: server.commands[-1][1][4] == 1.5)
+        pilot.key("space")
+        fakes.wait_until(lambda: server.commands[-1][1][4] == 0.0)
+        for key in "tlx":
+            pilot.key(key)
+        pilot.key("c")
+        assert not pilot.flying
+    assert [each.what for each in said_of(FlightOp, server)] == ["take_off", "land", "stop"]
+    assert len(said_of(ReleaseControlOp, server)) == 1
+
+
+@pytest.mark.parametrize("key", ["t", "l", "x"])
+def test_an_operation_lets_go_of_the_sticks_before_it_waits(server, fakes, key):
+    flown = []
+    server.answer = lambda peer, operation: (
+        flown.append(server.commands[-1][1][2]) if isinstance(operation, FlightOp) else None
+    )
+    with Client(server.address) as client:
+        pilot = Pilot(client, Clock())
+        pilot.key("c")
+        pilot.key("w")
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 1.0)
+        pilot.key(key)
+        pilot.release()
+    assert flown == [0.0]
+
+
+def test_a_pilot_who_hangs_is_silent(server, fakes):
+    with Client(server.address) as client:
+        pilot = Pilot(client, Clock())
+        pilot.key("c")
+        pilot.key("w")
+        fakes.wait_until(lambda: server.commands[-1][1][2] == 1.0)
+        count = len(server.commands)
+        for step in range(1, 4):  # nobody calls tick; the flight goes on
+            server.publish(9_000_000_000 + step * 200_000_000, position_data=POSITION)
+        fakes.wait_until(lambda: client.received == 3)
+        time.sleep(0.2)  # four repetitions, were there any
+        assert len(server.commands) == count
+        pilot.tick()
+        fakes.wait_until(lambda: len(server.commands) == count + 1)
+        pilot.tick()  # the same again: a pilot who is there is heard
+        fakes.wait_until(lambda: len(server.commands) == count + 2)
+        pilot.release()
+
+
+def test_without_control_nothing_is_sent(server):
+    with Client(server.address) as client:
+        pilot = Pilot(client, Clock())
+        for key in ("w", "t", "x", "space"):
+            pilot.said = ""
+            pilot.key(key)
+            assert key == "space" or pilot.said == "press C to take control first"
+        assert not pilot.key("z")
+        pilot.release()
+    assert server.commands == []
+    assert said_of(RequestControlOp, server) == []
+
+
+def test_a_refusal_is_a_sentence(server):
+    server.refuse(RequestControlOp, "held", "Ada flies")
+    with Client(server.address) as client:
+        pilot = Pilot(client, Clock())
+        pilot.key("c")
+        assert not pilot.flying
+        assert pilot.said == "refused: Ada flies"
+
+
+def test_lost_control_is_said_and_not_taken_again(server, fakes):
+    with Client(server.address) as client:
+        pilot = Pilot(client, Clock())
+        pilot.key("c")
+        server.say(server.nobody("the operator took over"))
+        fakes.wait_until(lambda: client.control_state.reason == "the operator took over")
+        fakes.wait_until(lambda: pilot.tick() or not pilot.flying)
+        assert pilot.said == "control was lost: the operator took over; press C to ask again"
+        pilot.key("w")
+    assert len(said_of(RequestControlOp, server)) == 1
+    assert said_of(ReleaseControlOp, server) == []

@@ -1,0 +1,50 @@
+"""Oracle: the shipped drone has four rotors and a sensor of each kind, the palm quad none."""
+
+import dataclasses
+
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_model
+from workbench.gains.gains import flight_gains
+from workbench.plant.loading import load_vehicle
+from workbench.scenario.parameters import PARAMETERS, SENSOR_KINDS
+from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.vehicle_parameters import (
+    check_parameters,
+    check_settings,
+    vehicle_parameters,
+)
+from workbench.session.session import Session
+
+
+@pytest.fixture(scope="module")
+def vehicle():
+    return load_vehicle(find_model("dh_drone"))
+
+
+def test_a_quadrotor_has_four_of_the_rotor_rows(vehicle):
+    names = [row.name for row in vehicle_parameters(vehicle)]
+    assert [name for name in names if name.startswith("rotor_")] == [f"rotor_{k}" for k in "1234"]
+    assert len(names) == len(PARAMETERS) - 8
+
+
+def test_faults_are_rows_of_the_sensors_that_there_are(vehicle):
+    blind = dataclasses.replace(vehicle, sensors=())
+    systems = {row.system for row in vehicle_parameters(vehicle)}
+    assert systems.issuperset(SENSOR_KINDS)
+    assert {row.system for row in vehicle_parameters(blind)}.isdisjoint(SENSOR_KINDS)
+    with pytest.raises(WorkbenchError, match="lidar_fault cannot be set: dh_drone has no lidar"):
+        check_parameters(blind, ["lidar_fault"])
+
+
+def test_what_is_not_there_is_refused_before_the_flight(vehicle):
+    said = "rotor_9 cannot be set: dh_drone has 4 rotors"
+    with pytest.raises(WorkbenchError, match=said):
+        flight_gains(vehicle, "", {"rotor_9": 0.5})
+    with pytest.raises(WorkbenchError, match=said):
+        Session(Scenario(script=[Action(at=5.0, set={"rotor_9": 0.0})]))
+
+
+def test_defaults_may_be_given_for_what_is_not_there(vehicle):
+    check_settings(vehicle, {row.name: row.default for row in PARAMETERS})

@@ -1,0 +1,201 @@
+"""A flight that goes on from an instant equals the flight that it was taken from, to the bit."""
+
+import dataclasses
+import pickle
+
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.mode import FlightMode
+from workbench.plant.variation import Variation
+from workbench.scenario.scenario import (
+    Action,
+    FigureEight,
+    Gust,
+    Push,
+    Rates,
+    Scenario,
+    SensorsConfig,
+    Start,
+    VehicleConfig,
+)
+from workbench.session.checkpoint import Instant
+from workbench.session.recording import Recording
+from workbench.session.session import Session
+from workbench.systems.bridge import Bridge
+
+STEP = Rates().physics_step
+AFTER = 2.0
+"""Flown from the instant on [s]."""
+
+STEERED = [Action(at=0.2, velocity=[1.0, -0.5, 0.3], yaw_rate=0.3), Action(at=2.0, yaw_rate=-0.2)]
+GUSTY = Action(set={"turbulence": 5.0, "wind_x": 2.0, "wind_y": -1.0})
+GUST = Action(at=0.9, gust=Gust([3.0, 1.0, 0.0], 1.0))
+PUSH = Action(at=1.1, push=Push([0.0, 2.0, 0.0], [0.1, 0.0, 0.0], 0.5))
+TAKE_OFF = Action(at=0.1, request="take_off", height=1.0)
+LAND = Action(at=0.5, request="land")
+LATE = VehicleConfig(variation=Variation(mass=1.1, rotor_lag=1.3, control_delay=3))
+WEAK = Action(at=0.5, set={"rotor_2": 0.8, "kp_roll": 70.0})
+ROUGH_RATES = Rates(physics_step=0.001, control_period=0.007, mode_period=0.12, record_period=0.01)
+WALL = Action(velocity=[0.0, 2.0, 0.0], set={"obstacle_brake": 1.5})
+
+CASES = {
+    "at its very start": (Scenario(script=STEERED), 0.0),
+    "on the control grid": (Scenario(script=STEERED), 1.0),
+    "on the mode's and the battery's grid, at a step of the script": (
+        Scenario(script=STEERED),
+        2.0,
+    ),
+    "one step after the control update": (Scenario(script=STEERED), 1.0 + STEP),
+    "at the step of the network's update": (Scenario(script=STEERED), 1.0 - STEP),
+    "with time owed": (Scenario(script=STEERED), 1.2345),
+    "in a gust, with turbulence and a push": (
+        Scenario(script=[GUSTY, GUST, PUSH, *STEERED], sensors=SensorsConfig(seed=7)),
+        1.3 + 0.4 * STEP,
+    ),
+    "while the rotors spool up": (Scenario(start=Start(mode="off"), script=[TAKE_OFF]), 0.4),
+    "in take-off": (Scenario(start=Start(mode="off"), script=[TAKE_OFF]), 1.5),
+    "during a landing": (Scenario(script=[*STEERED, LAND]), 1.501),
+    "as it touches down": (Scenario(start=Start(position=[0, 0, 0.4]), script=[LAND]), 2.0),
+    "with a late controller": (Scenario(vehicle=LATE, script=STEERED), 1.003),
+    "with a weak rotor": (Scenario(script=[WEAK, *STEERED]), 1.7),
+    "during a figure of eight": (Scenario(figure_eight=FigureEight()), 3.3),
+    "on its way to a place": (Scenario(script=[Action(at=0.3, go_to=[1.0, 1.0, 2.0])]), 0.8),
+    "near walls": (Scenario(world="room", script=[WALL]), 0.7),
+    "near walls, as they are measured": (Scenario(world="room", script=[WALL]), 0.6875 - STEP),
+    "near what moves": (Scenario(world="moving_obstacle", script=[WALL]), 0.7),
+    "with periods that are not exact": (Scenario(rates=ROUGH_RATES, script=STEERED), 0.847),
+}
+
+
+def flown_to(scenario: Scenario, time: float) -> Session:
+    """Return a session with a bridge and sensors, flown in uneven ticks."""
+    sensors = dataclasses.replace(scenario.sensors, use=["imu", "gps"])
+    session = Session(dataclasses.replace(scenario, sensors=sensors), bridge=Bridge())
+    for share in (0.31, 0.36, 0.33):
+        session.tick(share * time)
+    return session
+
+
+def sent(instant: Instant) -> Instant:
+    """Return it as another process receives it."""
+    return pickle.loads(pickle.dumps(instant))
+
+
+def assert_equal_from(time: float, flight: Recording, fork: Recording) -> None:
+    for field in dataclasses.fields(Recording):
+        if field.name != "vehicle":
+            flown = getattr(flight, field.name)[flight.time >= time]
+            assert len(flown) > 100, field.name
+            assert flown.tobytes() == getattr(fork, field.name).tobytes(), field.name
+
+
+OFTEN = (
+    "one step after the control update",
+    "with time owed",
+    "in a gust, with turbulence and a push",
+    "in take-off",
+    "near walls, as they are measured",
+    "with periods that are not exact",
+)
+"""Instants at which flights go on in every run; the others are slow tests."""
+
+
+@pytest.mark.parametrize(
+    ("scenario", "time"),
+    [
+        pytest.param(*CASES[name], marks=() if name in OFTEN else pytest.mark.slow, id=name)
+        for name in CASES
+    ],
+)
+def test_a_flight_goes_on_from_an_instant_to_the_bit(scenario, time):
+    flight, fork = flown_to(scenario, time), Session(scenario)
+    instant = flight.instant()
+    fork.begin_from(sent(instant))
+    assert fork.instant() == instant
+    assert fork.time == flight.time
+    for session in (flight, fork):
+        session.tick(AFTER)
+    assert_equal_from(instant.time, flight.recording(), fork.recording())
+    assert fork.instant() == flight.instant()
+    assert fork.instant() != instant
+
+
+def test_what_a_case_is_named_after_is_so():
+    """The instants above lie where they are said to."""
+    modes = {
+        "while the rotors spool up": FlightMode.ARMED,
+        "in take-off": FlightMode.TAKING_OFF,
+        "during a landing": FlightMode.LANDING,
+        "as it touches down": FlightMode.LANDING,
+    }
+    for name, mode in modes.items():
+        assert flown_to(*CASES[name]).snapshot().mode is mode, name
+    gusty = flown_to(*CASES["in a gust, with turbulence and a push"])
+    assert gusty.snapshot().wind[0] > 3.0
+    assert flown_to(*CASES["near walls"]).snapshot().clearance.distance < 3.0
+
+
+def test_a_session_goes_on_from_instants_again_and_again_and_from_its_start():
+    scenario = Scenario(script=STEERED)
+    flight, fork = flown_to(scenario, 1.0), Session(scenario)
+    instant = flight.instant()
+    flight.tick(0.3)
+    later = flight.instant()
+    fork.begin_from(instant)
+    fork.tick(1.1)
+    fork.set("kp_roll", 10.0)
+    fork.begin_from(instant)
+    fork.tick(0.3)
+    assert fork.instant() == later
+    fork.reset()
+    fork.tick(1.0)
+    assert fork.instant() == instant
+
+
+def test_what_the_pilot_asks_for_is_in_the_instant():
+    session = Session()
+    session.command([0.5, 0.0, -0.25], 0.125)
+    instant = session.instant()
+    assert instant.velocity == (0.5, 0.0, -0.25)
+    assert instant.yaw_rate == 0.125
+
+
+def test_parameters_are_those_of_the_instant():
+    flight, fork = Session(), Session()
+    fork.set("kd_roll", 3.0)
+    for name, value in (("kp_roll", 77.0), ("rotor_3", 0.5), ("wind_y", 4.0), ("max_speed", 3.0)):
+        flight.set(name, value)
+    fork.begin_from(flight.instant())
+    for name in ("kp_roll", "rotor_3", "wind_y", "max_speed", "kd_roll"):
+        assert fork.get(name) == flight.get(name), name
+
+
+def test_nothing_before_the_instant_is_recorded():
+    flight, fork = flown_to(Scenario(), 0.5), Session()
+    fork.tick(2.0)
+    fork.begin_from(flight.instant())
+    assert list(fork.recording().time) == [0.5]
+
+
+def test_a_session_with_a_bridge_and_sensors_may_go_on_too():
+    scenario = Scenario(script=STEERED, sensors=SensorsConfig(use=["imu"]))
+    flight, fork = flown_to(scenario, 1.0), Session(scenario, bridge=Bridge())
+    fork.tick(0.5)
+    fork.begin_from(flight.instant())
+    for session in (flight, fork):
+        session.tick(1.0)
+    assert fork.instant() == flight.instant()
+    assert all(sampled.published.t_ns >= 1_000_000_000 for sampled in fork.drain())
+    assert fork.reading("imu").stamp == flight.reading("imu").stamp
+
+
+@pytest.mark.parametrize(
+    "other", [Scenario(world="room"), Scenario(vehicle=LATE)], ids=["world", "delay"]
+)
+def test_an_instant_of_another_flight_is_refused(other):
+    session = Session(other)
+    with pytest.raises(WorkbenchError, match="one of another flight"):
+        session.begin_from(Session().instant())
+    session.tick(0.1)
+    assert session.time == 0.1 - 0.1 % STEP

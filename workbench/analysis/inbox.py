@@ -1,0 +1,83 @@
+"""Hears the caller while an answer is worked on; of each kind the newest question is kept."""
+
+import os
+import threading
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+
+from workbench.analysis.messages import Ask, Stop, Superseded
+from workbench.live.outbox import Outbox
+
+
+class Inbox:
+    """What was asked and not begun yet; a thread fills it.
+
+    The process ends at once when the caller's end of the connection does, whatever is worked on:
+    nobody would hear of it, and a search may take minutes.
+
+    Args:
+        connection: to the caller.
+        outbox: to the caller; questions that are dropped are told of.
+        end: called when the caller is gone.
+    """
+
+    def __init__(
+        self,
+        connection: Connection,
+        outbox: Outbox,
+        end: Callable[[], None] = lambda: os._exit(0),
+    ) -> None:
+        self._connection = connection
+        self._outbox = outbox
+        self._end = end
+        self._waiting: dict[type, Ask] = {}
+        self._stopped = 0
+        self._stopper: tuple[int, Callable[[], None]] | None = None
+        self._change = threading.Condition()
+        threading.Thread(target=self._listen, name="inbox", daemon=True).start()
+
+    @property
+    def stopped(self) -> int:
+        """Number up to which questions are stopped."""
+        return self._stopped
+
+    def take(self, kinds: set[type], wait: bool) -> list[Ask]:
+        """Take the questions that wait.
+
+        Args:
+            kinds: of which none is taken.
+            wait: whether to wait for one.
+        """
+        with self._change:
+            if wait:
+                self._change.wait_for(lambda: self._waiting.keys() - kinds)
+            return [self._waiting.pop(kind) for kind in self._waiting.keys() - kinds]
+
+    def on_stop(self, number: int, act: Callable[[], None]) -> None:
+        """Call when a question is stopped: at once, in another thread; the last one counts."""
+        with self._change:
+            self._stopper = (number, act)
+            if number <= self._stopped:
+                act()
+
+    def _listen(self) -> None:
+        """Hear the caller until it is gone."""
+        try:
+            while True:
+                self._hear(self._connection.recv())
+        except (EOFError, OSError):
+            self._end()
+
+    def _hear(self, message: object) -> None:
+        with self._change:
+            match message:
+                case Ask(_, question):
+                    older = self._waiting.pop(type(question), None)
+                    if older is not None:
+                        self._outbox.post(Superseded(older.number))
+                    self._waiting[type(question)] = message
+                    self._change.notify()
+                case Stop(number):
+                    self._stopped = max(self._stopped, number)
+                    if self._stopper is not None and self._stopper[0] <= number:
+                        self._stopper[1]()

@@ -1,0 +1,77 @@
+"""How a step would be flown with gains, by a compiled flight in half a millisecond."""
+
+from concurrent.futures import wait
+from typing import TYPE_CHECKING
+
+from workbench.analysis.questions import Predict, Step
+from workbench.analysis.replies import Predicted, StepNumbers
+from workbench.analysis.subject import Subject
+from workbench.analysis.work import Work, Working
+from workbench.common.errors import WorkbenchError
+from workbench.design.step_metrics import step_metrics
+from workbench.design.step_response import check_duration, check_step
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from workbench.design.rollout.engine import RolloutEngine
+
+LONGEST = 20.0
+"""A step that is flown while somebody waits [s]."""
+PATIENCE = 0.005
+"""Between two looks at what loads [s]."""
+
+
+def predict(subject: Subject, question: Predict, _: Work) -> Working:
+    """Answer how a step would be flown from hover with the step's heading.
+
+    The air is as the settings ask for.
+    """
+    step = question.step
+    check_short(step)
+    gains = subject.gains(question.gains)
+    engine = yield from ready_engine(subject)
+    flown = engine.fly(
+        [gains], step.axis, step.amplitude, duration=step.duration, heading=step.heading
+    )
+    response = flown.response[0]
+    metrics = step_metrics(flown.time, response, step.amplitude)
+    yield Predicted(
+        gains=question.gains,
+        step=step,
+        time=flown.time,
+        response=response,
+        numbers=StepNumbers(
+            rise_time=metrics.rise_time,
+            settling_time=metrics.settling_time,
+            overshoot=metrics.overshoot,
+            steady_state_error=metrics.steady_state_error,
+            peak_rotor_use=float(flown.peak_rotor_use[0]),
+            withheld=metrics.withheld,
+        ),
+        lost=bool(flown.diverged_at[0] == flown.diverged_at[0]),
+    )
+
+
+def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
+    """Rest until the engine of compiled flights is loaded, and return it."""
+    loading = subject.load_engine()
+    while not loading.done():
+        wait([loading], PATIENCE)
+        yield None
+    return loading.result()
+
+
+def check_short(step: Step, longest: float = LONGEST) -> None:
+    """Refuse a step that makes no flight, or one too long to wait for.
+
+    Raises:
+        WorkbenchError: if it does.
+    """
+    check_step(step.axis, step.amplitude)
+    check_duration(step.duration)
+    if step.duration > longest:
+        raise WorkbenchError(
+            f"a step of {step.duration:g} s is too long to be shown at once: give it {longest:g} s "
+            "at most"
+        )

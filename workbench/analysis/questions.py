@@ -1,0 +1,125 @@
+"""What a screen asks its analyst: frozen records of plain numbers.
+
+The newest of a kind counts: one that waits is dropped for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from workbench.design.branches import Branch
+
+if TYPE_CHECKING:
+    from workbench.session.checkpoint import Instant
+
+Gains = Mapping[str, float]
+"""Values of the controller's parameters by name, those that differ from the scenario's or all."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step to be predicted.
+
+    Attributes:
+        axis: x, y, z or yaw.
+        amplitude: [m/s] or [rad/s].
+        duration: after its edge [s].
+        heading: yaw of the drone at the edge, in W [rad]. A velocity is commanded in W, so the
+            heading decides how much of it the pitch loop flies, and how much the roll loop.
+    """
+
+    axis: str
+    amplitude: float
+    duration: float
+    heading: float = 0.0
+
+
+@dataclass(frozen=True)
+class Judge:
+    """How stable are these gains at hover? Answered by `Judged`."""
+
+    gains: Gains
+
+
+@dataclass(frozen=True)
+class FindRanges:
+    """Within which values of each single gain is the loop stable? Answered by `Ranges`."""
+
+    gains: Gains
+
+
+@dataclass(frozen=True)
+class Predict:
+    """How would a step be flown? Answered by `Predicted`."""
+
+    gains: Gains
+    step: Step
+
+
+@dataclass(frozen=True)
+class DrawMap:
+    """What is a metric over two gains around these? Answered by `Mapped`."""
+
+    gains: Gains
+    x: str
+    y: str
+    metric: str
+    step: Step
+
+
+@dataclass(frozen=True)
+class Weigh:
+    """Which gain moves the metrics of a step most? Answered by `Weighed`."""
+
+    gains: Gains
+    step: Step
+
+
+@dataclass(frozen=True)
+class Tune:
+    """Find gains for wishes, as `x.rise_time <= 0.4`; answered by `Searched`s, then `Tuned`."""
+
+    gains: Gains
+    wishes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Fork:
+    """How does the flight go on from an instant, with each branch? Answered by `Forked`.
+
+    Attributes:
+        instant: from which it goes on.
+        branches: to be flown.
+        duration: to be flown [s].
+        step: that is commanded at once, as a step from what is asked for now; None lets it fly on.
+    """
+
+    instant: Instant
+    branches: tuple[Branch, ...]
+    duration: float
+    step: Step | None = None
+
+
+@dataclass(frozen=True)
+class Pin:
+    """Write a spec and its baseline for a step with these gains. Answered by `Pinned`.
+
+    Attributes:
+        path: of the spec, NAME.spec.yaml.
+        gains: to be pinned.
+        step: to be flown.
+        margins: whether the margins of all loops become limits too.
+        overwrite: whether files that are there may be replaced.
+    """
+
+    path: Path
+    gains: Gains
+    step: Step
+    margins: bool = True
+    overwrite: bool = False
+
+
+Question = Judge | FindRanges | Predict | DrawMap | Weigh | Tune | Fork | Pin

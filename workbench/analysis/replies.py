@@ -1,0 +1,226 @@
+"""What an analyst answers: frozen records of plain numbers and arrays.
+
+None carries an object of Drake's or of `design`, so that a screen loads neither.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.analysis.questions import DrawMap, Gains, Step
+from workbench.design.branches import FlownBranch
+
+
+@dataclass(frozen=True)
+class JudgedLoop:
+    """The margins of one loop, see `design.judge.margins.LoopMargins`.
+
+    Attributes:
+        name: of the loop.
+        gain_margin: factor above 1; infinite if there is none.
+        gain_reduction_margin: factor below 1; 0 if there is none.
+        phase_margin: [rad].
+        delay_margin: [s].
+        disk_margin: alpha.
+        crossover: [rad/s].
+        stable: whether the closed loop is.
+        growing: whether a mode that grows goes through it.
+    """
+
+    name: str
+    gain_margin: float
+    gain_reduction_margin: float
+    phase_margin: float
+    delay_margin: float
+    disk_margin: float
+    crossover: float
+    stable: bool
+    growing: bool
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How stable gains are.
+
+    Attributes:
+        gains: that were asked about.
+        loops: in the order of the cascade.
+        poles: of the closed loop in continuous terms, as complex numbers (k) [1/s].
+        stable: whether all is.
+        said: what is unstable, in a sentence; "" where all is stable.
+    """
+
+    gains: Gains
+    loops: tuple[JudgedLoop, ...]
+    poles: np.ndarray
+    stable: bool
+    said: str
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Stable values of every gain by name, smallest and largest, the others as they were."""
+
+    gains: Gains
+    stable: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class StepNumbers:
+    """Metrics of one flown step by python-control's names; NaN where it has none.
+
+    Times in s, overshoot and error in %, rotor use as a share. `withheld` says why some are NaN, as
+    of a step that has not settled; "" if none is for such a reason.
+    """
+
+    rise_time: float
+    settling_time: float
+    overshoot: float
+    steady_state_error: float
+    peak_rotor_use: float
+    withheld: str = ""
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """A step as it would be flown.
+
+    Attributes:
+        gains: that were asked about.
+        step: that was.
+        time: from the edge on (N) [s].
+        response: (N) [m/s] or [rad/s].
+        numbers: metrics of it.
+        lost: whether the drone was lost.
+    """
+
+    gains: Gains
+    step: Step
+    time: np.ndarray
+    response: np.ndarray
+    numbers: StepNumbers
+    lost: bool
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """A metric over two gains.
+
+    Attributes:
+        asked: the question.
+        x: values along the columns.
+        y: values along the rows.
+        values: (N_y, N_x), NaN where a flight was lost or never got there.
+        unit: of them.
+    """
+
+    asked: DrawMap
+    x: np.ndarray
+    y: np.ndarray
+    values: np.ndarray
+    unit: str
+
+
+@dataclass(frozen=True)
+class Weight:
+    """What one gain does to one metric.
+
+    Attributes:
+        gain: its name.
+        slope: change of the metric, in its unit, for one percent more of the gain.
+    """
+
+    gain: str
+    slope: float
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """What the gains do to each metric of a step, by its name, the strongest first."""
+
+    gains: Gains
+    step: Step
+    weights: Mapping[str, tuple[Weight, ...]]
+
+
+@dataclass(frozen=True)
+class Searched:
+    """How a search goes.
+
+    Attributes:
+        phase: in words.
+        share: of its budget, 0 .. 1.
+        gains: the best so far, those that are searched.
+        said: what it has least to spare of, in words.
+    """
+
+    phase: str
+    share: float
+    gains: Gains
+    said: str
+
+
+@dataclass(frozen=True)
+class Wished:
+    """One wish, before and after: its text, its values as texts, and whether it is met."""
+
+    wish: str
+    before: str
+    after: str
+    met: bool
+
+
+@dataclass(frozen=True)
+class TunedStep:
+    """A step before and after (N) each, for the picture that the user decides by."""
+
+    axis: str
+    time: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a search found.
+
+    Attributes:
+        before: the gains that were searched, as they were.
+        gains: and as found.
+        met: whether all wishes are met, corners and full diagram included.
+        stopped: whether the user ended it.
+        wishes: one by one.
+        steps: before and after.
+        said: what else should be known, why wishes are not met.
+        widened: how many defaults gave way to what the rule's gains reach; `said` names them.
+    """
+
+    before: Gains
+    gains: Gains
+    met: bool
+    stopped: bool
+    wishes: tuple[Wished, ...]
+    steps: tuple[TunedStep, ...]
+    said: tuple[str, ...]
+    widened: int = 0
+
+
+@dataclass(frozen=True)
+class Forked:
+    """All branches of a fork."""
+
+    branches: tuple[FlownBranch, ...]
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """A regression was written: its spec, its baseline, and a sentence on what it holds."""
+
+    spec: Path
+    baseline: Path
+    said: str
+
+
+Reply = Judged | Ranges | Predicted | Mapped | Weighed | Tuned | Forked | Pinned

@@ -1,0 +1,124 @@
+"""Whom an analyst judges: a scenario's vehicle, read once, with what judges and flies it."""
+
+import threading
+from collections.abc import Mapping
+from concurrent.futures import Future
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from workbench.common.errors import WorkbenchError
+from workbench.scenario.parameters import checked, find_parameter, parameters_of
+from workbench.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from workbench.design.fork import Forker
+    from workbench.design.linear.study import LinearStudy
+    from workbench.design.rollout.engine import RolloutEngine
+    from workbench.design.tune.retuned import RetunedModels
+
+CONTROLLER = tuple(row.name for row in parameters_of("controller"))
+"""Gains and limits of the law."""
+OF_A_STEP = ("controller", "air", "rotors")
+"""Whose parameters act on a step from hover."""
+FIRST_STEP = 0.1
+"""Duration of the flight that loads the compiled code [s]."""
+
+
+class Subject:
+    """A scenario's vehicle; each part of it is made when it is first asked for.
+
+    Args:
+        scenario: its vehicle, variation and rates count; all of it where a flight is flown.
+        settings: values of the live parameters, over those of the scenario's gains.
+    """
+
+    def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
+        self.scenario = scenario
+        self.settings = dict(settings)
+        self._loading: Future[RolloutEngine] | None = None
+
+    @cached_property
+    def study(self) -> "LinearStudy":
+        """The vehicle and its linear models.
+
+        Raises:
+            WorkbenchError: if the vehicle cannot be read.
+        """
+        from workbench.design.linear.study import LinearStudy
+
+        return LinearStudy(self.scenario)
+
+    @cached_property
+    def own(self) -> dict[str, float]:
+        """Values of all parameters, before anything is asked."""
+        acting = {
+            name: value
+            for name, value in self.settings.items()
+            if find_parameter(name).system in OF_A_STEP
+        }
+        return {**self.study.gains, **acting}
+
+    @cached_property
+    def models(self) -> "RetunedModels":
+        """The sampled closed loop in hover while a place is held, for any gains."""
+        from workbench.design.judge.live import HOLDING
+        from workbench.design.tune.retuned import RetunedModels
+
+        gains = {name: self.own[name] for name in CONTROLLER}
+        return RetunedModels(self.study, HOLDING, {**self.study.gains, **gains})
+
+    @cached_property
+    def forker(self) -> "Forker":
+        """What flies on from an instant of the scenario's flight; it takes half a second to build.
+
+        Raises:
+            WorkbenchError: if the scenario cannot be built.
+        """
+        from workbench.design.fork import Forker
+
+        return Forker(self.scenario)
+
+    def gains(self, asked: Mapping[str, float]) -> dict[str, float]:
+        """Return all values of the controller, those asked about over the vehicle's own.
+
+        Raises:
+            WorkbenchError: for a name that is none of the controller's, or a value out of range.
+        """
+        for name in checked(asked):
+            if name not in CONTROLLER:
+                raise WorkbenchError(f"{name} is no gain of the controller: leave it out")
+        return {name: asked.get(name, self.own[name]) for name in CONTROLLER}
+
+    def load_engine(self) -> "Future[RolloutEngine]":
+        """Return what will have the engine of compiled flights; it takes a second to load.
+
+        It is loaded in a thread, so that margins are not held up by it.
+        """
+        failed = self._loading is not None and self._loading.done() and self._loading.exception()
+        if self._loading is None or failed:
+            self._loading = Future()
+            self.study  # is not made in two threads  # noqa: B018
+            load = threading.Thread(target=self._load_engine, args=(self._loading,), daemon=True)
+            load.start()
+        return self._loading
+
+    def _load_engine(self, loading: "Future[RolloutEngine]") -> None:
+        """Make the engine, and fly once, which loads the compiled code."""
+        try:
+            from workbench.design.rollout.engine import RolloutEngine
+
+            scenario = self.scenario
+            engine = RolloutEngine(
+                self.study.vehicle,
+                scenario.rates,
+                scenario.vehicle.variation,
+                seed=scenario.sensors.seed,
+                threads=1,  # the flight beside has the other core
+                own=self.own,
+            )
+            engine.fly([{}], "x", 1.0, duration=FIRST_STEP)
+            engine.measure([{}], "x", 1.0, duration=FIRST_STEP)
+        except BaseException as error:  # whoever asks is told
+            loading.set_exception(error)
+        else:
+            loading.set_result(engine)

@@ -1,0 +1,98 @@
+"""Finds gains for wishes, and tells how the search goes."""
+
+from workbench.analysis.questions import Tune
+from workbench.analysis.replies import Searched, Tuned, TunedStep, Wished
+from workbench.analysis.subject import Subject
+from workbench.analysis.work import Work, Working
+from workbench.design.tune.case import NOMINAL
+from workbench.design.tune.metric import shown
+from workbench.design.tune.tuner import Tuner
+from workbench.design.tune.tuning import Progress, Tuning
+from workbench.design.tune.wish_file import wishes_for
+
+
+def tune(subject: Subject, question: Tune, work: Work) -> Working:
+    """Answer which gains meet wishes, from the given ones on; a stop keeps the best so far."""
+    tuner = Tuner(
+        subject.scenario,
+        wishes_for(*question.wishes),
+        settings=subject.gains(question.gains),
+    )
+    work.on_stop(tuner.stop)
+    found = tuner.run(lambda progress: work.tell(_searched(progress)))
+    yield Tuned(
+        before=found.before,
+        gains=found.gains,
+        met=found.met,
+        stopped=found.stopped,
+        wishes=_wished(found),
+        steps=_steps(found),
+        said=_said(found),
+        widened=len(found.shortfalls),
+    )
+
+
+def _searched(progress: Progress) -> Searched:
+    if progress.best is None or progress.worst is None:
+        return Searched(progress.phase, progress.share, {}, "")
+    metric = progress.worst.wish.metric
+    reserve = 100.0 * progress.best.reserve
+    spare = f"{reserve:.0f} % to spare" if reserve >= 0.0 else f"{-reserve:.0f} % short"
+    said = f"{progress.worst.wish.name} {shown(metric, progress.value)}, {spare}"
+    return Searched(progress.phase, progress.share, dict(progress.gains), said)
+
+
+def _wished(found: Tuning) -> tuple[Wished, ...]:
+    """Return the wishes on the vehicle as described."""
+    return tuple(
+        Wished(
+            wish=str(result.required),
+            before=shown(result.required.wish.metric, result.before),
+            after=shown(result.required.wish.metric, result.after),
+            met=result.met,
+        )
+        for result in found.as_described
+    )
+
+
+def _steps(found: Tuning) -> tuple[TunedStep, ...]:
+    """Return the flown steps of the vehicle as described."""
+    return tuple(
+        TunedStep(axis, each.time, each.response[0], each.response[1])
+        for (axis, case), each in found.responses.items()
+        if case == NOMINAL
+    )
+
+
+def _said(found: Tuning) -> tuple[str, ...]:
+    """Return why wishes are not met, and what else should be known."""
+    said = [*map(str, found.conflicts), *found.shortfalls]
+    if not found.met and not found.conflicts:
+        said.append(_shortest(found))
+    if found.proof:
+        said += [
+            f"flown on the full diagram, {required} is missed with "
+            f"{shown(required.wish.metric, value)}"
+            for required, value in found.proof.missed
+        ]
+    worst = found.worst_corner
+    if worst is not None:
+        value = shown(worst.required.wish.metric, worst.after)
+        name = worst.required.wish.name
+        said.append(f"the worst neighbour has {name} {value}: {worst.required.case}")
+    for result in found.guarded:
+        if result.after < result.before:
+            metric = result.required.wish.metric
+            fell = f"{shown(metric, result.before)} to {shown(metric, result.after)}"
+            said.append(f"{result.required.wish.name}, about which there is no wish, falls: {fell}")
+    return (*said, *found.remarks)
+
+
+def _shortest(found: Tuning) -> str:
+    """Return what is missed by most, if anything is."""
+    short = min(found.results, key=lambda result: result.reserve)
+    value = shown(short.required.wish.metric, short.after)
+    if short.met:
+        return "all wishes are met by the quick flights alone"
+    early = "stopped early; so far " if found.stopped else ""
+    return f"{early}no gains that meet all wishes were found: {short.required} has {value}"

@@ -1,0 +1,269 @@
+"""The console command `workbench`: read the command line, run one command, say what failed.
+
+Nothing heavy is imported here, as `--help` shows how fast the program is; a command imports what it
+needs when it runs.
+"""
+
+import argparse
+import contextlib
+import io
+import os
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from types import FrameType
+from typing import Any, NoReturn
+
+from workbench.common.errors import WorkbenchError
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+"""What a shell reports of a program ended by Ctrl-C (128 + SIGINT)."""
+READER_GONE = 141
+"""The same for SIGPIPE, as in `workbench params | head -1`."""
+MAY_BE_EMPTY = ("--sensors",)
+"""Options whose empty value means none."""
+ENDING = (signal.SIGTERM, signal.SIGHUP)
+"""What else asks a program to end: a system that shuts down, a terminal that is closed."""
+
+
+class Terminated(KeyboardInterrupt):
+    """A signal of `ENDING`: the command ends as with Ctrl-C, and leaves no half-written file."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is one sentence, as every other bad input's is."""
+
+    def error(self, message: str) -> NoReturn:
+        raise WorkbenchError(f"{message} (see `{self.prog} --help`)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        argv: the command line without the program's name; None takes the process's own.
+
+    Returns:
+        0 done, 1 the result is not as demanded, 2 bad input, 130 interrupted, 143 terminated (128
+        and the signal's number).
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # m/s² on a terminal that knows only ASCII
+    try:
+        with _endings_as_exceptions():
+            return _run(argv)
+    except WorkbenchError as error:
+        print(f"workbench: {' '.join(str(error).split())}", file=sys.stderr)
+        return BAD_INPUT
+    except (KeyboardInterrupt, ImportError) as error:
+        interrupt = _interrupt(error)
+        if interrupt is None:
+            raise
+        return end_interrupted(interrupt)
+    except BrokenPipeError:
+        # The interpreter flushes stdout once more at its end; let that go nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return READER_GONE
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    """Run one command and return its exit code."""
+    _refuse_empty(sys.argv[1:] if argv is None else argv)
+    parser = _parser()
+    args = parser.parse_args(argv)
+    if args.command is None:
+        parser.print_help(sys.stderr)
+        return BAD_INPUT
+    with _remarks_as_sentences():
+        code = int(args.run(args))
+    sys.stdout.flush()  # so that a reader who has gone is noticed here
+    return code
+
+
+def _refuse_empty(argv: Sequence[str]) -> None:
+    """Refuse what an unset variable of a shell leaves behind, as in `inspect "$MODEL"`.
+
+    Raises:
+        WorkbenchError: if a word is empty; as a path it would be the current folder.
+    """
+    for before, word in zip(("workbench", *argv), argv, strict=False):
+        if before in MAY_BE_EMPTY:
+            continue
+        if not word.strip():
+            raise WorkbenchError(f"what follows '{before}' is empty: give a name or a value")
+        if word.startswith("--") and word.endswith("=") and word[:-1] not in MAY_BE_EMPTY:
+            raise WorkbenchError(f"'{word}' has no value: give it one, or leave it out")
+
+
+def end_interrupted(interrupt: KeyboardInterrupt) -> int:
+    """Say that the command was ended, and return its exit code."""
+    what = "terminated" if isinstance(interrupt, Terminated) else "interrupted"
+    with contextlib.suppress(OSError):  # a terminal that was closed
+        print(f"workbench: {what}; nothing was written", file=sys.stderr)
+    return 128 + interrupt.number if isinstance(interrupt, Terminated) else INTERRUPTED
+
+
+def _interrupt(error: BaseException | None) -> KeyboardInterrupt | None:
+    """Return the signal behind an error: a compiled module that loads makes its own of it."""
+    if error is None or isinstance(error, KeyboardInterrupt):
+        return error
+    return _interrupt(error.__cause__ or error.__context__)
+
+
+@contextlib.contextmanager
+def _endings_as_exceptions() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP unwind the command, as Ctrl-C does, unless `nohup` has them ignored.
+
+    Only the main thread hears signals.
+    """
+    import threading
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard = [each for each in ENDING if signal.getsignal(each) is signal.SIG_DFL]
+    for each in heard:
+        signal.signal(each, _terminate)
+    try:
+        yield
+    finally:
+        for each in heard:
+            signal.signal(each, signal.SIG_DFL)
+
+
+def _terminate(number: int, frame: FrameType | None) -> NoReturn:
+    raise Terminated(number)
+
+
+def _parser() -> argparse.ArgumentParser:
+    from workbench.commands import (
+        completion,
+        export,
+        fly,
+        frames,
+        gains,
+        gateway,
+        graph,
+        gui,
+        hover,
+        inspect,
+        judge,
+        lidar_trial,
+        linearize,
+        monitor,
+        new,
+        params,
+        pin,
+        plot,
+        regress,
+        replay,
+        reproduce,
+        serve,
+        step,
+        sweep,
+        tokens,
+        tune,
+    )
+
+    parser = Parser(
+        prog="workbench",
+        description="Design a multirotor and its controller on Drake.",
+        epilog="example:\n  workbench fly hover\n\n"
+        "All commands but gui and completion print JSON with --json; serve, monitor and gateway "
+        "an object a line.\n"
+        "exit codes: 0 done, 1 the result is not as demanded, 2 bad input",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action=_Version, help="print the version and stop")
+    commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
+    listed = (
+        new,
+        inspect,
+        frames,
+        hover,
+        reproduce,
+        lidar_trial,
+        step,
+        linearize,
+        judge,
+        pin,
+        regress,
+        sweep,
+        tune,
+        fly,
+        serve,
+        monitor,
+        gateway,
+        tokens,
+        replay,
+        plot,
+        export,
+        params,
+        gains,
+        graph,
+        gui,
+        completion,
+    )
+    for command in listed:
+        command.add_parser(commands)
+    return parser
+
+
+@contextlib.contextmanager
+def _remarks_as_sentences() -> Iterator[None]:
+    """Print what the workbench logs as it prints everything else on stderr."""
+    import logging
+
+    from workbench.commands.progress import above_bars
+
+    class Handler(logging.StreamHandler):
+        """Prints a sentence above a progress bar, not into it."""
+
+        def emit(self, record: logging.LogRecord) -> None:
+            with above_bars():
+                super().emit(record)
+
+    logger = logging.getLogger("workbench")
+    handler = Handler()
+    handler.setFormatter(logging.Formatter("workbench: %(message)s"))
+    said: set[str] = set()
+    handler.addFilter(lambda record: _is_new(record.getMessage(), said))
+    logger.setLevel(logging.INFO)
+    logger.addHandler(handler)
+    logger.propagate = False
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = True
+        logger.setLevel(logging.NOTSET)
+
+
+def _is_new(message: str, said: set[str]) -> bool:
+    """Return whether a message was not said yet; a command may fly several times."""
+    new = message not in said
+    said.add(message)
+    return new
+
+
+class _Version(argparse.Action):
+    """Look the version up only when it is asked for."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(nargs=0, **options)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from importlib import metadata
+
+        try:
+            version = metadata.version("drake-drone-workbench")
+        except metadata.PackageNotFoundError:
+            version = "(not installed: run from its sources)"
+        print(f"workbench {version}")
+        parser.exit()

@@ -1,0 +1,62 @@
+"""Folders for what takes long to make and can always be made again."""
+
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+from workbench.common.errors import WorkbenchError
+
+_OURS = "drake-drone-workbench"
+PROGRESS_LOGGER = "workbench.progress"
+"""Name of the logger that is told what is being made, and how far it is."""
+
+
+def cache_folder(name: str) -> Path:
+    """Return a folder of the user's cache, made if it is missing.
+
+    Where the cache cannot be written, it is a private folder among the temporary ones.
+
+    Args:
+        name: what the folder is for; the same name gives the same folder.
+
+    Raises:
+        WorkbenchError: if no folder can be written at all.
+    """
+    try:
+        home = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        if not home.is_absolute():  # the specification has relative ones ignored
+            home = Path.home() / ".cache"
+        return _writable(home / _OURS / name)
+    except (OSError, RuntimeError):  # a read-only home, or (RuntimeError) no home
+        return _temporary(name)
+
+
+def _temporary(name: str) -> Path:
+    try:
+        return _writable(_private_folder() / name)
+    except OSError as error:
+        raise WorkbenchError(
+            f"no folder for the cache can be written ({error}): set XDG_CACHE_HOME to one"
+        ) from error
+
+
+def _writable(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+        raise PermissionError(f"{folder} is not writable")
+    return folder
+
+
+def _private_folder() -> Path:
+    """Return a folder of the user's own where others may write too.
+
+    Its name can be guessed, so somebody else may have made it: then it is not used.
+    """
+    folder = Path(tempfile.gettempdir()) / f"{_OURS}-{os.getuid()}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    status = folder.lstat()
+    shut = stat.S_ISDIR(status.st_mode) and not status.st_mode & 0o077
+    if shut and status.st_uid == os.getuid():
+        return folder
+    return Path(tempfile.mkdtemp(prefix=f"{_OURS}-"))

@@ -1,0 +1,44 @@
+"""Files that are read: plain ones, whole, and no larger than makes sense."""
+
+import os
+import stat
+from pathlib import Path
+
+from workbench.common.errors import WorkbenchError
+
+
+def read_plain(path: Path | str, most: int | None = None) -> bytes:
+    """Return the content of a file.
+
+    A pipe or a device is refused: nobody may ever write to the one, and the other may never end.
+
+    Args:
+        path: the file.
+        most: bytes that it may have; any number without it.
+
+    Raises:
+        WorkbenchError: if there is none, or it is no plain file, too large, or cannot be read.
+    """
+    try:
+        # Looked at when open, as a name can come to mean another file; a pipe would wait here.
+        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        with os.fdopen(number, "rb") as stream:
+            status = os.fstat(number)
+            if not stat.S_ISREG(status.st_mode):
+                what = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or a device"
+                raise WorkbenchError(f"{path}: is {what}: name a plain file")
+            if most is not None and status.st_size > most:
+                raise WorkbenchError(f"{path}: is larger than {_size(most)}")
+            return stream.read() if most is None else stream.read(most)
+    except FileNotFoundError:
+        raise WorkbenchError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise WorkbenchError(f"{path}: is a folder: name a plain file") from None
+    except (OSError, ValueError, MemoryError) as error:
+        reason = getattr(error, "strerror", None) or error or "it does not fit into memory"
+        raise WorkbenchError(f"{path}: cannot be read: {reason}") from error
+
+
+def _size(most: int) -> str:
+    """Return a number of bytes, for people."""
+    return f"{most // 1_000_000} MB" if most > 1_000_000 else f"{most // 1000} kB"

@@ -1,0 +1,130 @@
+"""Where the shipped models, gains, scenarios, worlds and specs are found."""
+
+from pathlib import Path
+
+from workbench.common.errors import WorkbenchError, unknown_name
+
+_PACKAGE = Path(__file__).parent.parent
+
+
+def models_dir() -> Path:
+    """Return the folder of shipped models: inside an installed package, else beside the source."""
+    installed = _PACKAGE / "models"
+    return installed if installed.is_dir() else _PACKAGE.parent / "models"
+
+
+def worlds_dir() -> Path:
+    """Return the folder of shipped worlds, which is `package://worlds` in any world."""
+    return models_dir() / "worlds"
+
+
+def find_model(name_or_path: str) -> Path:
+    """Return the description file for a shipped model's name, or the file or folder at a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    return _find(name_or_path, "model", list_models(), models_dir(), "{}/drone.urdf.xacro")
+
+
+def find_scenario(name_or_path: str) -> Path:
+    """Return the YAML file for a shipped scenario's name or for a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    folder = models_dir() / "scenarios"
+    return _find(name_or_path, "scenario", list_scenarios(), folder, "{}.yaml")
+
+
+def find_world(name_or_path: str) -> Path:
+    """Return the file for a shipped world's name or for a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    found = None if name_or_path in list_worlds() else existing(name_or_path)
+    if found and found.is_dir():
+        raise WorkbenchError(f"{name_or_path}: is a folder: give the world's file in it")
+    return _find(name_or_path, "world", list_worlds(), worlds_dir(), "{}.yaml")
+
+
+def specs_dir() -> Path:
+    """Return the folder of shipped specs."""
+    return models_dir() / "specs"
+
+
+def find_spec(name_or_path: str) -> Path:
+    """Return the YAML file for a shipped spec's name or for a path.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    return _find(name_or_path, "spec", list_specs(), specs_dir(), "{}.spec.yaml")
+
+
+def find_file(path: str) -> Path:
+    """Return the file at a path.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    file = _file(path)
+    if file is None:
+        raise WorkbenchError(f"{path}: no such file")
+    return file
+
+
+def list_models() -> list[str]:
+    """Return the names of the shipped models."""
+    return sorted(path.parent.name for path in models_dir().glob("*/drone.urdf.xacro"))
+
+
+def list_scenarios() -> list[str]:
+    """Return the names of the shipped scenarios."""
+    return sorted(path.stem for path in (models_dir() / "scenarios").glob("*.yaml"))
+
+
+def list_worlds() -> list[str]:
+    """Return the names of the shipped worlds."""
+    return sorted(path.stem for path in worlds_dir().glob("*.yaml"))
+
+
+def list_specs() -> list[str]:
+    """Return the names of the shipped specs."""
+    return sorted(path.name.removesuffix(".spec.yaml") for path in specs_dir().glob("*.spec.yaml"))
+
+
+def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern: str) -> Path:
+    """Return the file that `pattern` makes of one of the shipped names, or else the path itself."""
+    if name_or_path in names:
+        return folder / pattern.format(name_or_path)
+    file = existing(name_or_path) if kind == "model" else _file(name_or_path)
+    if file is None:
+        if "/" in name_or_path or Path(name_or_path).suffix:
+            raise WorkbenchError(f"{name_or_path}: no such file, and no shipped {kind} either")
+        raise WorkbenchError(f"{unknown_name(kind, name_or_path, names)}; it is no file either")
+    return file
+
+
+def _file(path: str) -> Path | None:
+    """Return the file at a path, or None where there is none, or no such path can be."""
+    found = existing(path)
+    return found if found and found.is_file() else None
+
+
+def existing(path: str) -> Path | None:
+    """Return the file or folder at a path, or None where there is none, or no such path can be.
+
+    Raises:
+        WorkbenchError: if it is neither, but a pipe or a device.
+    """
+    if not path.strip():  # which would mean the current folder
+        return None
+    try:
+        found = Path(path).expanduser()
+        if found.exists() and not found.is_file() and not found.is_dir():
+            raise WorkbenchError(f"{path}: is a pipe or a device: name a plain file")
+        return found.resolve() if found.exists() else None
+    except (OSError, RuntimeError):  # a name too long, a user who is not there
+        return None

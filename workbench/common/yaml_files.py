@@ -1,0 +1,214 @@
+"""YAML files with the line of every key, so that what is wrong is said with file and line."""
+
+import dataclasses
+import re
+import types
+import typing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_files import read_plain
+
+FastLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""PyYAML's loader on libyaml, twenty times as fast, where it was built with it."""
+
+Keys = tuple[str | int, ...]
+"""The way to a value: keys of mappings and places in lists, from the top."""
+
+MOST_BYTES = 1_000_000
+DEEPEST = 20
+_OPENING = (
+    yaml.BlockMappingStartToken,
+    yaml.BlockSequenceStartToken,
+    yaml.FlowMappingStartToken,
+    yaml.FlowSequenceStartToken,
+)
+_WITH_EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
+_CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
+
+
+@dataclass(frozen=True)
+class YamlFile:
+    """A parsed YAML mapping.
+
+    Attributes:
+        path: the file.
+        text: its text.
+        data: its content.
+        lines: the line of each key, by its path of keys and list indices.
+    """
+
+    path: Path
+    text: str
+    data: dict[str, Any]
+    lines: dict[Keys, int]
+
+    def where(self, *keys: str | int) -> str:
+        """Return "file:line: " of a key, for the beginning of a message."""
+        while keys and keys not in self.lines:
+            keys = keys[:-1]
+        return f"{self.path}:{self.lines.get(keys, 1)}: "
+
+
+def read_yaml(path: Path, loader: Any = FastLoader) -> YamlFile:
+    """Read a YAML file whose top level is a mapping.
+
+    Args:
+        path: the file.
+        loader: of PyYAML, what takes tags that others do not know.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or is not such YAML.
+    """
+    try:
+        text = read_plain(path, MOST_BYTES).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise WorkbenchError(f"{path}: cannot be read: {error}") from error
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    try:
+        _refuse_bombs(path, text)
+        node = yaml.compose(text, Loader=loader)
+        data = yaml.load(text, Loader=loader)
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        line = min(line, 1 + text.count("\n"))  # libyaml has a file's end on a line of its own
+        raise WorkbenchError(f"{path}:{line}: not YAML: {error.problem}") from error
+    except yaml.YAMLError as error:
+        raise WorkbenchError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
+    except ValueError as error:  # a date that is none, a number of a thousand digits
+        raise WorkbenchError(f"{path}: not YAML: {error}") from error
+    if not isinstance(data, dict):
+        raise WorkbenchError(f"{path}:1: expected 'key: value' lines, found {type(data).__name__}")
+    lines: dict[Keys, int] = {}
+    _collect_lines(path, node, (), lines)
+    return YamlFile(path, text, data, lines)
+
+
+def _refuse_bombs(path: Path, text: str) -> None:
+    """Refuse what would take endless time or memory: aliases of aliases, and deep nests."""
+    depth = 0
+    for token in yaml.scan(text, Loader=FastLoader):
+        depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
+        if depth > DEEPEST:
+            line = token.start_mark.line + 1
+            raise WorkbenchError(f"{path}:{line}: is nested more than {DEEPEST} deep")
+        if isinstance(token, yaml.AliasToken):
+            line = token.start_mark.line + 1
+            raise WorkbenchError(f"{path}:{line}: has an alias: write out what it stands for")
+
+
+def with_numbers(file: YamlFile, schema: Any) -> YamlFile:
+    """Return a file with the numbers of a schema that YAML 1.1 takes for texts, as 1e-3 and 1e9.
+
+    Arguments are those of `check_schema`; what does not fit the schema stays as it is.
+    """
+    return dataclasses.replace(file, data=_numbered(file.data, schema))
+
+
+def _numbered(data: Any, schema: Any) -> Any:
+    origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
+    if origin in (typing.Union, types.UnionType):
+        return _numbered(data, next(part for part in parts if part is not type(None)))
+    if dataclasses.is_dataclass(origin) and isinstance(data, dict):
+        fields = {field.name: field.type for field in dataclasses.fields(origin)}
+        return {key: _numbered(value, fields.get(key)) for key, value in data.items()}
+    if origin is list and isinstance(data, list):
+        return [_numbered(item, parts[0]) for item in data]
+    if origin is dict and isinstance(data, dict):
+        return {key: _numbered(value, parts[1]) for key, value in data.items()}
+    if origin is float and isinstance(data, str) and _WITH_EXPONENT.fullmatch(data):
+        return float(data)
+    return data
+
+
+def check_schema(file: YamlFile, schema: Any) -> None:
+    """Refuse what a file's content and a dataclass do not have in common.
+
+    Args:
+        file: its content is checked.
+        schema: a dataclass of numbers, texts, dataclasses, and lists and dictionaries of them.
+
+    Raises:
+        WorkbenchError: for the first unknown key, and for the first value of another type.
+    """
+    _check(file, file.data, schema, ())
+
+
+def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
+    origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
+    if origin in (typing.Union, types.UnionType):
+        if data is not None:
+            _check(file, data, next(part for part in parts if part is not type(None)), keys)
+        return
+    if dataclasses.is_dataclass(origin):
+        fields = {field.name: field.type for field in dataclasses.fields(origin)}
+        for key, value in _expect(file, data, dict, "'key: value' lines", keys).items():
+            if key not in fields:
+                where = file.where(*keys, key)
+                raise WorkbenchError(f"{where}{unknown_name('key', str(key), fields)}")
+            _check(file, value, fields[key], (*keys, key))
+    elif origin is list:
+        for index, item in enumerate(_expect(file, data, list, "a list", keys)):
+            _check(file, item, parts[0], (*keys, index))
+    elif origin is dict:
+        for key, value in _expect(file, data, dict, "'key: value' lines", keys).items():
+            _check(file, value, parts[1], (*keys, key))
+    elif origin is str:
+        _expect(file, data, str, "text: put it in quotes", keys)
+    elif origin is bool:
+        if not isinstance(data, bool):
+            raise WorkbenchError(
+                f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be true or false"
+            )
+    else:
+        expected = (int, float) if origin is float else (origin,)
+        _expect(file, data, expected, "a number" if origin is float else "a whole number", keys)
+
+
+def _expect(file: YamlFile, data: Any, kind: Any, name: str, keys: Keys) -> Any:
+    """Return `data` if it is of a kind; a truth value is no number."""
+    if isinstance(data, kind) and not isinstance(data, bool):
+        return data
+    raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be {name}")
+
+
+def dotted(keys: Keys) -> str:
+    """Return keys as one name."""
+    return ".".join(map(str, keys))
+
+
+def _collect_lines(path: Path, node: yaml.Node, keys: Keys, lines: dict[Keys, int]) -> None:
+    """Note the line of every key below a node."""
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            line = key.start_mark.line + 1
+            if (*keys, key.value) in lines:
+                raise WorkbenchError(f"{path}:{line}: '{key.value}' stands here a second time")
+            lines[(*keys, key.value)] = line
+            _collect_lines(path, value, (*keys, key.value), lines)
+    elif isinstance(node, yaml.SequenceNode):
+        for index, value in enumerate(node.value):
+            lines[(*keys, index)] = value.start_mark.line + 1
+            _collect_lines(path, value, (*keys, index), lines)
+
+
+def dump_changes(record: Any) -> str:
+    """Return the YAML of what differs from a dataclass's defaults."""
+    return yaml.safe_dump(_changes(record, type(record)()), sort_keys=False, allow_unicode=True)
+
+
+def _changes(value: Any, default: Any) -> Any:
+    """Return a value as YAML has it; of a dataclass what is not as in the default."""
+    if isinstance(value, list):
+        return [_changes(each, type(each)()) for each in value]
+    if not dataclasses.is_dataclass(value):
+        return value
+    if default is None:
+        default = type(value)()  # type: ignore[misc]
+    names = [each.name for each in dataclasses.fields(value)]
+    pairs = ((name, getattr(value, name), getattr(default, name)) for name in names)
+    return {name: _changes(new, old) for name, new, old in pairs if new != old}

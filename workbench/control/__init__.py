@@ -1,0 +1,1 @@
+"""The control law as pure functions: guidance, cascade, allocation, loop points."""

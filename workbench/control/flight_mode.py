@@ -1,0 +1,257 @@
+"""The flight mode: which mode follows which, and what each lets the controller do.
+
+Pure functions of plain numbers; `mode_manager` runs them as a Drake system.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from workbench.control.cascade import BRAKE, Guidance, Reference
+from workbench.control.mode import FlightMode, Request
+from workbench.control.obstacle_brake import WALLS
+
+SPOOL_UP_TIME = 0.5
+"""Rotors idle this long before a take-off leaves the ground [s]."""
+SLOW = 0.2
+"""Below this speed a drone counts as standing in the air [m/s]."""
+STOPPING_TIME = 0.25
+"""A drone that begins to hold keeps the point it reaches in this time [s]."""
+TOUCH_DOWN_SPEED = 0.05
+TOUCH_DOWN_TIME = 0.5
+TOUCH_DOWN_HEIGHT = 0.1
+"""A landing drone slower than this for this long, this near the ground, stands [m/s, s, m]."""
+SINK_RATE = 0.5
+SLOW_HEIGHT = 2.0
+FASTEST_SINK = 2.0
+"""From high up a landing sinks faster: SINK_RATE [1/s] times the height over SLOW_HEIGHT [m]."""
+STEEP = 0.7
+"""A wall whose direction points down by this much or more lies below the drone."""
+TAKE_OFF_PATIENCE = 3.0
+"""A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
+
+
+HOLD_HERE = 0.01
+"""Height of an abort of a landing that climbs nowhere: no drone is that low in the air [m]."""
+
+
+class Settings(NamedTuple):
+    """Live numbers of the flight mode."""
+
+    take_off_speed: float
+    landing_speed: float
+    battery_reserve: float
+    obstacle_brake: float = 0.0
+    stop_distance: float = 0.5
+
+
+class ModeState(NamedTuple):
+    """What the flight mode remembers; all numbers, so that it is a Drake state vector.
+
+    `serial` counts requests seen; `since` is when the mode began [s]; `still_since` when the
+    drone last moved [s]; `target` the take-off height [m]; `holding` 1 while (x, y, z) is kept [m],
+    which a landing does once it has braked.
+    """
+
+    mode: float
+    serial: float
+    since: float
+    still_since: float
+    target: float
+    holding: float
+    x: float
+    y: float
+    z: float
+
+
+class Situation(NamedTuple):
+    """What the flight mode sees at an update; frames and units as in `cascade`."""
+
+    time: float
+    p_WB: list[float]
+    v_WB: list[float]
+    reference: Reference
+    request: int
+    serial: float
+    height: float
+    charge: float
+    standing_height: float
+
+
+def hears(mode: FlightMode, request: Request) -> bool:
+    """Return whether a request has any effect in a mode, or asks for what is so already."""
+    if request is Request.ARM:
+        return mode is FlightMode.OFF
+    if request is Request.TAKE_OFF:
+        return mode in (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF)
+    if request is Request.ABORT_LANDING:
+        return mode is FlightMode.LANDING
+    return True
+
+
+def in_the_air(height: float, standing_height: float) -> bool:
+    """Return whether a drone is too high to stand on the ground [m]."""
+    return height > standing_height + TOUCH_DOWN_HEIGHT
+
+
+def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
+    """Return the state of a flight that begins in a mode at a place."""
+    holding = float(mode is FlightMode.HOVERING)
+    return ModeState(float(mode), 0.0, 0.0, 0.0, 0.0, holding, *p_WB)
+
+
+def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeState:
+    """Return the state after one update."""
+    request = Request(now.request) if now.serial != state.serial else Request.NONE
+    state = state._replace(serial=now.serial)
+    mode = FlightMode(int(state.mode))
+    if request is Request.STOP or (now.charge <= 0.0 and mode is not FlightMode.OFF):
+        return _enter(FlightMode.OFF, state, now)
+    if mode in (FlightMode.OFF, FlightMode.ARMED):
+        return _on_the_ground(mode, request, state, now)
+    if mode is FlightMode.TAKING_OFF:
+        return _taking_off(request, state, now, settings)
+    if mode is FlightMode.LANDING:
+        return _landing(request, state, now)
+    if request is Request.LAND or now.charge <= settings.battery_reserve:
+        return _enter(FlightMode.LANDING, state, now)
+    return _flying(state, now)
+
+
+def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidance:
+    """Return what the state lets the controller do."""
+    mode = FlightMode(int(state.mode))
+    motors = float(mode is not FlightMode.OFF)
+    if mode in (FlightMode.OFF, FlightMode.ARMED):
+        return Guidance(motors, 0.0, 0.0, 0.0, 0.0, 0.0, state.x, state.y, state.z)
+    if mode is FlightMode.TAKING_OFF:
+        climb = min(settings.take_off_speed, 1.5 * (state.target - p_WB[2]))
+        return Guidance(motors, 1.0, 0.0, climb, 1.0, 0.0, state.x, state.y, state.z)
+    if mode is FlightMode.LANDING:
+        fast = min(FASTEST_SINK, SINK_RATE * (p_WB[2] - SLOW_HEIGHT))
+        sink = -state.holding * max(settings.landing_speed, fast)  # brake before sinking
+        return Guidance(motors, 1.0, 0.0, sink, state.holding, 0.0, state.x, state.y, state.z)
+    hold = state.holding
+    return Guidance(motors, 1.0, 1.0, 0.0, hold, hold, state.x, state.y, state.z)
+
+
+def with_walls(
+    guide: Guidance,
+    walls: Sequence[float],
+    p_WB: Sequence[float],
+    mode: FlightMode,
+    settings: Settings,
+) -> Guidance:
+    """Return guidance that also limits the speed towards obstacles.
+
+    A landing comes down on whatever is below.
+
+    Args:
+        guide: without walls.
+        walls: (4 `WALLS`) direction in W and clearance [m] of each, nearest first; the clearance
+            is infinite where there is none.
+        p_WB: position [m].
+        mode: the present one.
+        settings: brake and the distance at which to stop.
+    """
+    if settings.obstacle_brake <= 0.0:
+        return guide
+    numbers = [settings.obstacle_brake] + [0.0] * (4 * WALLS)
+    for wall in range(WALLS):
+        *n_W, clearance = walls[4 * wall : 4 * wall + 4]
+        below = mode is FlightMode.LANDING and n_W[2] <= -STEEP
+        if math.isfinite(clearance) and not below:
+            along = sum(n * p for n, p in zip(n_W, p_WB, strict=True))
+            place = along + clearance - settings.stop_distance
+            numbers[1 + 4 * wall : 5 + 4 * wall] = [*n_W, place]
+    return Guidance(*guide[:BRAKE], *numbers)
+
+
+def _enter(mode: FlightMode, state: ModeState, now: Situation) -> ModeState:
+    """Begin a mode here and now."""
+    x, y, z = now.p_WB
+    return ModeState(float(mode), state.serial, now.time, now.time, 0.0, 0.0, x, y, z)
+
+
+def _on_the_ground(
+    mode: FlightMode, request: Request, state: ModeState, now: Situation
+) -> ModeState:
+    if request is Request.TAKE_OFF:
+        armed = state if mode is FlightMode.ARMED else _enter(FlightMode.ARMED, state, now)
+        return armed._replace(target=now.height)
+    if request is Request.ARM and mode is FlightMode.OFF:
+        return _enter(FlightMode.ARMED, state, now)
+    if request is Request.LAND:
+        return _enter(FlightMode.OFF, state, now)
+    if request is Request.HOLD:
+        return state._replace(target=0.0)
+    if state.target > 0.0 and now.time - state.since >= SPOOL_UP_TIME:
+        return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=state.target)
+    return state
+
+
+def _taking_off(
+    request: Request, state: ModeState, now: Situation, settings: Settings
+) -> ModeState:
+    if request is Request.LAND or now.charge <= settings.battery_reserve:
+        return _enter(FlightMode.LANDING, state, now)
+    if request is Request.TAKE_OFF:
+        return state._replace(target=now.height)
+    if request is Request.HOLD:
+        return _enter(FlightMode.HOVERING, state, now)
+    z = now.p_WB[2]
+    arrived = abs(z - state.target) < 0.05 and abs(now.v_WB[2]) < SLOW
+    if abs(now.v_WB[2]) > TOUCH_DOWN_SPEED:
+        state = state._replace(still_since=now.time)
+    stuck = now.time - state.still_since > TAKE_OFF_PATIENCE
+    if arrived or stuck:
+        height = state.target if arrived else z
+        return _enter(FlightMode.HOVERING, state, now)._replace(
+            holding=1.0, x=state.x, y=state.y, z=height
+        )
+    return state
+
+
+def _landing(request: Request, state: ModeState, now: Situation) -> ModeState:
+    z = now.p_WB[2]
+    if request is Request.ABORT_LANDING and in_the_air(z, now.standing_height):
+        if now.height > z:
+            return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=now.height)
+        return _enter(FlightMode.HOVERING, state, now)
+    if not state.holding:
+        v_x, v_y, _ = now.v_WB
+        if (v_x * v_x + v_y * v_y) ** 0.5 > SLOW:
+            return state
+        x, y = (p + STOPPING_TIME * v for p, v in zip(now.p_WB[:2], now.v_WB[:2], strict=True))
+        return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
+    moving = abs(now.v_WB[2]) > TOUCH_DOWN_SPEED
+    if (
+        moving
+        or in_the_air(z, now.standing_height)
+        or now.time - state.since < 2.0 * TOUCH_DOWN_TIME
+    ):
+        return state._replace(still_since=now.time)
+    if now.time - state.still_since >= TOUCH_DOWN_TIME:
+        return _enter(FlightMode.OFF, state, now)
+    return state
+
+
+def _flying(state: ModeState, now: Situation) -> ModeState:
+    """Tell the flying modes apart, and hold the place while nothing is asked."""
+    v_x, v_y, v_z = now.v_WB
+    level = (v_x * v_x + v_y * v_y) ** 0.5
+    mode = FlightMode.HOVERING
+    if level > SLOW and level >= abs(v_z):
+        mode = FlightMode.CRUISING
+    elif abs(v_z) > SLOW:
+        mode = FlightMode.ASCENDING if v_z > 0.0 else FlightMode.DESCENDING
+    since = state.since if mode == int(state.mode) else now.time
+    state = state._replace(mode=float(mode), since=since)
+    reference = now.reference
+    asked = any((reference.v_x, reference.v_y, reference.v_z, reference.follow))
+    if asked:
+        return state._replace(holding=0.0)
+    if mode is FlightMode.HOVERING and not state.holding:
+        x, y, z = (p + STOPPING_TIME * v for p, v in zip(now.p_WB, now.v_WB, strict=True))
+        return state._replace(holding=1.0, x=x, y=y, z=z)
+    return state

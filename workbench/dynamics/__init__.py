@@ -1,0 +1,1 @@
+"""The vehicle's motion as pure functions: rotors, air, rigid body."""

@@ -1,0 +1,171 @@
+"""Gain files: the values of live parameters that belong to a vehicle, as YAML with a history."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from workbench.common.atomic_write import write_atomically
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.yaml_files import read_yaml
+from workbench.gains.history import Save, next_save, read_history, values_at, write_history
+from workbench.scenario.parameters import PARAMETERS, Parameter, checked, find_parameter
+
+MOST_SAVES = 200
+"""The history keeps so many; then the oldest go."""
+_KEYS = ("vehicle", "origin", "gains", "history")
+_POWERS = str.maketrans({"²": "^2", "³": "^3"})
+
+
+@dataclass(frozen=True)
+class GainFile:
+    """A set of parameter values with the vehicle they are for and where they come from.
+
+    Attributes:
+        vehicle: its name.
+        origin: a sentence.
+        gains: value by name.
+        history: the states that were saved, oldest first; the last one is the present.
+    """
+
+    vehicle: str
+    origin: str
+    gains: Mapping[str, float]
+    history: tuple[Save, ...] = ()
+
+
+def load_gains(path: Path) -> GainFile:
+    """Read and check a gain file.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    file = read_yaml(path)
+    for key in file.data:
+        if key not in _KEYS:
+            raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
+    gains = file.data.get("gains")
+    if not isinstance(gains, dict):
+        raise WorkbenchError(
+            f"{file.where('gains')}a gain file has 'gains:' with NAME: VALUE lines"
+        )
+    values = {}
+    for name, value in gains.items():
+        where = file.where("gains", str(name))
+        row = find_parameter(str(name), where)
+        values[row.name] = row.check(_without_unit(row, value, where), where)
+    return GainFile(
+        vehicle=str(file.data.get("vehicle") or ""),
+        origin=str(file.data.get("origin") or ""),
+        gains=values,
+        history=read_history(file),
+    )
+
+
+def save_gains(path: Path, gains: GainFile) -> GainFile:
+    """Write a gain file, at once or not at all, and add to the history of one that is there.
+
+    What is written over becomes the state before in the history; the history of `gains` itself is
+    not written. The comment at the head of a file is kept, other comments are not. If nothing
+    differs from the file, its history stays as it is.
+
+    Args:
+        path: the file.
+        gains: vehicle, origin and values.
+
+    Returns:
+        What the file has now.
+
+    Raises:
+        WorkbenchError: if a value is out of range, the file cannot be written, or what is there is
+            no gain file, or one of another vehicle.
+    """
+    values = checked(gains.gains)
+    ordered = {row.name: values[row.name] for row in PARAMETERS if row.name in values}
+    now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+    history: tuple[Save, ...] = (Save(now, gains.origin, {}),)
+    comment = ""
+    if path.exists():
+        old = load_gains(path)
+        if old.vehicle and gains.vehicle and old.vehicle != gains.vehicle:
+            raise WorkbenchError(
+                f"{path}: has the gains of '{old.vehicle}', and these are of '{gains.vehicle}': "
+                "give them a file of their own"
+            )
+        comment = _leading_comment(path.read_text(encoding="utf-8"))
+        save = next_save(now, gains.origin, old.gains, ordered)
+        if save.changed or (old.vehicle, old.origin) != (gains.vehicle, gains.origin):
+            history = (*(old.history or (Save("", old.origin, {}),)), save)
+        else:
+            history = old.history
+    written = dataclasses.replace(gains, gains=ordered, history=history[-MOST_SAVES:])
+    write_atomically(path, comment + _to_yaml(written))
+    return written
+
+
+def gains_at(gains: GainFile, index: int) -> GainFile:
+    """Return an earlier state of a gain file.
+
+    Args:
+        gains: the present, with its history.
+        index: of the state, 0 the oldest.
+
+    Raises:
+        WorkbenchError: if there is no such state, or it has values that can no longer be.
+    """
+    last = len(gains.history) - 1
+    if not 0 <= index <= last:
+        known = f"has states 0 to {last}" if last >= 0 else "has no history yet"
+        raise WorkbenchError(f"there is no state {index}: the gain file {known}")
+    values = values_at(gains.gains, gains.history[index + 1 :])
+    return GainFile(gains.vehicle, gains.history[index].origin, checked(values))
+
+
+def _without_unit(row: Parameter, value: Any, where: str) -> Any:
+    """Return the number of a value that may have its unit behind it."""
+    if not isinstance(value, str):
+        return value
+    number, _, unit = value.strip().partition(" ")
+    unit = unit.strip().translate(_POWERS)
+    try:
+        found = float(number)
+    except ValueError:
+        return value
+    if unit not in ("", row.unit):
+        right = "has no unit" if row.unit == "1" else f"is in {row.unit}"
+        raise WorkbenchError(f"{where}{row.name} is '{value}': it {right}")
+    return found
+
+
+def _leading_comment(text: str) -> str:
+    """Return the lines of comment at the head of a file."""
+    lines = text.splitlines(keepends=True)
+    count = next(
+        (i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), 0
+    )
+    return "".join(lines[:count])
+
+
+def _to_yaml(gains: GainFile) -> str:
+    """Return a gain file's text."""
+    head = {
+        "vehicle": gains.vehicle,
+        "origin": gains.origin,
+        "gains": {name: _with_unit(name, value) for name, value in gains.gains.items()},
+    }
+    style: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": 100}
+    text: str = yaml.safe_dump(head, default_flow_style=False, **style)
+    if gains.history:
+        history = {"history": write_history(gains.history)}
+        text += yaml.safe_dump(history, default_flow_style=None, **style)
+    return text
+
+
+def _with_unit(name: str, value: float) -> float | str:
+    """Return a value as it is written: with its unit, where it has one."""
+    unit = find_parameter(name).unit
+    return value if unit == "1" else f"{value!r} {unit}"

@@ -1,0 +1,155 @@
+"""Gains that suit a vehicle, from its record alone.
+
+The law's gains are normalised by mass and inertia, so what is left to decide is how fast each loop
+may be. That is bounded by how late the rotors answer and by what thrust they have to spare:
+
+    lag = time constant of the slowest rotor at hover + CONTROL_DELAY
+    spare = g (thrust_to_weight - 1)
+
+    tilt     kd = LAG_MARGIN / lag,  kp = (kd / (2 DAMPING))²,  pace = sqrt(kp),
+             pace³ STEP <= LOOP_RATIO g alpha
+    level    kp = pace / LOOP_RATIO,  kp STEP <= g tan(max_tilt) and g / 2,
+             kp <= SWING_SHARE sqrt(g / lever),
+             kd = KD_VELOCITY,  kd kp_tilt lever <= LEVER_SHARE g
+    climb    kp = CLIMB_LAG_MARGIN / lag,  kp STEP <= spare (but kp may be LEAST_CLIMB) and g / 2
+    place    kp = kp_velocity / LOOP_RATIO, level and in height
+    yaw      kp = YAW_LAG_MARGIN / lag,  kp max_yaw_rate <= YAW_SHARE alpha_z,
+             spin_up_feedforward = 1 where rotors have an inertia
+    limits   1 / cos(max_tilt) <= 1 + TILT_SHARE spare / g,
+             kp_position_z max_climb_rate <= BRAKE_SHARE spare
+
+alpha is the angular acceleration that hovering rotors have to spare about an axis. A velocity
+step asks for the tilt kp STEP / g, and so for kp_tilt kp STEP / g = pace³ STEP / (LOOP_RATIO g) of
+it: hence the cube. At the tilt of max_tilt, half of the spare thrust is still there; and a drone
+that sinks towards a height can brake.
+
+lever is the distance of the centre of mass from the base link's origin. When the drone tilts, that
+origin swings: it answers a tilt with g / s² - lever, which has a zero at sqrt(g / lever), and a
+level step much faster than that would swing it past its speed. The law takes back a share of its
+acceleration, which must not come round through the tilt loop.
+
+Rotors that speed up for more drag torque turn the vehicle at once by their inertia, which puts a
+zero into the yaw loop, see `plant.thrust_frame`; the law reckons with it, or a yaw loop of the same
+gain would be ten times as fast as its rotors let it be.
+
+LAG_MARGIN 0.5 leaves the tilt loop a phase margin of 44 to 47 degrees whatever the lag: at its
+crossover, near kd, the PD leads by 73 degrees, of which the lag takes atan(0.5).
+"""
+
+import math
+
+import numpy as np
+
+from workbench.plant.drag import drag_area
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.thrust_frame import ThrustFrame, thrust_frame
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario.parameters import find_parameter
+
+CONTROL_DELAY = 0.5 / 128 + 1 / 1024
+"""A command is held for a control period, and acts one physics step later [s]."""
+STEP = 1.0
+"""The velocity step that no rotor should saturate in [m/s]."""
+LAG_MARGIN = 0.5
+DAMPING = 0.9
+LOOP_RATIO = 4.0
+"""Each loop is so many times slower than the one inside it."""
+CLIMB_LAG_MARGIN = 0.25
+YAW_LAG_MARGIN = 0.1
+LEAST_CLIMB = 2.0
+"""No slower a climb, whatever thrust there is: take-offs are flown with it [1/s]."""
+BRAKE_SHARE = 0.75
+YAW_SHARE = 0.5
+TILT_SHARE = 0.5
+SWING_SHARE = 0.6
+LEVER_SHARE = 0.2
+NO_LEVER = 1e-6
+"""What is less counts as this [m, 1/s² m]."""
+KD_VELOCITY = 0.1
+DIGITS = 3
+
+
+def rule_gains(vehicle: Vehicle) -> dict[str, float]:
+    """Return the values of those live parameters that depend on the vehicle, by name.
+
+    They are within the limits of the parameter table; the formulas stand above.
+    """
+    frame = thrust_frame(vehicle)
+    lag = slowest_rotor(vehicle) + CONTROL_DELAY
+    spare = GRAVITY * max(0.0, thrust_to_weight(frame) - 1.0)
+    *alphas, alpha_z = spare_angular_acceleration(frame)
+    max_tilt = min(_default("max_tilt"), math.acos(1.0 / (1.0 + TILT_SHARE * spare / GRAVITY)))
+    fastest = min(LAG_MARGIN / lag / (2.0 * DAMPING), find_parameter("kp_roll").maximum ** 0.5)
+    roll, pitch = (min(fastest, math.cbrt(LOOP_RATIO * GRAVITY * a / STEP)) for a in alphas)
+    lever = max(NO_LEVER, math.hypot(*vehicle.p_BoBcm_B))
+    level = min(
+        min(roll, pitch) / LOOP_RATIO,
+        GRAVITY * math.tan(max_tilt) / STEP,
+        GRAVITY / 2.0 / STEP,
+        SWING_SHARE * math.sqrt(GRAVITY / lever),
+    )
+    swing = max(NO_LEVER, lever * max(roll, pitch) ** 2)
+    damped = min(KD_VELOCITY, LEVER_SHARE * GRAVITY / swing)
+    climb = min(CLIMB_LAG_MARGIN / lag, max(LEAST_CLIMB, spare / STEP), GRAVITY / 2.0 / STEP)
+    sink = max(STEP, BRAKE_SHARE * spare * LOOP_RATIO / climb)
+    values = {
+        "kp_position_xy": level / LOOP_RATIO,
+        "kp_position_z": min(climb / LOOP_RATIO, BRAKE_SHARE * spare / STEP),
+        "kp_velocity_x": level,
+        "kp_velocity_y": level,
+        "kp_velocity_z": climb,
+        "kd_velocity_x": damped,
+        "kd_velocity_y": damped,
+        "kd_velocity_z": KD_VELOCITY,
+        "kp_roll": roll**2,
+        "kp_pitch": pitch**2,
+        "kd_roll": 2.0 * DAMPING * roll,
+        "kd_pitch": 2.0 * DAMPING * pitch,
+        "kp_yaw_rate": min(YAW_LAG_MARGIN / lag, YAW_SHARE * alpha_z / _default("max_yaw_rate")),
+        "spin_up_feedforward": 1.0 if frame.spin_up_time > 0.0 else 0.0,
+        "max_climb_rate": min(_default("max_climb_rate"), sink),
+        "max_tilt": max_tilt,
+        "drag_area": drag_area(vehicle.mass),
+    }
+    return {name: _fitting(name, value) for name, value in values.items()}
+
+
+def slowest_rotor(vehicle: Vehicle) -> float:
+    """Return the largest time constant of a rotor that hovers [s].
+
+    There the rates of speeding up and slowing down blend to their mean, see
+    `systems.rotor_response`.
+    """
+    lifting = (rotor for rotor in vehicle.rotors if rotor.lifts)
+    rates = (1.0 / rotor.time_constant_up + 1.0 / rotor.time_constant_down for rotor in lifting)
+    return 2.0 / min(rates)
+
+
+def thrust_to_weight(frame: ThrustFrame) -> float:
+    """Return the largest force without moment that the rotors can make, over the weight."""
+    most = np.array([rotor.max_thrust for rotor in frame.rotors])
+    lifting = frame.hover_thrusts > 0.0
+    return float(np.min(most[lifting] / frame.hover_thrusts[lifting]))
+
+
+def spare_angular_acceleration(frame: ThrustFrame) -> list[float]:
+    """Return how fast hovering rotors can turn the vehicle faster about x, y and z [rad/s²].
+
+    It is the angular acceleration, either way, at which the first rotor comes to a limit.
+    """
+    most = np.array([rotor.max_thrust for rotor in frame.rotors])
+    hover = frame.hover_thrusts
+    room = np.maximum(np.minimum(most - hover, hover - frame.idle_thrusts), 0.0)
+    thrusts = np.abs(frame.allocation[:, 1:] @ frame.inertia_T)  # for 1 rad/s² about each axis
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return [float(np.nanmin(room / column)) for column in thrusts.T]
+
+
+def _default(name: str) -> float:
+    return find_parameter(name).default
+
+
+def _fitting(name: str, value: float) -> float:
+    """Return a value of a few digits within its parameter's limits."""
+    row = find_parameter(name)
+    return min(row.maximum, max(row.minimum, float(f"{value:.{DIGITS}g}")))

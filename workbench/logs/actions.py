@@ -1,0 +1,43 @@
+"""What a pilot did, as text and back: JSON with the keys of a scenario's script."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields
+from numbers import Real
+from typing import Any
+
+from workbench.scenario.scenario import Action, Gust, Push
+
+
+def action_text(action: Action) -> str:
+    """Return an action as JSON, without its time and what is as by default; numbers are exact."""
+    values = {field.name: _plain(getattr(action, field.name)) for field in fields(Action)}
+    usual = {field.name: _plain(getattr(Action(), field.name)) for field in fields(Action)}
+    return json.dumps(
+        {name: value for name, value in values.items() if name != "at" and value != usual[name]}
+    )
+
+
+def read_action(at: float, text: str) -> Action:
+    """Return the action of a text at a time [s].
+
+    Raises:
+        ValueError, TypeError, AttributeError: if it is none.
+    """
+    values: dict[str, Any] = json.loads(text)
+    if "gust" in values:
+        values["gust"] = Gust(**values["gust"])
+    if "push" in values:
+        values["push"] = Push(**values["push"])
+    return Action(at=at, **values)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value made only of what JSON knows; numbers may be numpy's."""
+    if value is None or isinstance(value, str):
+        return value
+    if isinstance(value, Gust | Push):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(name): _plain(each) for name, each in value.items()}
+    return float(value) if isinstance(value, Real) else [_plain(each) for each in value]

@@ -1,0 +1,86 @@
+"""What a log has besides the topics, and under which names."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from workbench.common.resources import list_models, list_worlds
+from workbench.gateways.ros_messages.conversion import Channel
+from workbench.scenario.scenario import Scenario
+
+FLIGHT = "flight"
+"""Name of the metadata with vehicle, physics_step [s] and begun_ns [ns since 1970]."""
+VERSIONS = "versions"
+SETTINGS = "settings"
+SCENARIO = "scenario.yaml"
+"""Attachment: the scenario, as `workbench fly` takes it."""
+GAINS = "gains.yaml"
+"""Attachment: all parameter values of the start, as a gain file."""
+TOPICS = "topics.json"
+"""Attachment: the link's definitions of the topics."""
+STATE = Channel("/dh_drone/exact_state", "dh_drone_msgs/msg/ExactState")
+ACTIONS = Channel("/dh_drone/actions", "dh_drone_msgs/msg/PilotAction")
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """Return a scenario as YAML; files that it names are named from the root."""
+    from pydrake.common.yaml import yaml_dump_typed
+
+    vehicle = scenario.vehicle
+    rooted = replace(
+        scenario,
+        world=_from_root(scenario.world, list_worlds()),
+        vehicle=replace(
+            vehicle,
+            model=_from_root(vehicle.model, list_models()),
+            rotors=_from_root(vehicle.rotors, []),
+            gains=_from_root(vehicle.gains, []),
+            packages={name: _from_root(path, []) for name, path in vehicle.packages.items()},
+        ),
+    )
+    text: str = yaml_dump_typed(rooted, defaults=Scenario())
+    return text
+
+
+def read_scenario(text: str) -> Scenario:
+    """Return the scenario of a text that `scenario_text` made.
+
+    Raises:
+        RuntimeError, TypeError, ValueError: if it is none.
+    """
+    from pydrake.common.yaml import yaml_load_typed
+
+    scenario: Scenario = yaml_load_typed(schema=Scenario, data=text, defaults=Scenario())
+    return scenario
+
+
+def gains_text(vehicle: str, values: Mapping[str, float]) -> str:
+    """Return parameter values as the text of a gain file."""
+    data: dict[str, Any] = {
+        "vehicle": vehicle,
+        "origin": "the start of a logged flight",
+        "gains": {name: float(value) for name, value in values.items()},
+    }
+    text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
+    return text
+
+
+def read_gains(text: str) -> dict[str, float]:
+    """Return the parameter values of a text that `gains_text` made.
+
+    Raises:
+        yaml.YAMLError, KeyError, TypeError, ValueError: if it is none.
+    """
+    return {str(name): float(value) for name, value in yaml.load(text, _LOADER)["gains"].items()}
+
+
+def _from_root(name: str, shipped: list[str]) -> str:
+    """Return a path from the root of the file system, or a shipped name as it is."""
+    if not name or name in shipped or not Path(name).expanduser().exists():
+        return name
+    return str(Path(name).expanduser().resolve())

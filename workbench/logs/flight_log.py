@@ -1,0 +1,280 @@
+"""Writes a flight's log while it is flown; what goes wrong with the file never ends the flight."""
+
+import json
+import logging
+import struct
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from workbench.common.errors import WorkbenchError
+from workbench.gateways.ros_messages.cdr import codec
+from workbench.gateways.ros_messages.conversion import Channel, Conversion, Make, conversion
+from workbench.gateways.ros_messages.library import schema_text
+from workbench.gateways.ros_messages.stamps import WORLD, header
+from workbench.link.backplane import Published, Sampled
+from workbench.link.topics import Topic
+from workbench.logs.actions import action_text
+from workbench.logs.contents import (
+    ACTIONS,
+    FLIGHT,
+    GAINS,
+    SCENARIO,
+    SETTINGS,
+    STATE,
+    TOPICS,
+    VERSIONS,
+    gains_text,
+    scenario_text,
+)
+from workbench.logs.mcap_writer import MAGIC, McapWriter
+from workbench.logs.versions import versions
+from workbench.scenario.scenario import Action, Scenario
+
+NS = 1e9
+"""Nanoseconds in a second."""
+LOOK_PERIOD = 1.0
+"""Between two looks whether the file is still in its place [s]."""
+_FAILURES = (OSError, ValueError, KeyError, TypeError, OverflowError, struct.error)
+"""What writing may raise: a full disk, or a payload that is none of its topic."""
+
+
+class _Written(NamedTuple):
+    """What becomes of a topic: its conversion, and for each message a maker, an encoder, a channel.
+
+    The log takes a conversion's parts by themselves, as thousands of messages a second are written.
+    """
+
+    conversion: Conversion
+    parts: tuple[tuple[Make, Callable[[Mapping[str, Any]], bytes], int], ...]
+
+
+class FlightLog:
+    """The log of one flight, from its start.
+
+    A chunk of some 128 kB goes to the file as soon as it is full, so a process that is killed
+    leaves a file that can be read but for the last chunk.
+
+    Args:
+        path: the file; an older log of that name is overwritten, any other file is not.
+        topics: what is published.
+        scenario: that is flown.
+        settings: parameter values that the flight was built with on top of the scenario's.
+        values: all parameter values that it began with.
+        vehicle: its name.
+
+    Attributes:
+        path: the file.
+        said: why the log ended before it was closed, "" else; it is logged once as well.
+
+    Raises:
+        WorkbenchError: if the file cannot be written.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        topics: Sequence[Topic],
+        scenario: Scenario,
+        settings: Mapping[str, float],
+        values: Mapping[str, float],
+        vehicle: str,
+    ) -> None:
+        self.path = path
+        self.said = ""
+        self._step = scenario.rates.physics_step
+        self._state, self._action = codec(STATE.type).encode, codec(ACTIONS.type).encode
+        self._last_ns = 0
+        self._look_due = time.monotonic() + LOOK_PERIOD
+        self._open = True
+        found = versions()
+        _refuse_others(path)
+        try:
+            self._writer = McapWriter(path, f"workbench {found['workbench']}")
+        except OSError as error:
+            raise _not_written(path, error) from error
+        try:
+            self._begin(topics, scenario, settings, values, vehicle, found)
+        except BaseException as error:
+            self._writer.give_up()
+            if isinstance(error, OSError):
+                raise _not_written(path, error) from error
+            raise
+
+    def write(self, sampled: Sampled) -> None:
+        """Write what was published at one time, and the exact state."""
+        if self._open:
+            try:
+                self._publish(sampled.published)
+                self._keep(sampled)
+            except _FAILURES as error:
+                self._end(error)
+
+    def publish(self, published: Published) -> None:
+        """Write what was published besides samples, as events."""
+        if self._open:
+            try:
+                self._publish(published)
+            except _FAILURES as error:
+                self._end(error)
+
+    def act(self, at: float, action: Action, by: str) -> None:
+        """Write what somebody did.
+
+        Args:
+            at: a time of whole physics steps [s].
+            action: what; its own `at` says nothing here.
+            by: operator, a client's name, link, ...
+        """
+        if not self._open:
+            return
+        t_ns = round(at * NS)
+        values = {
+            "header": header(t_ns, ""),
+            "step": round(at / self._step),
+            "by": by,
+            "action": action_text(action),
+        }
+        try:
+            self._writer.message(self._action_channel, t_ns, time.time_ns(), self._action(values))
+        except _FAILURES as error:
+            self._end(error)
+
+    def look(self) -> None:
+        """End the log if its file was moved or deleted; looks no more than once a second.
+
+        What is written to a deleted file is lost without any error.
+        """
+        now = time.monotonic()
+        if self._open and now >= self._look_due:
+            self._look_due = now + LOOK_PERIOD
+            self._check_place()
+
+    def close(self) -> None:
+        """End the file; nothing more is written. `said` tells if it is not whole."""
+        self._check_place()
+        if self._open:
+            try:
+                self._writer.finish()
+            except _FAILURES as error:
+                self._end(error)
+            self._open = False
+
+    def _begin(
+        self,
+        topics: Sequence[Topic],
+        scenario: Scenario,
+        settings: Mapping[str, float],
+        values: Mapping[str, float],
+        vehicle: str,
+        found: Mapping[str, str],
+    ) -> None:
+        """Write all that is known before the flight."""
+        now, writer = time.time_ns(), self._writer
+        flight = {"vehicle": vehicle, "physics_step": repr(self._step), "begun_ns": str(now)}
+        writer.add_metadata(FLIGHT, flight)
+        writer.add_metadata(VERSIONS, found)
+        writer.add_metadata(SETTINGS, {name: repr(value) for name, value in settings.items()})
+        writer.attach(SCENARIO, "application/yaml", scenario_text(scenario).encode(), now)
+        writer.attach(GAINS, "application/yaml", gains_text(vehicle, values).encode(), now)
+        definitions = json.dumps([topic.definition() for topic in topics], indent=1)
+        writer.attach(TOPICS, "application/json", definitions.encode(), now)
+        schemas: dict[str, int] = {}
+
+        def add(channel: Channel) -> int:
+            if channel.type not in schemas:
+                text = schema_text(channel.type)
+                schemas[channel.type] = writer.add_schema(channel.type, text)
+            return writer.add_channel(channel.topic, schemas[channel.type], {})
+
+        self._state_channel, self._action_channel = add(STATE), add(ACTIONS)
+        self._topics = {
+            topic.id: _Written(
+                becomes := conversion(topic),
+                tuple(
+                    (make, codec(channel.type).encode, add(channel))
+                    for channel, make in becomes.made
+                ),
+            )
+            for topic in topics
+        }
+
+    def _check_place(self) -> None:
+        """End the log where its file is not in its place any more; make whole what was moved."""
+        if not self._open or self._writer.is_in_place():
+            return
+        self._open = False
+        try:
+            self._writer.finish()
+        except _FAILURES as error:
+            self._end(error)
+        else:
+            self._tell("the file was moved or deleted")
+
+    def _publish(self, published: Published) -> None:
+        """Write the messages of topics."""
+        t_ns, wall_ns, write = published.t_ns, published.wall_ns, self._writer.message
+        for number, payload in published.payloads:
+            becomes, parts = self._topics[number]
+            values = becomes.read(payload)
+            for make, encode, channel in parts:
+                write(channel, t_ns, wall_ns, encode(make(t_ns, values)))
+
+    def _keep(self, sampled: Sampled) -> None:
+        """Write the exact state."""
+        t_ns, wall_ns = sampled.published.t_ns, sampled.published.wall_ns
+        state = sampled.state
+        exact = {
+            "header": header(t_ns, WORLD),
+            "q_wb": state[0:4],
+            "p_wb": state[4:7],
+            "w_wb": state[7:10],
+            "v_wb": state[10:13],
+        }
+        self._writer.message(self._state_channel, t_ns, wall_ns, self._state(exact))
+        self._last_ns = t_ns
+
+    def _end(self, error: Exception) -> None:
+        """End the log, not the flight, and say so once."""
+        self._open = False
+        reason = getattr(error, "strerror", None) or str(error)
+        try:
+            self._writer.give_up()
+        except OSError as failure:
+            reason = f"{reason}; {failure.strerror}"
+        self._tell(reason)
+
+    def _tell(self, reason: str) -> None:
+        self.said = (
+            f"{self.path}: the log ends at {self._last_ns / NS:.3f} s: {reason}; "
+            "the flight goes on without it"
+        )
+        logging.getLogger("workbench").warning("%s", self.said)
+
+
+def _refuse_others(path: Path) -> None:
+    """Refuse to overwrite what is no log.
+
+    Raises:
+        WorkbenchError: if there is such a file.
+    """
+    try:
+        if not path.exists():
+            return
+        if not path.is_file():
+            what = "a folder" if path.is_dir() else "no plain file"
+            raise WorkbenchError(f"{path}: is {what}: give the log a file of its own")
+        with path.open("rb") as file:
+            head = file.read(len(MAGIC))
+    except OSError as error:
+        raise _not_written(path, error) from error
+    if not MAGIC.startswith(head):
+        raise WorkbenchError(f"{path}: is no log, and is not overwritten: name another file")
+
+
+def _not_written(path: Path, error: OSError) -> WorkbenchError:
+    if isinstance(error, FileNotFoundError):
+        return WorkbenchError(f"{path}: there is no folder {path.parent}: make it first")
+    reason = error.strerror or str(error)
+    return WorkbenchError(f"{path}: cannot be written: {reason}; name another place")

@@ -1,0 +1,122 @@
+"""Figures of a log: an overview, or the fields that were asked for."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.plots import PALETTE, RIGHT, label, legend, stacked, styled, widen
+from workbench.logs.record import FlightRecord
+from workbench.logs.series import Series
+
+MOST_CURVES = 16
+"""In one panel; more cannot be told apart."""
+TIME = "time [s]"
+_LEAST_TIME = 0.1
+"""Shown even of a shorter flight [s]."""
+_PER_CHARACTER = 0.075
+"""Room that a letter of a legend takes [inch]."""
+
+
+@styled
+def plot_overview(record: FlightRecord) -> Figure:
+    """Return an overview of a flight: position, velocities, attitude, thrusts, with commands.
+
+    Raises:
+        WorkbenchError: if the log has no such topics.
+    """
+    if not record.topics:
+        raise WorkbenchError(f"{record.path}: has no messages, so there is nothing to draw")
+    title = f"{record.vehicle}: {record.path.name}"
+    figure, axes = stacked(title, 5, width=9.0, height=1.75)
+    position, velocity, attitude, yaw, thrust = axes
+    _draw(position, "position in W", [record.series(f"position_data.{x}") for x in "xyz"], 0.5)
+    names = [f"v_{axis}" for axis in "xyz"]
+    _draw(velocity, "velocity and command", _of(record, "velocity_data", names), 0.2)
+    _draw_commands(velocity, _of(record, "command_velocity", names))
+    angles = ["roll", "pitch", "yaw"]
+    _draw(attitude, "attitude", _of(record, "position_data", angles), 0.05)
+    _draw(yaw, "yaw rate and command", _of(record, "velocity_data", ["w_z"]), 0.05)
+    _draw_commands(yaw, _of(record, "command_velocity", ["yaw_rate"]))
+    _draw(thrust, "thrust of the rotors", record.several("rotors.thrust"), 0.2)
+    _finish(record, axes)
+    return figure
+
+
+@styled
+def plot_fields(record: FlightRecord, names: list[str]) -> Figure:
+    """Return a figure of fields over time, those of one unit in one panel.
+
+    Args:
+        record: the log.
+        names: TOPIC.FIELD, or TOPIC for all its fields.
+
+    Raises:
+        WorkbenchError: if one is unknown or a text, or there are too many.
+    """
+    panels: dict[str, dict[str, Series]] = {}
+    for name in names:
+        for series in _numbers(record, name):
+            panels.setdefault(series.unit, {})[series.name] = series
+    for unit, found in panels.items():
+        if len(found) > MOST_CURVES:
+            raise WorkbenchError(
+                f"{len(found)} fields in {unit or 'one unit'} are too many for a panel: name "
+                f"{MOST_CURVES} at most; `workbench plot {record.path} --list` lists them"
+            )
+    longest = max(len(name) for found in panels.values() for name in found)
+    right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
+    title = f"{record.vehicle}: {record.path.name}"
+    figure, axes = stacked(title, len(panels), width=6.6 + right, height=2.4, right=right)
+    for panel, found in zip(axes, panels.values(), strict=True):
+        _draw(panel, "", [*found.values()], 0.0)
+    _finish(record, axes)
+    return figure
+
+
+def _numbers(record: FlightRecord, name: str) -> list[Series]:
+    """Return the series of a name that are numbers."""
+    found = record.several(name)
+    numbers = [series for series in found if series.values.dtype.kind in "biuf"]
+    if not numbers:
+        raise WorkbenchError(f"{name} is a text, and cannot be drawn: name a number")
+    return numbers
+
+
+def _of(record: FlightRecord, topic: str, fields: list[str]) -> list[Series]:
+    return [record.series(f"{topic}.{field}") for field in fields]
+
+
+def _draw(axes: Axes, title: str, found: list[Series], least: float) -> None:
+    """Draw series with one unit; the axis spans `least` or more."""
+    for index, series in enumerate(found):
+        color = PALETTE.series[index % len(PALETTE.series)]
+        dashes = "-" if index < len(PALETTE.series) else "--"
+        name = series.name.partition(".")[2] if title else series.name
+        axes.plot(series.time, series.values, dashes, color=color, label=name)
+    widen(axes, *(series.values for series in found), least=least)
+    unit = found[0].unit
+    label(axes, title, f"[{unit}]" if unit else "")
+
+
+def _draw_commands(axes: Axes, found: list[Series]) -> None:
+    """Draw what was asked for, dashed, in the colours of what came of it."""
+    for index, series in enumerate(found):
+        axes.plot(
+            series.time,
+            series.values,
+            "--",
+            color=PALETTE.series[index],
+            lw=1.0,
+            drawstyle="steps-post",
+            label=f"{series.name.partition('.')[2]} command",
+        )
+    drawn = [line.get_ydata() for line in axes.get_lines()]
+    widen(axes, *(np.asarray(values, dtype=float) for values in drawn), least=0.05)
+
+
+def _finish(record: FlightRecord, axes: list[Axes]) -> None:
+    for panel in axes:
+        legend(panel)
+    axes[-1].set_xlabel(TIME)
+    axes[-1].set_xlim(0.0, max(record.duration, _LEAST_TIME))

@@ -1,0 +1,242 @@
+"""A flight's log, read: also of a file that a kill or a full disk has cut short."""
+
+import json
+import os
+import re
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_files import read_plain
+from workbench.link.topics import Topic, topic_from
+from workbench.logs.actions import read_action
+from workbench.logs.contents import (
+    ACTIONS,
+    FLIGHT,
+    GAINS,
+    SCENARIO,
+    SETTINGS,
+    STATE,
+    TOPICS,
+    VERSIONS,
+    read_gains,
+    read_scenario,
+)
+from workbench.logs.mcap_reader import McapContents, read_mcap
+from workbench.logs.mcap_writer import MAGIC
+from workbench.logs.series import LoggedTopic, Series
+from workbench.scenario.scenario import Action, Scenario
+
+_MEMORY = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+"""Of this machine, in bytes: a log is read as a whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Done:
+    """What somebody did: who, and what, with its time [s]."""
+
+    by: str
+    action: Action
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRecord:
+    """A flight as its log has it.
+
+    Attributes:
+        path: of the log.
+        vehicle: its name.
+        physics_step: [s].
+        versions: of what computed it, by name; see `versions`.
+        scenario_text: that was flown, as YAML.
+        settings: parameter values that it was built with on top of the scenario's.
+        values: all parameter values of its start.
+        definitions: of the link's topics.
+        topics: by their short names, without /dh_drone/ in front; those with messages.
+        remark: what is missing, a sentence; "" if nothing is.
+    """
+
+    path: Path
+    vehicle: str
+    physics_step: float
+    versions: Mapping[str, str]
+    scenario_text: str
+    settings: Mapping[str, float]
+    values: Mapping[str, float]
+    definitions: tuple[Topic, ...]
+    topics: Mapping[str, LoggedTopic]
+    remark: str
+
+    @property
+    def duration(self) -> float:
+        """Time of the last state [s]."""
+        t_ns = self.state_ns
+        return t_ns[-1] * 1e-9 if len(t_ns) else 0.0
+
+    @property
+    def state_ns(self) -> tuple[int, ...]:
+        """Times of the exact states [ns]."""
+        found = self.topics.get(_short(STATE.topic))
+        return tuple(found.t_ns) if found else ()
+
+    @cached_property
+    def states(self) -> np.ndarray:
+        """Exact states of the plant: q_WB, p_WB, w_WB, v_WB; (n, 13)."""
+        found = self.topics.get(_short(STATE.topic))
+        if found is None:
+            return np.zeros((0, 13))
+        sizes = {"q_wb": 4, "p_wb": 3, "w_wb": 3, "v_wb": 3}
+        names = [f"{name}.{index}" for name, size in sizes.items() for index in range(size)]
+        return np.column_stack([found.columns[name].values for name in names])
+
+    @cached_property
+    def done(self) -> tuple[Done, ...]:
+        """What everybody did, in order.
+
+        Raises:
+            WorkbenchError: if it is nothing that this version of the workbench knows.
+        """
+        found = self.topics.get(_short(ACTIONS.topic))
+        if found is None:
+            return ()
+        try:
+            columns = (found.columns[name].values for name in ("step", "by", "action"))
+            return tuple(
+                Done(str(by), read_action(int(step) * self.physics_step, str(text)))
+                for step, by, text in zip(*columns, strict=True)
+            )
+        except (KeyError, ValueError, TypeError, AttributeError) as error:
+            raise WorkbenchError(f"{self.path}: what was done cannot be read: {error}") from error
+
+    def scenario(self) -> Scenario:
+        """Return the scenario.
+
+        Raises:
+            WorkbenchError: if it is none for this version of the workbench.
+        """
+        try:
+            return read_scenario(self.scenario_text)
+        except (RuntimeError, TypeError, ValueError) as error:
+            reason = " ".join(str(error).split())
+            raise WorkbenchError(f"{self.path}: its scenario cannot be read: {reason}") from error
+
+    def names(self) -> list[str]:
+        """Return TOPIC.FIELD of every series."""
+        return [series.name for topic in self.topics.values() for series in topic.columns.values()]
+
+    def series(self, name: str) -> Series:
+        """Return a series by TOPIC.FIELD, as velocity_data.v_x.
+
+        Raises:
+            WorkbenchError: if there is none; it names near ones.
+        """
+        found = self.several(name)
+        if len(found) > 1 or _short(name) != found[0].name:
+            raise WorkbenchError(f"{name} has {len(found)} fields: name one, as {found[0].name}")
+        return found[0]
+
+    def several(self, name: str) -> list[Series]:
+        """Return the series of a TOPIC, of a TOPIC.FIELD, or of all parts of a field.
+
+        Raises:
+            WorkbenchError: if there is none; it names near ones.
+        """
+        topic, _, path = _short(name).partition(".")
+        if topic not in self.topics:
+            raise unknown_name("topic", topic, self.topics)
+        columns = self.topics[topic].columns
+        found = [
+            series
+            for each, series in columns.items()
+            if not path or each == path or each.startswith(f"{path}.")
+        ]
+        if not found:
+            raise unknown_name(f"field of {topic},", path, columns)
+        return found
+
+
+def read_log(path: Path, progress: Callable[[float], None] | None = None) -> FlightRecord:
+    """Read a log as far as it is whole.
+
+    Args:
+        path: the file.
+        progress: takes the share done, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or is no log of the workbench.
+    """
+    data = read_plain(path, _MEMORY // 2)
+    if not data:
+        raise WorkbenchError(f"{path}: is empty: the flight ended before anything was written")
+    if not data.startswith(MAGIC):
+        raise WorkbenchError(f"{path}: is no MCAP file: name a log that the workbench wrote")
+    found = read_mcap(data, progress)
+    topics = _topics(found)
+    try:
+        flight = found.metadata[FLIGHT]
+        return FlightRecord(
+            path=path,
+            vehicle=flight["vehicle"],
+            physics_step=float(flight["physics_step"]),
+            versions=found.metadata[VERSIONS],
+            scenario_text=found.attachments[SCENARIO].decode(),
+            settings={name: float(value) for name, value in found.metadata[SETTINGS].items()},
+            values=read_gains(found.attachments[GAINS].decode()),
+            definitions=tuple(map(topic_from, json.loads(found.attachments[TOPICS]))),
+            topics=topics,
+            remark=_remark(found),
+        )
+    except (KeyError, ValueError, TypeError, yaml.YAMLError) as error:
+        why = (
+            "is an MCAP file, but no log of the workbench"
+            if found.closed and not found.damaged
+            else "ends or is damaged before the flight begins: nothing can be read"
+        )
+        raise WorkbenchError(f"{path}: {why}") from error
+
+
+def _topics(found: McapContents) -> dict[str, LoggedTopic]:
+    """Return the topics that have messages, by their short names, in the order of the file."""
+    times: dict[int, list[int]] = defaultdict(list)
+    messages: dict[int, list[bytes]] = defaultdict(list)
+    for logged in found.messages:
+        times[logged.channel].append(logged.t_ns)
+        messages[logged.channel].append(logged.data)
+    topics = {}
+    for number, channel in found.channels.items():
+        schema = found.schemas.get(channel.schema_id)
+        if number in messages and schema is not None:
+            short = _short(channel.topic)
+            topics[short] = LoggedTopic(
+                channel.topic,
+                short,
+                schema.name,
+                schema.data.decode("utf-8", "replace"),
+                times[number],
+                messages[number],
+            )
+    return topics
+
+
+def _remark(found: McapContents) -> str:
+    """Return what is missing, in words."""
+    last = max((message.t_ns for message in found.messages), default=0) * 1e-9
+    parts = []
+    if not found.closed:
+        parts.append(
+            f"the log was not closed and ends at {last:.3f} s: up to a chunk after that is missing"
+        )
+    if found.damaged:
+        parts.append(f"{found.damaged} damaged parts were left out")
+    return "; ".join(parts)
+
+
+def _short(topic: str) -> str:
+    """Return a topic's name as it is written on the command line."""
+    return re.sub(r"^/(dh_drone/)?", "", topic)

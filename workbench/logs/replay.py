@@ -1,0 +1,130 @@
+"""Flies a log again and compares every exact state, bit by bit."""
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.link.backplane import Sampled
+from workbench.logs.record import FlightRecord
+from workbench.logs.versions import versions
+from workbench.scenario.scenario import Scenario
+from workbench.session.script import repeated
+from workbench.session.session import Session
+from workbench.systems.bridge import Bridge
+
+PARTS = {"orientation": 0, "position": 4, "angular velocity": 7, "velocity": 10}
+"""Where each part of a state begins."""
+SLICE = 0.25
+"""Flown between two comparisons [s]."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first state that is not the same.
+
+    Attributes:
+        time: of it [s].
+        part: orientation, position, angular velocity or velocity.
+        size: largest difference of a number in it, in SI units.
+    """
+
+    time: float
+    part: str
+    size: float
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What a flight again came to.
+
+    Attributes:
+        states: that were compared.
+        duration: that they cover [s].
+        first: difference; None where all states are equal to the bit.
+        changed: versions that differ, "numpy 2.4.6, was 2.3.0".
+    """
+
+    states: int
+    duration: float
+    first: Difference | None
+    changed: tuple[str, ...]
+
+    @property
+    def equal(self) -> bool:
+        """Whether every state is the same to the bit."""
+        return self.first is None
+
+
+def replay(record: FlightRecord, progress: Callable[[float], None] | None = None) -> Replayed:
+    """Fly a log again, up to its end or the first difference.
+
+    Args:
+        record: what was read of it.
+        progress: takes the share done, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if it has no states, or cannot be flown here.
+    """
+    if not len(record.states):
+        raise WorkbenchError(f"{record.path}: has no states, so there is nothing to fly again")
+    first, compared = None, 0
+    logged = dict(zip(record.state_ns, record.states, strict=True))
+    for sampled in _flown(record, progress):
+        state = logged.get(sampled.published.t_ns)
+        if state is None:
+            continue
+        compared += 1
+        first = _difference(sampled, state)
+        if first is not None:
+            break
+    if first is None and compared < len(logged):
+        raise WorkbenchError(
+            f"{record.path}: only {compared} of its {len(logged)} states come at the same times "
+            f"again: it was flown at other rates than its scenario says"
+        )
+    return Replayed(compared, record.duration, first, _changed(record))
+
+
+def again(record: FlightRecord) -> Scenario:
+    """Return the scenario that flies a log again: what was done stands in its script."""
+    scenario = record.scenario()
+    # the gain file may have changed since: the log has all values
+    vehicle = dataclasses.replace(scenario.vehicle, gains="")
+    actions = [done.action for done in record.done]
+    return repeated(dataclasses.replace(scenario, vehicle=vehicle), {}, actions, record.duration)
+
+
+def _flown(record: FlightRecord, progress: Callable[[float], None] | None) -> Iterator[Sampled]:
+    """Yield what is published as it is flown."""
+    session = Session(again(record), record.values, bridge=Bridge())
+    steps = max(1, round(record.duration / record.physics_step))
+    each = max(1, round(SLICE / record.physics_step))
+    for begin in range(0, steps, each):
+        session.tick(min(each, steps - begin) * record.physics_step)
+        yield from session.drain()
+        if progress:
+            progress(min(1.0, (begin + each) / steps))
+
+
+def _difference(sampled: Sampled, state: np.ndarray) -> Difference | None:
+    """Return how a state differs from that of the log, None if it does not in any bit."""
+    flown = np.array(sampled.state)
+    if flown.tobytes() == np.ascontiguousarray(state).tobytes():
+        return None
+    away = np.abs(flown - state)
+    index = int(np.argmax(np.where(np.isnan(away), np.inf, away)))
+    part = [name for name, begin in PARTS.items() if begin <= index][-1]
+    return Difference(sampled.published.t_ns * 1e-9, part, float(away[index]))
+
+
+def _changed(record: FlightRecord) -> tuple[str, ...]:
+    """Return the versions that are not as they were, in words."""
+    now = versions()
+    return tuple(
+        f"{name} {now.get(name, 'unknown')}, was {was}"
+        for name, was in {"physics": "1", **record.versions}.items()
+        if now.get(name) != was
+    )

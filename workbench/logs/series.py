@@ -1,0 +1,228 @@
+"""A topic of a log as arrays over time: a column for each number of its messages."""
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.gateways.ros_messages.cdr import Codec
+from workbench.gateways.ros_messages.definitions import split_schema
+from workbench.gateways.ros_messages.layout import Column, Layout
+
+_STAMP = "header.stamp."
+_POINTS = "sensor_msgs/msg/PointCloud2"
+_POINT_TYPES = {1: "i1", 2: "u1", 3: "<i2", 4: "<u2", 5: "<i4", 6: "<u4", 7: "<f4", 8: "<f8"}
+"""What a PointField calls them."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """Some numbers, or texts, over time.
+
+    Attributes:
+        name: TOPIC.FIELD.
+        unit: as in m/s, 1 for none, "" where it is not known.
+        time: simulated (n) [s].
+        values: (n); NaN or "" where a message has no such field.
+    """
+
+    name: str
+    unit: str
+    time: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class LoggedTopic:
+    """The messages of one topic.
+
+    Attributes:
+        name: as in /dh_drone/velocity_data.
+        short: the same without /dh_drone/ in front.
+        type: of its messages, as dh_drone_msgs/msg/VelocityData.
+        schema: definition of that type.
+        t_ns: time of each message [ns].
+        messages: in CDR.
+    """
+
+    name: str
+    short: str
+    type: str
+    schema: str
+    t_ns: Sequence[int]
+    messages: Sequence[bytes]
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time of each message [s]."""
+        return np.array(self.t_ns, dtype=np.int64) * 1e-9
+
+    @cached_property
+    def columns(self) -> dict[str, Series]:
+        """Everything in the messages by name of the field, but for headers and points.
+
+        Raises:
+            WorkbenchError: if a message cannot be decoded.
+        """
+        time = self.time
+        try:
+            columns = self._columns()
+        except (KeyError, ValueError, struct.error) as error:
+            raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
+        return {
+            path: Series(f"{self.short}.{path}", unit, time, values)
+            for path, (unit, values) in columns.items()
+        }
+
+    @cached_property
+    def points(self) -> dict[str, Series]:
+        """The points of all clouds by name of their field, a value a point; {} for other topics.
+
+        Lengths are in m, in the sensor's frame; each point has its cloud's time.
+
+        Raises:
+            WorkbenchError: if a message cannot be decoded.
+        """
+        if self.type != _POINTS:
+            return {}
+        codec = Codec(tuple(split_schema(self.type, self.schema).values()))
+        try:
+            clouds = [_points(codec.layout_of(message), message) for message in self.messages]
+            points = np.concatenate(clouds)
+        except (KeyError, ValueError, TypeError, struct.error) as error:
+            raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
+        time = np.repeat(self.time, [len(cloud) for cloud in clouds])
+        return {
+            name: Series(f"{self.short}.{name}", "m" if name in "xyz" else "", time, points[name])
+            for name in points.dtype.names or ()
+        }
+
+    def _columns(self) -> dict[str, tuple[str, np.ndarray]]:
+        if not self.messages:
+            return {}
+        codec = Codec(tuple(split_schema(self.type, self.schema).values()))
+        layout = codec.layout_of(self.messages[0])
+        table = _table(layout, self.messages)
+        if table is not None:
+            return {
+                path: (column.unit, _plain(table[column.path][:, index]))
+                for column in _wanted(layout)
+                for index, path in enumerate(_paths(column))
+            }
+        return self._one_by_one(codec)
+
+    def _one_by_one(self, codec: Codec) -> dict[str, tuple[str, np.ndarray]]:
+        """Return the columns where messages differ in their lengths."""
+        units: dict[str, str] = {}
+        rows: list[dict[str, object]] = []
+        for message in self.messages:
+            layout = codec.layout_of(message)
+            row: dict[str, object] = {}
+            for column in _wanted(layout):
+                code = f"<{column.count}{column.code}"
+                values = struct.unpack_from(code, message, column.offset)
+                paths = _paths(column)
+                units.update(dict.fromkeys(paths, column.unit))
+                row.update(zip(paths, map(_text, values), strict=True))
+            rows.append(row)
+        return {path: (unit, _gathered(rows, path)) for path, unit in units.items()}
+
+
+def _points(layout: Layout, message: bytes) -> np.ndarray:
+    """Return the points of a PointCloud2 as a structured array.
+
+    Raises:
+        ValueError: if it says of itself what cannot be.
+    """
+    places = {column.path: column for column in layout.columns}
+
+    def value(path: str) -> Any:
+        column = places[path]
+        return struct.unpack_from(f"<{column.count}{column.code}", message, column.offset)[0]
+
+    if value("is_bigendian"):
+        raise ValueError("its points are big-endian")
+    numbers = [path.split(".")[1] for path in places if path.endswith(".datatype")]
+    kind = np.dtype(
+        {
+            "names": [value(f"fields.{each}.name").decode() for each in numbers],
+            "formats": [_POINT_TYPES[value(f"fields.{each}.datatype")] for each in numbers],
+            "offsets": [value(f"fields.{each}.offset") for each in numbers],
+            "itemsize": value("point_step"),
+        }
+    )
+    data = places.get("data")  # there is none where no ray met anything
+    count = value("width") * value("height")
+    return np.frombuffer(message, kind, count, data.offset) if data else np.zeros(0, kind)
+
+
+def _table(layout: Layout, messages: Sequence[bytes]) -> np.ndarray | None:
+    """Return messages as a structured array; None if they are not all laid out alike."""
+    size = len(messages[0])
+    if any(len(message) != size for message in messages):
+        return None
+    columns = [*_wanted(layout)]
+    lengths = [f"length {index}" for index in range(len(layout.lengths))]
+    kind = np.dtype(
+        {
+            "names": [*(column.path for column in columns), *lengths],
+            "formats": [*map(_format, columns), *("<u4" for _ in lengths)],
+            "offsets": [*(column.offset for column in columns), *(at for at, _ in layout.lengths)],
+            "itemsize": size,
+        }
+    )
+    table = np.frombuffer(b"".join(messages), kind)
+    for name, (_, length) in zip(lengths, layout.lengths, strict=True):
+        if not np.all(table[name] == length):
+            return None
+    return table
+
+
+def _wanted(layout: Layout) -> list[Column]:
+    """Return the columns that are worth a series."""
+    return [
+        column
+        for column in layout.columns
+        if column.code != "V" and _STAMP not in column.path and not _is_header(column.path)
+    ]
+
+
+def _is_header(path: str) -> bool:
+    return path.endswith("header.frame_id")
+
+
+def _format(column: Column) -> tuple[str, tuple[int, ...]]:
+    """Return numpy's name of a column: as many places as it has values, one for a text."""
+    if column.code == "s":
+        return f"S{max(column.count, 1)}" if column.count else "S1", (1,)
+    return f"<{column.code}" if column.code != "?" else "?", (column.count,)
+
+
+def _paths(column: Column) -> list[str]:
+    """Return a name for each value of a column."""
+    if not column.array:
+        return [column.path]
+    return [f"{column.path}.{index}" for index in range(column.count)]
+
+
+def _plain(values: np.ndarray) -> np.ndarray:
+    """Return a column by itself, texts decoded."""
+    if values.dtype.kind == "S":
+        return np.array([_text(value) for value in values], dtype=object)
+    return values.copy()
+
+
+def _text(value: object) -> object:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+
+
+def _gathered(rows: list[dict[str, object]], path: str) -> np.ndarray:
+    """Return a column of rows, some of which may not have it."""
+    found = [row.get(path) for row in rows]
+    if any(isinstance(value, str) for value in found):
+        return np.array(["" if value is None else value for value in found], dtype=object)
+    return np.array([np.nan if value is None else value for value in found])

@@ -1,0 +1,89 @@
+"""A topic of a log as a file: CSV, or Parquet."""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.logs.series import LoggedTopic, Series
+
+ROWS = 100_000
+"""Written at a time, as texts take a hundred times the memory of numbers."""
+
+
+def tables(topic: LoggedTopic) -> dict[str, dict[str, Series]]:
+    """Return what is to be written of a topic, by the stem of its file.
+
+    A table with a row a message, and of clouds another one with a row a point.
+
+    Raises:
+        WorkbenchError: if a message cannot be decoded.
+    """
+    name = topic.short.strip("/").replace("/", "_")
+    time = Series(f"{topic.short}.t", "s", topic.time, topic.time)
+    found = {name: {"t": time, **topic.columns}}
+    if topic.points:
+        times = next(iter(topic.points.values())).time
+        found[f"{name}_points"] = {"t": Series(time.name, "s", times, times), **topic.points}
+    return found
+
+
+def write_table(columns: Mapping[str, Series], path: Path) -> None:
+    """Write columns as a table.
+
+    CSV has names with units in its first line, "v_x [m/s]"; Parquet has names, and the unit in each
+    field's metadata. What is not known is left empty.
+
+    Args:
+        columns: of equal lengths, by name.
+        path: the file, .csv or .parquet.
+
+    Raises:
+        WorkbenchError: if it cannot be written.
+    """
+    write = _write_parquet if path.suffix == ".parquet" else _write_csv
+    try:
+        write(columns, path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise WorkbenchError(f"{path}: cannot be written: {reason}") from error
+
+
+def _write_csv(columns: Mapping[str, Series], path: Path) -> None:
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(
+            f"{name} [{series.unit}]" if series.unit else name for name, series in columns.items()
+        )
+        all_values = [series.values for series in columns.values()]
+        for first in range(0, len(all_values[0]), ROWS):
+            part = (_texts(values[first : first + ROWS]) for values in all_values)
+            writer.writerows(zip(*part, strict=True))
+
+
+def _texts(values: np.ndarray) -> list[str]:
+    """Return values as the shortest texts that are read back as the same numbers."""
+    if values.dtype.kind == "O":
+        return [str(value) for value in values]
+    texts: list[str] = values.astype(str).tolist()
+    if values.dtype.kind == "f":
+        return ["" if text == "nan" else text for text in texts]
+    return texts
+
+
+def _write_parquet(columns: Mapping[str, Series], path: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    arrays: list[Any] = []
+    fields: list[Any] = []
+    for name, series in columns.items():
+        values = series.values
+        blank = np.isnan(values) if values.dtype.kind == "f" else None
+        arrays.append(pyarrow.array(values, mask=blank))
+        fields.append(pyarrow.field(name, arrays[-1].type, metadata={"unit": series.unit}))
+    table = pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields))
+    pyarrow.parquet.write_table(table, path)

@@ -1,0 +1,1 @@
+"""What is flown, in numbers: scenario files, the table of parameters, excitations."""

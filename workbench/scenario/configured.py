@@ -1,0 +1,76 @@
+"""What a scenario names, read: the description and the world, before anything is built."""
+
+import logging
+
+from workbench.common.resources import find_file, find_model, find_world, worlds_dir
+from workbench.plant.description import Description, read_description
+from workbench.plant.plausible import doubts
+from workbench.plant.remarks import summed_up
+from workbench.plant.vehicle import Vehicle
+from workbench.plant.worlds.reading import read_world
+from workbench.plant.worlds.world import World
+from workbench.scenario.scenario import Scenario, VehicleConfig
+
+MOST_TOLD = 5
+"""Remarks on a world that are said one by one."""
+
+
+def read_configured(config: VehicleConfig) -> Description:
+    """Return the description that a scenario names.
+
+    Raises:
+        WorkbenchError: if it is not there, or cannot be read.
+    """
+    rotors = find_file(config.rotors) if config.rotors else ""
+    return read_description(find_model(config.model), config.args, config.packages, rotors)
+
+
+def read_configured_world(scenario: Scenario) -> World:
+    """Return the world that a scenario names; the vehicle's packages are looked into as well.
+
+    Raises:
+        WorkbenchError: if it is not there, or cannot be read.
+    """
+    packages = {"worlds": str(worlds_dir())} | scenario.vehicle.packages
+    return read_world(find_world(scenario.world), packages)
+
+
+def tell_world(world: World) -> None:
+    """Say what of a world is not as its file has it."""
+    logger = logging.getLogger("workbench")
+    found = sorted(world.remarks, key=lambda remark: remark.kind == "ignored")
+    for remark in found[:MOST_TOLD]:
+        logger.info("%s", remark)
+    if len(found) > MOST_TOLD:
+        logger.info("%s: and so on, %s in all", world.source, summed_up(found))
+
+
+def tell_start(obstacle: str, clearance: float, distance: float) -> None:
+    """Say that a flight begins in an obstacle, or so near that it may touch it.
+
+    Args:
+        obstacle: the nearest one.
+        clearance: of the drone, however it is turned [m].
+        distance: from its surface to the drone's middle [m], negative inside.
+    """
+    logger = logging.getLogger("workbench")
+    if distance < 0.0:
+        logger.info("the flight begins inside '%s': let it start at another position", obstacle)
+    elif clearance < 0.0:
+        logger.info(
+            "the flight begins %.2g m from '%s', within the drone's own reach of %.2g m",
+            distance,
+            obstacle,
+            distance - clearance,
+        )
+
+
+def tell_remarks(description: Description, vehicle: Vehicle) -> None:
+    """Say that a description was not taken word for word, and what of it is unlikely."""
+    logger = logging.getLogger("workbench")
+    found = [remark for remark in description.remarks if remark.kind != "ignored"]
+    if found:
+        said = summed_up(found)
+        logger.info("%s: %s; `workbench inspect` lists them", description.source, said)
+    for doubt in doubts(vehicle):
+        logger.info("%s: %s", description.source, doubt)

@@ -1,0 +1,167 @@
+"""Commands that make a drone answer: steps, doublets, square waves and chirps."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from workbench.common.errors import WorkbenchError
+
+AXES = ("x", "y", "z", "yaw")
+SHORTEST, LONGEST = 0.1, 60.0
+"""Bounds of the period [s]."""
+LOWEST_FREQUENCY = 0.1
+"""At which a chirp begins; it ends at ten times that or more [1/s]."""
+TENFOLD = 10.0
+LATE = 1e-9
+"""A time this much before an edge is at it: sums of periods are not exact in binary [s]."""
+
+
+class Shape(Enum):
+    """How a command goes over time."""
+
+    STEP = "step"
+    """The amplitude for a period, then nothing for a period."""
+    DOUBLET = "doublet"
+    """The amplitude for half a period, its opposite for the other half, then nothing for one."""
+    SQUARE = "square wave"
+    """The amplitude and its opposite in turns, half a period each."""
+    CHIRP = "chirp"
+    """A sine whose frequency rises from 0.1 Hz tenfold and more, within a period."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A command along one axis, on top of nothing: the other axes are held at rest.
+
+    Attributes:
+        axis: x, y, z (velocity in W) or yaw (rate).
+        shape: over time.
+        amplitude: [m/s] or [rad/s].
+        period: [s].
+        repeats: whether it begins again when it is over, until it is stopped.
+    """
+
+    axis: str
+    shape: Shape
+    amplitude: float
+    period: float
+    repeats: bool = False
+
+    def check(self, limit: float = math.inf) -> None:
+        """Refuse what cannot be flown.
+
+        Args:
+            limit: largest amplitude [m/s] or [rad/s].
+
+        Raises:
+            WorkbenchError: for the first thing that is wrong.
+        """
+        if self.axis not in AXES:
+            raise WorkbenchError(f"the axis is {self.axis!r:.60}: give one of {', '.join(AXES)}")
+        if not isinstance(self.shape, Shape):
+            shapes = ", ".join(shape.value for shape in Shape)
+            raise WorkbenchError(f"the shape is {self.shape!r:.60}: give one of {shapes}")
+        for name, unit in (("amplitude", self.unit), ("period", "s")):
+            number = getattr(self, name)
+            if not isinstance(number, int | float) or not math.isfinite(number):
+                raise WorkbenchError(
+                    f"the {name} is {number!r:.60}: give it a finite number of {unit}"
+                )
+        if not 0.0 < abs(self.amplitude) <= limit:
+            raise WorkbenchError(
+                f"the amplitude is {self.amplitude:g} {self.unit}: give it one other than 0, "
+                f"within ±{limit:g} {self.unit}"
+            )
+        if not SHORTEST <= self.period <= LONGEST:
+            raise WorkbenchError(
+                f"the period is {self.period:g} s: give it one from {SHORTEST:g} to {LONGEST:g} s"
+            )
+
+    @property
+    def unit(self) -> str:
+        """Of the amplitude."""
+        return "rad/s" if self.axis == "yaw" else "m/s"
+
+    @property
+    def round_time(self) -> float:
+        """How long it takes, once [s]."""
+        return 2.0 * self.period if self.rests else self.period
+
+    @property
+    def rests(self) -> bool:
+        """Whether a round ends with a rest, so that the next one begins at rest."""
+        return self.shape in (Shape.STEP, Shape.DOUBLET)
+
+    @property
+    def edges(self) -> tuple[float, ...]:
+        """Times within a round at which the command jumps [s]; none of a chirp."""
+        match self.shape:
+            case Shape.STEP:
+                return (0.0, self.period)
+            case Shape.DOUBLET:
+                return (0.0, 0.5 * self.period, self.period)
+            case Shape.SQUARE:
+                return (0.0, 0.5 * self.period)
+            case Shape.CHIRP:
+                return ()
+
+    def command(self, t: float) -> float:
+        """Return the command at a time [s] since the beginning of the first round.
+
+        Before and after it is 0; where it repeats, there is no after.
+        """
+        if t < 0.0:
+            return 0.0
+        if self.repeats:
+            t = math.fmod(t + LATE, self.round_time)
+        elif t >= self.round_time - LATE:
+            return 0.0
+        return self.amplitude * self._share(t + LATE)
+
+    def _share(self, t: float) -> float:
+        """Return the share of the amplitude at a time within a round."""
+        half = 0.5 * self.period
+        match self.shape:
+            case Shape.STEP:
+                return 1.0 if t < self.period else 0.0
+            case Shape.DOUBLET:
+                return 1.0 if t < half else -1.0 if t < self.period else 0.0
+            case Shape.SQUARE:
+                return 1.0 if t < half else -1.0
+            case Shape.CHIRP:
+                return self._sine(t)
+
+    def _sine(self, t: float) -> float:
+        """Return a chirp's sine.
+
+        Its frequency rises at an even pace to where whole waves fill the period, so that it ends as
+        it began.
+        """
+        waves = math.ceil(0.5 * (1.0 + TENFOLD) * LOWEST_FREQUENCY * self.period - LATE)
+        last = 2.0 * waves / self.period - LOWEST_FREQUENCY
+        pace = (last - LOWEST_FREQUENCY) / self.period
+        return math.sin(2.0 * math.pi * (LOWEST_FREQUENCY + 0.5 * pace * t) * t)
+
+
+@dataclass(frozen=True)
+class Exciting:
+    """An excitation that is being flown.
+
+    Attributes:
+        excitation: that is.
+        began: simulated time at which the present round began, or begins within a moment [s].
+        round: its number, the first is 1.
+        from_rest: whether it began at rest: the first one does, and one after a way back.
+        returning: whether the round is over, and the drone goes back to where the first one began.
+    """
+
+    excitation: Excitation
+    began: float
+    round: int
+    from_rest: bool = False
+    returning: bool = False
+
+    @property
+    def again(self) -> bool:
+        """Whether the round before went over into this one."""
+        return self.round > 1 and not self.from_rest

@@ -1,0 +1,328 @@
+"""The scenario: what is built and flown, as typed dataclasses that are the YAML's schema."""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from workbench.common.atomic_write import write_atomically
+from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_file, find_model, find_world
+from workbench.common.yaml_files import (
+    Keys,
+    YamlFile,
+    check_schema,
+    dotted,
+    dump_changes,
+    read_yaml,
+)
+from workbench.plant.variation import Variation
+from workbench.scenario.parameters import checked
+from workbench.scenario.sensors_config import SensorsConfig, check_sensors
+
+REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
+START_MODES = ("off", "hovering")
+FINEST_STEP = 1e-5
+SLOWEST = {
+    "physics_step": 0.01,
+    "control_period": 0.05,
+    "mode_period": 0.25,
+    "record_period": 10.0,
+}
+"""Bounds of the periods, beyond which nothing flies [s]."""
+FARTHEST = 1e6
+"""Largest number in a vector, in its unit."""
+_BLOWS = (
+    ("gust", "velocity", "gust"),
+    ("gust", "duration", "gust_duration"),
+    ("push", "force", "push"),
+    ("push", "point", "push_at"),
+    ("push", "duration", "push_duration"),
+)
+"""Part of an action, its key, and the parameters that it sets."""
+LONGEST_PATH = 3600.0
+"""Of a figure of eight, all laps together [s]."""
+
+
+@dataclass
+class VehicleConfig:
+    """Which drone, and with which gains.
+
+    A shipped model's name or the path of a description, arguments for its xacro file, folders of
+    packages and models that it refers to, by name, and the paths of a file of rotors for a
+    description that has none, and of a gain file; and how what flies differs from all that.
+    """
+
+    model: str = "dh_drone"
+    args: dict[str, str] = field(default_factory=dict)
+    packages: dict[str, str] = field(default_factory=dict)
+    rotors: str = ""
+    gains: str = ""
+    variation: Variation = field(default_factory=Variation)
+
+
+@dataclass
+class Rates:
+    """Periods [s]; each a multiple of the physics step, and exact in binary."""
+
+    physics_step: float = 1 / 1024
+    control_period: float = 1 / 128
+    mode_period: float = 1 / 8
+    record_period: float = 1 / 128
+
+
+@dataclass
+class Start:
+    """How the flight begins: off on the ground, or in the air with rotors at hover speed.
+
+    Position of the base link [m] (without one: standing on the ground, or hovering 1.5 m above
+    it), roll, pitch, yaw [rad], velocity [m/s] and angular velocity [rad/s], both in W.
+    """
+
+    mode: str = "hovering"
+    position: list[float] | None = None
+    roll_pitch_yaw: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    velocity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    angular_velocity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+
+@dataclass
+class Gust:
+    """A gust that rises to a velocity in W [m/s] and falls again, within a duration [s]."""
+
+    velocity: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    duration: float = 1.0
+
+
+@dataclass
+class Push:
+    """A force in W [N] at a point of the body, in B [m], for a duration [s]."""
+
+    force: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    point: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    duration: float = 0.1
+
+
+@dataclass
+class Action:
+    """Something the pilot does at a time [s]; what is not given stays as it is.
+
+    A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off,
+    hold, land, stop, abort_landing) with its height [m], a gust, a push, or new values of live
+    parameters.
+    """
+
+    at: float = 0.0
+    velocity: list[float] | None = None
+    yaw_rate: float | None = None
+    go_to: list[float] | None = None
+    request: str | None = None
+    height: float = 1.5
+    gust: Gust | None = None
+    push: Push | None = None
+    set: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def flies(self) -> bool:
+        """Whether it asks the drone to go somewhere or to change its flight mode."""
+        wishes = (self.velocity, self.yaw_rate, self.go_to, self.request)
+        return any(wish is not None for wish in wishes)
+
+
+@dataclass
+class FigureEight:
+    """A path: a figure of eight around a centre [m], its size [m], time a lap [s], laps."""
+
+    center: list[float] = field(default_factory=lambda: [0.0, 0.0, 1.5])
+    length: float = 4.0
+    width: float = 2.0
+    period: float = 10.0
+    laps: int = 2
+
+
+@dataclass
+class Scenario:
+    """Everything that a flight is built from; equal scenarios give equal flights, to the bit."""
+
+    title: str = ""
+    vehicle: VehicleConfig = field(default_factory=VehicleConfig)
+    world: str = "empty"
+    sensors: SensorsConfig = field(default_factory=SensorsConfig)
+    rates: Rates = field(default_factory=Rates)
+    start: Start = field(default_factory=Start)
+    duration: float = 10.0
+    script: list[Action] = field(default_factory=list)
+    figure_eight: FigureEight | None = None
+
+
+def load_scenario(path: Path | str) -> Scenario:
+    """Read and check a scenario file.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    path = Path(path)
+    file = read_yaml(path)
+    check_schema(file, Scenario)
+    from pydrake.common.yaml import yaml_load_typed  # what is refused above needs no Drake
+
+    try:
+        scenario = yaml_load_typed(schema=Scenario, data=file.text, defaults=Scenario())
+    except (RuntimeError, TypeError, ValueError) as error:
+        raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
+    check_scenario(scenario, file)
+    find_files(scenario.vehicle, file)
+    find_scenario_world(scenario, file)
+    return scenario
+
+
+def save_scenario(scenario: Scenario, path: Path) -> None:
+    """Write what differs from the default scenario to a YAML file.
+
+    Raises:
+        WorkbenchError: if it cannot be written; a file that was there stays as it was.
+    """
+    write_atomically(path, dump_changes(scenario))
+
+
+def without_arrays(scenario: Scenario) -> Scenario:
+    """Return a scenario whose flight keeps next to nothing: days of it fit into memory."""
+    step = scenario.rates.physics_step
+    sparse = step * math.floor(SLOWEST["record_period"] / step)
+    return dataclasses.replace(
+        scenario,
+        rates=dataclasses.replace(scenario.rates, record_period=sparse),
+        sensors=dataclasses.replace(scenario.sensors, keep=False),
+    )
+
+
+def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
+    """Refuse numbers that cannot be flown.
+
+    Raises:
+        WorkbenchError: naming the key, and file and line where a file is given.
+    """
+
+    def refuse(keys: Keys, reason: str) -> WorkbenchError:
+        where = file.where(*keys) if file else ""
+        return WorkbenchError(f"{where}{dotted(keys)} {reason}")
+
+    if not 0.0 < scenario.duration < math.inf:
+        raise refuse(("duration",), "must be a positive time in seconds")
+    if scenario.start.mode not in START_MODES:
+        raise refuse(("start", "mode"), f"must be one of {', '.join(START_MODES)}")
+    step = scenario.rates.physics_step
+    if not step >= FINEST_STEP:
+        raise refuse(("rates", "physics_step"), f"must be {FINEST_STEP:g} s or more")
+    for rate in dataclasses.fields(Rates):
+        if getattr(scenario.rates, rate.name) > SLOWEST[rate.name]:
+            raise refuse(("rates", rate.name), f"must be at most {SLOWEST[rate.name]:g} s")
+        steps = getattr(scenario.rates, rate.name) / step
+        if steps < 1.0 or not float(steps).is_integer():
+            raise refuse(("rates", rate.name), f"must be a multiple of the physics step {step:g} s")
+    check_sensors(scenario.sensors, refuse)
+    scenario.vehicle.variation.check(file.where("vehicle", "variation") if file else "")
+    for index, action in enumerate(scenario.script):
+        keys: Keys = ("script", index)
+        if action.request is not None and action.request not in REQUESTS:
+            raise refuse((*keys, "request"), f"must be one of {', '.join(REQUESTS)}")
+        if file and action.at > scenario.duration:
+            raise refuse(
+                (*keys, "at"), f"is after the flight's {scenario.duration:g} s: fly longer"
+            )
+        if not 0.0 <= action.at < math.inf:
+            raise refuse((*keys, "at"), "must be a time in seconds, 0 or later")
+        if action.yaw_rate is not None and not math.isfinite(action.yaw_rate):
+            raise refuse((*keys, "yaw_rate"), "must be a finite number of rad/s")
+        if not 0.0 < action.height < math.inf:
+            raise refuse((*keys, "height"), "must be a height above the ground in m")
+        for key, blow in (("gust", action.gust), ("push", action.push)):
+            if blow is not None and not 0.0 < blow.duration < math.inf:
+                raise refuse((*keys, key, "duration"), "must be a positive time in seconds")
+        for name, value in action.set.items():
+            checked({name: value}, file.where(*keys, "set", name) if file else "")
+    for keys, vector in _vectors(scenario):
+        if len(vector) != 3 or not all(abs(number) <= FARTHEST for number in vector):
+            raise refuse(keys, f"must be three finite numbers within ±{FARTHEST:g}, is {vector}")
+    for index, action in enumerate(scenario.script):
+        _check_blows(action, ("script", index), file)
+    if scenario.start.position is not None and scenario.start.position[2] < 0.0:
+        raise refuse(("start", "position"), "is below the ground: its third number is the height")
+    eight = scenario.figure_eight
+    if eight is not None:
+        if any(action.go_to is not None for action in scenario.script):
+            raise refuse(("figure_eight",), "cannot be flown together with a go_to: leave one out")
+        for size in ("length", "width", "period"):
+            if not 0.0 < getattr(eight, size) < math.inf:
+                raise refuse(("figure_eight", size), "must be a positive number")
+        if eight.period < 0.5 or eight.laps * eight.period > LONGEST_PATH:
+            raise refuse(
+                ("figure_eight", "period"),
+                f"must be 0.5 s or more, all laps {LONGEST_PATH:g} s at most",
+            )
+        if eight.laps < 1:
+            raise refuse(("figure_eight", "laps"), "must be 1 or more")
+
+
+def _check_blows(action: Action, keys: Keys, file: YamlFile | None) -> None:
+    """Refuse what is out of the range of the parameters that make a gust or a push."""
+    for blow, key, row in _BLOWS:
+        config = getattr(action, blow)
+        if config is not None:
+            value = getattr(config, key)
+            if key == "duration":
+                values = {row: value}
+            else:
+                values = {f"{row}_{axis}": part for axis, part in zip("xyz", value, strict=True)}
+            name = (*keys, blow, key)
+            checked(values, file.where(*name) if file else f"{dotted(name)}: ")
+
+
+def find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
+    """Let what a scenario names be found beside its file; refuse what is not there."""
+    for name, folder in vehicle.packages.items():
+        vehicle.packages[name] = str((file.path.parent / folder).resolve())
+    for key, find in (("model", find_model), ("rotors", find_file), ("gains", find_file)):
+        name = getattr(vehicle, key)
+        beside = file.path.parent / name
+        try:
+            if name and (beside.is_file() or (key == "model" and beside.is_dir())):
+                setattr(vehicle, key, str(beside.resolve()))
+            elif name:
+                find(name)
+        except (WorkbenchError, OSError) as error:
+            raise WorkbenchError(f"{file.where('vehicle', key)}{error}") from None
+
+
+def find_scenario_world(scenario: Scenario, file: YamlFile) -> None:
+    """Let a scenario's world be found beside its file; refuse one that is not there."""
+    beside = file.path.parent / scenario.world
+    try:
+        if beside.is_file():
+            scenario.world = str(beside.resolve())
+        else:
+            find_world(scenario.world)
+    except (WorkbenchError, OSError) as error:
+        raise WorkbenchError(f"{file.where('world')}{error}") from None
+
+
+def _vectors(scenario: Scenario) -> list[tuple[Keys, list[float]]]:
+    """Return every vector of a scenario with its keys."""
+    start = scenario.start
+    found: list[tuple[Keys, list[float] | None]] = [
+        (("start", "position"), start.position),
+        (("start", "roll_pitch_yaw"), start.roll_pitch_yaw),
+        (("start", "velocity"), start.velocity),
+        (("start", "angular_velocity"), start.angular_velocity),
+    ]
+    for index, action in enumerate(scenario.script):
+        found.append((("script", index, "velocity"), action.velocity))
+        found.append((("script", index, "go_to"), action.go_to))
+        if action.gust is not None:
+            found.append((("script", index, "gust", "velocity"), action.gust.velocity))
+        if action.push is not None:
+            found.append((("script", index, "push", "force"), action.push.force))
+            found.append((("script", index, "push", "point"), action.push.point))
+    if scenario.figure_eight:
+        found.append((("figure_eight", "center"), scenario.figure_eight.center))
+    return [(keys, vector) for keys, vector in found if vector is not None]

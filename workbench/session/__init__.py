@@ -1,0 +1,1 @@
+"""A flight that the caller steps: Session, its context, checkpoint, recording, snapshot."""

@@ -1,0 +1,77 @@
+"""What a scenario flies, built: read, varied, given its gains, and put into a diagram."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pydrake.geometry import Meshcat
+
+from workbench.diagram.sensor_choice import choose_sensors
+from workbench.diagram.workbench import Workbench, make_workbench
+from workbench.gains.gains import flight_gains, remark_on_owner
+from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import varied
+from workbench.plant.vehicle import Vehicle
+from workbench.plant.worlds.world import World
+from workbench.scenario.configured import (
+    read_configured,
+    read_configured_world,
+    tell_remarks,
+    tell_world,
+)
+from workbench.scenario.scenario import Scenario, check_scenario
+from workbench.scenario.vehicle_parameters import check_settings
+from workbench.session.script import scenario_path
+from workbench.systems.bridge import Bridge
+
+
+@dataclass(frozen=True)
+class BuiltFlight:
+    """A scenario's diagram, and what it was built from.
+
+    Attributes:
+        vehicle: as the controller knows it.
+        world: in which it flies.
+        values: of all parameters, by name.
+        bench: the diagram.
+    """
+
+    vehicle: Vehicle
+    world: World
+    values: Mapping[str, float]
+    bench: Workbench
+
+
+def build_flight(
+    scenario: Scenario,
+    settings: Mapping[str, float] | None,
+    meshcat: Meshcat | None,
+    bridge: Bridge | None,
+    picture_period: float,
+) -> BuiltFlight:
+    """Read and build what a scenario names; arguments and exceptions are those of `Session`."""
+    check_scenario(scenario)
+    description = read_configured(scenario.vehicle)
+    vehicle = make_vehicle(description)
+    variation = scenario.vehicle.variation
+    tell_remarks(description, vehicle)
+    values = flight_gains(vehicle, scenario.vehicle.gains, settings)
+    remark_on_owner(scenario.vehicle.gains, vehicle.name)
+    world = read_configured_world(scenario)
+    tell_world(world)
+    bench = make_workbench(
+        varied(description, vehicle, variation),
+        vehicle,
+        values,
+        scenario.rates,
+        scenario_path(scenario),
+        meshcat,
+        world,
+        choose_sensors(vehicle, scenario),
+        scenario.sensors.seed,
+        variation,
+        bridge,
+        picture_period,
+    )
+    for action in scenario.script:
+        check_settings(vehicle, action.set)
+    return BuiltFlight(vehicle, world, values, bench)

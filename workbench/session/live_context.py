@@ -1,0 +1,196 @@
+"""The Context of a flying workbench: the only file that writes to it, between steps."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.framework import Context, System
+
+from workbench.common.errors import WorkbenchError, sentences
+from workbench.control.flight_mode import initial_state
+from workbench.control.mode import FlightMode
+from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
+from workbench.diagram.workbench import Workbench
+from workbench.plant.placing import body_state
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario.parameters import SENSOR_KINDS, Parameter, find_parameter, parameters_of
+from workbench.scenario.scenario import Scenario, Start
+from workbench.scenario.vehicle_parameters import check_parameters
+from workbench.session.checkpoint import Instant, SystemState
+from workbench.session.system_states import read_states, write_states
+from workbench.systems.flight_computer import SHARES
+from workbench.systems.pilot import Wish
+from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
+
+Place = tuple[System, int, int]
+"""A system, the number of its numeric parameter, and an index in that."""
+START_HEIGHT = 1.5
+"""Where a flight begins that starts hovering and says no place [m]."""
+
+
+class LiveContext:
+    """A Simulator at a scenario's start, and what may be changed while it flies."""
+
+    def __init__(
+        self,
+        bench: Workbench,
+        scenario: Scenario,
+        values: Mapping[str, float] | None = None,
+        instant: Instant | None = None,
+    ) -> None:
+        """Begin a flight.
+
+        Args:
+            bench: what flies.
+            scenario: its start and seed are used.
+            values: of parameters by name; those of faults are set, the others stay as built.
+            instant: from which the flight goes on, if it does not begin at the start.
+
+        Raises:
+            WorkbenchError: if Drake cannot begin, a fault is ordered of what is not there, or the
+                instant is one of another flight.
+        """
+        self._bench = bench
+        self._period = scenario.rates.control_period
+        self._places: dict[str, list[Place]] = {}
+        self.simulator = Simulator(bench.diagram)
+        self._start(scenario.start)
+        root = self.simulator.get_mutable_context()
+        bench.airframe.dynamics.set_seed(self._of(bench.airframe.dynamics), scenario.sensors.seed)
+        bench.sensing.seed(root, scenario.sensors.seed)
+        for name, value in (values or {}).items():
+            row = find_parameter(name)
+            if row.system in (*SENSOR_KINDS, "rotors") and value != row.default:
+                self.set(row, value)
+        begin = InitializeParams()
+        if instant:
+            write_states(bench, root, instant.systems)
+            root.SetTime(instant.time)
+            # what happens at the start did; what is due at the present time is still to come
+            begin.suppress_initialization_events = True
+        with sentences("the flight could not begin"):
+            self.simulator.Initialize(begin)
+
+    @property
+    def root(self) -> Context:
+        """The whole diagram's, to be read."""
+        return self.simulator.get_context()
+
+    def states(self) -> dict[str, SystemState]:
+        """Return what the systems remember that decides how the flight goes on, by path."""
+        return read_states(self._bench, self.root)
+
+    @property
+    def next_update(self) -> float:
+        """Time of the first control update that is still to come [s]."""
+        return math.ceil(self.root.get_time() / self._period - 1e-6) * self._period
+
+    @property
+    def wish(self) -> Wish:
+        """What the pilot asks for."""
+        pilot = self._bench.pilot
+        return pilot.wish(self._of(pilot))
+
+    @wish.setter
+    def wish(self, wish: Wish) -> None:
+        pilot = self._bench.pilot
+        pilot.set_wish(self._of(pilot), wish)
+
+    def set(self, row: Parameter, value: float) -> None:
+        """Give a live parameter a value.
+
+        Raises:
+            WorkbenchError: if nothing in this flight has it.
+        """
+        for system, number, index in self._find(row):
+            self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
+
+    def get(self, row: Parameter) -> float:
+        """Return a live parameter's value; exceptions as for `set`."""
+        system, number, index = self._find(row)[0]
+        return float(system.GetMyContextFromRoot(self.root).get_numeric_parameter(number)[index])
+
+    def _find(self, row: Parameter) -> list[Place]:
+        """Return where in the Context a parameter is; looked up once, as that takes long."""
+        if row.name not in self._places:
+            self._places[row.name] = self._looked_up(row)
+        return self._places[row.name]
+
+    def _looked_up(self, row: Parameter) -> list[Place]:
+        """Return where in the Context a parameter is.
+
+        Raises:
+            WorkbenchError: if nothing in this flight has it.
+        """
+        check_parameters(self._bench.vehicle, [row.name])
+        index = parameters_of(row.system).index(row)
+        if row.system == "rotors":
+            dynamics = self._bench.airframe.dynamics
+            return [(self._bench.computer, SHARES, index), (dynamics, 0, DYNAMICS_SHARES + index)]
+        systems = self._systems(row.system)
+        if not systems:
+            raise WorkbenchError(
+                f"{row.name} cannot be set: nothing in this flight has it: {_remedy(row.system)}"
+            )
+        return [(each, 0, index) for each in systems]
+
+    def _systems(self, name: str) -> list[System]:
+        """Return the systems that rows of a name belong to."""
+        if name in SENSOR_KINDS:
+            return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
+        if name == "air":
+            return [self._bench.airframe.dynamics]
+        if not self._bench.diagram.HasSubsystemNamed(name):
+            return []
+        return [self._bench.diagram.GetSubsystemByName(name)]
+
+    def _start(self, start: Start) -> None:
+        """Put a scenario's start into the Context."""
+        bench, vehicle = self._bench, self._bench.vehicle
+        flying = start.mode == "hovering"
+        frame = thrust_frame(vehicle)
+        p_WB = start_position(start, vehicle)
+        attitude = start.roll_pitch_yaw
+        state = body_state(
+            p_WB=p_WB,
+            roll_pitch_yaw=frame.roll_pitch_yaw(attitude) if flying else attitude,
+            v_WB=start.velocity,
+            w_WB=start.angular_velocity,
+        )
+        speeds = frame.hover_speeds if flying else np.zeros(len(vehicle.rotors))
+        dynamics = bench.airframe.dynamics
+        dynamics.place(self._of(dynamics), state, speeds)
+        bench.computer.begin(self._of(bench.computer), speeds, np.array(start.velocity))
+        self._fill_delay()
+        mode = FlightMode.HOVERING if flying else FlightMode.OFF
+        bench.modes.set_mode(self._of(bench.modes), initial_state(mode, p_WB), p_WB)
+
+    def _fill_delay(self) -> None:
+        """Let what comes late have been as at the start until now."""
+        bench = self._bench
+        state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
+        commands = bench.computer.GetOutputPort("commands").Eval(self._of(bench.computer))
+        for name, values in ((STATE_DELAY, state), (COMMAND_DELAY, commands)):
+            if bench.diagram.HasSubsystemNamed(name):
+                context = self._of(bench.diagram.GetSubsystemByName(name))
+                many = context.get_discrete_state_vector().size() // values.size
+                context.SetDiscreteState(np.tile(values, many))
+
+    def _of(self, system: System) -> Context:
+        """Return a subsystem's part of the Context."""
+        return system.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+
+
+def start_position(start: Start, vehicle: Vehicle) -> list[float]:
+    """Return where a flight begins [m]: as said, or standing, or hovering at `START_HEIGHT`."""
+    height = START_HEIGHT if start.mode == "hovering" else vehicle.ground_clearance
+    return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
+
+
+def _remedy(system: str) -> str:
+    """Return what to do about a system that is not there."""
+    if system in SENSOR_KINDS:
+        return f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+    return "fly in a world with obstacles, as `--world room`"

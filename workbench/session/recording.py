@@ -1,0 +1,189 @@
+"""The record of a flown flight: arrays over time, and what follows from them."""
+
+import contextlib
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.plant.rotors import wrench_matrix
+from workbench.plant.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A flight at evenly spaced times; N samples, n rotors, SI units.
+
+    Attributes:
+        vehicle: what flew.
+        time: (N) [s].
+        p_WB: (N, 3) position [m].
+        q_WB: (N, 4) orientation, unit quaternion w, x, y, z.
+        v_WB: (N, 3) velocity in W [m/s].
+        w_WB: (N, 3) angular velocity in W [rad/s].
+        vdot_WB: (N, 3) acceleration in W, mean of the physics step before [m/s²].
+        wdot_WB: (N, 3) angular acceleration in W, of the same step [rad/s²].
+        commanded_speeds: (N, n) rotor speeds asked for in the control period that ends now
+            [rad/s].
+        rotor_speeds: (N, n) of the rotors [rad/s].
+        thrusts: (N, n) of the rotors [N].
+        reference: (N, 8) what the pilot asked for until now, see `systems.cascade.Reference`.
+        mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
+        charge: (N) of the battery, 0 .. 1.
+        wind_W: (N, 3) velocity of the air at the drone [m/s].
+        clearance: (N) free way to the nearest obstacle [m], infinite where there is none.
+    """
+
+    vehicle: Vehicle
+    time: np.ndarray
+    p_WB: np.ndarray
+    q_WB: np.ndarray
+    v_WB: np.ndarray
+    w_WB: np.ndarray
+    vdot_WB: np.ndarray
+    wdot_WB: np.ndarray
+    commanded_speeds: np.ndarray
+    rotor_speeds: np.ndarray
+    thrusts: np.ndarray
+    reference: np.ndarray
+    mode: np.ndarray
+    charge: np.ndarray
+    wind_W: np.ndarray
+    clearance: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"<Recording of {self.vehicle.name}: {len(self.time)} samples>"
+
+    @classmethod
+    def from_signals(
+        cls, vehicle: Vehicle, time: np.ndarray, signals: Mapping[str, np.ndarray]
+    ) -> "Recording":
+        """Return the recording of logged signals.
+
+        Args:
+            vehicle: what flew.
+            time: (N) [s].
+            signals: (N, size) each, as the recorder has them: state (13) and acceleration (6) of
+                the body, speeds, commands and thrusts of the rotors (n), reference (8), mode
+                (mode, ...), charge (1), wind (3); obstacle (clearance, ...) in a world that has
+                obstacles.
+        """
+        state, acceleration = signals["state"], signals["acceleration"]
+        return cls(
+            vehicle=vehicle,
+            time=time,
+            q_WB=state[:, 0:4] / np.linalg.norm(state[:, 0:4], axis=1, keepdims=True),
+            p_WB=state[:, 4:7],
+            w_WB=state[:, 7:10],
+            v_WB=state[:, 10:13],
+            wdot_WB=acceleration[:, 0:3],
+            vdot_WB=acceleration[:, 3:6],
+            commanded_speeds=signals["commands"],
+            rotor_speeds=signals["speeds"],
+            thrusts=signals["thrusts"],
+            reference=signals["reference"],
+            mode=signals["mode"][:, 0],
+            charge=signals["charge"][:, 0],
+            wind_W=signals["wind"],
+            clearance=(
+                signals["obstacle"][:, 0] if "obstacle" in signals else np.full(len(time), np.inf)
+            ),
+        )
+
+    @property
+    def z_axis_W(self) -> np.ndarray:
+        """Body z in W, (N, 3)."""
+        w, x, y, z = self.q_WB.T
+        return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+
+    @property
+    def total_thrust(self) -> np.ndarray:
+        """Sum of the rotors' thrusts along body z, (N) [N]."""
+        return self._wrench_B()[:, 2]
+
+    @property
+    def force_W(self) -> np.ndarray:
+        """Force of all rotors in W, (N, 3) [N]; for rotors that push along body z."""
+        return self.total_thrust[:, None] * self.z_axis_W
+
+    @property
+    def moment_B(self) -> np.ndarray:
+        """Moment of all rotors about the centre of mass in B, (N, 3) [N·m]."""
+        return self._wrench_B()[:, 3:]
+
+    @property
+    def rotor_use(self) -> np.ndarray:
+        """Largest share of its speed limit that any rotor runs at, (N)."""
+        limits = np.array([rotor.max_rot_velocity for rotor in self.vehicle.rotors])
+        return np.max(self.rotor_speeds / limits, axis=1)
+
+    @property
+    def tilt(self) -> np.ndarray:
+        """Angle between body z and the vertical, (N) [rad]."""
+        return np.arccos(np.clip(self.z_axis_W[:, 2], -1.0, 1.0))
+
+    def _wrench_B(self) -> np.ndarray:
+        """Force and moment about the centre of mass in B, (N, 6)."""
+        matrix = wrench_matrix(self.vehicle.rotors, self.vehicle.p_BoBcm_B)
+        return self.thrusts @ matrix.T
+
+    def between(self, start: float, end: float) -> "Recording":
+        """Return the samples with start <= time <= end [s]."""
+        keep = (self.time >= start - 1e-9) & (self.time <= end + 1e-9)
+        arrays = {f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name != "vehicle"}
+        return Recording(vehicle=self.vehicle, **arrays)
+
+    def write_csv(self, path: Path) -> None:
+        """Write one row a sample, with units in the header.
+
+        Raises:
+            WorkbenchError: if the file cannot be written; nothing half-written is left.
+        """
+        columns = self._columns()
+        table = np.column_stack(list(columns.values()))
+        partial = path.with_name(path.name + ".part")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with partial.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(columns)
+                writer.writerows(table.tolist())
+            partial.replace(path)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                partial.unlink()
+            raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error
+
+    def _columns(self) -> dict[str, np.ndarray]:
+        """Return every signal as a named column."""
+        columns = {"t [s]": self.time}
+        groups = (
+            ("p_W", "xyz", "m", self.p_WB),
+            ("q_WB", "wxyz", "1", self.q_WB),
+            ("v_W", "xyz", "m/s", self.v_WB),
+            ("w_W", "xyz", "rad/s", self.w_WB),
+            ("vdot_W", "xyz", "m/s^2", self.vdot_WB),
+            ("wdot_W", "xyz", "rad/s^2", self.wdot_WB),
+            ("force_W", "xyz", "N", self.force_W),
+            ("moment_B", "xyz", "N m", self.moment_B),
+            ("wind_W", "xyz", "m/s", self.wind_W),
+        )
+        for name, axes, unit, values in groups:
+            for index, axis in enumerate(axes):
+                columns[f"{name}.{axis} [{unit}]"] = values[:, index]
+        for index in range(self.thrusts.shape[1]):
+            columns[f"speed_command.{index + 1} [rad/s]"] = self.commanded_speeds[:, index]
+            columns[f"speed.{index + 1} [rad/s]"] = self.rotor_speeds[:, index]
+            columns[f"thrust.{index + 1} [N]"] = self.thrusts[:, index]
+        columns["command.v_x [m/s]"] = self.reference[:, 0]
+        columns["command.v_y [m/s]"] = self.reference[:, 1]
+        columns["command.v_z [m/s]"] = self.reference[:, 2]
+        columns["command.yaw_rate [rad/s]"] = self.reference[:, 3]
+        columns["mode [1]"] = self.mode
+        columns["charge [1]"] = self.charge
+        if np.isfinite(self.clearance).any():
+            columns["clearance [m]"] = self.clearance
+        return columns

@@ -1,0 +1,371 @@
+"""A session: one diagram and its simulator, flown in slices of any size.
+
+It has no threads and no Qt. Time goes in whole physics steps, and whatever a pilot does takes
+effect between steps, so that equal scenarios give equal flights, to the bit.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from numbers import Real
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import Diagram
+
+from workbench.common.errors import FlightBrokenError, WorkbenchError, unknown_name
+from workbench.control.mode import FlightMode, Request
+from workbench.diagram.kept_samples import read_samples
+from workbench.diagram.workbench import PICTURE_PERIOD
+from workbench.dynamics.air.settings import gust_settings, push_settings
+from workbench.link.authority import SCRIPT_FLIES, Limits
+from workbench.link.backplane import Sampled
+from workbench.link.topics import Topic
+from workbench.plant.vehicle import Vehicle
+from workbench.plant.worlds.world import World
+from workbench.scenario.configured import tell_start
+from workbench.scenario.parameters import checked, find_parameter
+from workbench.scenario.scenario import REQUESTS, Action, Scenario
+from workbench.scenario.vehicle_parameters import vehicle_parameters
+from workbench.session.built_flight import build_flight
+from workbench.session.checkpoint import Instant
+from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
+from workbench.session.observation import observe
+from workbench.session.pilot_numbers import check_height, finite, place_above
+from workbench.session.recording import Recording
+from workbench.session.script import Script
+from workbench.session.snapshot import Snapshot
+from workbench.systems.bridge import Bridge
+from workbench.systems.frame_poses import FrameTransforms
+from workbench.systems.pilot import commanded, gone_to, requested
+from workbench.systems.sensors.readings import Reading
+from workbench.systems.sensors.samples import Samples
+
+
+class Session:
+    """Builds a scenario's diagram and flies it.
+
+    Args:
+        scenario: what to fly; the default one hovers.
+        settings: parameter values that override those of the scenario's gains.
+        meshcat: where to draw, if anywhere.
+        bridge: to who listens or commands, if anybody.
+        picture_period: between pictures in Meshcat [s], infinite where `draw` alone makes them.
+
+    Raises:
+        WorkbenchError: if the scenario cannot be built.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | None = None,
+        settings: Mapping[str, float] | None = None,
+        meshcat: Meshcat | None = None,
+        bridge: Bridge | None = None,
+        picture_period: float = PICTURE_PERIOD,
+    ) -> None:
+        self.scenario = scenario or Scenario()
+        built = build_flight(self.scenario, settings, meshcat, bridge, picture_period)
+        self.vehicle: Vehicle = built.vehicle
+        self.world: World = built.world
+        self._bench, self._values, self._bridge = built.bench, built.values, bridge
+        self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
+        self.reset()
+        obstacles = self._bench.obstacles
+        if obstacles and (near := obstacles.nearest(self._live.root)):
+            tell_start(*near)
+
+    def reset(self) -> None:
+        """Begin again from the scenario's start, with the values it was built with."""
+        self._begin(None)
+
+    def instant(self) -> Instant:
+        """Return the present as something to go on from, here or in another process."""
+        v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
+        return Instant(
+            time=self.time,
+            steps=self._steps,
+            due=self._due,
+            acted=self._script.done,
+            velocity=(v_x, v_y, v_z),
+            yaw_rate=yaw_rate,
+            systems=self._live.states(),
+        )
+
+    def begin_from(self, instant: Instant) -> None:
+        """Go on from an instant of a flight of the same scenario, to the bit as that does.
+
+        Nothing before it is recorded here. Sensors, which may be others, begin anew.
+
+        Raises:
+            WorkbenchError: if it is an instant of a flight of something else.
+        """
+        self._begin(instant)
+
+    @property
+    def diagram(self) -> Diagram:
+        """The diagram that flies, to be looked at."""
+        return self._bench.diagram
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self._live.root.get_time())
+
+    def command(
+        self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
+    ) -> None:
+        """Ask for a velocity in W [m/s] and a yaw rate [rad/s]; what is None stays as it was.
+
+        Raises:
+            WorkbenchError: if a number is not finite.
+        """
+        if velocity is not None:
+            velocity = finite("velocity", velocity, 3)
+        if yaw_rate is not None:
+            yaw_rate = finite("yaw rate", [yaw_rate], 1)[0]
+        self._live.wish = commanded(self._live.wish, velocity, yaw_rate)
+
+    def go_to(self, p_WB: Sequence[float]) -> None:
+        """Ask for a place in W [m] and stay there.
+
+        Raises:
+            WorkbenchError: if a number is not finite, or the scenario flies a path of its own.
+        """
+        if self.scenario.figure_eight:
+            raise WorkbenchError(
+                "cannot go to a place while the scenario flies its figure of eight"
+            )
+        place = place_above("position", p_WB, self.vehicle.ground_clearance)
+        self._live.wish = gone_to(self._live.wish, place)
+
+    def request(self, what: str, height: float = START_HEIGHT) -> None:
+        """Ask the flight mode to arm, take_off (to a height [m]), hold, land, or stop at once.
+
+        In a landing only "stop" and "abort_landing" have an effect: that climbs to the height, or
+        holds the place where the drone is higher.
+
+        Raises:
+            WorkbenchError: if it is none of these.
+        """
+        if what not in REQUESTS:
+            raise unknown_name("request", what, REQUESTS)
+        check_height(what, height, self.vehicle.ground_clearance, self.get("max_height"))
+        state = self._bench.recorder.now(self._live.root)["mode"]
+        mode, seen = FlightMode(int(state[0])), state[1]
+        self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
+
+    @property
+    def script(self) -> Sequence[Action]:
+        """What the scenario's script has done so far, in the order of its times."""
+        return self._script.actions_done
+
+    @property
+    def waiting_request(self) -> Request:
+        """What was asked of the flight mode that it has not seen yet, NONE if there is nothing."""
+        wish = self._live.wish
+        seen = self._bench.recorder.now(self._live.root)["mode"][1]
+        return Request(int(wish.request)) if seen < wish.serial else Request.NONE
+
+    def gust(self, velocity: Sequence[float], duration: float = 1.0) -> None:
+        """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on.
+
+        It is added to the wind; a gust that still blows ends.
+
+        Raises:
+            WorkbenchError: if a number is out of the range of its parameter.
+        """
+        velocity = finite("gust", velocity, 3)
+        self._set_all(gust_settings(velocity, self._live.next_update, duration))
+
+    def push(
+        self,
+        force: Sequence[float],
+        point: Sequence[float] = (0.0, 0.0, 0.0),
+        duration: float = 0.1,
+    ) -> None:
+        """Push with a force in W [N] at a point of the body, in B [m], for a duration [s].
+
+        It begins with the next control update; a push that still acts ends.
+
+        Raises:
+            WorkbenchError: if a number is out of the range of its parameter.
+        """
+        force, point = finite("push", force, 3), finite("point of the push", point, 3)
+        self._set_all(push_settings(force, point, self._live.next_update, duration))
+
+    def set(self, name: str, value: float) -> None:
+        """Give a live parameter a value; it takes effect at the next control update.
+
+        Raises:
+            WorkbenchError: if it is unknown or out of range.
+        """
+        row = find_parameter(name)
+        self._live.set(row, row.check(value))
+        self._tell_limits()
+
+    def get(self, name: str) -> float:
+        """Return the present value of a live parameter."""
+        return self._live.get(find_parameter(name))
+
+    def parameters(self) -> dict[str, float]:
+        """Return the live parameters that the flight has, by name."""
+        values = {}
+        for row in vehicle_parameters(self.vehicle):
+            with suppress(WorkbenchError):  # of a sensor that does not measure
+                values[row.name] = self.get(row.name)
+        return values
+
+    def tick(self, duration: float) -> None:
+        """Fly on for a time [s]; what does not make a whole physics step is owed to the next tick.
+
+        Raises:
+            FlightBrokenError: if the simulation cannot go on.
+        """
+        if not isinstance(duration, Real) or not 0.0 <= duration < math.inf:
+            raise WorkbenchError(f"cannot fly on for {duration!r:.60} s: give it a positive time")
+        step = self.scenario.rates.physics_step
+        self._due += duration
+        target = math.floor(self._due / step + 1e-6)
+        while self._steps < target:
+            for action in self._script.due(self._steps):
+                if self._bridge and action.flies:  # it comes before clients, as an operator does
+                    self._bridge.authority.begin(self.time, SCRIPT_FLIES)
+                self.act(action)
+            self._advance(min(target, self._script.next_step))
+
+    def run(self, progress: Callable[[float], None] | None = None) -> None:
+        """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
+        remaining = max(0.0, self.scenario.duration - self._due)
+        slices = max(1, math.ceil(4.0 * remaining))
+        for index in range(slices):
+            self.tick(remaining / slices)
+            if progress:
+                progress((index + 1) / slices)
+
+    @property
+    def topics(self) -> tuple[Topic, ...]:
+        """What is published; nothing without a bridge."""
+        return self._bench.topics
+
+    def drain(self) -> list[Sampled]:
+        """Return what was published since the last call, of the last 20 s at most."""
+        return self._bridge.drain() if self._bridge else []
+
+    def recording(self) -> Recording:
+        """Return everything flown since the start."""
+        context = self._live.root
+        recorder = self._bench.recorder
+        return Recording.from_signals(
+            self.vehicle, recorder.times(context), recorder.signals(context)
+        )
+
+    def reading(self, sensor: str) -> Reading | None:
+        """Return what a sensor, by name or kind, delivered last; None if nothing yet.
+
+        Raises:
+            WorkbenchError: if no such sensor measures in this flight.
+        """
+        return self._bench.sensing.find(sensor).reading(self._live.root)
+
+    def samples(self) -> tuple[Samples, ...]:
+        """Return all that sensors delivered since the start, where the scenario keeps it."""
+        return tuple(read_samples(log, self._live.root) for log in self._bench.sample_logs)
+
+    def snapshot(self) -> Snapshot:
+        """Return the present as a frozen copy."""
+        start = start_position(self.scenario.start, self.vehicle)
+        return observe(self._bench, self._live.root, start)
+
+    def draw(self) -> None:
+        """Draw the present in Meshcat, if the session draws at all."""
+        visualizer = self._bench.visualizer
+        if visualizer is not None:
+            visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(self._live.root))
+
+    def state(self) -> np.ndarray:
+        """Return the state of the body now (13): q_WB, p_WB, w_WB and v_WB, SI units."""
+        dynamics = self._bench.airframe.dynamics
+        state: np.ndarray = dynamics.body_state(dynamics.GetMyContextFromRoot(self._live.root))
+        return state
+
+    def free_way(self, direction_W: Sequence[float], most: float) -> tuple[float, str]:
+        """Return how far the drone can go straight on now before it may touch something [m].
+
+        Args:
+            direction_W: unit vector in W.
+            most: how far to look [m].
+
+        Returns:
+            The way, `most` at most, and what ends it, "" where nothing does.
+        """
+        obstacles, found = self._bench.obstacles, (most, "")
+        if obstacles is not None:
+            found = obstacles.free_way(self._live.root, direction_W, most)
+        down = -direction_W[2]
+        if down > 0.0:
+            height = float(self.state()[6]) - self.vehicle.ground_clearance
+            found = min(found, (max(0.0, height) / down, "the ground"))
+        return found
+
+    def pose(self, a: str, b: str) -> RigidTransform:
+        """Return X_AB, the pose of frame B in frame A as it is now; `workbench frames` lists them.
+
+        Raises:
+            WorkbenchError: if there is no frame of a name.
+        """
+        frames = self._bench.frames
+        return frames.pose(frames.GetMyContextFromRoot(self._live.root), a, b)
+
+    def frames(self) -> FrameTransforms:
+        """Return the pose of every frame in its parent's, as it is now."""
+        frames = self._bench.frames
+        return frames.transforms(frames.GetMyContextFromRoot(self._live.root))
+
+    def act(self, action: Action) -> None:
+        """Do what a script's action says, now; `at` says nothing here."""
+        self._set_all(action.set)
+        if action.request is not None:
+            self.request(action.request, action.height)
+        if action.velocity is not None or action.yaw_rate is not None:
+            self.command(action.velocity, action.yaw_rate)
+        if action.go_to is not None:
+            self.go_to(action.go_to)
+        if action.gust is not None:
+            self.gust(action.gust.velocity, action.gust.duration)
+        if action.push is not None:
+            self.push(action.push.force, action.push.point, action.push.duration)
+
+    def _begin(self, instant: Instant | None) -> None:
+        """Begin at an instant, at the start where there is none."""
+        if self._bridge and self._bench.telemetry:
+            self._bridge.reset()
+            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
+        self._live = LiveContext(self._bench, self.scenario, self._values, instant)
+        self._steps, self._due = (instant.steps, instant.due) if instant else (0, 0.0)
+        self._script.rewind(instant.acted if instant else 0)
+        self._tell_limits()
+
+    def _tell_limits(self) -> None:
+        """Let commands from the network be held to the present limits."""
+        if self._bridge:
+            self._bridge.settings += 1
+            names = ("max_speed", "max_climb_rate", "max_yaw_rate")
+            self._bridge.authority.limits = Limits(*map(self.get, names))
+
+    def _set_all(self, values: Mapping[str, float]) -> None:
+        """Set live parameters, or none if one is out of range."""
+        for name, value in checked(values).items():
+            self.set(name, value)
+
+    def _advance(self, step: int | float) -> None:
+        """Simulate up to a step."""
+        try:
+            self._live.simulator.AdvanceTo(step * self.scenario.rates.physics_step)
+        except (RuntimeError, SystemExit) as error:
+            reason = " ".join(str(error).split())
+            raise FlightBrokenError(
+                f"the flight broke off after {self.time:.3f} s: {reason}"
+            ) from error
+        self._steps = int(step)
