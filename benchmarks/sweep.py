@@ -26,7 +26,7 @@ from simulators import NoSimulatorError, OtherSimulator, version
 from spread import Spread, ratios, spread, text
 
 from workbench.common.resources import find_model
-from workbench.control.cascade import Gains
+from workbench.control.pd import Gains
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import EDGE, step_scenario
 from workbench.plant.loading import load_vehicle

@@ -121,7 +121,7 @@ def vehicle(description):
 @pytest.fixture(scope="session")
 def gains():
     """The values of the parameter table's controller rows."""
-    from workbench.control.cascade import Gains
+    from workbench.control.pd import Gains
     from workbench.scenario.parameters import parameters_of
 
     return Gains(**{row.name: row.default for row in parameters_of("controller")})

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pydrake.systems.primitives import Linearize
 
-from workbench.control.cascade import Guidance
+from workbench.control.guidance import Guidance
 from workbench.control.mode import FlightMode
 from workbench.design.hover_check import check_hover
 from workbench.diagram.core import make_flight_core

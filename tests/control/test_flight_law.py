@@ -8,12 +8,6 @@ import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
-from workbench.control.cascade import (
-    Guidance,
-    wanted_specific_force,
-    wanted_velocity,
-    wanted_wrench,
-)
 from workbench.control.flight_law import (
     control_update,
     law_constants,
@@ -23,8 +17,10 @@ from workbench.control.flight_law import (
     unpacked,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
+from workbench.control.guidance import Guidance
 from workbench.control.loop_points import CLOSED, closed_loops
 from workbench.control.mixer import mix
+from workbench.control.pd import Body, specific_force, wrench
 from workbench.control.stopped_rotors import mix_without
 from workbench.dynamics.rigid_body import rotation
 from workbench.dynamics.vehicle_step import rotor_rows, vehicle_wrench
@@ -44,21 +40,20 @@ def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
 
 def commands_in_a_row(vehicle, signals, gains) -> list[float]:
     state, acceleration, reference, guide = signals
-    wanted = wanted_velocity(state[4:7], reference, guide, gains, closed_loops())
     rates = drag_rates(vehicle)
     drag = still_air_drag(state[:4], state[10:13], rates)
-    f_W = wanted_specific_force(state[10:13], acceleration, wanted, gains, closed_loops(), drag)
-    inertia = vehicle.inertia[np.triu_indices(3)].tolist()
-    turn = (state[:4], state[7:10], f_W, wanted[3])
-    wrench = wanted_wrench(*turn, vehicle.mass, inertia, gains, closed_loops(), rates.yaw)
+    motion = (state[4:7], state[10:13], acceleration, drag)
+    *f_W, yaw_rate = specific_force(*motion, reference, guide, gains, closed_loops())
+    body = Body(vehicle.mass, vehicle.inertia[np.triu_indices(3)].tolist(), rates.yaw)
+    asked = wrench(f_W, yaw_rate, state[:4], state[7:10], gains, body, closed_loops())
     most = [rotor.motor_constant * rotor.max_rot_velocity**2 for rotor in vehicle.rotors]
     least = [0.01 * thrust for thrust in most]  # a tenth of the speed
     thrusts = [0.0] * 4
-    mix(*wrench, law_constants(vehicle).allocation, least, most, thrusts)
+    mix(*asked, law_constants(vehicle).allocation, least, most, thrusts)
     return [(f / r.motor_constant) ** 0.5 for f, r in zip(thrusts, vehicle.rotors, strict=True)]
 
 
-def test_commands_are_cascade_mixer_and_root_in_a_row(vehicle, gains, random_signals):
+def test_commands_are_law_mixer_and_root_in_a_row(vehicle, gains, random_signals):
     rng = np.random.default_rng(8)
     constants = law_constants(vehicle)
     for _ in range(300):

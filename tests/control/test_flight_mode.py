@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from workbench.control.cascade import Guidance, Reference
 from workbench.control.flight_mode import (
     SLOW,
     SPOOL_UP_TIME,
@@ -19,6 +18,7 @@ from workbench.control.flight_mode import (
     next_state,
     with_walls,
 )
+from workbench.control.guidance import Guidance, Reference
 from workbench.control.mode import FlightMode, Request
 
 OFF, ARMED, TAKING_OFF, HOVERING, ASCENDING, DESCENDING, CRUISING, LANDING = FlightMode

@@ -6,7 +6,7 @@ from pydrake.geometry import Meshcat, Role
 from pydrake.systems.analysis import Simulator
 
 from workbench.common.resources import find_world
-from workbench.control.cascade import Guidance, Reference
+from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.workbench import make_workbench
 from workbench.plant.worlds.reading import read_world
 from workbench.scenario.scenario import Action, Rates, Scenario, Start

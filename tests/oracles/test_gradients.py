@@ -6,7 +6,8 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Linearize
 
-from workbench.control.cascade import Gains, Guidance, Reference
+from workbench.control.guidance import Guidance, Reference
+from workbench.control.pd import Gains
 from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.loading import make_vehicle

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.control import pd
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix
-from workbench.systems import cascade
 
 
 def test_gravity_is_one_number():
-    assert GRAVITY == cascade.GRAVITY == 9.81
+    assert GRAVITY == pd.GRAVITY == 9.81
 
 
 def test_a_symmetric_drone_hovers_on_equal_rotors(dh_vehicle):

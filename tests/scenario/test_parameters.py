@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.cascade import Gains
 from workbench.control.flight_mode import Settings
+from workbench.control.pd import Gains
 from workbench.dynamics.air.settings import AirSettings
 from workbench.gains.gains import vehicle_gains
 from workbench.scenario.parameters import (

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 
-from workbench.control.cascade import Gains
 from workbench.control.flight_law import law_constants, rotor_commands, yaw_moment
 from workbench.control.loop_points import closed_loops
+from workbench.control.pd import Gains
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.systems.controller import CascadedController_
 

@@ -5,7 +5,6 @@ import math
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.control.cascade import Guidance, Reference
 from workbench.control.flight_mode import (
     ModeState,
     Settings,
@@ -15,6 +14,7 @@ from workbench.control.flight_mode import (
     next_state,
     with_walls,
 )
+from workbench.control.guidance import Guidance, Reference
 from workbench.control.mode import FlightMode, Request
 from workbench.systems.mode_manager import ModeManager
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.control.cascade import Reference
+from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode, Request
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, gone_to, requested
 

@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.control.cascade import Reference
+from workbench.control.guidance import Reference
 from workbench.systems.pilot import Pilot, Wish
 from workbench.systems.reference import SIZE, add_reference, figure_eight
 

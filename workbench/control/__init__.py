@@ -1,1 +1,1 @@
-"""The control law as pure functions: guidance, cascade, allocation, loop points."""
+"""The control law as pure functions: guidance, the law, allocation, loop points."""

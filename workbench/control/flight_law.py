@@ -1,4 +1,4 @@
-"""The whole law of a control update: cascade, mixer and rotor speeds, as pure functions.
+"""A whole control update: the law, allocation and rotor speeds, as pure functions.
 
 They run as plain Python with lists (floats or AutoDiffXd) and compiled with arrays: one source.
 """
@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from workbench.control.cascade import SPIN_UP, wanted_specific_force, wanted_velocity, wanted_wrench
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
+from workbench.control.guidance import LIFT, MOTORS
 from workbench.control.loop_points import COUNT, SIGNALS
 from workbench.control.mixer import mix
+from workbench.control.pd import Body, Gains, specific_force, wrench
 from workbench.control.stopped_rotors import any_stopped, mix_without
 from workbench.dynamics.rotor_response import speed_command
 from workbench.plant.drag import drag_rates
@@ -25,17 +26,20 @@ Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
 SOURCES = (
-    "control/cascade.py",
+    "control/pd.py",
+    "control/guidance.py",
     "control/loop_points.py",
     "control/obstacle_brake.py",
     "control/mixer.py",
     "control/stopped_rotors.py",
     "control/flight_state.py",
     "control/flight_law.py",
+    "dynamics/rigid_body.py",
     "dynamics/rotor_response.py",
     "plant/gravity.py",
 )
 """The files that the compiled law stands in, below `workbench/`."""
+SPIN_UP = Gains._fields.index("spin_up_feedforward")
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
@@ -147,25 +151,44 @@ def flight_wrench(
     constants: LawConstants,
     loops: Signal,
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return the wanted force [N] and moment [N·m] in T of a vehicle whose rotors lift.
+    """Return the force [N] and moment [N·m] in T that the law asks of a vehicle whose rotors lift.
 
     Args: as for `rotor_commands`; of the constants those of the body.
     """
-    wanted = wanted_velocity(state[4:7], reference, guidance, gains, loops)
+    g = named_gains(gains)
     q_WT = thrust_attitude(state[0:4], constants.q_BT)
     v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
     drag = still_air_drag(q_WT, v_WBcm, constants.drag)
-    f_W = wanted_specific_force(v_WBcm, acceleration, wanted, gains, loops, drag)
-    return wanted_wrench(
-        q_WT,
-        state[7:10],
-        f_W,
-        wanted[3],
-        constants.mass,
-        constants.inertia,
-        gains,
-        loops,
-        constants.drag[2],
+    f_x, f_y, f_z, yaw_rate = specific_force(
+        state[4:7], v_WBcm, acceleration, drag, reference, guidance, g, loops
+    )
+    body = Body(constants.mass, constants.inertia, constants.drag[2])
+    return wrench((f_x, f_y, f_z), yaw_rate, q_WT, state[7:10], g, body, loops)
+
+
+@register_jitable(forceinline=True)
+def named_gains(g: Signal) -> Gains:
+    """Return gains by name of a sequence in their order."""
+    return Gains(
+        g[0],
+        g[1],
+        g[2],
+        g[3],
+        g[4],
+        g[5],
+        g[6],
+        g[7],
+        g[8],
+        g[9],
+        g[10],
+        g[11],
+        g[12],
+        g[13],
+        g[14],
+        g[15],
+        g[16],
+        g[17],
+        g[18],
     )
 
 
@@ -178,7 +201,7 @@ def kept_share(gains: Signal, spin_up_time: Scalar, period: Scalar) -> Scalar:
     updates for dm/dt; lead is the share `spin_up_feedforward` of spin_up_time.
 
     Args:
-        gains: see `cascade.Gains`.
+        gains: see `pd.Gains`.
         spin_up_time: see `LawConstants` [s].
         period: between updates [s].
     """
@@ -215,9 +238,9 @@ def rotor_commands(
     Args:
         state: of the plant (13): q_WB, p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         acceleration: estimate in W (3) [m/s²].
-        reference: see `cascade.Reference`.
-        guidance: see `cascade.Guidance`.
-        gains: see `cascade.Gains`.
+        reference: see `guidance.Reference`.
+        guidance: see `guidance.Guidance`.
+        gains: see `pd.Gains`.
         shares: of their thrust that rotors give (n). The law knows which have stopped, with a
             share of 0, as motors report that; of weak ones it knows nothing.
         constants: of the vehicle.
@@ -231,7 +254,7 @@ def rotor_commands(
     """
     n = len(constants.allocation)
     wanted = 0.0
-    if guidance[1] > 0.0:
+    if guidance[LIFT] > 0.0:
         force, m_x, m_y, wanted = flight_wrench(
             state, acceleration, reference, guidance, gains, constants, loops
         )
@@ -254,7 +277,7 @@ def rotor_commands(
         for i in range(n):
             commands[i] = constants.idle_thrusts[i] if shares[i] > 0.0 else 0.0
     for i in range(n):
-        commands[i] = speed_command(commands[i], constants.motor_constants[i], guidance[0])
+        commands[i] = speed_command(commands[i], constants.motor_constants[i], guidance[MOTORS])
     return wanted
 
 

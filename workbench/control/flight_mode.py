@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from workbench.control.cascade import BRAKE, Guidance, Reference
+from workbench.control.guidance import BRAKE, Guidance, Reference
 from workbench.control.mode import FlightMode, Request
 from workbench.control.obstacle_brake import WALLS
 
@@ -65,7 +65,7 @@ class ModeState(NamedTuple):
 
 
 class Situation(NamedTuple):
-    """What the flight mode sees at an update; frames and units as in `cascade`."""
+    """What the flight mode sees at an update; frames and units as in `pd`."""
 
     time: float
     p_WB: list[float]

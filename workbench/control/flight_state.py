@@ -25,6 +25,24 @@ def thrust_attitude(q_WB: Signal, q_BT: Signal) -> tuple[Scalar, Scalar, Scalar,
     )
 
 
+@register_jitable(forceinline=True)
+def attitude_matrix(q_WB: Signal) -> tuple[Scalar, ...]:
+    """Return R_WB row by row (9) of a quaternion, which need not have unit length."""
+    w, x, y, z = q_WB
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    return (
+        1.0 - s * (y * y + z * z),
+        s * (x * y - w * z),
+        s * (x * z + w * y),
+        s * (x * y + w * z),
+        1.0 - s * (x * x + z * z),
+        s * (y * z - w * x),
+        s * (x * z - w * y),
+        s * (y * z + w * x),
+        1.0 - s * (x * x + y * y),
+    )
+
+
 @register_jitable
 def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
     """Return the velocity of the centre of mass in W [m/s].

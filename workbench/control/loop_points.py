@@ -1,6 +1,6 @@
 """The places where a signal of the law can be cut, scaled, added to or measured.
 
-At each the law passes on gate times signal plus injection. With gates of 1 and injections of 0, as
+At each a probe passes on gate times signal plus injection. With gates of 1 and injections of 0, as
 in every normal flight, that changes no bit. A loop is opened by its gate, delayed or driven by its
 injection, and its transfer functions are derivatives by injections: linear models, margins and
 their proof in flight all go through here.
@@ -41,23 +41,8 @@ INJECTIONS = COUNT
 SIGNALS = 2 * COUNT
 """Where the three parts of a `loops` sequence begin; the third is written by the law."""
 
-(
-    POSITION_X,
-    POSITION_Y,
-    POSITION_Z,
-    VELOCITY_X,
-    VELOCITY_Y,
-    VELOCITY_Z,
-    FORCE_X,
-    FORCE_Y,
-    FORCE_Z,
-    ROLL,
-    PITCH,
-    YAW_RATE,
-    ROLL_ACCELERATION,
-    PITCH_ACCELERATION,
-    YAW_ACCELERATION,
-) = range(COUNT)
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, COUNT, 3)
+"""Where the three points of each stage begin."""
 
 CLOSED = (1.0,) * COUNT + (0.0,) * COUNT
 """Gates and injections of a normal flight."""
@@ -68,17 +53,24 @@ def closed_loops() -> list[float]:
     return [*CLOSED, *[0.0] * COUNT]
 
 
-@register_jitable
-def passed(signal: Scalar, point: int, loops: Signal) -> Scalar:
-    """Return what goes on from a point, and note what came there.
+@register_jitable(forceinline=True)
+def probe(signals: Signal, first: int, loops: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return what goes on from three points, and note what came there.
 
     Args:
-        signal: that comes.
-        point: its place in `POINTS`.
+        signals: that come (3).
+        first: place of the first point in `POINTS`.
         loops: gates, injections, and places for the signals, one each a point; None where all
             are closed and nobody listens.
     """
+    x, y, z = signals
     if loops is None:
-        return signal
-    loops[SIGNALS + point] = signal
-    return loops[GATES + point] * signal + loops[INJECTIONS + point]
+        return x, y, z
+    place = SIGNALS + first
+    loops[place], loops[place + 1], loops[place + 2] = x, y, z
+    gate, injection = GATES + first, INJECTIONS + first
+    return (
+        loops[gate] * x + loops[injection],
+        loops[gate + 1] * y + loops[injection + 1],
+        loops[gate + 2] * z + loops[injection + 2],
+    )

@@ -1,6 +1,6 @@
 """The brake near obstacles: how fast a drone may go towards walls, as a pure function of scalars.
 
-Part of the law and written like it: see `cascade`.
+Part of the law and written like it: see `pd`.
 """
 
 from typing import Any

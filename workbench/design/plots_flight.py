@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from workbench.control.cascade import Reference
+from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode
 from workbench.design.lidar_trial_world import world_obstacles
 from workbench.design.plots import PALETTE, label, legend, styled, widen

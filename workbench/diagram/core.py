@@ -7,7 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
-from workbench.control.cascade import Gains
+from workbench.control.pd import Gains
 from workbench.diagram.airframe import Airframe, add_airframe
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -35,7 +35,7 @@ def make_flight_core(
     It converts to AutoDiffXd, and `Linearize` of it is exact. The law knows `vehicle`; what flies
     is `description`, which may be another, see `plant.variation`.
 
-    Input ports: reference (8) and guidance (22), see `systems.cascade`; wind (3), the velocity of
+    Input ports: reference (8) and guidance (22), see `control.guidance`; wind (3), the velocity of
     the air in W [m/s], still where nothing is connected.
     Output ports: state (13), thrusts (n) [N], speeds (n) [rad/s].
     """

@@ -87,7 +87,7 @@ def make_workbench(
         vehicle: as the controller knows it.
         gains: a value for every row of the parameter table, by name.
         rates: periods of everything that is sampled.
-        path: `cascade.Reference` vectors over time, added to the pilot's, if there is one.
+        path: `guidance.Reference` vectors over time, added to the pilot's, if there is one.
         meshcat: where to draw, if anywhere.
         world: what is around the vehicle.
         sensors: those that measure.

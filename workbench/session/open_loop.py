@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from workbench.common.errors import sentences
-from workbench.control.cascade import Reference
+from workbench.control.guidance import Reference
 from workbench.diagram.open_loop import OpenLoop, make_open_loop
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import body_state

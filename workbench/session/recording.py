@@ -30,7 +30,7 @@ class Recording:
             [rad/s].
         rotor_speeds: (N, n) of the rotors [rad/s].
         thrusts: (N, n) of the rotors [N].
-        reference: (N, 8) what the pilot asked for until now, see `systems.cascade.Reference`.
+        reference: (N, 8) what the pilot asked for until now, see `control.guidance.Reference`.
         mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
         charge: (N) of the battery, 0 .. 1.
         wind_W: (N, 3) velocity of the air at the drone [m/s].

@@ -78,7 +78,7 @@ class Snapshot:
         displacement: from where the flight began.
         roll_pitch_yaw: orientation as angles [rad].
         thrusts: of the rotors [N].
-        reference: what the pilot asks for, see `systems.cascade.Reference`.
+        reference: what the pilot asks for, see `control.guidance.Reference`.
         mode: flight mode.
         charge: of the battery, 0 .. 1.
         wind: velocity of the air at the drone.

@@ -7,9 +7,10 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from workbench.control.cascade import SPIN_UP, Gains, Guidance, Reference
-from workbench.control.flight_law import law_constants, rotor_commands
+from workbench.control.flight_law import SPIN_UP, law_constants, rotor_commands
+from workbench.control.guidance import Guidance, Reference
 from workbench.control.loop_points import CLOSED, COUNT, SIGNALS
+from workbench.control.pd import Gains
 from workbench.plant.vehicle import Vehicle
 
 GAINS, PROBES = range(2)
@@ -31,11 +32,11 @@ def CascadedController_(T: Any) -> Any:
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         acceleration (3): estimate in W [m/s²], for the derivative terms.
-        reference (8): see `cascade.Reference`.
-        guidance (22): see `cascade.Guidance`.
+        reference (8): see `guidance.Reference`.
+        guidance (22): see `guidance.Guidance`.
     Output port:
         commands (n): rotor speeds [rad/s].
-    Numeric parameter 0: `cascade.Gains`.
+    Numeric parameter 0: `pd.Gains`.
     Numeric parameter 1: gates and injections of the loop points (30), see `loop_points`.
     """
 

@@ -4,9 +4,10 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.common.compiled import compile_cached
-from workbench.control.cascade import Gains, Guidance, Reference
 from workbench.control.flight_law import SOURCES, law_constants, packed, packed_update
+from workbench.control.guidance import Guidance, Reference
 from workbench.control.loop_points import CLOSED
+from workbench.control.pd import Gains
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
 
@@ -23,11 +24,11 @@ class FlightComputer(LeafSystem):
 
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
-        reference (8): see `cascade.Reference`.
-        guidance (22): see `cascade.Guidance`.
+        reference (8): see `guidance.Reference`.
+        guidance (22): see `guidance.Guidance`.
     Output port, which is state:
         commands (n): of the rotors' speeds [rad/s].
-    Numeric parameter 0: `cascade.Gains`.
+    Numeric parameter 0: `pd.Gains`.
     Numeric parameter 1: shares of their thrust that the rotors give (n), all of it to begin with.
     Numeric parameter 2: gates and injections of the loop points (30), see `loop_points`.
 

@@ -2,7 +2,6 @@
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from workbench.control.cascade import Guidance, Reference
 from workbench.control.flight_mode import (
     ModeState,
     Settings,
@@ -11,6 +10,7 @@ from workbench.control.flight_mode import (
     next_state,
     with_walls,
 )
+from workbench.control.guidance import Guidance, Reference
 from workbench.control.mode import FlightMode
 from workbench.control.obstacle_brake import WALLS
 
@@ -20,12 +20,12 @@ class ModeManager(LeafSystem):
 
     Input ports:
         state (13): of the plant.
-        reference (8): see `cascade.Reference`.
+        reference (8): see `guidance.Reference`.
         request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
         charge (1): of the battery, 0 .. 1.
         walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
     Output ports:
-        guidance (22): see `cascade.Guidance`.
+        guidance (22): see `guidance.Guidance`.
         mode (9): see `flight_mode.ModeState`.
     Numeric parameter 0: `flight_mode.Settings`.
     """

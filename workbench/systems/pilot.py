@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from workbench.control.cascade import Reference
+from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode, Request
 
 AT_REST = Reference(*[0.0] * len(Reference._fields))
@@ -73,7 +73,7 @@ class Pilot(LeafSystem):
     """Holds a `Wish` as state; it is written between steps, see `live_context`.
 
     Output ports:
-        reference (8): see `cascade.Reference`.
+        reference (8): see `guidance.Reference`.
         request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
     """
 

@@ -1,7 +1,7 @@
 """The reference: what the pilot asks for plus what a path asks for, in one vector.
 
 The pilot's part is held until something else is asked; a path is a trajectory fixed beforehand.
-Both are `cascade.Reference` vectors, and are added.
+Both are `guidance.Reference` vectors, and are added.
 """
 
 import math
@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.control.cascade import Reference
+from workbench.control.guidance import Reference
 
 SIZE = len(Reference._fields)
 

@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
 
-from workbench.control.cascade import Guidance
+from workbench.control.guidance import Guidance
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine

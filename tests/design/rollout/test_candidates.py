@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.cascade import Gains
+from workbench.control.pd import Gains
 from workbench.design.rollout.candidates import make_candidates
 from workbench.dynamics.air.settings import AirSettings
 from workbench.scenario.parameters import defaults

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.cascade import Gains
+from workbench.control.pd import Gains
 from workbench.design.rollout.compiled_block import compiled_block, compiled_measures
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.metrics import rollout_metrics

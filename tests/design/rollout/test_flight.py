@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.control.cascade import Gains
+from workbench.control.pd import Gains
 from workbench.design.rollout import compiled_block
 from workbench.design.rollout.candidates import Candidates
 from workbench.design.rollout.craft import Crafts

@@ -15,7 +15,8 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator_
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.cascade import Gains, Guidance, Reference
+from workbench.control.guidance import Guidance, Reference
+from workbench.control.pd import Gains
 from workbench.design.judge.hermite import Curve
 from workbench.design.step_response import AXES, START_HEIGHT
 from workbench.diagram.core import make_flight_core, parameter_values

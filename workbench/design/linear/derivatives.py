@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
-from workbench.control.cascade import SPIN_UP, Gains, Guidance
-from workbench.control.flight_law import control_update, law_constants
+from workbench.control.flight_law import SPIN_UP, control_update, law_constants
+from workbench.control.guidance import Guidance
 from workbench.control.loop_points import CLOSED, COUNT, INJECTIONS, SIGNALS
+from workbench.control.pd import Gains
 from workbench.design.linear.attitude import reduced, state_seeds
 from workbench.design.linear.autodiff import gradient, whole
 from workbench.design.linear.last_call import LastCall
@@ -140,8 +141,8 @@ class Derivatives:
             state: of the body (13).
             filtered: velocity that the estimate remembers (3).
             before: commands of the update before (n).
-            reference: see `cascade.Reference` (8).
-            guidance: see `cascade.Guidance` (22).
+            reference: see `guidance.Reference` (8).
+            guidance: see `guidance.Guidance` (22).
         """
         sizes = (STATE, FILTERED, before.size, REFERENCE, HELD, COUNT)
         columns = sum(sizes)

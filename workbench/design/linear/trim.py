@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.math import RollPitchYaw
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.cascade import Guidance, Reference
+from workbench.control.guidance import Guidance, Reference
 from workbench.design.linear.attitude import angle_seeds
 from workbench.design.linear.derivatives import FILTERED, REFERENCE, STATE, Derivatives
 from workbench.design.linear.model import Trim

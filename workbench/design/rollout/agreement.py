@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.control.cascade import Gains
+from workbench.control.pd import Gains
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.starts import start_state
 from workbench.gains.gains import flight_gains

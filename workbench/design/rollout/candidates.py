@@ -6,7 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.cascade import SPIN_UP, Gains, Reference
+from workbench.control.flight_law import SPIN_UP
+from workbench.control.guidance import Reference
+from workbench.control.pd import Gains
 from workbench.dynamics.air.settings import AirSettings
 from workbench.scenario.parameters import MOST_ROTORS, PARAMETERS
 from workbench.systems.noise import noise_seed
@@ -19,10 +21,10 @@ class Candidates(NamedTuple):
     """N candidates for a vehicle with n rotors.
 
     Attributes:
-        gains: (N, 19) see `cascade.Gains`.
+        gains: (N, 19) see `pd.Gains`.
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
-        commands: (N, 8) from the edge on, none before; see `cascade.Reference`.
+        commands: (N, 8) from the edge on, none before; see `guidance.Reference`.
         starts: (N, 13) state of the plant, see `rigid_body.State`; its place is held while no
             pilot steers.
         seeds: (N) of the turbulence.
@@ -52,7 +54,7 @@ def make_candidates(
 
     Args:
         gains: values by name of each candidate, or an array (N, 19) with a column for each of
-            `cascade.Gains`, of which the last may be left out; within the parameter table's limits
+            `pd.Gains`, of which the last may be left out; within the parameter table's limits
             or not.
         own: every value, for what the candidates do not name.
         rotors: how many there are.
@@ -114,7 +116,7 @@ def _from_array(gains: np.ndarray, own: Sequence[float]) -> np.ndarray:
     if gains.ndim != 2 or gains.shape[1] not in (many, SPIN_UP):
         raise WorkbenchError(
             f"the gains are an array of {' x '.join(map(str, gains.shape)) or 'no'} numbers: give "
-            f"one with a row a candidate and {many} columns, those of cascade.Gains"
+            f"one with a row a candidate and {many} columns, those of pd.Gains"
         )
     table = np.tile(np.array(own, dtype=float), (len(gains), 1))
     table[:, : gains.shape[1]] = gains

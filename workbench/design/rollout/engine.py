@@ -100,7 +100,7 @@ class RolloutEngine:
 
         Args:
             gains: parameter values by name of each of N candidates, or an array (N, 19) with
-                columns as `cascade.Gains`, of which the last may be left out. What is not named
+                columns as `pd.Gains`, of which the last may be left out. What is not named
                 has the vehicle's own value.
             axis: x, y, z or yaw.
             amplitude: of the command, [m/s] or [rad/s].

@@ -10,7 +10,8 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from workbench.control.cascade import Gains, Reference
+from workbench.control.guidance import Reference
+from workbench.control.pd import Gains
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.vehicle_step import ROW
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.cascade import Gains
+from workbench.control.pd import Gains
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.sweep.metrics import FLOWN, SweepMetric, find_metric
 from workbench.design.sweep.ranges import SweepRange

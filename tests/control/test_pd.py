@@ -8,20 +8,19 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RollPitchYaw, RotationMatrix
 
-from workbench.control.cascade import (
+from workbench.control import pd
+from workbench.control.guidance import (
     CEILING_RATE,
-    GRAVITY,
-    LEAST_LIFT,
-    Gains,
     Guidance,
     Reference,
+    position_error,
     tangent,
-    wanted_specific_force,
-    wanted_velocity,
-    wanted_wrench,
+    velocity_setpoint,
 )
 from workbench.control.loop_points import closed_loops
 from workbench.control.obstacle_brake import braked
+from workbench.control.pd import LEAST_LIFT, Gains
+from workbench.plant.gravity import GRAVITY
 
 GAINS = Gains(
     kp_position_xy=1.1,
@@ -96,8 +95,21 @@ def wrench_by_vectors(R_WB: np.ndarray, w_WB, f_W, yaw_rate, gains: Gains) -> np
     return np.append(MASS * f[2], INERTIA @ alpha + np.cross(w, INERTIA @ w))
 
 
-def wrench(q_WB, w_WB, f_W, yaw_rate=0.0) -> np.ndarray:
-    return np.array(wanted_wrench(q_WB, w_WB, f_W, yaw_rate, MASS, SIX, GAINS, closed_loops()))
+def setpoint(p_WB, ref: Reference, guide: Guidance):
+    """Return the velocity (3) and the yaw rate that the law flies at."""
+    correction = pd.position_p(position_error(p_WB, ref, guide), GAINS)
+    return velocity_setpoint(correction, p_WB, ref, guide, GAINS)
+
+
+def force(v_WB, a_WB, wanted, drag=(0.0, 0.0, 0.0)):
+    """Return the specific force far from the limits of place."""
+    args = ([0.0, 0.0, 5.0], v_WB, a_WB, drag, reference(wanted), FREE)
+    return pd.specific_force(*args, GAINS, closed_loops())[:3]
+
+
+def wrench(q_WB, w_WB, f_W, yaw_rate=0.0, yaw_drag=0.0) -> np.ndarray:
+    body = pd.Body(MASS, SIX, yaw_drag)
+    return np.array(pd.wrench(f_W, yaw_rate, q_WB, w_WB, GAINS, body, closed_loops()))
 
 
 def test_velocity_is_reference_and_hold_within_limits():
@@ -115,7 +127,7 @@ def test_velocity_is_reference_and_hold_within_limits():
         guide = Guidance(
             1.0, 1.0, bits[0], rng.uniform(-1, 1), bits[1], bits[2], *rng.uniform(0, 9, 3)
         )
-        found = wanted_velocity(p_WB.tolist(), ref, guide, GAINS, closed_loops())
+        found = setpoint(p_WB.tolist(), ref, guide)
         assert found == pytest.approx(velocity_by_vectors(p_WB, ref, guide, GAINS), abs=1e-12)
         speed = math.hypot(found[0], found[1])
         cut_in["speed"] += abs(speed - GAINS.max_speed) < 1e-9
@@ -128,17 +140,15 @@ def test_velocity_is_reference_and_hold_within_limits():
 
 def test_a_pilot_who_steers_is_not_pulled_back():
     holding = FREE._replace(hold_xy=1.0, hold_z=1.0, p_x=9.0, p_y=9.0, p_z=9.0)
-    steered = wanted_velocity(
-        [0, 0, 5], reference(v=(0.0, 1.0, 0.0)), holding, GAINS, closed_loops()
-    )
+    steered = setpoint([0, 0, 5], reference(v=(0.0, 1.0, 0.0)), holding)
     assert steered == pytest.approx((0.0, 1.0, 0.0, 0.0))
-    let_be = wanted_velocity([0, 0, 5], reference(yaw_rate=0.1), holding, GAINS, closed_loops())
+    let_be = setpoint([0, 0, 5], reference(yaw_rate=0.1), holding)
     assert let_be[2] == pytest.approx(GAINS.max_climb_rate)
 
 
 def test_above_the_ceiling_it_sinks_no_faster_than_allowed():
     """max_height may be lowered in flight."""
-    sinking = wanted_velocity([0, 0, 100.0], reference(), FREE, GAINS, closed_loops())
+    sinking = setpoint([0, 0, 100.0], reference(), FREE)
     assert sinking[2] == pytest.approx(-GAINS.max_climb_rate)
 
 
@@ -158,10 +168,10 @@ def test_walls_brake_what_the_limits_leave():
     slowed = 0
     for _ in range(200):
         p_WB, fast = rng.uniform(-1, 4, 3), reference(v=rng.uniform(-9, 9, 3))
-        *free, yaw_rate = wanted_velocity(p_WB, fast, FREE, GAINS, closed_loops())
+        *free, yaw_rate = setpoint(p_WB, fast, FREE)
         wanted = (*braked(*free, p_WB, 1.5, guide[10:], slowing), yaw_rate)
-        assert wanted_velocity(p_WB, fast, guide, GAINS, closed_loops()) == wanted
-        assert wanted_velocity(p_WB, fast, guide._replace(brake=0.0), GAINS, closed_loops()) == (
+        assert setpoint(p_WB, fast, guide) == wanted
+        assert setpoint(p_WB, fast, guide._replace(brake=0.0)) == (
             *free,
             yaw_rate,
         )
@@ -176,7 +186,7 @@ def test_walls_have_derivatives(way):
     guide = walled((slope, slope, 0.0, way), (0.0, 0.6, 0.8, way + 1.0), NO_WALL, brake=1.0)
 
     def law(p):
-        return wanted_velocity(p, reference(v=(3.0, 2.0, 2.5)), guide, GAINS, closed_loops())[:3]
+        return setpoint(p, reference(v=(3.0, 2.0, 2.5)), guide)[:3]
 
     at = np.array([0.3, -0.2, 0.1])
     carried = law(InitializeAutoDiff(at).ravel())
@@ -194,9 +204,7 @@ def test_specific_force_is_velocity_pd_plus_gravity_within_tilt():
     least, tilted, free = 0, 0, 0
     for _ in range(2000):
         v_WB, a_WB, wanted = rng.uniform(-3, 3, (3, 3))
-        found = wanted_specific_force(
-            v_WB.tolist(), a_WB.tolist(), (*wanted, 0.0), GAINS, closed_loops()
-        )
+        found = force(v_WB.tolist(), a_WB.tolist(), wanted)
         assert found == pytest.approx(force_by_vectors(v_WB, a_WB, wanted, GAINS), abs=1e-7)
         tilt = math.atan2(math.hypot(found[0], found[1]), found[2])
         assert tilt <= GAINS.max_tilt + 1e-7
@@ -208,16 +216,16 @@ def test_specific_force_is_velocity_pd_plus_gravity_within_tilt():
 
 def test_what_drag_takes_is_added_to_force_and_yaw_moment():
     """Tilt stays within its limit."""
-    v_WB, a_WB, wanted = [0.1, 0.2, 0.3], [0.0] * 3, (0.2, 0.1, 0.3, 0.0)
-    plain = np.array(wanted_specific_force(v_WB, a_WB, wanted, GAINS, closed_loops()))
+    v_WB, a_WB, wanted = [0.1, 0.2, 0.3], [0.0] * 3, (0.2, 0.1, 0.3)
+    plain = np.array(force(v_WB, a_WB, wanted))
     drag = np.array([0.5, -0.4, 0.3])
-    found = wanted_specific_force(v_WB, a_WB, wanted, GAINS, closed_loops(), drag)
+    found = force(v_WB, a_WB, wanted, drag)
     assert found == pytest.approx(plain + drag, rel=1e-12)
-    tilted = wanted_specific_force(v_WB, a_WB, wanted, GAINS, closed_loops(), [100.0, 0.0, 0.0])
+    tilted = force(v_WB, a_WB, wanted, [100.0, 0.0, 0.0])
     assert math.atan2(tilted[0], tilted[2]) == pytest.approx(GAINS.max_tilt, abs=1e-5)
     q, w_WB = [1.0, 0, 0, 0], [0.0, 0.0, 0.3]
-    still = wanted_wrench(q, w_WB, [0, 0, 9.81], 0.3, MASS, SIX, GAINS, closed_loops())
-    dragged = wanted_wrench(q, w_WB, [0, 0, 9.81], 0.3, MASS, SIX, GAINS, closed_loops(), 0.5)
+    still = wrench(q, w_WB, [0, 0, 9.81], 0.3)
+    dragged = wrench(q, w_WB, [0, 0, 9.81], 0.3, 0.5)
     turn = INERTIA[:, 2] * 0.5 * 0.3
     assert np.subtract(dragged, still) == pytest.approx([0.0, *turn], abs=1e-12)
 
@@ -298,13 +306,11 @@ def test_the_law_gives_the_same_numbers_with_derivatives(seed):
     guide = FREE._replace(hold_xy=1.0, hold_z=1.0, p_x=hold[0], p_y=hold[1], p_z=hold[2])
 
     def fly(p, v, a, w, quaternion):
-        wanted = wanted_velocity(p, ref, guide, GAINS, closed_loops())
-        f_W = wanted_specific_force(v, a, wanted, GAINS, closed_loops())
-        return [
-            *wanted,
-            *f_W,
-            *wanted_wrench(quaternion, w, f_W, wanted[3], MASS, SIX, GAINS, closed_loops()),
-        ]
+        *f_W, yaw_rate = pd.specific_force(
+            p, v, a, (0.0, 0.0, 0.0), ref, guide, GAINS, closed_loops()
+        )
+        body = pd.Body(MASS, SIX, 0.0)
+        return [*f_W, *pd.wrench(f_W, yaw_rate, quaternion, w, GAINS, body, closed_loops())]
 
     plain = fly(p_WB, v_WB, a_WB, w_WB, q)
     every = InitializeAutoDiff(np.concatenate([p_WB, v_WB, a_WB, w_WB, q])).ravel()

@@ -1,0 +1,150 @@
+"""What stands before the law: the reference, what the flight mode makes of it, and the limits.
+
+Every law gets the same: an error of position where a point is held or gone to, and a velocity and
+a yaw rate within limits. Written as the law is, see `pd`.
+"""
+
+from typing import Any, NamedTuple
+
+from numba.extending import register_jitable
+
+from workbench.control.obstacle_brake import braked
+from workbench.plant.gravity import GRAVITY
+
+Scalar = Any
+"""float, AutoDiffXd, or what numba makes of it."""
+Vector = Any
+"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
+
+CEILING_RATE = 1.0
+"""Below the largest height a drone climbs no faster than this times the way left [1/s]."""
+BRAKING_SHARE = 0.5
+"""From afar a wall is neared only as fast as this share of the largest level acceleration stops."""
+
+
+class Reference(NamedTuple):
+    """What the pilot or a path asks for, in W [m/s, rad/s, m]; `follow` 1 means go to p."""
+
+    v_x: Scalar
+    v_y: Scalar
+    v_z: Scalar
+    yaw_rate: Scalar
+    p_x: Scalar
+    p_y: Scalar
+    p_z: Scalar
+    follow: Scalar
+
+
+class Guidance(NamedTuple):
+    """What the flight mode allows and adds; weights are 0 or 1.
+
+    `motors` 0 stops the rotors; `lift` 0 lets them idle; `authority` 0 takes no reference;
+    `climb` is the mode's own vertical velocity [m/s]; `hold_xy` and `hold_z` keep the point p [m]
+    while the reference asks for nothing.
+
+    `brake` [1/s] and the three walls limit the speed towards obstacles, see `obstacle_brake`; a
+    brake of 0 sets no limit.
+    """
+
+    motors: Scalar
+    lift: Scalar
+    authority: Scalar
+    climb: Scalar
+    hold_xy: Scalar
+    hold_z: Scalar
+    p_x: Scalar
+    p_y: Scalar
+    p_z: Scalar
+    brake: Scalar = 0.0
+    first_x: Scalar = 0.0
+    first_y: Scalar = 0.0
+    first_z: Scalar = 0.0
+    first_place: Scalar = 0.0
+    second_x: Scalar = 0.0
+    second_y: Scalar = 0.0
+    second_z: Scalar = 0.0
+    second_place: Scalar = 0.0
+    third_x: Scalar = 0.0
+    third_y: Scalar = 0.0
+    third_z: Scalar = 0.0
+    third_place: Scalar = 0.0
+
+
+MOTORS, LIFT = (Guidance._fields.index(name) for name in ("motors", "lift"))
+BRAKE = Guidance._fields.index("brake")
+FIRST_WALL = BRAKE + 1
+
+
+@register_jitable(forceinline=True)
+def position_error(
+    p_WB: Vector, reference: Vector, guidance: Vector
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the way to the point that is held or gone to, in W [m]; 0 where there is none.
+
+    Args:
+        p_WB: position [m].
+        reference: see `Reference`.
+        guidance: see `Guidance`.
+    """
+    x, y, z = p_WB
+    v_x, v_y, v_z, _, p_x, p_y, p_z, follow = reference
+    _, _, authority, _, hold_xy, hold_z, hold_x, hold_y, hold_height = guidance[0:BRAKE]
+    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > 0.0:
+        # a pilot who steers is not pulled back while the mode has yet to notice
+        hold_xy = 0.0
+        hold_z = 0.0
+    follow = authority * follow
+    return (
+        follow * (p_x - x) + hold_xy * (hold_x - x),
+        follow * (p_y - y) + hold_xy * (hold_y - y),
+        follow * (p_z - z) + hold_z * (hold_height - z),
+    )
+
+
+@register_jitable(forceinline=True)
+def velocity_setpoint(
+    correction: Vector, p_WB: Vector, reference: Vector, guidance: Vector, limits: Any
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return velocity (x, y, z) in W [m/s] and yaw rate [rad/s]: what is asked for, within limits.
+
+    Args:
+        correction: velocity that the law adds for the error of position, in W [m/s].
+        p_WB: position [m].
+        reference: see `Reference`.
+        guidance: see `Guidance`.
+        limits: a record with max_speed, max_climb_rate, max_height, max_tilt and max_yaw_rate.
+    """
+    authority, climb = guidance[2], guidance[3]
+    v_x = authority * reference[0] + correction[0]
+    v_y = authority * reference[1] + correction[1]
+    v_z = authority * reference[2] + correction[2] + climb
+    yaw_rate = authority * reference[3]
+
+    speed_squared = v_x * v_x + v_y * v_y
+    if speed_squared > limits.max_speed * limits.max_speed:
+        shrink = limits.max_speed / speed_squared**0.5
+        v_x = v_x * shrink
+        v_y = v_y * shrink
+    ceiling = CEILING_RATE * (limits.max_height - p_WB[2])
+    if v_z > ceiling:
+        v_z = ceiling
+    if v_z > limits.max_climb_rate:
+        v_z = limits.max_climb_rate
+    if v_z < -limits.max_climb_rate:
+        v_z = -limits.max_climb_rate
+    if yaw_rate > limits.max_yaw_rate:
+        yaw_rate = limits.max_yaw_rate
+    if yaw_rate < -limits.max_yaw_rate:
+        yaw_rate = -limits.max_yaw_rate
+    if guidance[BRAKE] > 0.0:
+        slowing = BRAKING_SHARE * GRAVITY * tangent(limits.max_tilt)
+        walls = guidance[FIRST_WALL:]
+        v_x, v_y, v_z = braked(v_x, v_y, v_z, p_WB, guidance[BRAKE], walls, slowing)
+    return v_x, v_y, v_z, yaw_rate
+
+
+@register_jitable(forceinline=True)
+def tangent(angle: Scalar) -> Scalar:
+    """Return tan(angle) within 1e-8 for |angle| <= 1.2 rad, by Lambert's continued fraction."""
+    s = angle * angle
+    return angle / (1.0 - s / (3.0 - s / (5.0 - s / (7.0 - s / (9.0 - s / (11.0 - s / 13.0))))))
