@@ -1,19 +1,23 @@
 """Oracle: the function as Python runs it."""
 
+import ast
 import fcntl
+import importlib
 import importlib.util
 import logging
 import threading
 import time
+from pathlib import Path
 
 import numba
 import pytest
 
-from workbench.systems import compiled
+from workbench.common import compiled
+from workbench.control import flight_law
+from workbench.design.rollout import compiled_block
+from workbench.systems import vehicle_dynamics
 from workbench.systems.casting import solids, surfaces
 
-NOT_COMPILED = ("compiled", "casting.scene")
-"""What compiled code's files import for the Python in them."""
 SOURCE = """
 from numba.extending import register_jitable
 
@@ -24,6 +28,7 @@ def twice(x):
 def double_up(x):
     return twice(x) + 1.0
 """
+SOURCES, WHAT = ["common/compiled.py"], "twice a number"
 ENOUGH = 120.0
 
 
@@ -50,44 +55,44 @@ def machine_code(folder) -> dict[str, int]:
 
 def test_it_computes_the_same_and_keeps_the_code_on_disk(double_up, cache):
     before = numba.config.CACHE_DIR
-    fast = compiled.compile_cached(double_up)
+    fast = compiled.compile_cached(double_up, SOURCES, WHAT)
     assert fast(1.5) == double_up(1.5) == 4.0
     assert before == numba.config.CACHE_DIR
     assert len(machine_code(cache)) == 1
 
 
 def test_a_second_time_the_code_comes_from_disk_without_a_word(double_up, cache, caplog):
-    compiled.compile_cached(double_up)(1.0)
+    compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
     written = machine_code(cache)
     assert "compiling" in caplog.text
     caplog.clear()
-    assert compiled.compile_cached(double_up)(1.5) == 4.0
+    assert compiled.compile_cached(double_up, SOURCES, WHAT)(1.5) == 4.0
     assert machine_code(cache) == written
     assert not caplog.records
 
 
 def test_code_compiled_otherwise_is_not_used(double_up, cache):
-    compiled.compile_cached(double_up)(1.0)
-    assert compiled.compile_cached(double_up, fastmath={"contract"})(1.5) == 4.0
+    compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
+    assert compiled.compile_cached(double_up, SOURCES, WHAT, fastmath={"contract"})(1.5) == 4.0
     assert len(machine_code(cache)) == 2
 
 
 def test_code_of_other_sources_is_not_used(double_up, cache):
     """The law stands in several files, and numba itself looks at one."""
-    compiled.compile_cached(double_up)(1.0)
-    assert compiled.compile_cached(double_up, compiled.LAW[:-1])(1.5) == 4.0
+    compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
+    assert compiled.compile_cached(double_up, ["common"], WHAT)(1.5) == 4.0
     assert len(machine_code(cache)) == 2
 
 
 def test_what_is_compiled_is_said(double_up, cache, caplog):
-    compiled.compile_cached(double_up, compiled.LAW, "twice a number")(1.0)
+    compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
     assert "compiling twice a number for this machine" in caplog.text
 
 
 def test_how_far_it_is_is_said(double_up, cache, caplog, monkeypatch):
     monkeypatch.setattr(compiled, "PERIOD", 0.0)
     caplog.set_level(logging.INFO)
-    compiled.compile_cached(double_up, compiled.LAW, "twice a number", parts=2)(1.0)
+    compiled.compile_cached(double_up, SOURCES, WHAT, parts=2)(1.0)
     first, middle, last = (record.getMessage() for record in caplog.records)
     assert first.startswith("compiling twice a number for this machine")
     assert middle == "compiling twice a number: 50 %"
@@ -96,7 +101,7 @@ def test_how_far_it_is_is_said(double_up, cache, caplog, monkeypatch):
 
 def test_one_process_compiles_and_another_waits_for_it(double_up, cache, caplog):
     """Two that begin at once would both compile for a minute, and each for longer."""
-    one = compiled.compile_cached(double_up)
+    one = compiled.compile_cached(double_up, SOURCES, WHAT)
     (folder,) = cache.rglob("double_up")
     with (folder / "lock").open("w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
@@ -109,33 +114,37 @@ def test_one_process_compiles_and_another_waits_for_it(double_up, cache, caplog)
         assert found == [] == list(machine_code(cache))
     waiting.join(ENOUGH)
     assert found == [4.0]
-    assert "which compiles the control law" in caplog.text
+    assert "which compiles twice a number" in caplog.text
 
 
 def test_where_nothing_can_be_written_it_still_computes(double_up, cache):
     cache.write_text("a file where the folder should be")
-    assert compiled.compile_cached(double_up)(1.5) == 4.0
+    assert compiled.compile_cached(double_up, SOURCES, WHAT)(1.5) == 4.0
 
 
-@pytest.mark.parametrize(
-    ("start", "sources"),
-    [
-        ("flight_law", compiled.LAW),
-        ("casting.solids", solids.SOURCES),
-        ("casting.surfaces", surfaces.SOURCES),
-    ],
-)
-def test_every_file_of_what_is_compiled_is_watched(start, sources):
-    """What the compiled function calls of ours, found by following its imports."""
-    folder = compiled.Path(compiled.__file__).parent
-    found, todo = set(), [start]
-    while todo:
-        name = todo.pop()
-        if name in (*found, *NOT_COMPILED):
-            continue
-        found.add(name)
-        lines = (folder / f"{name.replace('.', '/')}.py").read_text().splitlines()
-        marker = "from workbench.systems."
-        todo += [line.split(marker)[1].split()[0] for line in lines if line.startswith(marker)]
-    inside = [name for name in sources if not name.startswith("../plant/")]
-    assert found == {name.removesuffix(".py").replace("/", ".") for name in inside}
+def test_every_file_of_what_is_compiled_is_watched(case):
+    """What compiled code calls of ours, found by following the imports of files that it is in."""
+    table = [
+        ("workbench.control.flight_law", flight_law.SOURCES),
+        ("workbench.systems.vehicle_dynamics", vehicle_dynamics.SOURCES),
+        ("workbench.systems.casting.solids", solids.SOURCES),
+        ("workbench.systems.casting.surfaces", surfaces.SOURCES),
+        ("workbench.design.rollout.flight", compiled_block.SOURCES),
+        ("workbench.design.rollout.measuring", compiled_block.SOURCES),
+    ]
+    package = Path(compiled.__file__).parent.parent
+    for start, sources in table:
+        watched = [package / name for name in sources]
+        found, todo = set(), [start]
+        while todo:
+            name = todo.pop()
+            found.add(name)
+            file = Path(importlib.import_module(name).__file__)
+            inside = any(file == one or one in file.parents for one in watched)
+            with case(start, name):
+                assert inside or "jitable" not in file.read_text()
+            if inside:
+                tree = ast.parse(file.read_text())
+                names = {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+                todo += [one for one in names - found if one.startswith("workbench.")]
+        assert len(found) > 1

@@ -37,8 +37,8 @@ def compile_cached(
 
     Args:
         function: which compiles.
-        sources: the files of all that it calls, and of its arguments' types, below `workbench/`; a
-            change in one compiles anew.
+        sources: files and folders of all that it calls, and of its arguments' types, below
+            `workbench/`; a change there compiles anew.
         what: it computes, for people.
         parts: about how many functions are compiled for it, for the progress that is told.
         options: of `numba.njit`, such as `nogil=True`, which lets other Python threads run
@@ -156,5 +156,7 @@ def _digest(sources: Sequence[str], options: Mapping[str, Any]) -> str:
     how = sorted((name, str(value)) for name, value in options.items())
     digest = hashlib.sha256(f"{numba.__version__} {how}".encode())
     for name in sources:
-        digest.update((_PACKAGE / name).read_bytes())
+        path = _PACKAGE / name
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

@@ -25,20 +25,8 @@ Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
-SOURCES = (
-    "control/pd.py",
-    "control/guidance.py",
-    "control/loop_points.py",
-    "control/obstacle_brake.py",
-    "control/mixer.py",
-    "control/stopped_rotors.py",
-    "control/flight_state.py",
-    "control/flight_law.py",
-    "dynamics/rigid_body.py",
-    "dynamics/rotor_response.py",
-    "plant/gravity.py",
-)
-"""The files that the compiled law stands in, below `workbench/`."""
+SOURCES = ("control", "dynamics", "plant/gravity.py")
+"""What the compiled law stands in, below `workbench/`."""
 SPIN_UP = Gains._fields.index("spin_up_feedforward")
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""

@@ -44,6 +44,7 @@ class Contact:
         around = reach(description.model, description.base_link, description.rotors)
         self._p_BC, self._radius = np.array(around.p_BC), around.radius
         drone = plant.GetBodyByName(description.base_link)
+        self._at = np.full(13, math.nan)
         self._own = frozenset(plant.GetCollisionGeometriesForBody(drone))
 
     def steps_away(self, state: np.ndarray) -> float:
@@ -62,7 +63,7 @@ class Contact:
 
     def touches(self, state: np.ndarray) -> bool:
         """Return whether the vehicle penetrates something."""
-        self._plant.SetPositionsAndVelocities(self._context, state)
+        self._place(state)
         return bool(self._query.Eval(self._in_scene).HasCollisions())
 
     def moved(self, state: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
@@ -79,9 +80,15 @@ class Contact:
         found[:4] /= np.linalg.norm(found[:4])
         return found
 
+    def _place(self, state: np.ndarray) -> None:
+        """Put the body there; what Drake has worked out for the same state stays."""
+        if not np.array_equal(state, self._at):
+            self._plant.SetPositionsAndVelocities(self._context, state)
+            self._at = state.copy()
+
     def _load(self, state: np.ndarray, acceleration: np.ndarray) -> None:
         """Let the body be in a state, under the forces that give it the acceleration."""
-        self._plant.SetPositionsAndVelocities(self._context, state)
+        self._place(state)
         gravity = MultibodyForces(self._plant)
         self._plant.CalcForceElementsContribution(self._context, gravity)
         forces = self._plant.CalcInverseDynamics(self._context, acceleration, gravity)

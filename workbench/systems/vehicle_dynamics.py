@@ -26,6 +26,8 @@ the vehicle in W (3), what the turbulence remembers, for how many steps nothing 
 SEED = len(AirSettings._fields)
 SHARES = SEED + 1
 """Places in the numeric parameter, behind `AirSettings`."""
+TOUCHED = -1.0
+"""In place of a number of steps: it touched something in the step before."""
 DONE, NEAR, BROKEN = range(3)
 """What came of a step, see `advance`."""
 ROTORS = 2 + 16
@@ -34,18 +36,8 @@ TURBULENCE, AREA, DENSITY = (
     AirSettings._fields.index(name) for name in ("turbulence", "drag_area", "air_density")
 )
 
-SOURCES = (
-    "dynamics/air/drag.py",
-    "dynamics/air/normals.py",
-    "dynamics/air/turbulence.py",
-    "dynamics/air/update.py",
-    "dynamics/vehicle_step.py",
-    "dynamics/rigid_body.py",
-    "dynamics/rotor_response.py",
-    "systems/vehicle_dynamics.py",
-    "plant/gravity.py",
-)
-"""The files that the compiled steps stand in, below `workbench/`."""
+SOURCES = ("dynamics", "systems/vehicle_dynamics.py", "plant/gravity.py")
+"""What the compiled steps stand in, below `workbench/`."""
 
 
 def advance(time, commands, values, constants, state, memory):  # type: ignore[no-untyped-def]
@@ -210,12 +202,15 @@ class VehicleDynamics(LeafSystem):
         acceleration = self._free_acceleration(context, known[1])
         memory[AWAY] = 1.0
         compiled_advance(*known[:4], state.copy(), memory)  # rotors and air alone
+        memory[AWAY] = TOUCHED
         before = state[7:13].copy()
         state[:] = self._contact.moved(state, acceleration)
         memory[LAST:WIND] = (state[7:13] - before) / self._step
 
     def _free(self, state: np.ndarray, memory: np.ndarray) -> bool:
         """Return whether the vehicle touches nothing, and write for how many steps for sure."""
+        if memory[AWAY] == TOUCHED and self._contact and self._contact.touches(state):
+            return False  # as a step before: measuring the distance would take as long as the step
         steps = self._contact.steps_away(state) if self._contact else np.inf
         free = steps >= 1.0 or not (self._contact and self._contact.touches(state))
         memory[AWAY] = max(steps, 1.0) if free else 0.0

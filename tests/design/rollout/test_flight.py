@@ -1,19 +1,12 @@
 """Oracle: the same steps on the full diagram."""
 
-import ast
-import inspect
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from workbench.control.pd import Gains
-from workbench.design.rollout import compiled_block
-from workbench.design.rollout.candidates import Candidates
-from workbench.design.rollout.craft import Crafts
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.schedule import Schedule
 from workbench.design.step_response import EDGE, START_HEIGHT, fly_step
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
@@ -22,7 +15,6 @@ from workbench.scenario.parameters import find_parameter
 from workbench.scenario.scenario import Rates, Scenario, Start, VehicleConfig
 from workbench.session.recording import Recording
 from workbench.session.session import Session
-from workbench.systems import compiled
 
 DURATION = 1.0
 CLOSE = 1e-9
@@ -168,24 +160,3 @@ def test_a_hover_that_is_still_needs_not_be_flown(engine):
     rollouts = engine.fly(gains, "x", 8.0, duration=DURATION)
     left_out, flown = rollouts.velocity_W
     assert left_out == pytest.approx(flown, abs=CLOSE)
-
-
-def test_every_file_of_what_is_compiled_is_watched():
-    """What compiled code's files import of ours, but for what only Python calls."""
-    not_compiled = {"compiled", "vehicle_dynamics", "acceleration_estimate", "noise"}
-    found: set[str] = set()
-    todo = ["workbench.design.rollout.flight"]
-    while todo:
-        name = todo.pop()
-        found.add(name)
-        tree = ast.parse(Path(sys.modules[name].__file__).read_text())
-        imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-        rooms = ("workbench.systems.", "workbench.design.")
-        watched = {one for one in imported if one.startswith(rooms)}
-        watched -= {f"workbench.systems.{one}" for one in not_compiled}
-        todo += sorted(watched - found)
-    folder = Path(compiled.__file__).parent
-    files = {Path(sys.modules[name].__file__) for name in found}
-    sources = {(folder / name).resolve() for name in compiled_block.SOURCES}
-    taken = {Path(inspect.getfile(kind)) for kind in (Candidates, Crafts, Schedule)}
-    assert files | taken <= sources

@@ -232,5 +232,5 @@ def nearest_solids(
                 farthest = max(farthest, ranges[ray])
 
 
-SOURCES = ("systems/casting/intervals.py", "systems/casting/solids.py")
+SOURCES = ("systems/casting",)
 compiled_nearest_solids = compile_cached(nearest_solids, SOURCES, "rays against shapes")

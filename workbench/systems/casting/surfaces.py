@@ -260,6 +260,6 @@ def settle(
     return again[:count], starts[:count]
 
 
-SOURCES = ("systems/casting/intervals.py", "systems/casting/surfaces.py")
+SOURCES = ("systems/casting",)
 compiled_aim = compile_cached(aim, SOURCES, "rays against meshes")
 compiled_settle = compile_cached(settle, SOURCES, "hits on meshes")
