@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from host import Host
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # before Qt is imported
 
@@ -136,9 +137,11 @@ def main() -> int:
     processes: dict[int, Grown] = {}
     begun, settled = time.monotonic(), 60.0 * arguments.settle
     first: tuple[float, float] | None = None
+    host = Host()
     while (now := time.monotonic() - begun) < 60.0 * arguments.minutes:
         if first is None and now >= settled:
             first = (now, run.time)
+            host = Host()
         _look(processes, now)
         total = sum(each.sizes[-1] for each in processes.values() if each.times[-1] == now)
         print(f"{now / 60.0:5.1f} min  simulated {run.time:7.1f} s  {total:7.1f} MB", flush=True)
@@ -146,6 +149,7 @@ def main() -> int:
     wall, simulated = first or (0.0, 0.0)
     factor = (run.time - simulated) / (time.monotonic() - begun - wall)
     run.close()
+    print(f"\nthe host took {host.stolen:.1f} % of the processors")
     return _tell(list(processes.values()), settled, factor)
 
 

@@ -24,6 +24,7 @@ import sys
 import time
 from dataclasses import dataclass
 
+from host import Host
 from link_age import FLOWN
 
 from workbench.link.server.config import ServerConfig
@@ -58,6 +59,7 @@ class LinkFloodRow:
         lost: how often the pilot lost control.
         sent: by all viewers [kB/s].
         connections: that they made.
+        stolen: by the machine's host, of all processor time meanwhile [%].
     """
 
     viewers: str
@@ -68,6 +70,7 @@ class LinkFloodRow:
     lost: int
     sent: float
     connections: int
+    stolen: float
 
 
 @dataclass(frozen=True)
@@ -178,10 +181,11 @@ def holds(row: LinkFloodRow) -> bool:
 
 def show(rows: list[LinkFloodRow]) -> None:
     """Print a table."""
-    print("  50 %    99 %   worst ms   lost  viewers")
+    print("  50 %    99 %   worst ms   lost  stolen  viewers")
     for row in rows:
         print(
-            f"{row.trip_50:6.2f} {row.trip_99:7.2f} {row.trip_worst:7.2f} {row.lost:9d}  "
+            f"{row.trip_50:6.2f} {row.trip_99:7.2f} {row.trip_worst:7.2f} {row.lost:9d} "
+            f"{row.stolen:5.1f} %  "
             f"{row.viewers} ({row.sent:.0f} kB/s, {row.connections} connections)"
         )
 
@@ -195,6 +199,7 @@ def _beside(name: str, seconds: float, address: str, page: str) -> LinkFloodRow:
 
     pilot = begun("--pilot", address, "--seconds", str(seconds))
     assert pilot.stdout and pilot.stdout.readline().strip() == "flies"
+    host = Host()
     viewers = begun("--viewers", name, address, page, "--seconds", str(seconds))
     heard, sent = (
         json.loads(each.communicate(timeout=seconds + ENOUGH)[0]) for each in (pilot, viewers)
@@ -208,6 +213,7 @@ def _beside(name: str, seconds: float, address: str, page: str) -> LinkFloodRow:
         heard["lost"],
         sent["bytes"] / seconds / 1e3,
         sent["connections"],
+        host.stolen,
     )
 
 
