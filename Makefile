@@ -10,7 +10,7 @@ CHECK = $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
 PYTEST = $(BIN)/pytest -n 2 --dist loadfile --max-worker-restart 0
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-slow test-all format notebooks bench clean
+.PHONY: help setup run test test-slow test-all format notebooks docs bench clean
 
 help: ## show this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
@@ -44,6 +44,11 @@ format: setup ## lay out the source and mend what the linter can
 
 notebooks: setup ## run the notebooks and store what they show; some minutes
 	$(BIN)/python tools/notebooks.py
+
+docs: setup ## make a site of the documentation, with a reference, in build/docs; fails on a broken link
+	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[docs]"
+	QT_QPA_PLATFORM=offscreen $(BIN)/sphinx-build -q -W --keep-going -c docs . build/docs
+	@echo "The site begins at build/docs/README.html"
 
 bench: setup ## measure, beside other simulators, and write docs/performance.md; half an hour
 	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[bench]"

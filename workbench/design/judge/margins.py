@@ -42,14 +42,14 @@ class LoopMargins:
         gain_reduction_margin: largest factor below 1 that does; 0 if there is none.
         phase_margin: smallest turn of the phase that does, whichever way [rad].
         delay_margin: smallest delay in the loop that does [s].
-        disk_margin: python-control's balanced one (skew 0), alpha = 1 / max |S - 1/2|: gain may
+        disk_margin: python-control's balanced one (skew 0), alpha = 1 / max abs(S - 1/2): gain may
             change by any factor within (2 - alpha) / (2 + alpha) and its inverse while the phase
             turns as well.
-        peak_sensitivity: largest |S| = |1 / (1 + L)|.
+        peak_sensitivity: largest abs(S) = abs(1 / (1 + L)).
         bandwidth: frequency at which T = L / (1 + L) first falls 3 dB below its plateau [rad/s]:
             its size where it first is flat. Where it is from rest on, that is python-control's
             `bandwidth`.
-        crossover: highest frequency at which |L| is 1 [rad/s].
+        crossover: highest frequency at which abs(L) is 1 [rad/s].
         stable: whether the closed loop is; integrators that no loop closes are left out.
     """
 
