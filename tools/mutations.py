@@ -25,10 +25,10 @@ ROOT = Path(__file__).resolve().parent.parent
 LEFT_OUT = (".*", "__pycache__", "out", "build", "dist", "node_modules")
 """Of the project's folder; not copied."""
 
-WORKBENCH = "workbench/systems"
+DYNAMICS, CONTROL, SYSTEMS = "workbench/dynamics", "workbench/control", "workbench/systems"
 ORACLE = "tests/oracles/test_reference_flights.py"
 LOOPS = "tests/oracles/test_loops_by_hand.py"
-LAW = "tests/control/test_cascade.py"
+LAW = "tests/control/test_pd.py"
 
 
 @dataclass(frozen=True)
@@ -58,91 +58,91 @@ MUTATIONS = (
     # physics
     Mutation(
         "spin-up torque: the other sign",
-        f"{WORKBENCH}/dynamics.py",
+        f"{DYNAMICS}/vehicle_step.py",
         "spin_up = rotor[MOMENTUM] * slope",
         "spin_up = -rotor[MOMENTUM] * slope",
         (LOOPS, ORACLE),
     ),
     Mutation(
         "spin-up torque: half of it",
-        f"{WORKBENCH}/dynamics.py",
+        f"{DYNAMICS}/vehicle_step.py",
         "spin_up = rotor[MOMENTUM] * slope",
         "spin_up = 0.5 * rotor[MOMENTUM] * slope",
         (LOOPS, ORACLE),
     ),
     Mutation(
         "gyroscopic moment of the rotors: the other sign",
-        f"{WORKBENCH}/dynamics.py",
+        f"{DYNAMICS}/vehicle_step.py",
         "return f_x, f_y, f_z, m_x - g_x, m_y - g_y, m_z - g_z",
         "return f_x, f_y, f_z, m_x + g_x, m_y + g_y, m_z + g_z",
         (ORACLE,),
     ),
     Mutation(
         "gyroscopic moment of the rotors: half of it",
-        f"{WORKBENCH}/dynamics.py",
+        f"{DYNAMICS}/vehicle_step.py",
         "momentum = rotor[MOMENTUM] * speed",
         "momentum = 0.5 * rotor[MOMENTUM] * speed",
         (ORACLE,),
     ),
     Mutation(
         "drag torque: the other sign",
-        f"{WORKBENCH}/dynamics.py",
+        f"{DYNAMICS}/vehicle_step.py",
         "moment = np.cross(hub, axis) - rotor.direction * rotor.moment_constant * axis",
         "moment = np.cross(hub, axis) + rotor.direction * rotor.moment_constant * axis",
         (LOOPS, ORACLE),
     ),
     Mutation(
         "thrust: a fiftieth more",
-        f"{WORKBENCH}/dynamics.py",
+        f"{DYNAMICS}/vehicle_step.py",
         "square = share * speed * speed",
         "square = 1.02 * share * speed * speed",
         (ORACLE,),
     ),
     Mutation(
         "rotor lag: up and down exchanged",
-        f"{WORKBENCH}/rotor_response.py",
+        f"{DYNAMICS}/rotor_response.py",
         "both = (rotor.time_constant_up, rotor.time_constant_down)",
         "both = (rotor.time_constant_down, rotor.time_constant_up)",
         ("tests/dynamics/test_rotor_response.py", ORACLE),
     ),
     Mutation(
         "gyroscopic term of the body: the other sign",
-        f"{WORKBENCH}/rigid_body.py",
+        f"{DYNAMICS}/rigid_body.py",
         "n_x = m_x - b_y * h_z + b_z * h_y",
         "n_x = m_x + b_y * h_z - b_z * h_y",
         (ORACLE,),
     ),
     Mutation(
         "moment of a force beside the centre of mass: the other sign",
-        f"{WORKBENCH}/rigid_body.py",
+        f"{DYNAMICS}/rigid_body.py",
         "t_y - c_z * f_x + c_x * f_z,",
         "t_y + c_z * f_x - c_x * f_z,",
         (ORACLE,),
     ),
     Mutation(
         "rotation: a step of first order",
-        f"{WORKBENCH}/rigid_body.py",
+        f"{DYNAMICS}/rigid_body.py",
         "    m_x = w_x + half * e_x\n    m_y = w_y + half * e_y\n    m_z = w_z + half * e_z\n",
         "    m_x = w_x\n    m_y = w_y\n    m_z = w_z\n",
         (ORACLE,),
     ),
     Mutation(
         "drag of the body: twice as much",
-        f"{WORKBENCH}/air/drag.py",
+        f"{DYNAMICS}/air/drag.py",
         "drag = -pressure * (",
         "drag = -2.0 * pressure * (",
         ("tests/dynamics/air/test_drag.py", ORACLE),
     ),
     Mutation(
         "drag of the rotors: the other sign",
-        f"{WORKBENCH}/air/drag.py",
+        f"{DYNAMICS}/air/drag.py",
         "drag = -abs(speed) * rotor[6]",
         "drag = abs(speed) * rotor[6]",
         ("tests/dynamics/air/test_drag.py", ORACLE),
     ),
     Mutation(
         "wind: from where it should blow to",
-        f"{WORKBENCH}/dynamics.py",
+        f"{DYNAMICS}/vehicle_step.py",
         "v_WB_W[0] - wind_W[0]",
         "v_WB_W[0] + wind_W[0]",
         ("tests/oracles/test_wind.py",),
@@ -150,42 +150,42 @@ MUTATIONS = (
     # law
     Mutation(
         "law: the other sign of the gyroscopic term",
-        f"{WORKBENCH}/cascade.py",
-        "m_x = xx * a_x + xy * a_y + xz * a_z + w_y * h_z - w_z * h_y",
-        "m_x = xx * a_x + xy * a_y + xz * a_z - w_y * h_z + w_z * h_y",
+        f"{CONTROL}/pd.py",
+        "xx * a_x + xy * a_y + xz * a_z + w_y * h_z - w_z * h_y",
+        "xx * a_x + xy * a_y + xz * a_z - w_y * h_z + w_z * h_y",
         (LAW,),
     ),
     Mutation(
         "law: acceleration fed back the wrong way",
-        f"{WORKBENCH}/cascade.py",
-        "f_x = passed(kp_x * e_x - kd_x * a_x + drag[0], FORCE_X, loops)",
-        "f_x = passed(kp_x * e_x + kd_x * a_x + drag[0], FORCE_X, loops)",
+        f"{CONTROL}/pd.py",
+        "g.kp_velocity_x * e[0] - g.kd_velocity_x * a[0] + drag[0]",
+        "g.kp_velocity_x * e[0] + g.kd_velocity_x * a[0] + drag[0]",
         (LAW,),
     ),
     Mutation(
         "law: drag of the yaw taken twice in place of given back",
-        f"{WORKBENCH}/cascade.py",
-        "a_z = passed(kp_yaw * e_z + yaw_drag * w_z, YAW_ACCELERATION, loops)",
-        "a_z = passed(kp_yaw * e_z - yaw_drag * w_z, YAW_ACCELERATION, loops)",
+        f"{CONTROL}/pd.py",
+        "g.kp_yaw_rate * e[2] + body.yaw_drag * w[2]",
+        "g.kp_yaw_rate * e[2] - body.yaw_drag * w[2]",
         (LAW, LOOPS),
     ),
     Mutation(
         "law: tilt error too large by half",
-        f"{WORKBENCH}/cascade.py",
+        f"{CONTROL}/pd.py",
         "scale = (2.0 / upright) ** 0.5 / length",
         "scale = 1.5 * (2.0 / upright) ** 0.5 / length",
         (LAW,),
     ),
     Mutation(
         "law: derivative filter twice as fast",
-        f"{WORKBENCH}/acceleration_estimate.py",
+        f"{SYSTEMS}/acceleration_estimate.py",
         "TIME_CONSTANT = 0.02",
         "TIME_CONSTANT = 0.01",
         ("tests/systems/test_acceleration_estimate.py", LOOPS),
     ),
     Mutation(
         "mixer: a saturated tilting moment does not shrink",
-        f"{WORKBENCH}/mixer.py",
+        f"{CONTROL}/mixer.py",
         "if spread > 0.0 and tilt * spread > room:",
         "if spread < 0.0 and tilt * spread > room:",
         ("tests/control/test_mixer.py",),
@@ -193,42 +193,42 @@ MUTATIONS = (
     # sensors and battery
     Mutation(
         "IMU: gravity the wrong way",
-        f"{WORKBENCH}/sensors/imu.py",
+        f"{SYSTEMS}/sensors/imu.py",
         "force_W[2] += GRAVITY",
         "force_W[2] -= GRAVITY",
         ("tests/systems/sensors/test_imu.py",),
     ),
     Mutation(
         "IMU, GPS, barometer: twice the noise",
-        f"{WORKBENCH}/sensors/noise_model.py",
+        f"{SYSTEMS}/sensors/noise_model.py",
         "deviation = model.stddev if scale == 1.0",
         "deviation = 2.0 * model.stddev if scale == 1.0",
         ("tests/systems/sensors/test_noise_model.py",),
     ),
     Mutation(
         "GPS: velocity as noisy as position",
-        f"{WORKBENCH}/sensors/gps.py",
+        f"{SYSTEMS}/sensors/gps.py",
         "level, level_speed = sensor.horizontal_position, sensor.horizontal_velocity",
         "level, level_speed = sensor.horizontal_position, sensor.horizontal_position",
         ("tests/systems/sensors/test_gps.py",),
     ),
     Mutation(
         "lidar: twice the noise",
-        f"{WORKBENCH}/sensors/lidar.py",
+        f"{SYSTEMS}/sensors/lidar.py",
         "ranges += offset + deviation * normal",
         "ranges += offset + 2.0 * deviation * normal",
         ("tests/systems/sensors/test_lidar.py",),
     ),
     Mutation(
         "barometer: temperature falls by 5 in place of 6.5 K/km",
-        f"{WORKBENCH}/sensors/standard_atmosphere.py",
+        f"{SYSTEMS}/sensors/standard_atmosphere.py",
         "_LAPSE = 0.0065",
         "_LAPSE = 0.005",
         ("tests/systems/sensors/test_standard_atmosphere.py",),
     ),
     Mutation(
         "battery: empty in half the time",
-        f"{WORKBENCH}/battery.py",
+        f"{SYSTEMS}/battery.py",
         "used = PERIOD * power / self._hover_power / duration",
         "used = 2.0 * PERIOD * power / self._hover_power / duration",
         ("tests/systems/test_battery.py",),
