@@ -10,6 +10,8 @@ from contextlib import contextmanager
 
 import pytest
 
+collect_ignore = ["outside/given"]  # specs and tests that tools/outside.py has others run
+
 # before Qt or matplotlib is imported
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("MPLBACKEND", "Agg")
