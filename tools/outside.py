@@ -301,7 +301,8 @@ def _public_names(_: list[str]) -> tuple[int, str, str]:
 
 
 def _parameters(each: Any) -> dict[str, str]:
-    if isinstance(each, enum.EnumMeta):  # its parameters are Python's
+    # parameters of these are Python's; in which versions they have a signature differs
+    if inspect.isclass(each) and issubclass(each, enum.Enum | Exception):
         return {}
     signature = inspect.signature(each)
     return {
