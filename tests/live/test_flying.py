@@ -62,9 +62,11 @@ class Bench:
     def __init__(self, scenario: Scenario | None = None, settings=None, outbox=None) -> None:
         self.wall = 0.0
         self.letters = outbox or Letters()
-        bridge = Bridge()
-        self.session = Session(scenario, settings, bridge=bridge)
-        self.flying = Flying(self.session, bridge, settings or {}, self.letters, lambda: self.wall)
+        self.bridge = Bridge()
+        self.session = Session(scenario, settings, bridge=self.bridge)
+        self.flying = Flying(
+            self.session, self.bridge, settings or {}, self.letters, lambda: self.wall
+        )
         self.orders = 0
 
     def fly(self, seconds: float) -> None:
@@ -117,6 +119,14 @@ def test_orders_take_effect_at_the_present_step_and_are_answered_with_its_time()
     assert answer.value == bench.session.time == 0.25
     assert bench.session.get("kp_roll") == 77.0
     assert bench.obey(GetParameter("kp_roll")).value == 77.0
+
+
+def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():
+    """A stick that leaves neutral ends a landing; one that is held since before does not."""
+    bench = Bench()
+    assert bench.bridge.moves(1.0, 0.0, 0.0, 0.0)
+    bench.obey(Action(set={"kp_roll": 77.0}))
+    assert not bench.bridge.moves(1.0, 0.0, 0.0, 0.0)
 
 
 def test_a_report_that_shows_the_effect_goes_before_the_answer():
@@ -286,7 +296,7 @@ def test_what_drake_refuses_is_a_sentence(monkeypatch, failure):
     def refuses(*arguments):
         raise failure
 
-    monkeypatch.setattr(bench.session, "set", refuses)
+    monkeypatch.setattr(bench.session, "act", refuses)
     said = bench.obey(Action(set={"kp_roll": 50.0})).said
     assert said == f"the flight cannot do that: {' '.join(str(failure).split())}"
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.link.backplane import Published
-from workbench.live.exchange import MOST_STREAMED
-from workbench.live.flight import LiveFlight
+from workbench.live.flight import MOST_STREAMED, LiveFlight
 from workbench.live.messages import Streamed
 from workbench.live.stream import Stream
 

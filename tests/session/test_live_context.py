@@ -57,13 +57,13 @@ def test_a_value_is_set_where_it_belongs_and_read_back(case, full, scenario):
             row = find_parameter(rows.get(system, f"{system}_fault"))
             live = LiveContext(full, scenario)
             assert live.get(row) == row.default
-            live.set(row, row.maximum)
+            live.set({row.name: row.maximum})
             assert live.get(row) == row.maximum
 
 
 def test_a_row_acts_on_every_sensor_of_its_kind(full, scenario):
     live = LiveContext(full, scenario)
-    live.set(find_parameter("range_finder_fault"), 3.0)
+    live.set({"range_finder_fault": 3.0})
     faults = {
         mounted.choice.sensor.kind: mounted.system.GetMyContextFromRoot(live.root)
         .get_numeric_parameter(0)
@@ -86,12 +86,19 @@ def test_a_row_acts_on_every_sensor_of_its_kind(full, scenario):
 )
 def test_what_is_not_there_is_answered_with_a_remedy(bare, name, words):
     live, row = LiveContext(bare, Scenario()), find_parameter(name)
-    for act in (lambda: live.set(row, row.maximum), lambda: live.get(row)):
+    for act in (lambda: live.set({row.name: row.maximum}), lambda: live.get(row)):
         with pytest.raises(WorkbenchError) as caught:
             act()
         said = str(caught.value)
         assert not [word for word in (name, *words) if word not in said]
         assert "\n" not in said
+
+
+def test_of_a_set_with_one_parameter_that_is_not_there_nothing_is_set(bare):
+    live = LiveContext(bare, Scenario())
+    with pytest.raises(WorkbenchError, match="gps_fault cannot be set"):
+        live.set({"wind_x": 3.0, "gps_fault": 1.0})
+    assert live.get(find_parameter("wind_x")) == 0.0
 
 
 def test_faults_among_the_values_are_set_at_the_start(full, scenario):
@@ -112,7 +119,7 @@ def test_a_fault_of_what_is_not_there_is_refused_and_none_is_not(bare):
 def test_each_begins_alone(full, scenario):
     """Two flights of one diagram: what is set in one is not in the other."""
     one, other = LiveContext(full, scenario), LiveContext(full, scenario)
-    one.set(find_parameter("wind_x"), 7.0)
+    one.set({"wind_x": 7.0})
     one.wish = Wish(Reference(1.0, *[0.0] * 7), 1.0, 1.0, 2.0)
     one.simulator.AdvanceTo(0.25)
     assert other.get(find_parameter("wind_x")) == 0.0

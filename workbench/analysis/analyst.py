@@ -21,7 +21,7 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.replies import Searched
-from workbench.live.exchange import failed
+from workbench.live.flight import failed
 from workbench.scenario.scenario import Scenario
 
 QUICK = (Judge, Predict, DrawMap, FindRanges)

@@ -11,7 +11,7 @@ from workbench.analysis.messages import Begin, Preparing
 from workbench.analysis.questions import Question
 from workbench.analysis.replies import Searched
 from workbench.common.errors import WorkbenchError
-from workbench.live.exchange import failed
+from workbench.live.flight import failed
 
 MOST_DEATHS = 3
 """So many processes in a row may end without an answer; then no further one is begun."""

@@ -1,9 +1,14 @@
 """A live flight as its caller sees it: orders that never wait, and the newest snapshot."""
 
+import pickle
+import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from pathlib import Path
+from queue import SimpleQueue
 from types import TracebackType
 from typing import Any, Self
 
@@ -11,10 +16,12 @@ from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
-from workbench.live.exchange import Exchange, Wanted, failed
 from workbench.live.messages import (
+    Answer,
     Begin,
+    Close,
     Excite,
+    Failed,
     Flown,
     FlyOn,
     GetFlown,
@@ -22,11 +29,17 @@ from workbench.live.messages import (
     GetParameter,
     GetReading,
     Hold,
+    Order,
     Phase,
+    Question,
+    Refusal,
+    Report,
     SetSpeed,
     StopExciting,
+    Streamed,
 )
-from workbench.live.network_orders import KeepLog, Network, Serve
+from workbench.live.network_orders import KeepLog, Network, NetworkOrder, Serve
+from workbench.live.process import DYING, ChildProcess
 from workbench.live.view import LiveView
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.scenario import FARTHEST, Action, Gust, Push, Scenario
@@ -40,6 +53,12 @@ QUIET = 2.0
 """A wait longer than this says what is being done [s]."""
 CLOSING = 3.0
 """Time that the process has to end by itself [s]."""
+MOST_WAITING = 1000
+"""Orders without an answer; further ones are refused."""
+MOST_STREAMED = 4000
+"""Samples that are kept for who draws them, some 20 s; then the oldest go."""
+
+Wanted = Action | Excite | StopExciting | Hold | SetSpeed | FlyOn | Question | NetworkOrder
 
 
 class LiveFlight:
@@ -58,7 +77,8 @@ class LiveFlight:
         stream: whether `streamed` is wanted; `flown` has next to no recording then.
 
     Raises:
-        WorkbenchError: if no process can be started. What is wrong with the scenario, `wait` says.
+        WorkbenchError: if no process can be started, or the scenario cannot be sent to one. What is
+            wrong with the scenario, `wait` says.
     """
 
     def __init__(
@@ -70,7 +90,25 @@ class LiveFlight:
         stream: bool = False,
     ) -> None:
         begin = Begin(scenario or Scenario(), dict(settings or {}), draw, stream)
-        self._exchange = Exchange(begin)
+        try:
+            data = pickle.dumps(begin)
+        except Exception as error:  # a stranger's object may fail in any way
+            raise WorkbenchError(f"the scenario cannot be sent to a process: {error}") from error
+        self._view = LiveView()
+        self._begun = threading.Event()  # set once the flight has begun, or has ended before
+        self._streamed: deque[Published] = deque(maxlen=MOST_STREAMED)
+        self._missed = 0
+        self._lock = threading.Lock()
+        self._unanswered: dict[int, Future[Any]] = {}
+        self._orders = 0
+        self._closed = False
+        self._process = ChildProcess("workbench.live.worker", "flight")
+        self._to_send: SimpleQueue[bytes | None] = SimpleQueue()
+        self._to_send.put(data)
+        self._sender = threading.Thread(target=self._send, name="orders", daemon=True)
+        self._listener = threading.Thread(target=self._listen, name="live flight", daemon=True)
+        self._sender.start()
+        self._listener.start()
 
     def __enter__(self) -> Self:
         return self
@@ -86,24 +124,23 @@ class LiveFlight:
     @property
     def pid(self) -> int:
         """Number of the process."""
-        return self._exchange.pid
+        return self._process.pid
 
     def latest(self) -> LiveView:
         """Return the present, as far as it is known here."""
-        return self._exchange.view
+        return self._view
 
     def streamed(self) -> list[Published]:
         """Return what was published since the last call, of the last 20 s or so.
 
         Each has the topics of one time; `latest().topics` unpack their payloads.
         """
-        waiting = self._exchange.streamed
-        return [waiting.popleft() for _ in range(len(waiting))]
+        return [self._streamed.popleft() for _ in range(len(self._streamed))]
 
     @property
     def missed(self) -> int:
         """How many times are missing in all of `streamed`, as nobody took them soon enough."""
-        return self._exchange.missed
+        return self._missed
 
     def wait(self, limit: float = 120.0, progress: Callable[[str], None] | None = None) -> LiveView:
         """Wait until the flight has begun, and return its first view.
@@ -117,7 +154,7 @@ class LiveFlight:
         """
         began = news = time.monotonic()
         said = told = ""
-        while not self._exchange.begun.wait(LOOK):
+        while not self._begun.wait(LOOK):
             present = self.latest().said
             if present != said:
                 said, news = present, time.monotonic()
@@ -135,11 +172,11 @@ class LiveFlight:
 
     def set(self, name: str, value: float) -> Future[float]:
         """Give a live parameter a value."""
-        return self._make(lambda: Action(set={_text("parameter", name): _number(name, value)}))
+        return self._order(lambda: Action(set={_text("parameter", name): _number(name, value)}))
 
     def set_all(self, values: Mapping[str, float]) -> Future[float]:
         """Give live parameters values, by name, at one step; if one is refused, all are."""
-        return self._make(
+        return self._order(
             lambda: Action(
                 set={
                     _text("parameter", name): _number(name, value) for name, value in values.items()
@@ -151,7 +188,7 @@ class LiveFlight:
         self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
     ) -> Future[float]:
         """Ask for a velocity in W [m/s] and a yaw rate [rad/s]; what is None stays as it was."""
-        return self._make(
+        return self._order(
             lambda: Action(
                 velocity=None if velocity is None else _triple("velocity", velocity),
                 yaw_rate=None if yaw_rate is None else _number("yaw rate", yaw_rate),
@@ -160,15 +197,15 @@ class LiveFlight:
 
     def go_to(self, p_WB: Sequence[float]) -> Future[float]:
         """Ask for a place in W [m] and stay there."""
-        return self._make(lambda: Action(go_to=_triple("position", p_WB)))
+        return self._order(lambda: Action(go_to=_triple("position", p_WB)))
 
     def request(self, what: str, height: float = Action.height) -> Future[float]:
         """Ask the flight mode to arm, take_off (to a height [m]), hold, land, or stop."""
-        return self._make(lambda: Action(request=_text("request", what), height=_height(height)))
+        return self._order(lambda: Action(request=_text("request", what), height=_height(height)))
 
     def gust(self, velocity: Sequence[float], duration: float = 1.0) -> Future[float]:
         """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on."""
-        return self._make(
+        return self._order(
             lambda: Action(gust=Gust(_triple("gust", velocity), _number("gust_duration", duration)))
         )
 
@@ -179,7 +216,7 @@ class LiveFlight:
         duration: float = 0.1,
     ) -> Future[float]:
         """Push with a force in W [N] at a point of the body, in B [m], for a duration [s]."""
-        return self._make(
+        return self._order(
             lambda: Action(
                 push=Push(
                     _triple("push", force),
@@ -195,86 +232,172 @@ class LiveFlight:
         It ends with any other order that flies, as `command` or `request`, when somebody else
         takes control, and when the drone flies no more; then the drone hovers where it is.
         """
-        return self._make(lambda: Excite(_excitation(excitation)))
+        return self._order(lambda: Excite(_excitation(excitation)))
 
     def stop_exciting(self) -> Future[float]:
         """End an excitation, if one is flown, and hover where it is."""
-        return self._exchange.send(StopExciting())
+        return self._order(StopExciting)
 
     def reset(self) -> Future[float]:
         """Begin again from the scenario's start, with the values it was built with."""
-        return self._exchange.send(Hold.RESET)
+        return self._order(lambda: Hold.RESET)
 
     def pause(self) -> Future[float]:
         """Let simulated time stand."""
-        return self._exchange.send(Hold.PAUSE)
+        return self._order(lambda: Hold.PAUSE)
 
     def resume(self) -> Future[float]:
         """Let simulated time go on."""
-        return self._exchange.send(Hold.RESUME)
+        return self._order(lambda: Hold.RESUME)
 
     def set_speed(self, factor: float) -> Future[float]:
         """Fly so many simulated seconds in a second, 0.01 to 20."""
-        return self._make(lambda: SetSpeed(_number("speed", factor)))
+        return self._order(lambda: SetSpeed(_number("speed", factor)))
 
     def fly_on(self, duration: float) -> Future[float]:
         """Fly on for a time [s], up to 60, as fast as it goes; only in a pause."""
-        return self._make(lambda: FlyOn(_number("duration", duration)))
+        return self._order(lambda: FlyOn(_number("duration", duration)))
 
     def get(self, name: str) -> Future[float]:
         """Ask for the present value of a live parameter."""
-        return self._make(lambda: GetParameter(_text("parameter", name)))
+        return self._order(lambda: GetParameter(_text("parameter", name)))
 
     def reading(self, sensor: str) -> Future[Reading | None]:
         """Ask what a sensor, by name or kind, delivered last; None if nothing yet."""
-        return self._make(lambda: GetReading(_text("sensor", sensor)))
+        return self._order(lambda: GetReading(_text("sensor", sensor)))
 
     def flown(self) -> Future[Flown]:
         """Ask for all that was flown since the start, and the scenario that flies it again."""
-        return self._exchange.send(GetFlown())
+        return self._order(GetFlown)
 
     def instant(self) -> Future[Instant]:
         """Ask for all that decides how the flight goes on, see `Session.begin_from`."""
-        return self._exchange.send(GetInstant())
+        return self._order(GetInstant)
 
     def serve(self, config: ServerConfig | None = None) -> Future[str]:
         """Let clients watch and fly; the answer is the address where it listens."""
-        return self._make(lambda: Serve(_checked(config or ServerConfig())))
+        return self._order(lambda: Serve(_checked(config or ServerConfig())))
 
     def stop_serving(self) -> Future[float]:
         """Send all clients away."""
-        return self._exchange.send(Network.STOP_SERVING)
+        return self._order(lambda: Network.STOP_SERVING)
 
     def take_over(self) -> Future[float]:
         """Let the operator here fly, whoever does; a command given here does that, too."""
-        return self._exchange.send(Network.TAKE_OVER)
+        return self._order(lambda: Network.TAKE_OVER)
 
     def give_back(self) -> Future[float]:
         """Let clients ask for control again."""
-        return self._exchange.send(Network.GIVE_BACK)
+        return self._order(lambda: Network.GIVE_BACK)
 
     def disconnect(self, peer: int, reason: str = "the operator ended it") -> Future[float]:
         """Send a client away, by its number in `latest().network.server.peers`."""
-        return self._exchange.send(Disconnect(peer, reason))
+        return self._order(lambda: Disconnect(peer, reason))
 
     def keep_log(self, path: Path | str) -> Future[str]:
         """Write a log (MCAP) from now on; after a reset it goes on in the next file."""
-        return self._exchange.send(KeepLog(str(Path(path).absolute())))
+        return self._order(lambda: KeepLog(str(Path(path).absolute())))
 
     def stop_log(self) -> Future[str]:
         """End the log; the answer is its path."""
-        return self._exchange.send(Network.STOP_LOG)
+        return self._order(lambda: Network.STOP_LOG)
 
     def close(self, limit: float = CLOSING) -> None:
-        """End the flight; its process is killed if that takes longer than a time [s]."""
-        self._exchange.close(limit)
+        """End the flight; its process is killed if that takes longer than a time [s].
 
-    def _make(self, make: Callable[[], Wanted]) -> Future[Any]:
-        """Send an order that has to be made; what is wrong with it is the Future's exception."""
+        It is killed at once if nothing was flown yet.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        self._to_send.put(pickle.dumps(Close.CLOSE))
+        self._process.end(limit if self._begun.is_set() else 0.0)
+        # both end by themselves once nobody is at the other end
+        if threading.current_thread() is not self._listener:  # an answer's callback may close
+            self._listener.join(DYING)
+        self._to_send.put(None)
+        self._sender.join(DYING)
+        self._process.release()
+
+    def _order(self, make: Callable[[], Wanted]) -> Future[Any]:
+        """Make an order and send it; what is wrong with it is the exception of its answer."""
         try:
-            return self._exchange.send(make())
+            wanted = make()
         except WorkbenchError as error:
             return failed(str(error))
+        with self._lock:
+            if self._closed or self._view.phase is Phase.ENDED:
+                return failed(self._view.said or "the flight is closed")
+            if len(self._unanswered) >= MOST_WAITING:
+                return failed(f"the flight has {MOST_WAITING} orders to answer still: wait a bit")
+            self._orders += 1
+            answer: Future[Any] = Future()
+            answer.set_running_or_notify_cancel()  # from now on it cannot be cancelled
+            self._unanswered[self._orders] = answer
+            self._to_send.put(pickle.dumps(Order(self._orders, wanted)))
+        return answer
+
+    def _send(self) -> None:
+        """Send what is queued, so that whoever orders never waits, until closed or unheard."""
+        # The process is gone, as `_listen` finds out; or (TypeError) the connection was closed
+        # here in the middle of a message.
+        with suppress(OSError, TypeError):
+            while (data := self._to_send.get()) is not None:
+                self._process.connection.send_bytes(data)
+
+    def _listen(self) -> None:
+        """Hear the process until it is gone, and show that it is."""
+        try:
+            failed = self._hear_all()
+        except Exception as error:  # what cannot be read: nothing can be trusted now
+            failed = Failed(f"the flight's process said what cannot be read: {error!r:.100}")
+            self._process.end(0.0)
+        self._end(failed)
+
+    def _hear_all(self) -> Failed:
+        """Hear the process until it is gone; return what it said of a failure, if anything."""
+        heard = Failed("")
+        with suppress(EOFError, OSError):  # it is gone; `_end` finds out why
+            while True:
+                message = self._process.connection.recv()
+                if isinstance(message, Failed):
+                    heard = message
+                else:
+                    self._hear(message)
+        return heard
+
+    def _hear(self, message: object) -> None:
+        if isinstance(message, Streamed):
+            full = len(self._streamed) + len(message.published) - MOST_STREAMED
+            self._missed += message.lost + max(0, full)
+            self._streamed.extend(message.published)
+            return
+        self._view = self._view.after(message)
+        match message:
+            case Report():
+                self._begun.set()
+            case Answer(number, value):
+                self._unanswered.pop(number).set_result(value)
+            case Refusal(number, said):
+                self._unanswered.pop(number).set_exception(WorkbenchError(said))
+
+    def _end(self, failed: Failed) -> None:
+        """Show that the flight has ended, and fail what still waits."""
+        reason = failed.said or ("the flight is closed" if self._closed else self._process.cause())
+        with self._lock:
+            self._view = self._view.ended(reason, failed.needed)
+            unanswered, self._unanswered = self._unanswered, {}
+        for answer in unanswered.values():
+            answer.set_exception(WorkbenchError(reason))
+        self._begun.set()
+
+
+def failed(said: str) -> Future[Any]:
+    """Return the answer to an order that is refused at once."""
+    answer: Future[Any] = Future()
+    answer.set_exception(WorkbenchError(said))
+    return answer
 
 
 def _checked(config: ServerConfig) -> ServerConfig:

@@ -141,12 +141,20 @@ class Flying:
 
     def obey(self, orders: list[Order]) -> None:
         """Do what is wanted, at the present step, and answer after a report that shows it."""
-        answers = [self._obey(order) for order in orders]
-        if answers:
+        answers: list[Answer | Refusal] = []
+        for order in orders:
+            try:
+                with sentences("the flight cannot do that"):
+                    value = self._do(order)
+            except WorkbenchError as error:
+                answers.append(Refusal(order.number, str(error)))
+            else:
+                if not isinstance(value, Later):
+                    answers.append(Answer(order.number, value))
+        if orders:
             self.report()
         for answer in answers:
-            if not isinstance(answer, Later):
-                self._outbox.post(answer)
+            self._outbox.post(answer)
 
     def report(self) -> None:
         """Show the present."""
@@ -167,14 +175,6 @@ class Flying:
         self._outbox.show(report)
         if not self._broken:
             self.shown(snapshot, pace)
-
-    def _obey(self, order: Order) -> Answer | Refusal | Later:
-        try:
-            with sentences("the flight cannot do that"):
-                value = self._do(order)
-                return value if isinstance(value, Later) else Answer(order.number, value)
-        except WorkbenchError as error:
-            return Refusal(order.number, str(error))
 
     def _do(self, order: Order) -> object:
         """Do what is wanted, and return what answers it."""
@@ -207,10 +207,13 @@ class Flying:
                 return self._excite(excitation)
             case StopExciting():
                 self._exciter.end()
+            case Action(flies=False) as action:
+                self._session.act(action)
+                self._network.did(action)
             case Action() as asked:
                 action = self._network.in_landing(asked)
                 self._session.act(action)  # what is refused takes nothing from anybody
-                if action.flies and (self._network.operate() or self._exciter.end()):
+                if self._network.operate() or self._exciter.end():
                     self._session.act(action)  # again, after the hold
                 self._network.did(action)
         return self._session.time

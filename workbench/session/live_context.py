@@ -15,7 +15,14 @@ from workbench.diagram.workbench import Workbench
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import SENSOR_KINDS, Parameter, find_parameter, parameters_of
+from workbench.scenario.parameters import (
+    PARAMETERS,
+    SENSOR_KINDS,
+    Parameter,
+    checked,
+    find_parameter,
+    parameters_of,
+)
 from workbench.scenario.scenario import Scenario, Start
 from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Instant, SystemState
@@ -60,10 +67,9 @@ class LiveContext:
         root = self.simulator.get_mutable_context()
         bench.airframe.dynamics.set_seed(self._of(bench.airframe.dynamics), scenario.sensors.seed)
         bench.sensing.seed(root, scenario.sensors.seed)
-        for name, value in (values or {}).items():
-            row = find_parameter(name)
-            if row.system in (*SENSOR_KINDS, "rotors") and value != row.default:
-                self.set(row, value)
+        rows = [row for row in PARAMETERS if row.system in (*SENSOR_KINDS, "rotors")]
+        faults = {row.name: row.default for row in rows}
+        self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         begin = InitializeParams()
         if instant:
             write_states(bench, root, instant.systems)
@@ -98,14 +104,16 @@ class LiveContext:
         pilot = self._bench.pilot
         pilot.set_wish(self._of(pilot), wish)
 
-    def set(self, row: Parameter, value: float) -> None:
-        """Give a live parameter a value.
+    def set(self, values: Mapping[str, float]) -> None:
+        """Give live parameters values by name, or none of them if one is refused.
 
         Raises:
-            WorkbenchError: if nothing in this flight has it.
+            WorkbenchError: if one is unknown or out of range, or nothing in this flight has it.
         """
-        for system, number, index in self._find(row):
-            self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
+        places = [(self._find(find_parameter(n)), v) for n, v in checked(values).items()]
+        for found, value in places:
+            for system, number, index in found:
+                self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
         """Return a live parameter's value; exceptions as for `set`."""

@@ -25,7 +25,7 @@ from workbench.link.topics import Topic
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import tell_start
-from workbench.scenario.parameters import checked, find_parameter
+from workbench.scenario.parameters import find_parameter
 from workbench.scenario.scenario import REQUESTS, Action, Scenario
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 from workbench.session.built_flight import build_flight
@@ -177,7 +177,7 @@ class Session:
             WorkbenchError: if a number is out of the range of its parameter.
         """
         velocity = finite("gust", velocity, 3)
-        self._set_all(gust_settings(velocity, self._live.next_update, duration))
+        self.act(Action(set=gust_settings(velocity, self._live.next_update, duration)))
 
     def push(
         self,
@@ -193,7 +193,7 @@ class Session:
             WorkbenchError: if a number is out of the range of its parameter.
         """
         force, point = finite("push", force, 3), finite("point of the push", point, 3)
-        self._set_all(push_settings(force, point, self._live.next_update, duration))
+        self.act(Action(set=push_settings(force, point, self._live.next_update, duration)))
 
     def set(self, name: str, value: float) -> None:
         """Give a live parameter a value; it takes effect at the next control update.
@@ -201,9 +201,7 @@ class Session:
         Raises:
             WorkbenchError: if it is unknown or out of range.
         """
-        row = find_parameter(name)
-        self._live.set(row, row.check(value))
-        self._tell_limits()
+        self.act(Action(set={name: value}))
 
     def get(self, name: str) -> float:
         """Return the present value of a live parameter."""
@@ -325,7 +323,9 @@ class Session:
 
     def act(self, action: Action) -> None:
         """Do what a script's action says, now; `at` says nothing here."""
-        self._set_all(action.set)
+        if action.set:
+            self._live.set(action.set)
+            self._tell_limits()
         if action.request is not None:
             self.request(action.request, action.height)
         if action.velocity is not None or action.yaw_rate is not None:
@@ -353,11 +353,6 @@ class Session:
             self._bridge.settings += 1
             names = ("max_speed", "max_climb_rate", "max_yaw_rate")
             self._bridge.authority.limits = Limits(*map(self.get, names))
-
-    def _set_all(self, values: Mapping[str, float]) -> None:
-        """Set live parameters, or none if one is out of range."""
-        for name, value in checked(values).items():
-            self.set(name, value)
 
     def _advance(self, step: int | float) -> None:
         """Simulate up to a step."""
