@@ -111,7 +111,7 @@ class Bench:
         store = QSettings(f"{folder}/settings.ini", QSettings.Format.IniFormat)
         self.workspace = make_workspace(Preferences(store))
         self.window = MainWindow(self.workspace, first="home", view3d=False)
-        self.window.desk.fly(CHOICE)
+        self.window.control.fly(CHOICE)
         apply_style(application, self.workspace.look)
         self.window.show()
         self.until(lambda: self.workspace.flight.is_flying, 60.0)
@@ -163,24 +163,24 @@ class Bench:
         """Return how a moved gain does."""
         self.window.show_screen("tuning")
         screen = self.window.stack.screen_of("tuning")
-        desk = screen.desk  # type: ignore[union-attr]
+        gains = screen.gains  # type: ignore[union-attr]
         judged: list[object] = []
         self.workspace.analysis.judged.connect(judged.append)
-        self.until(lambda: desk.ranges_fresh, 60.0)
+        self.until(lambda: gains.has_fresh_ranges, 60.0)
         applied: list[int] = []
         self.workspace.flight.streamed.connect(lambda each: applied.extend(_set_at(each)))
-        start, took = desk.flown[GAIN], []
+        start, took = gains.flown[GAIN], []
         for move in range(moves):
             applied.clear()
             begun = time.time_ns()
-            desk.propose(GAIN, start * (1.0 + 0.01 * (move % 2 + 1)))
+            gains.propose(GAIN, start * (1.0 + 0.01 * (move % 2 + 1)))
             self.until(lambda: bool(applied), 10.0)
             took.append(1e-9 * (applied[0] - begun))
             self.run(0.25)
         judged.clear()
         begun = time.perf_counter()
         for move in range(300):
-            desk.propose(GAIN, start * (1.0 + 0.001 * (move % 100)))
+            gains.propose(GAIN, start * (1.0 + 0.001 * (move % 100)))
             self.run(0.01)
         rate = len(judged) / (time.perf_counter() - begun)
         low, high = np.percentile(took, [50, 99])

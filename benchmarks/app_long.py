@@ -89,7 +89,7 @@ class LongRun:
         self.workspace = make_workspace(preferences)
         self.workspace.notices.told.connect(lambda notice: print(f"  told: {notice.what}"))
         self.window = MainWindow(self.workspace, first="home", view3d=view3d)
-        self.window.desk.fly(CHOICE)
+        self.window.control.fly(CHOICE)
         apply_style(application, self.workspace.look)
         self.window.show()
         self._demo = DemoPilot(self.workspace.flight, self.workspace.notices, self.window)

@@ -28,7 +28,7 @@ def window(shared_window, qtbot, workspace, tmp_path):
     workspace.preferences.set("log_folder", str(tmp_path))
     flight = workspace.flight
     if not flight.is_flying:
-        shared_window.desk.fly(Choice("hover"))
+        shared_window.control.fly(Choice("hover"))
     qtbot.waitUntil(lambda: flight.is_flying, timeout=LIMIT)
     return shared_window
 
@@ -77,11 +77,11 @@ def test_a_flight_whose_process_dies_is_told_and_flown_anew(window, failure, qtb
 def test_a_model_that_does_not_load_is_told_and_another_one_flies(window, failure, tmp_path, qtbot):
     bad = tmp_path / "bad.urdf"
     bad.write_text("<robot name='bad'><link name='a'/>")
-    window.desk.fly_model(str(bad))
+    window.control.fly_model(str(bad))
     assert "bad.urdf" in failure("bad.urdf").what
     flight = window.workspace.flight
     before = flight.live
-    window.desk.fly(Choice("hover"))
+    window.control.fly(Choice("hover"))
     qtbot.waitUntil(lambda: flight.live is not before and flight.is_flying, timeout=LIMIT)
 
 

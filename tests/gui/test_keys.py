@@ -9,7 +9,7 @@ from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
 from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS
-from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
+from workbench.gui.gains.profile_bar import PROFILE_ACTIONS
 from workbench.gui.screen_table import SCREENS
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
@@ -37,11 +37,6 @@ class Orders:
 
     def __init__(self):
         self.given = []
-
-    @property
-    def _exchange(self):
-        """What orders that are given as a method of `LiveFlight` are sent by."""
-        return self
 
     def __getattr__(self, name):
         if name == "instant":  # the ghost asks for it, and no key
@@ -81,7 +76,7 @@ def view_of(canned, phase, mode):
 
 def test_space_after_take_off_does_not_stop_the_rotors(window, qtbot, workspace):
     """By mouse and keyboard on a real flight: the button that was pressed is disabled by then."""
-    window.desk.fly(Choice("network"))
+    window.control.fly(Choice("network"))
     flight = workspace.flight
     take_off = window.top_bar.button("take_off")
     qtbot.waitUntil(lambda: flight.is_flying and take_off.isEnabled(), timeout=LIMIT)

@@ -69,17 +69,17 @@ class User:
     def tune(self) -> float:
         """Type a gain, keep it, and return it."""
         self.window.show_screen("tuning")
-        desk = self.window.stack.current.desk
-        self.until(lambda: GAIN in desk.flown)
-        value = round(desk.flown[GAIN] * 1.1, 2)
+        gains = self.window.stack.current.gains
+        self.until(lambda: GAIN in gains.flown)
+        value = round(gains.flown[GAIN] * 1.1, 2)
         field = self.window.stack.current.panel.rows[GAIN].field
         field.setFocus()
         field.selectAll()
         self.qtbot.keyClicks(field, f"{value:g}".replace(".", ","))
         self.qtbot.keyClick(field, Qt.Key.Key_Return)
-        self.until(lambda: desk.flown[GAIN] == value)
+        self.until(lambda: gains.flown[GAIN] == value)
         self.press(Qt.Key.Key_K, CONTROL)
-        self.until(lambda: desk.kept[GAIN] == value)
+        self.until(lambda: gains.kept[GAIN] == value)
         return value
 
     def question(self) -> QMessageBox | None:
@@ -98,7 +98,7 @@ def window(qtbot, workspace, tmp_path):
     workspace.preferences.set("log_folder", str(tmp_path / "logs"))
     made = MainWindow(workspace, first="home", view3d=False)
     qtbot.addWidget(made)
-    made.desk.fly(Choice("hover"))
+    made.control.fly(Choice("hover"))
     made.show()
     made.activateWindow()
     qtbot.waitUntil(lambda: workspace.flight.is_flying, timeout=LIMIT)
@@ -116,7 +116,7 @@ def user(qtbot, window, told):
 def test_a_file_that_cannot_be_flown_ends_nothing(user, window, tmp_path):
     """Neither the flight, nor the kept gains, nor what Reset or another file begin."""
     value = user.tune()
-    desk = window.stack.current.desk
+    gains = window.stack.current.gains
     discard = QMessageBox.StandardButton.Discard
     bad = tmp_path / "bad.urdf"
     bad.write_text("<robot name='bad'><link name='a'/></robot>")
@@ -125,9 +125,9 @@ def test_a_file_that_cannot_be_flown_ends_nothing(user, window, tmp_path):
     user.hears("bad.urdf")
     assert "The present flight goes on" in user.told[-1].remedy
     user.flies_on()
-    assert desk.kept[GAIN] == desk.flown[GAIN] == value
+    assert gains.kept[GAIN] == gains.flown[GAIN] == value
     user.press(Qt.Key.Key_R, CONTROL)
-    user.until(lambda: desk.flown[GAIN] != value)
+    user.until(lambda: gains.flown[GAIN] != value)
     user.flies_on()
     before = user.flight.live
     user.drop(find_world("room"))

@@ -125,7 +125,7 @@ def window(before, qapp, qtbot, tmp_path):
     preferences.set("log_folder", str(tmp_path))
     made = MainWindow(make_workspace(preferences), first="home", view3d=False)
     qtbot.addWidget(made)
-    made.desk.fly(Choice("network"))
+    made.control.fly(Choice("network"))
     apply_style(qapp, made.workspace.look)
     made.show()
     made.activateWindow()
@@ -197,8 +197,8 @@ def steer(pilot) -> None:
 def tune_a_gain(pilot):
     """Fly a step, move a gain by the keyboard, and take that back."""
     screen = pilot.go_to(5)
-    desk = screen.desk
-    pilot.until(lambda: bool(desk.flown))
+    gains = screen.gains
+    pilot.until(lambda: bool(gains.flown))
     if screen.excitation.repeats.isChecked():
         pilot.qtbot.mouseClick(screen.excitation.repeats, LEFT)
     pilot.click(screen.excitation.button)
@@ -206,12 +206,12 @@ def tune_a_gain(pilot):
     pilot.until(lambda: pilot.flight.view.exciting is None)
     pilot.until(lambda: screen.response.history.numbers is not None)
     row = screen.panel.rows["kp_velocity_x"]
-    start = desk.flown["kp_velocity_x"]
+    start = gains.flown["kp_velocity_x"]
     row.slider.setFocus()
     pilot.qtbot.keyClick(row.slider, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
-    pilot.until(lambda: desk.flown["kp_velocity_x"] > start)
+    pilot.until(lambda: gains.flown["kp_velocity_x"] > start)
     pilot.press(Qt.Key.Key_Z, CONTROL)
-    pilot.until(lambda: desk.flown["kp_velocity_x"] == start)
+    pilot.until(lambda: gains.flown["kp_velocity_x"] == start)
     return screen
 
 
@@ -226,13 +226,13 @@ def search_gains(pilot, screen) -> dict[str, float]:
     pilot.click(card.start)
     pilot.until(lambda: not card.is_running)
     assert card.pages.currentIndex() == 2
-    before = dict(screen.desk.flown)
+    before = dict(screen.gains.flown)
     pilot.click(card.accept)
-    pilot.until(lambda: dict(screen.desk.flown) != before)
-    wanted = dict(screen.desk.proposed)
-    pilot.until(lambda: dict(screen.desk.flown) == wanted)
+    pilot.until(lambda: dict(screen.gains.flown) != before)
+    wanted = dict(screen.gains.proposed)
+    pilot.until(lambda: dict(screen.gains.flown) == wanted)
     pilot.press(Qt.Key.Key_K, CONTROL)
-    return {n: v for n, v in wanted.items() if v != before[n] and n in screen.desk.profile_names}
+    return {n: v for n, v in wanted.items() if v != before[n] and n in screen.gains.profile_names}
 
 
 def pin(pilot, screen, folder: Path) -> Path:

@@ -107,7 +107,7 @@ def refused(field, text, before, name) -> None:
 
 def said_beside(field) -> str:
     """Return what the line of a gain says is wrong with it."""
-    label = getattr(field.parentWidget(), "complaint", None)
+    label = getattr(field.parentWidget(), "error", None)
     return label.text() if label is not None and label.isVisible() else ""
 
 
@@ -124,7 +124,7 @@ def test_what_flies_is_what_was_typed(window, qtbot, workspace, monkeypatch):
     )
     window.show_screen("tuning")
     panel = window.stack.current.panel
-    window.stack.current.desk._judge.knows = lambda values: True
+    window.stack.current.gains._stability.knows = lambda values: True
     enter(qtbot, panel.rows["max_climb_rate"].field, "1,2")
     assert ordered.pop() == ("set_all", {"max_climb_rate": 1.2})
     enter(qtbot, window.top_bar.speed, "0,5")

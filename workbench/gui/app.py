@@ -38,7 +38,7 @@ def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: b
     window = MainWindow(workspace, first=screen, view3d=view3d)
     try:
         first = choice or _first(workspace)
-        window.desk.fly(first)  # its process loads Drake while the window is painted
+        window.control.fly(first)  # its process loads Drake while the window is painted
         apply_style(app, workspace.look)
         window.show()
         guard.interrupted.connect(window.close)

@@ -16,7 +16,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.actions import MENUS, rows_of
-from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
+from workbench.gui.gains.profile_bar import PROFILE_ACTIONS
 from workbench.gui.style import dressed
 
 LONGEST_KEY = "Ctrl+Shift+W  "

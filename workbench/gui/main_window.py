@@ -21,7 +21,7 @@ from workbench.gui.actions import SPEEDS, THEMES, make_actions
 from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.banner import Banner
 from workbench.gui.camera import Camera
-from workbench.gui.flight_desk import FlightDesk, possible
+from workbench.gui.flight_control import FlightControl, possible
 from workbench.gui.focus_guard import FocusGuard
 from workbench.gui.help_pages import AboutPage, KeysPage
 from workbench.gui.interpreter import spare_collector, take_short_turns
@@ -74,19 +74,19 @@ class MainWindow(QMainWindow):
         super().__init__()
         take_short_turns()
         self.workspace = workspace
-        self.desk = FlightDesk(workspace.flight, workspace.preferences, self)
+        self.control = FlightControl(workspace.flight, workspace.preferences, self)
         workspace.flight.draws = view3d
         store = workspace.preferences.store
         self._state = WindowState(store)
         self.recent = RecentFiles(store, self)
         self.recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices, self)
         self.recorder.recorded.connect(lambda path: self.recent.add(FileKind.LOG, path))
-        self.opener = Opener(self.desk, self.recent, workspace.notices, self._show_log, self)
+        self.opener = Opener(self.control, self.recent, workspace.notices, self._show_log, self)
         self._camera = Camera(self, workspace)
         self._focus_guard = FocusGuard(self)
         self.actions_by_name = make_actions(self, self._handlers())
         self.side_bar = SideBar(self.actions_by_name, workspace.look)
-        self.top_bar = TopBar(workspace, self.actions_by_name, self.desk, self.recorder)
+        self.top_bar = TopBar(workspace, self.actions_by_name, self.control, self.recorder)
         self.stack = ScreenStack(workspace, rows)
         self.actions_by_name["trail_3d"].setChecked(True)
         self.view3d = View3d(workspace, self.actions_by_name)
@@ -107,7 +107,7 @@ class MainWindow(QMainWindow):
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
         """Return what each action of the table does."""
-        desk, opener = self.desk, self.opener
+        control, opener = self.control, self.opener
         handlers: dict[str, Callable[[], object]] = {
             "open_scenario": lambda: opener.ask(FileKind.SCENARIO),
             "open_model": lambda: opener.ask(FileKind.MODEL),
@@ -116,14 +116,14 @@ class MainWindow(QMainWindow):
             "record": self._record,
             "screenshot": self._camera.take,
             "quit": self._quit,
-            "arm": desk.arm,
-            "take_off": desk.take_off,
-            "hold": desk.hold,
-            "land": desk.land,
-            "stop": desk.stop,
+            "arm": control.arm,
+            "take_off": control.take_off,
+            "hold": control.hold,
+            "land": control.land,
+            "stop": control.stop,
             "pause": self._pause,
-            "step": desk.step,
-            "reset": desk.reset,
+            "step": control.step,
+            "reset": control.reset,
             "view_3d": self._toggle_beside,
             "browse_3d": lambda: self.view3d.browse(),
             "trail_3d": lambda: self.view3d.show_trail(),
@@ -135,7 +135,7 @@ class MainWindow(QMainWindow):
         for screen in SCREENS:
             handlers[f"show_{screen.name}"] = partial(self.show_screen, screen.name)
         for factor in SPEEDS:
-            handlers[f"speed_{factor:g}"] = partial(desk.set_speed, factor)
+            handlers[f"speed_{factor:g}"] = partial(control.set_speed, factor)
         for way in LOOKS:
             handlers[f"look_{way}"] = partial(self._look, way)
         for theme in THEMES:
@@ -207,7 +207,7 @@ class MainWindow(QMainWindow):
 
     def _pause(self) -> None:
         self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
-        self.desk.pause()
+        self.control.pause()
 
     def _record(self) -> None:
         self._show_recording()
@@ -239,7 +239,7 @@ class MainWindow(QMainWindow):
         name = Path(model).name or "The drone's description"
 
         def fly(values: Mapping[str, str]) -> None:
-            self.desk.fly(with_arguments(what, values))
+            self.control.fly(with_arguments(what, values))
 
         dialog = ArgumentsDialog(name, needed, fly, self)
         names = ", ".join(each.name for each in needed if each.default is None)

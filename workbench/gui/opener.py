@@ -8,7 +8,7 @@ from PyQt6.QtWidgets import QFileDialog, QWidget
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import models_dir, worlds_dir
 from workbench.gui.file_dialogs import show_file_dialog
-from workbench.gui.flight_desk import FlightDesk
+from workbench.gui.flight_control import FlightControl
 from workbench.gui.notices import Notices
 from workbench.gui.opening import FILTERS, FileKind, kind_of
 from workbench.gui.recent import Recent, RecentFiles
@@ -18,7 +18,7 @@ class Opener:
     """Gives files to whoever shows them.
 
     Args:
-        desk: flies scenarios, models and worlds.
+        control: flies scenarios, models and worlds.
         recent: remembers them.
         notices: where refusals are told.
         shows_log: told the path of a log that is to be shown.
@@ -27,7 +27,7 @@ class Opener:
 
     def __init__(
         self,
-        desk: FlightDesk,
+        control: FlightControl,
         recent: RecentFiles,
         notices: Notices,
         shows_log: Callable[[Path], None],
@@ -35,9 +35,9 @@ class Opener:
     ) -> None:
         self._recent, self._notices, self._window = recent, notices, window
         self._opens: dict[FileKind, Callable[[Path], None]] = {
-            FileKind.SCENARIO: lambda path: desk.fly_scenario(str(path)),
-            FileKind.MODEL: lambda path: desk.fly_model(str(path)),
-            FileKind.WORLD: lambda path: desk.fly_world(str(path)),
+            FileKind.SCENARIO: lambda path: control.fly_scenario(str(path)),
+            FileKind.MODEL: lambda path: control.fly_model(str(path)),
+            FileKind.WORLD: lambda path: control.fly_world(str(path)),
             FileKind.LOG: shows_log,
         }
         self._folders = {

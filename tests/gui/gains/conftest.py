@@ -9,7 +9,8 @@ import pytest
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.replies import Judged, Ranges
-from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_editor import GainEditor
+from workbench.gui.gains.profiles import GainProfiles
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import PARAMETERS, Outfit, drone_topics
 from workbench.live.view import LiveView
@@ -92,10 +93,11 @@ class FakeAnalysis(QObject):
 
 
 @dataclass
-class Bench:
-    """A desk between a fake flight and a fake analyst."""
+class Rig:
+    """Gains between a fake flight and a fake analyst."""
 
-    desk: GainDesk
+    editor: GainEditor
+    profiles: GainProfiles
     flight: FakeFlight
     analysis: FakeAnalysis
     view: LiveView
@@ -104,7 +106,7 @@ class Bench:
     def know(self, **stable: tuple[float, float]) -> None:
         """Find ranges around what flies: those, and the limits of every other gain."""
         every = {row.name: (row.minimum, row.maximum) for row in ROWS if row.system == "controller"}
-        gains = {name: self.desk.flown[name] for name in every}
+        gains = {name: self.editor.flown[name] for name in every}
         self.analysis.ranges_found.emit(Ranges(gains, every | stable))
 
 
@@ -125,15 +127,16 @@ def new_view(tmp_path):
 
 
 @pytest.fixture
-def bench(workspace, new_view):
-    """A desk with a flight that has begun; every gain is 3, 150, ... as the table has it."""
+def rig(workspace, new_view):
+    """Gains of a flight that has begun; every gain is 3, 150, ... as the table has it."""
     flight, analysis = FakeFlight(workspace.notices), FakeAnalysis()
-    desk = GainDesk(flight, analysis, workspace.preferences, workspace.notices)
-    made = Bench(desk, flight, analysis, new_view())
+    editor = GainEditor(flight, analysis, workspace.preferences, workspace.notices)
+    profiles = GainProfiles(editor, workspace.notices)
+    made = Rig(editor, profiles, flight, analysis, new_view())
     workspace.notices.told.connect(made.told.append)
-    desk.begin(made.view)
+    editor.begin(made.view)
     yield made
-    desk.close()
+    profiles.close()
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QAbstractSpinBox, QLineEdit
 
+from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.scenario.parameters import parameters_of
 
@@ -15,8 +16,8 @@ CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
-def panel(bench, workspace, qtbot):
-    made = GainPanel(workspace, bench.desk)
+def panel(rig, workspace, qtbot):
+    made = GainPanel(workspace, rig.editor)
     qtbot.addWidget(made)
     made.resize(380, 600)
     made.show()
@@ -46,13 +47,13 @@ def test_limits_wait_behind_their_heading(panel):
     assert "max_tilt" in shown(panel)
 
 
-def test_everything_else_that_is_live_can_be_set_too(bench, panel):
+def test_everything_else_that_is_live_can_be_set_too(rig, panel):
     QTest.mouseClick(panel._more.heading, LEFT)
-    assert set(panel.rows) == {row.name for row in bench.desk.rows}
+    assert set(panel.rows) == {row.name for row in rig.editor.rows}
     panel.rows["wind_x"].field.setFocus()
     retype(panel.rows["wind_x"].field, "5")
     QTest.keyClick(panel.rows["wind_x"].field, Qt.Key.Key_Return)
-    assert bench.flight.given == [("wind_x", 5.0)]
+    assert rig.flight.given == [("wind_x", 5.0)]
 
 
 def test_all_gains_stand_without_scrolling(panel):
@@ -61,25 +62,25 @@ def test_all_gains_stand_without_scrolling(panel):
     assert shown(panel) == names
 
 
-def test_a_typed_number_flies(bench, panel):
-    bench.know()
+def test_a_typed_number_flies(rig, panel):
+    rig.know()
     retype(panel.rows[NAME].field, "4.5")
     QTest.keyClick(panel.rows[NAME].field, Qt.Key.Key_Return)
-    assert bench.flight.given == [(NAME, 4.5)]
+    assert rig.flight.given == [(NAME, 4.5)]
 
 
-def test_a_drag_flies_while_it_moves_and_is_one_step_of_undo(bench, panel):
-    bench.know()
+def test_a_drag_flies_while_it_moves_and_is_one_step_of_undo(rig, panel):
+    rig.know()
     slider = panel.rows[NAME].slider
     x = round(slider._x(slider._place))
     QTest.mousePress(slider, LEFT, pos=QPoint(x, 12))
     for way in (2, 4, 6):
         QTest.mouseMove(slider, QPoint(x + way, 12))
     QTest.mouseRelease(slider, LEFT, pos=QPoint(x + 6, 12))
-    assert [name for name, _ in bench.flight.given] == [NAME, NAME, NAME]
-    assert bench.desk.flown[NAME] > 3.0
-    bench.desk.undo()
-    assert bench.desk.flown[NAME] == 3.0
+    assert [name for name, _ in rig.flight.given] == [NAME, NAME, NAME]
+    assert rig.editor.flown[NAME] > 3.0
+    rig.editor.undo()
+    assert rig.editor.flown[NAME] == 3.0
 
 
 @pytest.mark.parametrize(
@@ -90,92 +91,92 @@ def test_a_drag_flies_while_it_moves_and_is_one_step_of_undo(bench, panel):
         (Qt.Key.Key_Up, CONTROL, 3.005),
     ],
 )
-def test_arrow_keys_step_finely_coarsely_and_finest(bench, panel, key, modifiers, value):
-    bench.know()
+def test_arrow_keys_step_finely_coarsely_and_finest(rig, panel, key, modifiers, value):
+    rig.know()
     QTest.keyClick(panel.rows[NAME].slider, key, modifiers)
-    assert bench.flight.given == [(NAME, value)]
+    assert rig.flight.given == [(NAME, value)]
 
 
-def test_up_and_down_step_in_the_field(bench, panel):
-    bench.know()
+def test_up_and_down_step_in_the_field(rig, panel):
+    rig.know()
     field = panel.rows[NAME].field
     field.setFocus()
     QTest.keyClick(field, Qt.Key.Key_Up)
     QTest.keyClick(field, Qt.Key.Key_Down, SHIFT)
-    assert [value for _, value in bench.flight.given] == [3.05, 2.8]
+    assert [value for _, value in rig.flight.given] == [3.05, 2.8]
 
 
-def test_a_value_out_of_range_is_told_beside_the_field_and_not_flown(bench, panel):
-    bench.know()
+def test_a_value_out_of_range_is_told_beside_the_field_and_not_flown(rig, panel):
+    rig.know()
     row = panel.rows[NAME]
     retype(row.field, "99")
     QTest.keyClick(row.field, Qt.Key.Key_Return)
-    assert row.complaint.isVisible()
-    assert "keep it within 0 .. 30" in row.complaint.text()
-    assert bench.flight.given == []
+    assert row.error.isVisible()
+    assert "keep it within 0 .. 30" in row.error.text()
+    assert rig.flight.given == []
     QTest.keyClick(row.field, Qt.Key.Key_Escape)
-    assert not row.complaint.isVisible()
+    assert not row.error.isVisible()
     assert row.field.value() == 3.0
 
 
-def test_what_is_no_number_cannot_be_typed(bench, panel):
-    bench.know()
+def test_what_is_no_number_cannot_be_typed(rig, panel):
+    rig.know()
     retype(panel.rows[NAME].field, "nan")
     QTest.keyClick(panel.rows[NAME].field, Qt.Key.Key_Return)
-    assert bench.flight.given == []
-    assert bench.desk.proposed[NAME] == 3.0
+    assert rig.flight.given == []
+    assert rig.editor.proposed[NAME] == 3.0
 
 
-def test_enter_applies_and_escape_puts_back_where_the_user_prefers_so(bench, panel, workspace):
+def test_enter_applies_and_escape_puts_back_where_the_user_prefers_so(rig, panel, workspace):
     workspace.preferences.set("apply_gains", "on Enter")
-    bench.know()
+    rig.know()
     slider = panel.rows[NAME].slider
     slider.setFocus()
     QTest.keyClick(slider, Qt.Key.Key_Right)
-    assert bench.flight.given == []
+    assert rig.flight.given == []
     assert panel.rows[NAME].mark.text() == "◇"
     QTest.keyClick(slider, Qt.Key.Key_Return)
-    assert bench.flight.given == [(NAME, 3.05)]
+    assert rig.flight.given == [(NAME, 3.05)]
     assert panel.rows[NAME].mark.text() == "◆"
     QTest.keyClick(slider, Qt.Key.Key_Right)
     QTest.keyClick(slider, Qt.Key.Key_Escape)
-    assert bench.desk.proposed[NAME] == 3.05
-    assert len(bench.flight.given) == 1
+    assert rig.editor.proposed[NAME] == 3.05
+    assert len(rig.flight.given) == 1
 
 
-def test_the_reset_button_goes_back_to_the_start(bench, panel, qtbot):
-    bench.know()
+def test_the_reset_button_goes_back_to_the_start(rig, panel, qtbot):
+    rig.know()
     row = panel.rows[NAME]
     assert not row.reset.isEnabled()
-    bench.desk.propose(NAME, 5.0)
-    bench.desk.keep()
+    rig.editor.propose(NAME, 5.0)
+    rig.editor.keep()
     QTest.mouseClick(row.reset, LEFT)
-    assert bench.desk.flown[NAME] == 3.0
+    assert rig.editor.flown[NAME] == 3.0
 
 
-def test_a_change_is_marked_by_shape_and_word(bench, panel, qtbot):
-    bench.know()
-    bench.desk.propose(NAME, 4.0)
+def test_a_change_is_marked_by_shape_and_word(rig, panel, qtbot):
+    rig.know()
+    rig.editor.propose(NAME, 4.0)
     mark = panel.rows[NAME].mark
     qtbot.waitUntil(lambda: mark.text() == "◆")
     assert mark.accessibleName() == "Velocity x Kp: tried, not kept; kept is 3 1/s"
-    bench.desk.keep()
+    rig.editor.keep()
     qtbot.waitUntil(lambda: mark.text() == "")
 
 
-def test_a_doubt_is_shown_with_a_way_on_and_a_way_back(bench, panel):
-    bench.desk.propose("kp_roll", 900.0)
-    bench.analysis.judge(stable=False, said="a swing grows through roll")
-    assert panel.doubt.isVisible()
-    assert "a swing grows through roll" in panel.doubt.said.text()
-    QTest.mouseClick(panel.doubt.back, LEFT)
-    assert not panel.doubt.isVisible()
+def test_a_doubt_is_shown_with_a_way_on_and_a_way_back(rig, panel):
+    rig.editor.propose("kp_roll", 900.0)
+    rig.analysis.judge(stable=False, said="a swing grows through roll")
+    assert panel.warning.isVisible()
+    assert "a swing grows through roll" in panel.warning.said.text()
+    QTest.mouseClick(panel.warning.back, LEFT)
+    assert not panel.warning.isVisible()
     assert panel.rows["kp_roll"].field.value() == 150.0
-    bench.desk.propose("kp_roll", 900.0)
-    bench.analysis.judge(stable=False)
-    QTest.mouseClick(panel.doubt.fly, LEFT)
-    assert bench.flight.given == [("kp_roll", 900.0)]
-    assert not panel.doubt.isVisible()
+    rig.editor.propose("kp_roll", 900.0)
+    rig.analysis.judge(stable=False)
+    QTest.mouseClick(panel.warning.fly, LEFT)
+    assert rig.flight.given == [("kp_roll", 900.0)]
+    assert not panel.warning.isVisible()
 
 
 def test_a_search_finds_by_word_in_every_group_and_gives_all_back(panel):
@@ -189,41 +190,41 @@ def test_a_search_finds_by_word_in_every_group_and_gives_all_back(panel):
     assert shown(panel) == {"wind_x"}
 
 
-def test_limits_are_shown_and_typed_in_degrees(bench, panel, workspace):
+def test_limits_are_shown_and_typed_in_degrees(rig, panel, workspace):
     row = panel.rows["max_tilt"]
     assert row.field.value() == pytest.approx(40.107, abs=1e-3)
     row._type(45.0)
-    assert bench.flight.given == [("max_tilt", pytest.approx(0.785398, abs=1e-6))]
+    assert rig.flight.given == [("max_tilt", pytest.approx(0.785398, abs=1e-6))]
     row._type(95.0)
-    assert row.complaint.text() == "✕ Max tilt is 95°: keep it within 2.865° to 68.75°"
+    assert row.error.text() == "✕ Max tilt is 95°: keep it within 2.865° to 68.75°"
     workspace.preferences.set("angle_unit", "radian")
     assert row.field.suffix() == ""
     assert row._unit_shown.text() == "rad"
 
 
-def test_leaving_a_field_untouched_changes_nothing(bench, panel):
-    bench.flight.publish(2.0, kp_velocity_x=4.123456789)
+def test_leaving_a_field_untouched_changes_nothing(rig, panel):
+    rig.flight.publish(2.0, kp_velocity_x=4.123456789)
     field = panel.rows[NAME].field
     field.setFocus()
     QTest.keyClick(field, Qt.Key.Key_Return)
     panel.search.setFocus()
-    assert bench.flight.given == []
-    assert bench.desk.proposed[NAME] == 4.123456789
+    assert rig.flight.given == []
+    assert rig.editor.proposed[NAME] == 4.123456789
 
 
-def test_stable_ranges_reach_the_sliders(bench, panel):
-    bench.know(kp_velocity_x=(1.0, 8.0))
+def test_stable_ranges_reach_the_sliders(rig, panel):
+    rig.know(kp_velocity_x=(1.0, 8.0))
     row = panel.rows[NAME]
-    assert row.slider._stable == (row._scale.place(1.0), row._scale.place(8.0))
+    assert row.slider._stable == (row.slider.scale.place(1.0), row.slider.scale.place(8.0))
     assert row.slider._fresh
     assert "stable 1 1/s to 8 1/s" in row.slider.toolTip()
-    bench.flight.publish(2.0, kp_velocity_y=4.0)
+    rig.flight.publish(2.0, kp_velocity_y=4.0)
     assert not row.slider._fresh
     assert "with earlier gains" in row.slider.toolTip()
 
 
-def test_linking_by_its_box_moves_both(bench, panel):
-    bench.know()
+def test_linking_by_its_box_moves_both(rig, panel):
+    rig.know()
     panel.linked.click()
     QTest.keyClick(panel.rows[NAME].slider, Qt.Key.Key_Right)
     assert panel.rows["kp_velocity_y"].field.value() == 3.05
@@ -240,22 +241,19 @@ def test_every_control_says_its_name_unit_and_range(panel):
         assert part.accessibleName() or isinstance(parent, QAbstractSpinBox)
 
 
-def test_before_a_flight_it_says_so(workspace, bench, qtbot):
-    from workbench.gui.gains.gain_desk import GainDesk
-
-    desk = GainDesk(bench.flight, bench.analysis, workspace.preferences, workspace.notices)
-    panel = GainPanel(workspace, desk)
+def test_before_a_flight_it_says_so(workspace, rig, qtbot):
+    editor = GainEditor(rig.flight, rig.analysis, workspace.preferences, workspace.notices)
+    panel = GainPanel(workspace, editor)
     qtbot.addWidget(panel)
     panel.show()
     assert panel.nothing.isVisible()
     assert panel.rows == {}
-    desk.close()
 
 
-def test_another_vehicle_gets_lines_of_its_own(bench, panel, new_view, qtbot):
-    bench.desk.begin(new_view(kp_velocity_x=2.0))
+def test_another_vehicle_gets_lines_of_its_own(rig, panel, new_view, qtbot):
+    rig.editor.begin(new_view(kp_velocity_x=2.0))
     qtbot.waitUntil(lambda: panel.rows[NAME].field.value() == 2.0)
-    assert panel.rows[NAME].slider._start == panel.rows[NAME]._scale.place(2.0)
+    assert panel.rows[NAME].slider._start == panel.rows[NAME].slider.scale.place(2.0)
 
 
 def test_no_name_is_cut(panel):
@@ -266,10 +264,10 @@ def test_no_name_is_cut(panel):
     assert cut == []
 
 
-def test_what_happens_elsewhere_takes_nothing_from_who_types(bench, panel, qtbot):
+def test_what_happens_elsewhere_takes_nothing_from_who_types(rig, panel, qtbot):
     field = panel.rows[NAME].field
     retype(field, "4.")
-    bench.flight.publish(2.0, kp_roll=170.0)
+    rig.flight.publish(2.0, kp_roll=170.0)
     qtbot.waitUntil(lambda: panel.rows["kp_roll"].field.value() == 170.0)
     qtbot.wait(20)
     assert field.text() == "4."

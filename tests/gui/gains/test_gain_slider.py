@@ -6,8 +6,10 @@ from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
+from workbench.gui.gains.gain_scale import GainScale, StepSize
 from workbench.gui.gains.gain_slider import GainSlider
-from workbench.gui.gains.gain_step import StepSize
+from workbench.gui.units import Unit
+from workbench.scenario.parameters import find_parameter
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
@@ -19,10 +21,10 @@ WIDTH, EDGE = 218, 9
 
 @pytest.fixture
 def slider(workspace, qtbot):
-    made = GainSlider(workspace.look)
+    made = GainSlider(GainScale(find_parameter("rotor_1"), Unit("")), workspace.look)
     qtbot.addWidget(made)
     made.resize(WIDTH, 25)
-    made.show_place(0.5, 0.5)
+    made.show_value(0.5, 0.5)
     made.show()
     return made
 
@@ -32,8 +34,8 @@ def heard(slider):
     said = []
     slider.dragged.connect(lambda place: said.append(("dragged", place)))
     slider.stepped.connect(lambda way, size: said.append(("stepped", way, size)))
-    slider.grasped.connect(lambda: said.append(("grasped",)))
-    slider.released.connect(lambda: said.append(("released",)))
+    slider.edit_begun.connect(lambda: said.append(("begun",)))
+    slider.edit_ended.connect(lambda: said.append(("ended",)))
     return said
 
 
@@ -62,9 +64,9 @@ def test_a_drag_is_one_movement(slider, heard):
     QTest.mouseMove(slider, at(0.6))
     QTest.mouseMove(slider, at(0.75))
     QTest.mouseRelease(slider, LEFT, pos=at(0.75))
-    assert heard[0] == ("grasped",)
+    assert heard[0] == ("begun",)
     assert heard[1:3] == [("dragged", pytest.approx(0.6)), ("dragged", pytest.approx(0.75))]
-    assert heard[-1] == ("released",)
+    assert heard[-1] == ("ended",)
 
 
 def test_a_drag_beyond_the_end_stays_at_the_end(slider, heard):
@@ -75,7 +77,7 @@ def test_a_drag_beyond_the_end_stays_at_the_end(slider, heard):
 
 def test_a_press_beside_the_handle_makes_a_coarse_step_and_no_leap(slider, heard):
     QTest.mouseClick(slider, LEFT, pos=at(0.9))
-    assert heard == [("grasped",), ("stepped", 1, StepSize.COARSE), ("released",)]
+    assert heard == [("begun",), ("stepped", 1, StepSize.COARSE), ("ended",)]
     heard.clear()
     QTest.mouseClick(slider, LEFT, pos=at(0.1))
     assert ("stepped", -1, StepSize.COARSE) in heard
@@ -93,7 +95,7 @@ def test_a_press_beside_the_handle_makes_a_coarse_step_and_no_leap(slider, heard
 )
 def test_keys_step(slider, heard, key, modifiers, way, size):
     QTest.keyClick(slider, key, modifiers)
-    assert heard == [("grasped",), ("stepped", way, size), ("released",)]
+    assert heard == [("begun",), ("stepped", way, size), ("ended",)]
 
 
 def test_the_end_key_does_not_throw_a_gain_to_its_limit(slider, heard):
@@ -116,7 +118,7 @@ def test_the_wheel_turns_it_only_with_the_focus(slider, heard, qtbot):
 def test_what_the_model_shows_tells_nobody(slider, heard):
     changed = []
     slider.valueChanged.connect(changed.append)
-    slider.show_place(0.8, 0.7)
+    slider.show_value(0.8, 0.7)
     assert heard == [] and changed == []
     assert slider.value() == 8000
 
@@ -139,9 +141,9 @@ def test_stable_values_are_a_band_with_ends_and_old_ones_are_fainter(slider, wor
 
 
 def test_what_is_flown_shows_as_a_ring_where_something_else_is_proposed(slider):
-    slider.show_place(0.5, 0.5)
+    slider.show_value(0.5, 0.5)
     same = slider.grab().toImage()
-    slider.show_place(0.5, 0.8)
+    slider.show_value(0.5, 0.8)
     other = slider.grab().toImage()
     ring = at(0.8)
     assert same.pixelColor(ring.x(), ring.y() - 4) != other.pixelColor(ring.x(), ring.y() - 4)

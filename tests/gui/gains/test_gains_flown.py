@@ -5,7 +5,7 @@ from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 
 from workbench.analysis.replies import Ranges
-from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.live.choice import Choice
 from workbench.scenario.scenario import Action, Gust, Scenario
@@ -17,18 +17,19 @@ SECONDS = 60000
 @pytest.fixture
 def flown(workspace, qtbot):
     """A hover, with the gains' form beside it; every gain is known to be stable."""
-    desk = GainDesk(workspace.flight, workspace.analysis, workspace.preferences, workspace.notices)
-    panel = GainPanel(workspace, desk)
+    editor = GainEditor(
+        workspace.flight, workspace.analysis, workspace.preferences, workspace.notices
+    )
+    panel = GainPanel(workspace, editor)
     qtbot.addWidget(panel)
     panel.resize(420, 640)
-    workspace.flight.begun.connect(desk.begin)
+    workspace.flight.begun.connect(editor.begin)
     workspace.flight.fly(Choice("hover"), draw=False)
     qtbot.waitUntil(lambda: NAME in panel.rows, timeout=SECONDS)
     panel.show()
-    every = {row.name: (row.minimum, row.maximum) for row in desk.rows}
-    workspace.analysis.ranges_found.emit(Ranges(dict(desk.flown), every))
-    yield desk, panel
-    desk.close()
+    every = {row.name: (row.minimum, row.maximum) for row in editor.rows}
+    workspace.analysis.ranges_found.emit(Ranges(dict(editor.flown), every))
+    return editor, panel
 
 
 def fastest(workspace, qtbot, velocity):
@@ -45,44 +46,45 @@ def fastest(workspace, qtbot, velocity):
 
 
 def test_a_slider_changes_what_flies_until_it_is_reverted_or_reset(flown, workspace, qtbot):
-    desk, panel = flown
+    editor, panel = flown
     asked = []
     before = fastest(workspace, qtbot, 1.0)
     slider = panel.rows[NAME].slider
-    start = desk.flown[NAME]
+    start = editor.flown[NAME]
     x = round(slider._x(slider._place))
     QTest.mousePress(slider, Qt.MouseButton.LeftButton, pos=QPoint(x, 12))
     QTest.mouseMove(slider, QPoint(x - 10, 12))
     QTest.mouseMove(slider, QPoint(x - 20, 12))
     QTest.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=QPoint(x - 20, 12))
-    wanted = desk.proposed[NAME]
+    wanted = editor.proposed[NAME]
     assert wanted < 0.75 * start
-    qtbot.waitUntil(lambda: desk.flown[NAME] == wanted, timeout=SECONDS)
+    qtbot.waitUntil(lambda: editor.flown[NAME] == wanted, timeout=SECONDS)
     workspace.flight.order(lambda live: live.get(NAME), done=asked.append)
     qtbot.waitUntil(lambda: asked == [wanted], timeout=SECONDS)
     after = fastest(workspace, qtbot, 1.0)
     assert after < 0.9 * before
-    desk.revert()
+    editor.revert()
     workspace.flight.order(lambda live: live.get(NAME), done=asked.append)
     qtbot.waitUntil(lambda: asked == [wanted, start], timeout=SECONDS)
-    assert desk.said() == "Flown = kept"
-    desk.propose(NAME, 2.0)
-    desk.keep()
-    qtbot.waitUntil(lambda: desk.flown[NAME] == 2.0, timeout=SECONDS)
+    assert editor.summary() == "Flown = kept"
+    editor.propose(NAME, 2.0)
+    editor.keep()
+    qtbot.waitUntil(lambda: editor.flown[NAME] == 2.0, timeout=SECONDS)
     workspace.flight.order(lambda live: live.reset())
-    qtbot.waitUntil(lambda: desk.flown[NAME] == start, timeout=SECONDS)
+    qtbot.waitUntil(lambda: editor.flown[NAME] == start, timeout=SECONDS)
     qtbot.waitUntil(lambda: panel.rows[NAME].field.value() == start, timeout=SECONDS)
-    assert desk.kept[NAME] == 2.0
-    assert desk.said() == "1 gain tried, not kept"
+    assert editor.kept[NAME] == 2.0
+    assert editor.summary() == "1 gain tried, not kept"
 
 
 def test_what_the_script_of_a_flight_changes_is_followed(workspace, qtbot):
-    desk = GainDesk(workspace.flight, workspace.analysis, workspace.preferences, workspace.notices)
-    workspace.flight.begun.connect(desk.begin)
+    editor = GainEditor(
+        workspace.flight, workspace.analysis, workspace.preferences, workspace.notices
+    )
+    workspace.flight.begun.connect(editor.begin)
     script = [Action(at=0.3, set={NAME: 2.5}), Action(at=0.4, gust=Gust([1.5, 0.0, 0.0], 2.0))]
     workspace.flight.fly(Scenario(script=script), draw=False)
-    qtbot.waitUntil(lambda: desk.flown.get(NAME) == 2.5, timeout=SECONDS)
-    qtbot.waitUntil(lambda: desk.flown["gust_x"] == 1.5, timeout=SECONDS)
-    qtbot.waitUntil(lambda: desk.flown["gust_duration"] == 2.0, timeout=SECONDS)
-    assert desk.proposed[NAME] == 2.5
-    desk.close()
+    qtbot.waitUntil(lambda: editor.flown.get(NAME) == 2.5, timeout=SECONDS)
+    qtbot.waitUntil(lambda: editor.flown["gust_x"] == 1.5, timeout=SECONDS)
+    qtbot.waitUntil(lambda: editor.flown["gust_duration"] == 2.0, timeout=SECONDS)
+    assert editor.proposed[NAME] == 2.5

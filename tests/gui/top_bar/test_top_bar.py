@@ -9,7 +9,7 @@ from PyQt6.QtWidgets import QMainWindow
 
 from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS, make_actions
-from workbench.gui.flight_desk import FlightDesk, possible
+from workbench.gui.flight_control import FlightControl, possible
 from workbench.gui.icons import icon_names
 from workbench.gui.recorder import Recorder
 from workbench.gui.top_bar import wording
@@ -228,10 +228,10 @@ def bar(qtbot, workspace, view, monkeypatch):
     live = Orders()
     monkeypatch.setattr(workspace.flight, "order", lambda give, done=None, refused=None: give(live))
     monkeypatch.setattr(workspace.flight, "_view", view)
-    desk = FlightDesk(workspace.flight, workspace.preferences)
+    control = FlightControl(workspace.flight, workspace.preferences)
     recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices)
-    done = {row.name: getattr(desk, row.name, lambda: None) for row in ACTIONS}
-    made = TopBar(workspace, make_actions(window, done), desk, recorder)
+    done = {row.name: getattr(control, row.name, lambda: None) for row in ACTIONS}
+    made = TopBar(workspace, make_actions(window, done), control, recorder)
     window.setCentralWidget(made)
     made.orders = live.given
     window.show()

@@ -8,8 +8,8 @@ import pytest
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted, StepNumbers
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.gains.gain_desk import GainDesk
-from workbench.gui.tuning.controller_gains import controller_gains
+from workbench.gui.gains.gain_editor import GainEditor
+from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.tuning.trial import Trial
 
 LOOPS = ("velocity_x", "velocity_y", "velocity_z", "roll", "pitch", "yaw_rate")
@@ -66,7 +66,7 @@ class Grounded(FlightModel):
     def order(self, give, done=None, refused=None) -> None:
         answer = give(self.orders)
         if done is not None:
-            done(1.0 if self.orders.given[-1][0] == "set" else answer)
+            done(1.0 if self.orders.given[-1][0] == "set_all" else answer)
 
     def show(self, view) -> None:
         """Let this be the newest view."""
@@ -74,7 +74,7 @@ class Grounded(FlightModel):
 
 
 @pytest.fixture
-def desk_room(workspace):
+def offline(workspace):
     """A workspace whose flight takes orders down and whose analyst listens."""
     made = dataclasses.replace(
         workspace, flight=Grounded(workspace.notices), analysis=Listener(workspace.notices)
@@ -91,20 +91,19 @@ def flying(canned):
 
 
 @pytest.fixture
-def desk(desk_room, flying):
+def gains(offline, flying):
     """Gains of the drone that flies."""
-    desk_room.preferences.set("apply_gains", "on Enter")
-    made = GainDesk(desk_room.flight, desk_room.analysis, desk_room.preferences, desk_room.notices)
-    desk_room.flight.show(flying)
+    offline.preferences.set("apply_gains", "on Enter")
+    made = GainEditor(offline.flight, offline.analysis, offline.preferences, offline.notices)
+    offline.flight.show(flying)
     made.begin(flying)
-    yield made
-    made.close()
+    return made
 
 
 @pytest.fixture
-def trial(desk):
+def trial(gains):
     """What is tried with them."""
-    return Trial(desk)
+    return Trial(gains)
 
 
 def loop(name: str, **other) -> JudgedLoop:

@@ -29,8 +29,8 @@ def tuned(met=True, stopped=False) -> Tuned:
 
 
 @pytest.fixture
-def card(desk_room, trial, qtbot):
-    made = AutoTuneCard(desk_room, trial)
+def card(offline, trial, qtbot):
+    made = AutoTuneCard(offline, trial)
     qtbot.addWidget(made)
     made.resize(420, 360)
     made.show()
@@ -42,9 +42,9 @@ def press(qtbot, button):
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
-def test_a_search_begins_from_the_proposed_gains_with_the_wishes(card, desk_room, trial, qtbot):
+def test_a_search_begins_from_the_proposed_gains_with_the_wishes(card, offline, trial, qtbot):
     press(qtbot, card.start)
-    assert desk_room.analysis.of(Tune) == [Tune(trial.proposed, DEFAULT)]
+    assert offline.analysis.of(Tune) == [Tune(trial.proposed, DEFAULT)]
     assert card.is_running
 
 
@@ -70,25 +70,25 @@ def test_a_bad_wish_is_told_below_its_line_and_stops_the_search(card, qtbot):
     assert card.start.isEnabled()
 
 
-def test_progress_shows_the_best_so_far(card, desk_room, qtbot):
+def test_progress_shows_the_best_so_far(card, offline, qtbot):
     press(qtbot, card.start)
-    desk_room.analysis.searched.emit(Searched("searching", 0.4, FOUND, "least to spare: overshoot"))
+    offline.analysis.searched.emit(Searched("searching", 0.4, FOUND, "least to spare: overshoot"))
     assert card.progress.value() == 40
     assert "kp_velocity_x 5.5" in card.best.text()
     assert "overshoot" in card.best.text()
 
 
-def test_stop_keeps_the_best(card, desk_room, qtbot):
+def test_stop_keeps_the_best(card, offline, qtbot):
     press(qtbot, card.start)
     press(qtbot, card.stop)
-    assert desk_room.analysis.stopped == 1
-    desk_room.analysis.tuned.emit(tuned(met=False, stopped=True))
+    assert offline.analysis.stopped == 1
+    offline.analysis.tuned.emit(tuned(met=False, stopped=True))
     assert card.said.text() == "Stopped: the best so far."
 
 
-def test_before_and_after_stand_side_by_side(card, desk_room, qtbot):
+def test_before_and_after_stand_side_by_side(card, offline, qtbot):
     press(qtbot, card.start)
-    desk_room.analysis.tuned.emit(tuned(met=False))
+    offline.analysis.tuned.emit(tuned(met=False))
     assert [row.state for row in card.table.rows] == [State.GOOD, State.MISSED]
     assert [cell.text for cell in card.table.rows[0].cells] == ["0.5 s", "0.38 s"]
     assert card.plot.names == ("before", "after")
@@ -96,45 +96,45 @@ def test_before_and_after_stand_side_by_side(card, desk_room, qtbot):
     assert "at odds" in card.remarks.text()
 
 
-def test_accepted_gains_fly_as_one_step_of_undo(card, desk_room, desk, qtbot):
-    before = dict(desk.proposed)
+def test_accepted_gains_fly_as_one_step_of_undo(card, offline, gains, qtbot):
+    before = dict(gains.proposed)
     press(qtbot, card.start)
-    desk_room.analysis.tuned.emit(tuned())
+    offline.analysis.tuned.emit(tuned())
     press(qtbot, card.accept)
-    assert {name: desk.proposed[name] for name in FOUND} == FOUND
-    desk.undo()
-    assert dict(desk.proposed) == before
+    assert {name: gains.proposed[name] for name in FOUND} == FOUND
+    gains.undo()
+    assert dict(gains.proposed) == before
 
 
-def test_discarded_gains_change_nothing(card, desk_room, desk, qtbot):
-    before = dict(desk.proposed)
+def test_discarded_gains_change_nothing(card, offline, gains, qtbot):
+    before = dict(gains.proposed)
     press(qtbot, card.start)
-    desk_room.analysis.tuned.emit(tuned())
+    offline.analysis.tuned.emit(tuned())
     press(qtbot, card.discard)
-    assert dict(desk.proposed) == before
+    assert dict(gains.proposed) == before
     assert card.start.isEnabled()
 
 
-def test_a_refused_wish_is_blamed_where_it_stands(card, desk_room, qtbot):
+def test_a_refused_wish_is_blamed_where_it_stands(card, offline, qtbot):
     press(qtbot, card.start)
-    question = desk_room.analysis.of(Tune)[-1]
-    desk_room.analysis.refused.emit(question, f"'{DEFAULT[1]}': nothing is both")
+    question = offline.analysis.of(Tune)[-1]
+    offline.analysis.refused.emit(question, f"'{DEFAULT[1]}': nothing is both")
     assert card.wishes.lines[1].fault.text() == f"✕ '{DEFAULT[1]}': nothing is both"
     assert not card.is_running
 
 
-def test_an_answer_that_comes_after_another_flight_began_is_not_shown(card, desk_room, qtbot):
+def test_an_answer_that_comes_after_another_flight_began_is_not_shown(card, offline, qtbot):
     press(qtbot, card.start)
     card.begin()
-    desk_room.analysis.tuned.emit(tuned())
+    offline.analysis.tuned.emit(tuned())
     assert card.pages.currentIndex() == 0
 
 
-def test_the_numbers_before_and_after_have_their_own_columns(card, desk_room, trial, qtbot):
+def test_the_numbers_before_and_after_have_their_own_columns(card, offline, trial, qtbot):
     """A long wish gives way; what is cut of it stands in its tool tip."""
     long = Wished("tilt.phase_margin >= 45 deg, of all", "38.9123 deg", "44.0312 deg", False)
     press(qtbot, card.start)
-    desk_room.analysis.tuned.emit(dataclasses.replace(tuned(), wishes=(long,)))
+    offline.analysis.tuned.emit(dataclasses.replace(tuned(), wishes=(long,)))
     for width in (330, 420, 900):
         card.resize(width, 420)
         label, cell, word = card.table._columns()

@@ -12,9 +12,9 @@ from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 
 @pytest.fixture
-def card(desk_room, flying, qtbot):
-    desk_room.flight.show(flying)
-    made = ExcitationCard(desk_room)
+def card(offline, flying, qtbot):
+    offline.flight.show(flying)
+    made = ExcitationCard(offline)
     qtbot.addWidget(made)
     made.show()
     made.begin()
@@ -26,22 +26,22 @@ def in_mode(view, mode):
     return dataclasses.replace(view, snapshot=dataclasses.replace(view.snapshot, mode=mode))
 
 
-def test_start_excites_the_flight_as_chosen(card, desk_room, qtbot):
+def test_start_excites_the_flight_as_chosen(card, offline, qtbot):
     qtbot.mouseClick(card.button, Qt.MouseButton.LeftButton)
     wanted = Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True)
-    assert desk_room.flight.orders.given == [("excite", wanted)]
+    assert offline.flight.orders.given == [("excite", wanted)]
 
 
-def test_one_key_starts_and_stops(card, desk_room, flying, qtbot):
+def test_one_key_starts_and_stops(card, offline, flying, qtbot):
     qtbot.keyClick(card, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
     exciting = Exciting(card.choice.excitation, 3.0, 1)
     card.show_view(dataclasses.replace(flying, exciting=exciting))
     assert card.button.text() == "Stop"
     qtbot.keyClick(card, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
-    assert [order[0] for order in desk_room.flight.orders.given] == ["excite", "stop_exciting"]
+    assert [order[0] for order in offline.flight.orders.given] == ["excite", "stop_exciting"]
 
 
-def test_everything_can_be_chosen_by_keyboard(card, desk_room, qtbot):
+def test_everything_can_be_chosen_by_keyboard(card, offline, qtbot):
     for box, times in ((card.axis, 2), (card.shape, 1)):
         box.setFocus()
         for _ in range(times):
@@ -53,7 +53,7 @@ def test_everything_can_be_chosen_by_keyboard(card, desk_room, qtbot):
         qtbot.keyClick(field, Qt.Key.Key_Return)
     qtbot.keyClick(card.repeats, Qt.Key.Key_Space)
     assert card.choice.excitation == Excitation("z", Shape.DOUBLET, 0.5, 3.0, repeats=False)
-    assert load_choice(desk_room.preferences.store) == card.choice
+    assert load_choice(offline.preferences.store) == card.choice
 
 
 def test_the_flights_limits_are_bounds(card, flying):
@@ -84,19 +84,19 @@ def test_nothing_is_no_amplitude(card):
     assert card.choice.amplitude == card.amplitude.si == pytest.approx(-0.1)
 
 
-def test_on_the_ground_it_offers_to_take_off(card, desk_room, flying, qtbot):
+def test_on_the_ground_it_offers_to_take_off(card, offline, flying, qtbot):
     card.show_view(in_mode(flying, FlightMode.OFF))
     assert not card.button.isEnabled()
     assert card.said.text() == "The drone must hover: take off."
     qtbot.mouseClick(card.take_off, Qt.MouseButton.LeftButton)
-    assert desk_room.flight.orders.given == [("request", "take_off")]
+    assert offline.flight.orders.given == [("request", "take_off")]
     card.show_view(in_mode(flying, FlightMode.HOVERING))
     assert card.take_off.isHidden()
     assert card.button.isEnabled()
 
 
-def test_nothing_can_be_started_before_there_is_a_flight(desk_room, qtbot):
-    card = ExcitationCard(desk_room)
+def test_nothing_can_be_started_before_there_is_a_flight(offline, qtbot):
+    card = ExcitationCard(offline)
     qtbot.addWidget(card)
     assert card.said.text() == "Nothing flies yet."
     assert not card.button.isEnabled()
@@ -106,16 +106,16 @@ def test_it_says_how_far_the_drone_will_go(card):
     assert card.said.text() == "2.0 m along x, and back"
 
 
-def test_what_is_changed_while_it_runs_is_flown(card, desk_room, flying):
+def test_what_is_changed_while_it_runs_is_flown(card, offline, flying):
     card.show_view(dataclasses.replace(flying, exciting=Exciting(card.choice.excitation, 3.0, 1)))
     card.amplitude.setValue(2.0)
-    assert desk_room.flight.orders.given[-1][1].amplitude == 2.0
+    assert offline.flight.orders.given[-1][1].amplitude == 2.0
 
 
-def test_nonsense_that_was_kept_is_left_alone(desk_room):
-    desk_room.preferences.store.setValue("tuning/excitation/period", "soon")
-    desk_room.preferences.store.setValue("tuning/excitation/axis", "w")
-    assert load_choice(desk_room.preferences.store).period == 2.0
+def test_nonsense_that_was_kept_is_left_alone(offline):
+    offline.preferences.store.setValue("tuning/excitation/period", "soon")
+    offline.preferences.store.setValue("tuning/excitation/axis", "w")
+    assert load_choice(offline.preferences.store).period == 2.0
 
 
 @pytest.mark.parametrize("shape", list(Shape))

@@ -6,8 +6,8 @@ from workbench.gui.tuning.judgement import _answers
 
 
 @pytest.fixture
-def follower(desk_room):
-    analysis = desk_room.analysis
+def follower(offline):
+    analysis = offline.analysis
     made = Follower(analysis, analysis.judged, Judge, _answers)
     made.set_seen(True)
     made.heard = []
@@ -15,45 +15,45 @@ def follower(desk_room):
     return made
 
 
-def test_one_question_is_in_flight_and_the_newest_is_next(follower, desk_room, judge):
+def test_one_question_is_in_flight_and_the_newest_is_next(follower, offline, judge):
     for value in range(10):
         follower.ask(Judge({"kp_pitch": float(value)}))
-    assert desk_room.analysis.asked == [Judge({"kp_pitch": 0.0})]
-    desk_room.analysis.judged.emit(judge({"kp_pitch": 0.0}))
-    assert desk_room.analysis.asked[1:] == [Judge({"kp_pitch": 9.0})]
+    assert offline.analysis.asked == [Judge({"kp_pitch": 0.0})]
+    offline.analysis.judged.emit(judge({"kp_pitch": 0.0}))
+    assert offline.analysis.asked[1:] == [Judge({"kp_pitch": 9.0})]
     assert [dict(each.gains) for each in follower.heard] == [{"kp_pitch": 0.0}]
 
 
-def test_nothing_is_asked_while_nobody_looks(follower, desk_room):
+def test_nothing_is_asked_while_nobody_looks(follower, offline):
     follower.set_seen(False)
     follower.ask(Judge({"kp_pitch": 1.0}))
-    assert desk_room.analysis.asked == []
+    assert offline.analysis.asked == []
     follower.set_seen(True)
-    assert desk_room.analysis.asked == [Judge({"kp_pitch": 1.0})]
+    assert offline.analysis.asked == [Judge({"kp_pitch": 1.0})]
 
 
-def test_what_is_known_is_not_asked_again(follower, desk_room, judge):
+def test_what_is_known_is_not_asked_again(follower, offline, judge):
     follower.ask(Judge({"kp_pitch": 1.0}))
-    desk_room.analysis.judged.emit(judge({"kp_pitch": 1.0}))
+    offline.analysis.judged.emit(judge({"kp_pitch": 1.0}))
     follower.ask(Judge({"kp_pitch": 1.0}))
-    assert len(desk_room.analysis.asked) == 1
+    assert len(offline.analysis.asked) == 1
 
 
-def test_an_answer_to_somebody_else_lets_it_ask_again(follower, desk_room, judge):
+def test_an_answer_to_somebody_else_lets_it_ask_again(follower, offline, judge):
     follower.ask(Judge({"kp_pitch": 1.0}))
-    desk_room.analysis.judged.emit(judge({"kp_pitch": 7.0}))
+    offline.analysis.judged.emit(judge({"kp_pitch": 7.0}))
     assert follower.heard == []
-    assert desk_room.analysis.asked == [Judge({"kp_pitch": 1.0})] * 2
+    assert offline.analysis.asked == [Judge({"kp_pitch": 1.0})] * 2
 
 
-def test_a_refusal_is_told_and_the_next_question_goes_out(follower, desk_room):
+def test_a_refusal_is_told_and_the_next_question_goes_out(follower, offline):
     told = []
     follower.refused.connect(told.append)
     question = Judge({"kp_pitch": 1.0})
     follower.ask(question)
     follower.ask(Judge({"kp_pitch": 2.0}))
-    desk_room.analysis.refused.emit(FindRanges({}), "not mine")
+    offline.analysis.refused.emit(FindRanges({}), "not mine")
     assert told == []
-    desk_room.analysis.refused.emit(question, "no such vehicle")
+    offline.analysis.refused.emit(question, "no such vehicle")
     assert told == ["no such vehicle"]
-    assert desk_room.analysis.asked[-1] == Judge({"kp_pitch": 2.0})
+    assert offline.analysis.asked[-1] == Judge({"kp_pitch": 2.0})

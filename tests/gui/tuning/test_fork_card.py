@@ -26,9 +26,9 @@ def branch(name: str, speed: float, lost: str = "") -> FlownBranch:
 
 
 @pytest.fixture
-def card(desk_room, trial, qtbot):
+def card(offline, trial, qtbot):
     trial.set_step(STEP)
-    made = ForkCard(desk_room, trial)
+    made = ForkCard(offline, trial)
     qtbot.addWidget(made)
     made.resize(420, 330)
     made.show()
@@ -37,9 +37,9 @@ def card(desk_room, trial, qtbot):
 
 
 @pytest.fixture
-def ghost(desk_room, trial):
+def ghost(offline, trial):
     trial.set_step(STEP)
-    made = Ghost(desk_room.flight, desk_room.analysis, trial, lambda: True)
+    made = Ghost(offline.flight, offline.analysis, trial, lambda: True)
     made.set_seen(True)
     made.heard = []
     made.seen_ahead.connect(lambda time, values: made.heard.append((time, values)))
@@ -50,10 +50,10 @@ def press(qtbot, button):
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
-def test_both_sets_go_on_from_the_present_instant(card, desk_room, desk, trial, qtbot):
-    desk.propose("kp_pitch", 300.0)
+def test_both_sets_go_on_from_the_present_instant(card, offline, gains, trial, qtbot):
+    gains.propose("kp_pitch", 300.0)
     press(qtbot, card.button)
-    fork = desk_room.analysis.of(Fork)[-1]
+    fork = offline.analysis.of(Fork)[-1]
     assert fork.instant == "answer to instant"
     assert [each.name for each in fork.branches] == ["now", "proposed"]
     assert fork.branches[0].gains == trial.flown
@@ -62,98 +62,98 @@ def test_both_sets_go_on_from_the_present_instant(card, desk_room, desk, trial, 
     assert not card.button.isEnabled()
 
 
-def test_without_a_step_it_just_flies_on(card, desk_room, qtbot):
+def test_without_a_step_it_just_flies_on(card, offline, qtbot):
     card.with_step.setChecked(False)
     press(qtbot, card.button)
-    assert desk_room.analysis.of(Fork)[-1].step is None
+    assert offline.analysis.of(Fork)[-1].step is None
 
 
-def test_branches_are_laid_over_each_other(card, desk_room, qtbot):
+def test_branches_are_laid_over_each_other(card, offline, qtbot):
     press(qtbot, card.button)
-    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    offline.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
     assert card.plot.names == ("now", "proposed")
     card.quantity.setCurrentIndex(2)
     assert card.plot.names == ("now", "proposed")
     assert card.button.isEnabled()
 
 
-def test_one_can_be_kept(card, desk_room, desk, qtbot):
-    desk.propose("kp_pitch", 300.0)
+def test_one_can_be_kept(card, offline, gains, qtbot):
+    gains.propose("kp_pitch", 300.0)
     press(qtbot, card.button)
-    desk.propose("kp_pitch", 111.0)
-    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    gains.propose("kp_pitch", 111.0)
+    offline.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
     press(qtbot, card.keep)
-    assert desk.proposed["kp_pitch"] == 300.0
+    assert gains.proposed["kp_pitch"] == 300.0
 
 
-def test_a_slot_can_be_the_other_branch(card, desk_room, desk, qtbot):
-    desk.propose("kp_pitch", 150.0)
-    desk.store("B")
-    desk.propose("kp_pitch", 300.0)
+def test_a_slot_can_be_the_other_branch(card, offline, gains, qtbot):
+    gains.propose("kp_pitch", 150.0)
+    gains.store("B")
+    gains.propose("kp_pitch", 300.0)
     card.other.setCurrentIndex(card.other.findData("B"))
     press(qtbot, card.button)
-    fork = desk_room.analysis.of(Fork)[-1]
+    fork = offline.analysis.of(Fork)[-1]
     assert fork.branches[1].name == "slot B"
     assert fork.branches[1].gains["kp_pitch"] == 150.0
 
 
-def test_a_lost_branch_says_why(card, desk_room, qtbot):
+def test_a_lost_branch_says_why(card, offline, qtbot):
     press(qtbot, card.button)
     lost = branch("proposed", 9.0, lost="it tumbled")
-    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), lost)))
+    offline.analysis.forked.emit(Forked((branch("now", 1.0), lost)))
     assert card.said.text() == "proposed: it tumbled"
 
 
-def test_a_refusal_lets_it_be_tried_again(card, desk_room, qtbot):
+def test_a_refusal_lets_it_be_tried_again(card, offline, qtbot):
     press(qtbot, card.button)
-    desk_room.analysis.refused.emit(desk_room.analysis.of(Fork)[-1], "too long")
+    offline.analysis.refused.emit(offline.analysis.of(Fork)[-1], "too long")
     assert card.said.text() == "too long"
     assert card.button.isEnabled()
 
 
-def test_a_slider_that_is_dragged_sees_the_next_five_seconds(ghost, desk_room, desk):
-    desk.propose("kp_pitch", 300.0)
-    fork = desk_room.analysis.of(Fork)[-1]
+def test_a_slider_that_is_dragged_sees_the_next_five_seconds(ghost, offline, gains):
+    gains.propose("kp_pitch", 300.0)
+    fork = offline.analysis.of(Fork)[-1]
     assert (fork.branches[0].name, fork.duration, fork.step) == (NAME, 5.0, None)
-    desk_room.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    offline.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
     time, values = ghost.heard[-1]
     assert time is TIME
     assert values[0] == 1.2
 
 
-def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost, desk_room, desk):
+def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost, offline, gains):
     for value in (300.0, 310.0, 320.0):
-        desk.propose("kp_pitch", value)
-    assert len(desk_room.analysis.of(Fork)) == 1
-    desk_room.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
-    asked = desk_room.analysis.of(Fork)
+        gains.propose("kp_pitch", value)
+    assert len(offline.analysis.of(Fork)) == 1
+    offline.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    asked = offline.analysis.of(Fork)
     assert len(asked) == 2
     assert asked[-1].branches[0].gains["kp_pitch"] == 320.0
 
 
-def test_the_future_goes_once_the_proposal_is_taken_back(ghost, desk_room, desk):
-    desk.propose("kp_pitch", 300.0)
-    desk_room.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
-    desk.back()
+def test_the_future_goes_once_the_proposal_is_taken_back(ghost, offline, gains):
+    gains.propose("kp_pitch", 300.0)
+    offline.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    gains.discard()
     assert len(ghost.heard[-1][0]) == 0
 
 
-def test_nobody_looks_into_the_future_unseen(ghost, desk_room, desk):
+def test_nobody_looks_into_the_future_unseen(ghost, offline, gains):
     ghost.set_seen(False)
-    desk.propose("kp_pitch", 300.0)
-    assert desk_room.analysis.of(Fork) == []
+    gains.propose("kp_pitch", 300.0)
+    assert offline.analysis.of(Fork) == []
 
 
-def test_the_branch_that_was_flown_is_kept_whatever_is_chosen_next(card, desk_room, desk, qtbot):
-    desk.propose("kp_pitch", 150.0)
-    desk.store("B")
-    desk.propose("kp_pitch", 300.0)
+def test_the_branch_that_was_flown_is_kept_whatever_is_chosen_next(card, offline, gains, qtbot):
+    gains.propose("kp_pitch", 150.0)
+    gains.store("B")
+    gains.propose("kp_pitch", 300.0)
     press(qtbot, card.button)
-    desk_room.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    offline.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
     card.other.setCurrentIndex(card.other.findData("B"))
     card.refresh()
     assert card.keep.text() == "&Keep proposed"
     press(qtbot, card.button)
-    desk_room.analysis.refused.emit(desk_room.analysis.of(Fork)[-1], "too long")
+    offline.analysis.refused.emit(offline.analysis.of(Fork)[-1], "too long")
     press(qtbot, card.keep)
-    assert desk.proposed["kp_pitch"] == 300.0
+    assert gains.proposed["kp_pitch"] == 300.0

@@ -17,20 +17,20 @@ def mapped(asked: DrawMap) -> Mapped:
 
 
 @pytest.fixture
-def card(desk_room, trial, qtbot):
-    made = MapCard(desk_room, trial)
+def card(offline, trial, qtbot):
+    made = MapCard(offline, trial)
     qtbot.addWidget(made)
     made.resize(420, 330)
     made.show()
     made.begin()
     made.set_seen(True)
     trial.set_step(STEP)
-    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(DrawMap)))
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(DrawMap)))
     return made
 
 
-def test_it_asks_for_the_gains_that_matter_along_the_axis(card, desk_room, trial):
-    asked = desk_room.analysis.of(DrawMap)[-1]
+def test_it_asks_for_the_gains_that_matter_along_the_axis(card, offline, trial):
+    asked = offline.analysis.of(DrawMap)[-1]
     assert (asked.x, asked.y, asked.metric) == ("kp_velocity_x", "kp_pitch", "overshoot")
     assert asked.step == STEP
     assert asked.gains == trial.proposed
@@ -38,70 +38,70 @@ def test_it_asks_for_the_gains_that_matter_along_the_axis(card, desk_room, trial
     assert card.across.currentData() == "kp_velocity_z"
 
 
-def test_it_follows_the_proposed_gains_with_one_map_at_a_time(card, desk_room, trial, desk, qtbot):
+def test_it_follows_the_proposed_gains_with_one_map_at_a_time(card, offline, trial, gains, qtbot):
     for value in (3.0, 4.0, 5.0):
-        desk.propose("kp_velocity_x", value)
+        gains.propose("kp_velocity_x", value)
     qtbot.wait(300)
-    maps = desk_room.analysis.of(DrawMap)
+    maps = offline.analysis.of(DrawMap)
     assert len(maps) == 1
-    desk_room.analysis.mapped.emit(mapped(maps[0]))
-    assert desk_room.analysis.of(DrawMap)[-1].gains["kp_velocity_x"] == 5.0
+    offline.analysis.mapped.emit(mapped(maps[0]))
+    assert offline.analysis.of(DrawMap)[-1].gains["kp_velocity_x"] == 5.0
 
 
-def test_a_click_proposes_the_gains_there_as_one_step_of_undo(card, desk_room, desk, qtbot):
-    desk_room.analysis.mapped.emit(mapped(desk_room.analysis.of(DrawMap)[-1]))
-    before = dict(desk.proposed)
+def test_a_click_proposes_the_gains_there_as_one_step_of_undo(card, offline, gains, qtbot):
+    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    before = dict(gains.proposed)
     qtbot.mouseClick(
         card.view, Qt.MouseButton.LeftButton, pos=card.view.place_of(7.0, 200.0).toPoint()
     )
-    assert desk.proposed["kp_velocity_x"] == pytest.approx(7.0, abs=0.1)
-    assert desk.proposed["kp_pitch"] == pytest.approx(200.0, abs=5.0)
-    desk.undo()
-    assert dict(desk.proposed) == before
+    assert gains.proposed["kp_velocity_x"] == pytest.approx(7.0, abs=0.1)
+    assert gains.proposed["kp_pitch"] == pytest.approx(200.0, abs=5.0)
+    gains.undo()
+    assert dict(gains.proposed) == before
 
 
-def test_places_and_gains_map_onto_each_other(card, desk_room):
-    desk_room.analysis.mapped.emit(mapped(desk_room.analysis.of(DrawMap)[-1]))
+def test_places_and_gains_map_onto_each_other(card, offline):
+    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
     for gains in ((2.0, 100.0), (6.5, 275.0), (10.0, 400.0)):
         assert card.view.point_at(card.view.place_of(*gains)) == pytest.approx(gains)
     assert card.view.point_at(QPointF(0.0, 0.0)) is None
 
 
-def test_arrows_and_enter_propose_too(card, desk_room, desk, qtbot):
-    desk_room.analysis.mapped.emit(mapped(desk_room.analysis.of(DrawMap)[-1]))
+def test_arrows_and_enter_propose_too(card, offline, gains, qtbot):
+    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
     card.view.setFocus()
     qtbot.keyClick(card.view, Qt.Key.Key_Right)
     qtbot.keyClick(card.view, Qt.Key.Key_Up)
     assert card.reading.text() == "kp_velocity_x 7, kp_pitch 300: 10 %"
     qtbot.keyClick(card.view, Qt.Key.Key_Return)
-    assert (desk.proposed["kp_velocity_x"], desk.proposed["kp_pitch"]) == (7.0, 300.0)
+    assert (gains.proposed["kp_velocity_x"], gains.proposed["kp_pitch"]) == (7.0, 300.0)
 
 
-def test_a_lost_flight_is_hatched_and_called_lost(card, desk_room, qtbot):
-    desk_room.analysis.mapped.emit(mapped(desk_room.analysis.of(DrawMap)[-1]))
+def test_a_lost_flight_is_hatched_and_called_lost(card, offline, qtbot):
+    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
     qtbot.mouseMove(card.view, card.view.place_of(10.0, 400.0).toPoint())
     assert card.reading.text().endswith(": lost")
 
 
-def test_two_equal_gains_make_no_map(card, desk_room, qtbot):
-    asked = len(desk_room.analysis.asked)
+def test_two_equal_gains_make_no_map(card, offline, qtbot):
+    asked = len(offline.analysis.asked)
     card.upwards.setCurrentIndex(card.across.currentIndex())
     card.upwards.activated.emit(card.upwards.currentIndex())
     assert card.said.text() == "Choose two gains that are not the same."
-    assert len(desk_room.analysis.asked) == asked
+    assert len(offline.analysis.asked) == asked
 
 
-def test_a_map_that_is_not_seen_is_not_asked_for(desk_room, trial, qtbot):
-    card = MapCard(desk_room, trial)
+def test_a_map_that_is_not_seen_is_not_asked_for(offline, trial, qtbot):
+    card = MapCard(offline, trial)
     qtbot.addWidget(card)
     card.begin()
     trial.set_step(STEP)
     qtbot.wait(200)
-    assert desk_room.analysis.of(DrawMap) == []
+    assert offline.analysis.of(DrawMap) == []
 
 
-def test_a_wait_for_the_compiler_says_so(card, desk_room):
-    desk_room.analysis.preparing.emit("compiling flights: 40 %")
+def test_a_wait_for_the_compiler_says_so(card, offline):
+    offline.analysis.preparing.emit("compiling flights: 40 %")
     assert card.said.text() == "Drawing … compiling flights: 40 %"
-    desk_room.analysis.mapped.emit(mapped(desk_room.analysis.of(DrawMap)[-1]))
+    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
     assert card.said.text() == ""

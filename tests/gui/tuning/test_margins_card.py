@@ -14,10 +14,10 @@ PROPOSED = {"kp_pitch": 300.0, "kd_pitch": 27.0}
 
 
 @pytest.fixture
-def card(desk_room, qtbot):
-    judgement = Judgement(desk_room.analysis)
+def card(offline, qtbot):
+    judgement = Judgement(offline.analysis)
     judgement.set_seen(True)
-    made = MarginsCard(desk_room, judgement, Limits(desk_room.preferences.store))
+    made = MarginsCard(offline, judgement, Limits(offline.preferences.store))
     made.judgement = judgement
     qtbot.addWidget(made)
     made.resize(430, 270)
@@ -30,7 +30,7 @@ def row(card, name):
 
 
 def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
-    card, desk_room, judge, make_loop
+    card, offline, judge, make_loop
 ):
     card.judgement.follow(FLOWN, FLOWN)
     pitch = make_loop(
@@ -41,7 +41,7 @@ def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
         delay_margin=0.025,
         disk_margin=0.7,
     )
-    desk_room.analysis.judged.emit(judge(FLOWN, pitch))
+    offline.analysis.judged.emit(judge(FLOWN, pitch))
     assert [cell.text for cell in row(card, "pitch").cells] == [
         "20.0",
         "20.0",
@@ -54,21 +54,19 @@ def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
     assert len(card.table.rows) == 6
 
 
-def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(
-    card, desk_room, judge, make_loop
-):
+def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
     low = make_loop("pitch", phase_margin=np.radians(30.0))
-    desk_room.analysis.judged.emit(judge(FLOWN, low))
+    offline.analysis.judged.emit(judge(FLOWN, low))
     assert row(card, "pitch").state is State.LOW
     assert [cell.over for cell in row(card, "pitch").cells] == [False, False, True, False, False]
     assert card.said.text() == "Weakest: pitch, phase margin 30.0° (≥ 45°)"
     assert row(card, "pitch").strong
 
 
-def test_another_limit_judges_anew_and_is_kept(card, desk_room, judge, make_loop, qtbot):
+def test_another_limit_judges_anew_and_is_kept(card, offline, judge, make_loop, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    desk_room.analysis.judged.emit(judge(FLOWN, make_loop("pitch", phase_margin=np.radians(30.0))))
+    offline.analysis.judged.emit(judge(FLOWN, make_loop("pitch", phase_margin=np.radians(30.0))))
     qtbot.mouseClick(card.form.button, Qt.MouseButton.LeftButton)
     field = card.form.fields["phase_margin"]
     assert field.isVisible()
@@ -76,16 +74,16 @@ def test_another_limit_judges_anew_and_is_kept(card, desk_room, judge, make_loop
     qtbot.keyClicks(field, "25")
     qtbot.keyClick(field, Qt.Key.Key_Return)
     assert row(card, "pitch").state is State.GOOD
-    assert Limits(desk_room.preferences.store).value("phase_margin") == 25.0
+    assert Limits(offline.preferences.store).value("phase_margin") == 25.0
 
 
 def test_an_unstable_loop_is_named_in_a_sentence_and_has_no_numbers(
-    card, desk_room, judge, make_loop
+    card, offline, judge, make_loop
 ):
     card.judgement.follow(FLOWN, FLOWN)
     broken = make_loop("roll", stable=False, growing=True)
     along = make_loop("pitch", stable=False)
-    desk_room.analysis.judged.emit(judge(FLOWN, broken, along, said="the roll loop is unstable."))
+    offline.analysis.judged.emit(judge(FLOWN, broken, along, said="the roll loop is unstable."))
     assert card.said.text() == "The roll loop is unstable."
     assert row(card, "roll").state is State.BROKEN
     assert row(card, "pitch").state is State.NONE
@@ -94,21 +92,21 @@ def test_an_unstable_loop_is_named_in_a_sentence_and_has_no_numbers(
 
 
 def test_proposed_margins_stand_beside_those_that_fly_where_they_differ(
-    card, desk_room, judge, make_loop
+    card, offline, judge, make_loop
 ):
     card.judgement.follow(FLOWN, FLOWN)
-    desk_room.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.judged.emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     less = make_loop("pitch", phase_margin=np.radians(50.0))
-    desk_room.analysis.judged.emit(judge(PROPOSED, less))
+    offline.analysis.judged.emit(judge(PROPOSED, less))
     phase = row(card, "pitch").cells[2]
     assert (phase.text, phase.was) == ("50.0", "60.0")
     assert row(card, "pitch").cells[0].was == ""
     assert all(cell.was == "" for cell in row(card, "roll").cells)
 
 
-def test_a_slider_that_moves_is_followed_by_one_question_at_a_time(card, desk_room, judge):
-    analysis = desk_room.analysis
+def test_a_slider_that_moves_is_followed_by_one_question_at_a_time(card, offline, judge):
+    analysis = offline.analysis
     card.judgement.follow(FLOWN, FLOWN)
     analysis.judged.emit(judge(FLOWN))
     asked = len(analysis.asked)
@@ -119,53 +117,51 @@ def test_a_slider_that_moves_is_followed_by_one_question_at_a_time(card, desk_ro
     assert analysis.asked[-1] == Judge({**FLOWN, "kp_pitch": 245.0})
 
 
-def test_gains_that_are_known_are_not_asked_about_again(card, desk_room, judge):
+def test_gains_that_are_known_are_not_asked_about_again(card, offline, judge):
     card.judgement.follow(FLOWN, FLOWN)
-    desk_room.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.judged.emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    desk_room.analysis.judged.emit(judge(PROPOSED))
-    asked = len(desk_room.analysis.asked)
+    offline.analysis.judged.emit(judge(PROPOSED))
+    asked = len(offline.analysis.asked)
     card.judgement.follow(FLOWN, FLOWN)
-    assert len(desk_room.analysis.asked) == asked
+    assert len(offline.analysis.asked) == asked
     assert card.judgement.proposed.gains == FLOWN
 
 
-def test_arrows_read_row_after_row(card, desk_room, judge, qtbot):
+def test_arrows_read_row_after_row(card, offline, judge, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    desk_room.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.judged.emit(judge(FLOWN))
     card.table.setFocus()
     for _ in range(2):
         qtbot.keyClick(card.table, Qt.Key.Key_Down)
     assert card.table.accessibleDescription().startswith("vel. y: 12.0")
 
 
-def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(
-    card, desk_room, judge, make_loop
-):
+def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    desk_room.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.judged.emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    desk_room.analysis.refused.emit(desk_room.analysis.of(Judge)[-1], "its process has died")
+    offline.analysis.refused.emit(offline.analysis.of(Judge)[-1], "its process has died")
     assert card.said.text() == "Of earlier gains: its process has died"
     card.judgement.follow(FLOWN, FLOWN)
     assert card.said.text().startswith("Weakest")
 
 
-def test_margins_of_earlier_gains_say_so_when_the_analyst_is_slow(card, desk_room, judge, qtbot):
+def test_margins_of_earlier_gains_say_so_when_the_analyst_is_slow(card, offline, judge, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    desk_room.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.judged.emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     assert card.said.text().startswith("Weakest")
     qtbot.waitUntil(lambda: card.said.text().startswith("Of earlier gains"), timeout=10000)
-    desk_room.analysis.judged.emit(judge(PROPOSED))
+    offline.analysis.judged.emit(judge(PROPOSED))
     assert card.said.text().startswith("Weakest")
 
 
-def test_what_is_broken_is_compared_with_nothing(card, desk_room, judge, make_loop):
+def test_what_is_broken_is_compared_with_nothing(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    desk_room.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.judged.emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    desk_room.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", stable=False)))
+    offline.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", stable=False)))
     assert {cell.was for cell in row(card, "pitch").cells} == {""}
 
 
@@ -175,16 +171,14 @@ def test_a_margin_that_is_no_number_keeps_no_limit():
         assert not limit.keeps(float("nan"), 0.0)
 
 
-def test_only_the_rows_that_have_changed_are_painted(
-    card, desk_room, judge, make_loop, monkeypatch
-):
+def test_only_the_rows_that_have_changed_are_painted(card, offline, judge, make_loop, monkeypatch):
     card.judgement.follow(FLOWN, FLOWN)
     less = make_loop("pitch", phase_margin=1.0)
-    desk_room.analysis.judged.emit(judge(FLOWN, less))
+    offline.analysis.judged.emit(judge(FLOWN, less))
     card.judgement.follow(PROPOSED, FLOWN)
     painted = []
     monkeypatch.setattr(card.table, "update", lambda *parts: painted.append(parts))
-    desk_room.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", phase_margin=0.9)))
+    offline.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", phase_margin=0.9)))
     assert len(painted) == 1
     (box,) = painted[0]
     assert box.height() < 2 * card.table.fontMetrics().height() + 10

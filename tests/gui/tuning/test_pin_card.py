@@ -13,9 +13,9 @@ STEP = Step("x", 1.0, 2.0)
 
 
 @pytest.fixture
-def card(desk_room, trial, qtbot, tmp_path):
+def card(offline, trial, qtbot, tmp_path):
     trial.set_step(STEP)
-    made = PinCard(desk_room, trial)
+    made = PinCard(offline, trial)
     qtbot.addWidget(made)
     made.folder.setText(str(tmp_path))
     made.show()
@@ -26,18 +26,18 @@ def press(qtbot, button):
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
-def test_what_flies_is_pinned_with_the_step(card, desk_room, trial, qtbot, tmp_path):
+def test_what_flies_is_pinned_with_the_step(card, offline, trial, qtbot, tmp_path):
     card.name.selectAll()
     qtbot.keyClicks(card.name, "quick x")
     press(qtbot, card.button)
     path = tmp_path / "quick-x.spec.yaml"
-    assert desk_room.analysis.of(Pin) == [Pin(path, trial.flown, STEP, margins=True)]
+    assert offline.analysis.of(Pin) == [Pin(path, trial.flown, STEP, margins=True)]
 
 
-def test_paths_and_the_command_are_shown_and_copied(card, desk_room, qtbot, tmp_path):
+def test_paths_and_the_command_are_shown_and_copied(card, offline, qtbot, tmp_path):
     press(qtbot, card.button)
     spec = tmp_path / "my-step.spec.yaml"
-    desk_room.analysis.pinned.emit(Pinned(spec, tmp_path / "my-step.baseline", "Holds a step."))
+    offline.analysis.pinned.emit(Pinned(spec, tmp_path / "my-step.baseline", "Holds a step."))
     assert card.paths.text() == f"my-step.spec.yaml and my-step.baseline in {tmp_path}"
     assert str(spec) in card.paths.toolTip()
     assert card.command.text() == f"workbench regress {spec}"
@@ -45,27 +45,27 @@ def test_paths_and_the_command_are_shown_and_copied(card, desk_room, qtbot, tmp_
     assert QGuiApplication.clipboard().text() == f"workbench regress {spec}"
 
 
-def test_overwriting_takes_a_second_press(card, desk_room, qtbot, tmp_path):
+def test_overwriting_takes_a_second_press(card, offline, qtbot, tmp_path):
     (tmp_path / "my-step.spec.yaml").write_text("mine")
     press(qtbot, card.button)
-    assert desk_room.analysis.of(Pin) == []
+    assert offline.analysis.of(Pin) == []
     assert card.said.text() == "my-step.spec.yaml exists: press again to overwrite it."
     press(qtbot, card.button)
-    assert len(desk_room.analysis.of(Pin)) == 1
+    assert len(offline.analysis.of(Pin)) == 1
 
 
-def test_another_name_is_asked_about_anew(card, desk_room, qtbot, tmp_path):
+def test_another_name_is_asked_about_anew(card, offline, qtbot, tmp_path):
     (tmp_path / "my-step.spec.yaml").write_text("mine")
     press(qtbot, card.button)
     card.name.setText("other")
     card.name.setText("my-step")
     press(qtbot, card.button)
-    assert desk_room.analysis.of(Pin) == []
+    assert offline.analysis.of(Pin) == []
 
 
-def test_a_refusal_is_told_beside_the_button(card, desk_room, qtbot):
+def test_a_refusal_is_told_beside_the_button(card, offline, qtbot):
     press(qtbot, card.button)
-    desk_room.analysis.refused.emit(desk_room.analysis.of(Pin)[0], "the disk is full")
+    offline.analysis.refused.emit(offline.analysis.of(Pin)[0], "the disk is full")
     assert card.said.text() == "the disk is full"
     assert card.button.isEnabled()
 

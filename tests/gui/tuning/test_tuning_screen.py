@@ -17,10 +17,10 @@ WIDE, NARROW = (1190, 600), (760, 600)
 
 
 @pytest.fixture
-def screen(desk_room, flying, qtbot):
-    desk_room.preferences.set("apply_gains", "on Enter")
-    desk_room.flight.show(flying)
-    made = TuningScreen(desk_room)
+def screen(offline, flying, qtbot):
+    offline.preferences.set("apply_gains", "on Enter")
+    offline.flight.show(flying)
+    made = TuningScreen(offline)
     qtbot.addWidget(made)
     made.resize(*WIDE)
     made.begin(flying)
@@ -69,24 +69,24 @@ def answer(screen, judge, predict, qtbot):
 
 
 def test_a_proposed_gain_is_judged_and_predicted_before_it_flies(
-    screen, desk_room, judge, predict, qtbot
+    screen, offline, judge, predict, qtbot
 ):
     answer(screen, judge, predict, qtbot)
-    screen.desk.propose("kp_velocity_x", 7.0)
-    qtbot.waitUntil(lambda: len(desk_room.analysis.of(Predict)) == 2)
-    predict = desk_room.analysis.of(Predict)[-1]
+    screen.gains.propose("kp_velocity_x", 7.0)
+    qtbot.waitUntil(lambda: len(offline.analysis.of(Predict)) == 2)
+    predict = offline.analysis.of(Predict)[-1]
     assert predict.gains["kp_velocity_x"] == 7.0
     assert predict.step == Step("x", 1.0, 2.0)
-    assert desk_room.analysis.of(Judge)[-1].gains["kp_velocity_x"] == 7.0
-    assert not any(order[0] == "set" for order in desk_room.flight.orders.given)
+    assert offline.analysis.of(Judge)[-1].gains["kp_velocity_x"] == 7.0
+    assert not any(order[0] == "set_all" for order in offline.flight.orders.given)
 
 
 def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
-    screen, desk_room, predict, qtbot
+    screen, offline, predict, qtbot
 ):
-    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Predict)))
-    asked = desk_room.analysis.of(Predict)[-1]
-    desk_room.analysis.predicted.emit(predict(asked.gains, asked.step))
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
+    asked = offline.analysis.of(Predict)[-1]
+    offline.analysis.predicted.emit(predict(asked.gains, asked.step))
     assert PREDICTED in screen.response.plot.plot.names
     overshoot = screen.response.table.rows[1]
     assert (overshoot.cells[1].text, overshoot.cells[1].over) == ("12.0", True)
@@ -94,7 +94,7 @@ def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
 
 
 def test_a_step_is_predicted_with_the_heading_at_which_its_round_began(
-    screen, desk_room, canned, flying, judge, predict, qtbot
+    screen, offline, canned, flying, judge, predict, qtbot
 ):
     answer(screen, judge, predict, qtbot)
     fly(screen, canned)
@@ -105,17 +105,17 @@ def test_a_step_is_predicted_with_the_heading_at_which_its_round_began(
         return dataclasses.replace(flying, snapshot=snapshot, exciting=exciting)
 
     screen.show_view(turned(-1.45))
-    qtbot.waitUntil(lambda: desk_room.analysis.of(Predict)[-1].step == Step("x", 1.0, 2.0, -1.45))
+    qtbot.waitUntil(lambda: offline.analysis.of(Predict)[-1].step == Step("x", 1.0, 2.0, -1.45))
     begun = Exciting(screen.excitation.choice.excitation, began=1.0, round=1)
     for yaw in (0.7, 0.9):  # the drone turns while the round is flown
         screen.show_view(turned(yaw, begun))
         assert screen.trial.step.heading == 0.7
 
 
-def test_a_lost_prediction_is_told(screen, desk_room, predict, qtbot):
-    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Predict)))
-    asked = desk_room.analysis.of(Predict)[-1]
-    desk_room.analysis.predicted.emit(predict(asked.gains, asked.step, lost=True))
+def test_a_lost_prediction_is_told(screen, offline, predict, qtbot):
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
+    asked = offline.analysis.of(Predict)[-1]
+    offline.analysis.predicted.emit(predict(asked.gains, asked.step, lost=True))
     assert screen.response.said.text() == "With the proposed gains the drone would be lost."
     assert PREDICTED not in screen.response.plot.plot.names
 
@@ -138,14 +138,14 @@ def test_a_flown_step_has_the_numbers_of_python_control(screen, canned):
     assert [use.label for use in screen.response.strip.uses] == ["tilt", "rotor use", "speed"]
 
 
-def test_nothing_is_asked_while_the_screen_is_not_seen(screen, desk_room, judge, predict, qtbot):
+def test_nothing_is_asked_while_the_screen_is_not_seen(screen, offline, judge, predict, qtbot):
     answer(screen, judge, predict, qtbot)
     screen.hide()
     screen.trial.set_step(Step("y", 1.0, 2.0))
     qtbot.wait(50)
-    assert len(desk_room.analysis.of(Predict)) == len(desk_room.analysis.of(Judge)) == 1
+    assert len(offline.analysis.of(Predict)) == len(offline.analysis.of(Judge)) == 1
     screen.show()
-    qtbot.waitUntil(lambda: desk_room.analysis.of(Predict)[-1].step.axis == "y")
+    qtbot.waitUntil(lambda: offline.analysis.of(Predict)[-1].step.axis == "y")
 
 
 def test_a_chirp_has_nothing_to_predict(screen):
@@ -198,13 +198,13 @@ def test_a_real_flight_is_excited_measured_and_judged(workspace, qtbot):
 
 
 def test_a_prediction_that_is_refused_leaves_none_of_earlier_gains(
-    screen, desk_room, judge, predict, qtbot
+    screen, offline, judge, predict, qtbot
 ):
     answer(screen, judge, predict, qtbot)
     assert PREDICTED in screen.response.plot.plot.names
-    screen.desk.propose("kp_velocity_x", 7.0)
-    qtbot.waitUntil(lambda: len(desk_room.analysis.of(Predict)) == 2)
-    desk_room.analysis.refused.emit(desk_room.analysis.of(Predict)[-1], "its process has died")
+    screen.gains.propose("kp_velocity_x", 7.0)
+    qtbot.waitUntil(lambda: len(offline.analysis.of(Predict)) == 2)
+    offline.analysis.refused.emit(offline.analysis.of(Predict)[-1], "its process has died")
     assert PREDICTED not in screen.response.plot.plot.names
     assert screen.response.said.text() == "No prediction: its process has died"
     assert screen.response.table.rows[0].cells[1].text == "–"

@@ -10,8 +10,8 @@ STEP = Step("x", 1.0, 2.0)
 
 
 @pytest.fixture
-def card(desk_room, trial, qtbot):
-    made = WeightsCard(desk_room, trial)
+def card(offline, trial, qtbot):
+    made = WeightsCard(offline, trial)
     qtbot.addWidget(made)
     made.show()
     made.begin()
@@ -33,29 +33,29 @@ def test_gains_that_do_nothing_to_speak_of_are_left_out():
     assert strongest([Weight("a", 0.0)]) == ()
 
 
-def test_it_asks_once_gains_have_settled(card, desk_room, trial, desk, qtbot):
+def test_it_asks_once_gains_have_settled(card, offline, trial, gains, qtbot):
     for value in (300.0, 310.0, 320.0):
-        desk.propose("kp_pitch", value)
-    assert desk_room.analysis.of(Weigh) == []
-    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Weigh)))
-    assert desk_room.analysis.of(Weigh) == [Weigh(trial.proposed, STEP)]
+        gains.propose("kp_pitch", value)
+    assert offline.analysis.of(Weigh) == []
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
+    assert offline.analysis.of(Weigh) == [Weigh(trial.proposed, STEP)]
 
 
-def test_the_metric_on_show_is_told_in_words(card, desk_room, trial, qtbot):
-    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Weigh)))
+def test_the_metric_on_show_is_told_in_words(card, offline, trial, qtbot):
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
     weights = {
         "rise_time": (Weight("kp_velocity_x", -0.003), Weight("kp_pitch", 0.001)),
         "overshoot": (Weight("kp_pitch", 0.2),),
     }
-    desk_room.analysis.weighed.emit(Weighed(trial.proposed, STEP, weights))
+    offline.analysis.weighed.emit(Weighed(trial.proposed, STEP, weights))
     assert card.words.text() == "10 % more kp_velocity_x: rise time −0.0300 s."
     card.number.setCurrentIndex(1)
     assert card.words.text() == "10 % more kp_pitch: overshoot +2.00 %."
     assert len(card.bars.texts) == 1
 
 
-def test_old_bars_say_that_they_are_old(card, desk_room, trial, desk, qtbot):
-    qtbot.waitUntil(lambda: bool(desk_room.analysis.of(Weigh)))
-    desk_room.analysis.weighed.emit(Weighed(trial.proposed, STEP, {}))
-    desk.propose("kp_pitch", 333.0)
+def test_old_bars_say_that_they_are_old(card, offline, trial, gains, qtbot):
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
+    offline.analysis.weighed.emit(Weighed(trial.proposed, STEP, {}))
+    gains.propose("kp_pitch", 333.0)
     assert card.said.text() == "Of the gains before; new ones follow …"

@@ -24,7 +24,7 @@ def window(qapp, qtbot, tmp_path):
     store = QSettings(str(tmp_path / "kept.ini"), QSettings.Format.IniFormat)
     made = MainWindow(make_workspace(Preferences(store)), first="tuning", view3d=False)
     qtbot.addWidget(made)
-    made.desk.fly(Choice("hover", world=str(world)))
+    made.control.fly(Choice("hover", world=str(world)))
     made.show()
     qtbot.waitUntil(lambda: made.stack.name == "tuning", timeout=LIMIT)
     yield made

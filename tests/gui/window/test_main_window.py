@@ -143,7 +143,7 @@ def test_closing_ends_the_screens_once(opened):
 def test_a_flight_from_the_first_key_to_the_last(opened, qtbot, workspace, told, tmp_path):
     window = opened(first="home")
     window.workspace.flight.draws = False
-    window.desk.fly(Choice("network"))
+    window.control.fly(Choice("network"))
     view = lambda: workspace.flight.view  # noqa: E731
     qtbot.waitUntil(lambda: view().phase is Phase.FLYING, timeout=FLYING)
     assert window.actions_by_name["take_off"].isEnabled()

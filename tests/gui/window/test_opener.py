@@ -70,9 +70,9 @@ def test_a_dropped_log_goes_to_the_charts(opened, tmp_path):
 
 def test_a_world_that_is_opened_after_a_set_up_keeps_the_rest_of_it(opened, flown):
     window = opened()
-    window.desk.fly(Scenario(duration=7.0, sensors=SensorsConfig(use=["imu"])))
-    window.desk.fly_world("room")
-    window.desk.fly_model("cf2x")
+    window.control.fly(Scenario(duration=7.0, sensors=SensorsConfig(use=["imu"])))
+    window.control.fly_world("room")
+    window.control.fly_model("cf2x")
     assert (flown[1].duration, flown[1].world, flown[1].sensors.use) == (7.0, "room", ["imu"])
     assert (flown[2].world, flown[2].vehicle.model) == ("room", "cf2x")
 

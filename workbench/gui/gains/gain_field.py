@@ -4,7 +4,7 @@ from PyQt6.QtCore import QEvent, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QKeySequence, QWheelEvent
 from PyQt6.QtWidgets import QAbstractSpinBox, QWidget
 
-from workbench.gui.gains.gain_step import StepSize, key_step, moves, size_of
+from workbench.gui.gains.gain_scale import StepSize, key_step, moves, size_of
 from workbench.gui.number_field import NumberField
 from workbench.gui.units import Unit
 
@@ -16,14 +16,14 @@ class GainField(NumberField):
     """A number as it is shown, with its unit; the model says what it is.
 
     Args:
-        parent: whose life it shares.
+        parent: owner.
     """
 
     stepped = pyqtSignal(int, object)
     """Direction, -1 or 1, and a `StepSize`."""
-    grasped = pyqtSignal()
-    """Steps that follow, until `released`, are one movement."""
-    released = pyqtSignal()
+    edit_begun = pyqtSignal()
+    """Steps that follow, until `edit_ended`, are one change."""
+    edit_ended = pyqtSignal()
     """It is over."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -63,13 +63,13 @@ class GainField(NumberField):
                 event.ignore()  # the form has a use for them, too
             return
         if not event.isAutoRepeat():
-            self.grasped.emit()
+            self.edit_begun.emit()
         self.stepped.emit(*step)
 
     def keyReleaseEvent(self, event: QKeyEvent | None) -> None:
         super().keyReleaseEvent(event)
         if event is not None and not event.isAutoRepeat() and moves(event.key()):
-            self.released.emit()
+            self.edit_ended.emit()
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
         if event is None:

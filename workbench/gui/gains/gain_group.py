@@ -15,7 +15,7 @@ class GainGroup(QWidget):
     Args:
         title: the heading.
         is_open: whether it is open at first.
-        parent: whose life it shares.
+        parent: owner.
 
     Attributes:
         heading: opens and closes.

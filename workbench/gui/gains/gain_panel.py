@@ -10,13 +10,13 @@ from PyQt6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
+    QPushButton,
     QScrollArea,
     QVBoxLayout,
     QWidget,
 )
 
-from workbench.gui.gains.doubt_bar import DoubtBar
-from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_group import GainGroup
 from workbench.gui.gains.gain_row import GainRow
 from workbench.gui.gains.gain_rows import GAIN_GROUPS, gain_label, is_gain
@@ -41,6 +41,45 @@ GainRow > QToolButton:focus { padding: 0 3px; }
 """So that all gains stand at once in a window of 720 lines."""
 
 
+class StabilityWarning(QFrame):
+    """Stands above the gains while they do not fly: says why, and asks whether to fly them.
+
+    Args:
+        editor: has the gains.
+        parent: owner.
+    """
+
+    def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("class", "card")
+        self.said = QLabel(self)
+        self.said.setWordWrap(True)
+        self.said.setAccessibleName("Why the gains are not flown")
+        self.fly = QPushButton("&Fly it anyway", self)
+        self.fly.setToolTip("Fly what is proposed although it is doubted (Ctrl+Return)")
+        QShortcut(QKeySequence("Ctrl+Return"), self).activated.connect(editor.confirm)
+        self.back = QPushButton("&Back", self)
+        self.back.setToolTip("Propose again what flies (Esc)")
+        self.back.setProperty("class", "primary")
+        buttons = QHBoxLayout()
+        buttons.addStretch()
+        buttons.addWidget(self.fly)
+        buttons.addWidget(self.back)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 6, 8, 6)
+        layout.setSpacing(5)
+        layout.addWidget(self.said)
+        layout.addLayout(buttons)
+        self.fly.clicked.connect(editor.confirm)
+        self.back.clicked.connect(lambda: editor.discard())
+        editor.warning_changed.connect(self._show)
+        self._show(editor.warning)
+
+    def _show(self, said: str) -> None:
+        self.said.setText(f"▲ <b>Not flown:</b> {said.rstrip('.')}.")
+        self.setVisible(bool(said))
+
+
 class GainPanel(QWidget):
     """All live parameters of the flight: gains first, everything else below.
 
@@ -48,28 +87,30 @@ class GainPanel(QWidget):
 
     Args:
         workspace: colours and units.
-        desk: sets them.
-        parent: whose life it shares.
+        editor: sets them.
+        parent: owner.
     """
 
-    def __init__(self, workspace: Workspace, desk: GainDesk, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, workspace: Workspace, editor: GainEditor, parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
-        self._workspace, self._desk = workspace, desk
+        self._workspace, self._editor = workspace, editor
         self.setAccessibleName("Gains")
         self.setStyleSheet(COMPACT)
         self.rows: dict[str, GainRow] = {}
         self._groups: list[GainGroup] = []
         self._more: GainGroup | None = None
         self._shown: tuple[Parameter, ...] = ()
-        self._start: Mapping[str, float] = desk.start
+        self._start: Mapping[str, float] = editor.start
         self.search = QLineEdit(self)
         self.search.setPlaceholderText("Search (Ctrl+F)")
         self.search.setAccessibleName("Search parameters by name or help")
         self.search.setClearButtonEnabled(True)
         self.linked = QCheckBox("Link &x and y", self)
         self.linked.setToolTip("Let gains of x and y move together; linking moves none yet")
-        self.linked.setChecked(desk.linked)
-        self.doubt = DoubtBar(desk, self)
+        self.linked.setChecked(editor.linked)
+        self.warning = StabilityWarning(editor, self)
         self.nothing = dressed(QLabel(NOTHING, self), "muted")
         self.nothing.setWordWrap(True)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -82,13 +123,13 @@ class GainPanel(QWidget):
 
     def showEvent(self, event: QShowEvent | None) -> None:
         super().showEvent(event)
-        self._desk.look()
+        self._editor.find_ranges()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
         if event is None:
             return
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self._desk.apply()
+            self._editor.apply()
         elif event.key() == Qt.Key.Key_Escape:
             self._escape()
         else:
@@ -104,68 +145,68 @@ class GainPanel(QWidget):
         if any(row.put_back() for row in focused):
             return
         for row in self.rows.values():
-            if not row.complaint.isHidden():
-                row.complain("")
-        self._desk.back()
+            if not row.error.isHidden():
+                row.show_error("")
+        self._editor.discard()
 
     def _connect(self) -> None:
-        desk = self._desk
+        editor = self._editor
         self.search.textChanged.connect(self._search)
         QShortcut(QKeySequence("Ctrl+F"), self).activated.connect(self.search.setFocus)
-        self.linked.toggled.connect(desk.set_linked)
-        desk.state_changed.connect(self._soon.ask)
-        desk.flown_changed.connect(self._show_values)
-        desk.proposed_changed.connect(self._show_value)
-        desk.ranges_changed.connect(self._show_ranges)
-        desk.complained.connect(self._complain)
+        self.linked.toggled.connect(editor.set_linked)
+        editor.state_changed.connect(self._soon.ask)
+        editor.flown_changed.connect(self._show_values)
+        editor.proposed_changed.connect(self._show_value)
+        editor.ranges_changed.connect(self._show_ranges)
+        editor.value_refused.connect(self._show_error)
         self._workspace.preferences.changed.connect(self._show_units)
         self._workspace.look.changed.connect(self._show_units)
 
     def _show_all(self) -> None:
         """Show the state of everything; the lines are made anew where others are needed."""
-        if self._shown != self._desk.rows:
+        if self._shown != self._editor.rows:
             self._make_rows()
-        elif self._start is not self._desk.start:
+        elif self._start is not self._editor.start:
             self._show_start()
         self.linked.blockSignals(True)
-        self.linked.setChecked(self._desk.linked)
+        self.linked.setChecked(self._editor.linked)
         self.linked.blockSignals(False)
         self._show_values(self.rows)
 
     def _show_values(self, names: Iterable[str]) -> None:
         for name in names:
-            if name in self.rows and name in self._desk.proposed:
+            if name in self.rows and name in self._editor.proposed:
                 self.rows[name].show_value()
 
     def _show_value(self, name: str) -> None:
         self._show_values([name])
 
     def _show_ranges(self) -> None:
-        fresh = self._desk.ranges_fresh
+        fresh = self._editor.has_fresh_ranges
         for name, row in self.rows.items():
-            if is_gain(row.row) and name in self._desk.proposed:
-                row.show_range(self._desk.stable_range(name), fresh)
+            if is_gain(row.row) and name in self._editor.proposed:
+                row.show_range(self._editor.stable_range(name), fresh)
 
     def _show_start(self) -> None:
         """Show another flight's start, in units and colours as they are now."""
-        self._start = self._desk.start
+        self._start = self._editor.start
         for row in self.rows.values():
             row.show_unit()
         self._show_ranges()
         if self.isVisible():
-            self._desk.look()
+            self._editor.find_ranges()
 
     def _show_units(self, preference: str = "") -> None:
         for row in self.rows.values():
             row.show_unit()
 
-    def _complain(self, name: str, said: str) -> None:
+    def _show_error(self, name: str, said: str) -> None:
         if name in self.rows:
-            self.rows[name].complain(said)
+            self.rows[name].show_error(said)
 
     def _make_rows(self) -> None:
         """Make the lines of the flight's gains; those of the rest wait until they are wanted."""
-        self._shown, self._start = self._desk.rows, self._desk.start
+        self._shown, self._start = self._editor.rows, self._editor.start
         self.rows = {}
         self._groups = []
         content = QWidget()
@@ -186,7 +227,7 @@ class GainPanel(QWidget):
         self._show_ranges()
         self._search(self.search.text())
         if self.isVisible():
-            self._desk.look()
+            self._editor.find_ranges()
 
     def _make_more(self) -> None:
         """Make the lines of what is no gain, at the first need."""
@@ -199,7 +240,7 @@ class GainPanel(QWidget):
     def _make_group(self, title: str, rows: Iterable[Parameter], is_open: bool) -> GainGroup:
         group = GainGroup(title, is_open, self)  # shown without a parent it would be a window
         made = [
-            GainRow(self._workspace, self._desk, row)
+            GainRow(self._workspace, self._editor, row)
             for row in rows
             if gain_label(row).group == title
         ]
@@ -236,7 +277,7 @@ class GainPanel(QWidget):
         layout.addLayout(top)
         margin = QVBoxLayout()
         margin.setContentsMargins(8, 0, 8, 0)
-        margin.addWidget(self.doubt)
+        margin.addWidget(self.warning)
         layout.addLayout(margin)
         layout.addWidget(self._area, 1)
         layout.addWidget(self.nothing, 1)

@@ -1,17 +1,17 @@
 """The line of one parameter: name, slider, number, what has changed, and a way back."""
 
+from functools import partial
+
 from PyQt6.QtCore import QSize, Qt
 from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
 
 from workbench.gui.elided_label import ElidedLabel
-from workbench.gui.gains.gain_desk import GainDesk
+from workbench.gui.gains.gain_editor import GainEditor, Mark
 from workbench.gui.gains.gain_field import GainField
 from workbench.gui.gains.gain_rows import gain_label, partner
-from workbench.gui.gains.gain_scale import GainScale, decimals, rounded
+from workbench.gui.gains.gain_scale import GainScale, StepSize, decimals
 from workbench.gui.gains.gain_slider import GainSlider
-from workbench.gui.gains.gain_state import Mark
-from workbench.gui.gains.gain_step import StepSize
 from workbench.gui.style import dressed, set_class
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
@@ -30,35 +30,39 @@ class GainRow(QWidget):
 
     Args:
         workspace: colours and units.
-        desk: sets it.
+        editor: sets it.
         row: of the parameter table.
-        parent: whose life it shares.
+        parent: owner.
 
     Attributes:
         row: of the parameter table.
     """
 
     def __init__(
-        self, workspace: Workspace, desk: GainDesk, row: Parameter, parent: QWidget | None = None
+        self,
+        workspace: Workspace,
+        editor: GainEditor,
+        row: Parameter,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self._workspace, self._desk, self.row = workspace, desk, row
-        self._scale = GainScale(row)
+        self._workspace, self._editor, self.row = workspace, editor, row
         self._label = gain_label(row)
+        self._unit = unit_for(row.unit, workspace.preferences)
         self._mark = Mark.KEPT
         self._seen: tuple[float, float, float] | None = None
         self._stable: tuple[float, float] | None = None
         self._fresh = False
-        self.slider = GainSlider(workspace.look, self)
+        self.slider = GainSlider(GainScale(row, self._unit), workspace.look, self)
         self.field = GainField(self)
         self.mark = QLabel(self)
         self.reset = QToolButton(self)
         self.reset.setText("↺")
         self.reset.setProperty("class", "quiet compact")
         self.reset.setFixedWidth(24)
-        self.complaint = dressed(QLabel(self), "bad")
-        self.complaint.setWordWrap(True)
-        self.complaint.hide()
+        self.error = dressed(QLabel(self), "bad")
+        self.error.setWordWrap(True)
+        self.error.hide()
         self._name = QLabel(self)
         self.own_name = dressed(ElidedLabel(self), "muted small")
         self._unit_shown = dressed(QLabel(self), "muted")
@@ -66,11 +70,11 @@ class GainRow(QWidget):
         self._lay_out()
         for part in (self.slider, self.field):
             part.stepped.connect(self._step)
-            part.grasped.connect(desk.grasp)
-            part.released.connect(desk.settle)
-        self.slider.dragged.connect(self._drag)
+            part.edit_begun.connect(editor.begin_edit)
+            part.edit_ended.connect(editor.end_edit)
+        self.slider.dragged.connect(partial(editor.propose, row.name))
         self.field.edited.connect(self._type)
-        self.field.refused.connect(self._show_complaint)
+        self.field.refused.connect(self._show_error)
         self.reset.clicked.connect(self._reset)
         self.show_unit()
 
@@ -86,12 +90,13 @@ class GainRow(QWidget):
         symbol = f" <span style='color:{muted}'>{self._label.symbol}</span>"
         self._name.setText(self._label.words + (symbol if self._label.symbol else ""))
         self._unit = unit_for(self.row.unit, self._workspace.preferences)
-        start = self._desk.start[self.row.name]
-        step = self._unit.shown(self._scale.step(start))
+        scale = self.slider.scale = GainScale(self.row, self._unit)
+        start = self._editor.start[self.row.name]
+        step = self._unit.shown(scale.step(start))
         fine = decimals(step * StepSize.FINEST.value)
         self.field.show_decimals(0 if self.row.whole else min(fine, MOST_DECIMALS))
         self._unit_shown.setText(self._unit.symbol)
-        self.slider.show_start(self._scale.place(start))
+        self.slider.show_start(start)
         self._say_names()
         self._seen = None
         self.show_value()
@@ -99,22 +104,22 @@ class GainRow(QWidget):
     def show_value(self) -> None:
         """Show what is proposed and flown, and how that stands to what was kept."""
         name = self.row.name
-        proposed, flown = self._desk.proposed[name], self._desk.flown[name]
-        kept = self._desk.kept.get(name, self._desk.start[name])
-        mark = self._desk.mark(name)
+        proposed, flown = self._editor.proposed[name], self._editor.flown[name]
+        kept = self._editor.kept.get(name, self._editor.start[name])
+        mark = self._editor.mark(name)
         seen = (proposed, flown, kept)
         if seen == self._seen and mark is self._mark:
             return  # so that nothing is taken from who types here
         self._seen = seen
-        self.slider.show_place(self._scale.place(proposed), self._scale.place(flown))
-        if self.complaint.isHidden():
+        self.slider.show_value(proposed, flown)
+        if self.error.isHidden():
             self.field.show_value(self._unit.shown(proposed))
         self._mark = mark
         self.mark.setText(SHAPES[mark])
         said = f"{self._label.text}: {mark.value}; kept is {self._text(kept)}"
         self.mark.setAccessibleName(said)
         self.mark.setToolTip("" if mark is Mark.KEPT else said)
-        self.reset.setEnabled(proposed != self._desk.start[name])
+        self.reset.setEnabled(proposed != self._editor.start[name])
 
     def show_range(self, stable: tuple[float, float] | None, fresh: bool) -> None:
         """Show where the loop is stable.
@@ -126,13 +131,12 @@ class GainRow(QWidget):
         if (stable, fresh) == (self._stable, self._fresh):
             return
         self._stable, self._fresh = stable, fresh
-        places = (self._scale.place(stable[0]), self._scale.place(stable[1])) if stable else None
-        self.slider.show_stable(places, fresh)
+        self.slider.show_stable(stable, fresh)
         self._say_names()
 
-    def complain(self, said: str) -> None:
+    def show_error(self, said: str) -> None:
         """Say why a value may not be; "" once all is well."""
-        self._show_complaint(said)
+        self._show_error(said)
         if not said:
             self.show_value()
 
@@ -142,33 +146,25 @@ class GainRow(QWidget):
         Returns:
             Whether there was anything to put back.
         """
-        was = self._mark is Mark.PROPOSED or not self.complaint.isHidden()
+        was = self._mark is Mark.PROPOSED or not self.error.isHidden()
         if was:
-            self.complain("")
-            linked = self._desk.linked and partner(self.row.name)
-            self._desk.back([self.row.name, *([linked] if linked else [])])
+            self.show_error("")
+            linked = self._editor.linked and partner(self.row.name)
+            self._editor.discard([self.row.name, *([linked] if linked else [])])
         self._seen = None  # a text that is half typed goes
         self.show_value()
         return was
 
-    def _show_complaint(self, said: str) -> None:
+    def _show_error(self, said: str) -> None:
         """Show what is wrong with the text in the field, and leave the text as it is."""
-        self.complaint.setText(f"✕ {said}".replace("^2", "²") if said else "")
-        self.complaint.setVisible(bool(said))
+        self.error.setText(f"✕ {said}".replace("^2", "²") if said else "")
+        self.error.setVisible(bool(said))
         set_class(self.field, "bare bad" if said else "bare")
         self._seen = None
 
-    def _drag(self, place: float) -> None:
-        self._propose_shown(rounded(self._unit.shown(self._scale.value(place))))
-
     def _step(self, direction: int, size: StepSize) -> None:
-        value = self._unit.shown(self._desk.proposed[self.row.name])
-        step = self._scale.step(self._unit.read(value))
-        step = 1.0 if self.row.whole else self._unit.shown(step) * size.value
-        self._propose_shown(round(value + direction * step, 9))
-
-    def _propose_shown(self, shown: float) -> None:
-        self._desk.propose(self.row.name, self._scale.held(self._unit.read(shown)))
+        value = self._editor.proposed[self.row.name]
+        self._editor.propose(self.row.name, self.slider.scale.stepped(value, direction, size))
 
     def _type(self, shown: float) -> None:
         """Propose what was typed; the table refuses what may not be."""
@@ -176,14 +172,14 @@ class GainRow(QWidget):
         low, high = self.row.minimum, self.row.maximum
         if self._unit.factor != 1.0 and not low <= value <= high:
             said = f"{self._label.text} is {self._text(value)}: keep it within {self._limits()}"
-            self.complain(said)  # in the unit that was typed
+            self.show_error(said)  # in the unit that was typed
         else:
-            self._show_complaint("")
-            self._desk.propose(self.row.name, value)
+            self._show_error("")
+            self._editor.propose(self.row.name, value)
 
     def _reset(self) -> None:
-        self._desk.settle()
-        self._desk.propose(self.row.name, self._desk.start[self.row.name])
+        self._editor.end_edit()
+        self._editor.propose(self.row.name, self._editor.start[self.row.name])
 
     def _limits(self) -> str:
         return f"{self._text(self.row.minimum)} to {self._text(self.row.maximum)}"
@@ -198,7 +194,7 @@ class GainRow(QWidget):
         limits = self._limits()
         stable = self._stable
         lines = [f"{row.name}: {row.help}", f"limits {limits}"]
-        lines.append(f"▲ at the start {self._text(self._desk.start[row.name])}")
+        lines.append(f"▲ at the start {self._text(self._editor.start[row.name])}")
         if stable:
             old = "" if self._fresh else ", with earlier gains"
             lines.append(f"┃ stable {self._text(stable[0])} to {self._text(stable[1])}{old}")
@@ -207,7 +203,7 @@ class GainRow(QWidget):
             part.setAccessibleDescription("; ".join(lines))
             part.setToolTip("\n".join(lines))
         self._name.setToolTip("\n".join(lines))
-        start = self._text(self._desk.start[row.name])
+        start = self._text(self._editor.start[row.name])
         self.reset.setAccessibleName(f"Reset {words} to {start}")
         self.reset.setToolTip(f"Back to {start}, as the flight began")
 
@@ -247,5 +243,5 @@ class GainRow(QWidget):
         )
         for column, part in enumerate(parts):
             grid.addWidget(part, 0, column)
-        grid.addWidget(self.complaint, 1, 0, 1, len(parts))
+        grid.addWidget(self.error, 1, 0, 1, len(parts))
         grid.setColumnStretch(2, 1)

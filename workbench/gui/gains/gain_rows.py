@@ -1,6 +1,6 @@
 """How the rows of the parameter table are called and grouped where gains are tuned."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from workbench.scenario.parameters import PARAMETERS, Parameter
@@ -77,6 +77,12 @@ _LABELS = {
 }
 
 
+_CONTROLLER = frozenset(row.name for row in PARAMETERS if row.system == "controller")
+_LOOPS = frozenset(
+    name for name in _CONTROLLER if name not in _LABELS or _LABELS[name].group != _LIMITS
+)
+
+
 def gain_label(row: Parameter) -> GainLabel:
     """Return how a row is shown; a row that nobody has named is named by itself."""
     if row.name in _LABELS:
@@ -96,9 +102,14 @@ def in_profile(row: Parameter) -> bool:
     return is_gain(row) or row.name in WITH_A_PROFILE
 
 
-def is_limit(row: Parameter) -> bool:
-    """Return whether a row bounds what is asked for, so that no loop near hover feels it."""
-    return gain_label(row).group == _LIMITS
+def controller_gains(values: Mapping[str, float]) -> dict[str, float]:
+    """Return the controller's among some values; the others are conditions of the flight."""
+    return {name: value for name, value in values.items() if name in _CONTROLLER}
+
+
+def loop_gains(values: Mapping[str, float]) -> dict[str, float]:
+    """Return those of some values that a loop near hover feels: gains without limits."""
+    return {name: value for name, value in values.items() if name in _LOOPS}
 
 
 def partner(name: str) -> str:

@@ -4,7 +4,7 @@ from PyQt6.QtCore import QPointF, QRectF, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QWheelEvent
 from PyQt6.QtWidgets import QSlider, QWidget
 
-from workbench.gui.gains.gain_step import StepSize, key_step, moves, size_of
+from workbench.gui.gains.gain_scale import GainScale, StepSize, key_step, moves, size_of
 from workbench.gui.theme import Look
 
 PLACES = 10000
@@ -16,28 +16,32 @@ FINER = 10.0
 
 
 class GainSlider(QSlider):
-    """Places 0 .. 1; it moves when the model says so, and tells what the user wants.
+    """Shows a gain along its scale; it moves when told so, and tells what the user wants.
 
     A press beside the handle makes a coarse step towards it, as a gain is not to leap. With Ctrl
     held a drag is ten times finer. The wheel turns it only while it has the focus.
 
     Args:
+        scale: of its values.
         look: colours.
-        parent: whose life it shares.
+        parent: owner.
+
+    Attributes:
+        scale: of its values; what is shown stays where it is until it is shown anew.
     """
 
     dragged = pyqtSignal(float)
-    """The place where the user wants it."""
+    """The value that the user wants, in SI."""
     stepped = pyqtSignal(int, object)
     """Direction, -1 or 1, and a `StepSize`."""
-    grasped = pyqtSignal()
-    """What follows, until `released`, is one movement."""
-    released = pyqtSignal()
+    edit_begun = pyqtSignal()
+    """What follows, until `edit_ended`, is one change."""
+    edit_ended = pyqtSignal()
     """It is over."""
 
-    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
+    def __init__(self, scale: GainScale, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(Qt.Orientation.Horizontal, parent)
-        self._look = look
+        self.scale, self._look = scale, look
         self.setRange(0, PLACES)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumWidth(60)
@@ -48,30 +52,32 @@ class GainSlider(QSlider):
         self._held: tuple[float, float] | None = None
         look.changed.connect(self.update)
 
-    def show_place(self, place: float, flown: float) -> None:
+    def show_value(self, value: float, flown: float) -> None:
         """Show where the value is, and where the flown one; nobody is told."""
-        if (place, flown) == (self._place, self._flown):
+        places = self.scale.place(value), self.scale.place(flown)
+        if places == (self._place, self._flown):
             return
-        self._place, self._flown = place, flown
+        self._place, self._flown = places
         blocked = self.blockSignals(True)
-        self.setValue(round(place * PLACES))
+        self.setValue(round(self._place * PLACES))
         self.blockSignals(blocked)
         self.update()
 
-    def show_start(self, place: float) -> None:
+    def show_start(self, value: float) -> None:
         """Mark where the flight began."""
-        self._start = place
+        self._start = self.scale.place(value)
         self.update()
 
     def show_stable(self, stable: tuple[float, float] | None, fresh: bool) -> None:
-        """Show between which places the loop is stable, None if unknown.
+        """Show between which values the loop is stable, None if unknown.
 
         Args:
-            stable: first and last place.
+            stable: least and largest value, in SI.
             fresh: whether that was found with the gains that fly.
         """
-        if (stable, fresh) != (self._stable, self._fresh):
-            self._stable, self._fresh = stable, fresh
+        low_high = (self.scale.place(stable[0]), self.scale.place(stable[1])) if stable else None
+        if (low_high, fresh) != (self._stable, self._fresh):
+            self._stable, self._fresh = low_high, fresh
             self.update()
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
@@ -79,7 +85,7 @@ class GainSlider(QSlider):
             return
         x = event.position().x()
         handle = self._x(self._place)
-        self.grasped.emit()
+        self.edit_begun.emit()
         if abs(x - handle) <= HANDLE + 3.0:
             self._held = (x, self._place)
         else:
@@ -94,12 +100,12 @@ class GainSlider(QSlider):
         way = (event.position().x() - x) / self._width() / (FINER if fine else 1.0)
         place = min(max(place + way, 0.0), 1.0)
         self._held = (event.position().x(), place)
-        self.dragged.emit(place)
+        self.dragged.emit(self.scale.round_value(place))
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
         if event is not None and event.button() == Qt.MouseButton.LeftButton:
             self._held = None
-            self.released.emit()
+            self.edit_ended.emit()
             self.update()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
@@ -110,12 +116,12 @@ class GainSlider(QSlider):
             event.ignore()  # Enter and Escape are the form's
             return
         if not event.isAutoRepeat():
-            self.grasped.emit()
+            self.edit_begun.emit()
         self.stepped.emit(*step)
 
     def keyReleaseEvent(self, event: QKeyEvent | None) -> None:
         if event is not None and not event.isAutoRepeat() and moves(event.key()):
-            self.released.emit()
+            self.edit_ended.emit()
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
         if event is None:

@@ -1,11 +1,13 @@
 """Above the gains: the profile, what is kept, undo, slots, and files."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from PyQt6.QtGui import QAction, QGuiApplication, QKeySequence
 from PyQt6.QtWidgets import (
+    QFileDialog,
     QHBoxLayout,
     QLabel,
     QMenu,
@@ -16,16 +18,16 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.elided_label import ElidedLabel
-from workbench.gui.gains.gain_desk import GainDesk
-from workbench.gui.gains.gain_dialogs import ask_to_load, ask_to_save
-from workbench.gui.gains.gain_slots import SLOTS
-from workbench.gui.gains.offer_list import OfferList
-from workbench.gui.gains.profile_actions import PROFILE_ACTIONS
+from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.gains.gain_editor import SLOTS, GainEditor
+from workbench.gui.gains.profile_diff_view import ProfileDiffView
+from workbench.gui.gains.profiles import OWN, GainProfiles
 from workbench.gui.style import set_class
 from workbench.gui.workspace import Workspace
 
 LONGEST_NAME = 20
 """Of a profile; the rest of it stands in the tool tip."""
+FILTER = "Gain files (*.yaml *.yml)"
 COMPACT = """
 ProfileBar > QToolButton { min-height: 18px; padding: 3px 5px; }
 ProfileBar > QToolButton:focus, ProfileBar > QToolButton:checked { padding: 2px 4px; }
@@ -35,6 +37,69 @@ PADDING = 12
 MENU = ("load", "own", "save", "", "copy", "paste", "", *(f"store_{slot}" for slot in SLOTS))
 
 
+@dataclass(frozen=True)
+class ProfileAction:
+    """Something that a key does.
+
+    Attributes:
+        name: unique.
+        text: on its button or in its menu, with its mnemonic.
+        shortcut: as Qt writes it.
+        help: what it does, a sentence.
+    """
+
+    name: str
+    text: str
+    shortcut: str
+    help: str
+
+    @property
+    def tip(self) -> str:
+        """What a pointer over its button tells."""
+        return f"{self.help} ({self.shortcut})"
+
+
+PROFILE_ACTIONS: tuple[ProfileAction, ...] = (
+    ProfileAction(
+        "keep", "&Keep", "Ctrl+K", "Let the gains that fly be those that Revert brings back."
+    ),
+    ProfileAction(
+        "revert", "Re&vert", "Ctrl+Shift+K", "Fly the kept gains at once, whatever is the matter."
+    ),
+    ProfileAction("undo", "↶", "Ctrl+Z", "Take the last change back."),
+    ProfileAction("redo", "↷", "Ctrl+Shift+Z", "Make the change again that was taken back."),
+    *(
+        ProfileAction(
+            f"compare_{slot}",
+            slot,
+            f"F{number}",
+            f"Fly the gains of slot {slot}; again, go back. An empty slot takes those shown.",
+        )
+        for number, slot in enumerate(SLOTS, start=2)
+    ),
+    *(
+        ProfileAction(
+            f"store_{slot}",
+            f"Store in slot &{slot}",
+            f"Shift+F{number}",
+            f"Store the gains that are shown in slot {slot}.",
+        )
+        for number, slot in enumerate(SLOTS, start=2)
+    ),
+    ProfileAction(
+        "load", "&Load...", "Ctrl+Shift+L", "Choose lines of a gain file; none flies before."
+    ),
+    ProfileAction(
+        "own", "&Model's own...", "Ctrl+Shift+M", "Choose lines of the gains the model came with."
+    ),
+    ProfileAction("save", "&Save...", "Ctrl+S", "Write what flies to a gain file."),
+    ProfileAction(
+        "copy", "&Copy YAML", "Ctrl+Shift+C", "Copy what flies as the text of a gain file."
+    ),
+    ProfileAction("paste", "&Paste YAML...", "Ctrl+Shift+V", "Choose lines of a gain file's text."),
+)
+
+
 class ProfileBar(QWidget):
     """Keeps, reverts, undoes, compares, loads and saves, and says what the state is.
 
@@ -42,17 +107,24 @@ class ProfileBar(QWidget):
 
     Args:
         workspace: units, notices.
-        desk: does it.
-        parent: whose life it shares.
+        editor: keeps, reverts, undoes and compares.
+        profiles: loads and saves.
+        parent: owner.
 
     Attributes:
         actions_by_name: of the table `PROFILE_ACTIONS`.
         buttons: of those that have one.
     """
 
-    def __init__(self, workspace: Workspace, desk: GainDesk, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        workspace: Workspace,
+        editor: GainEditor,
+        profiles: GainProfiles,
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
-        self._workspace, self._desk = workspace, desk
+        self._workspace, self._editor, self._profiles = workspace, editor, profiles
         self.setAccessibleName("Profile of gains")
         self.setStyleSheet(COMPACT)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
@@ -61,39 +133,40 @@ class ProfileBar(QWidget):
         self._said: dict[str, str] = {}
         self.name = QLabel(self)
         self.state = ElidedLabel(self)
-        self.offer = OfferList(desk.profiles, workspace.preferences, self)
+        self.diff = ProfileDiffView(profiles, workspace.preferences, self)
         self._lay_out()
-        desk.state_changed.connect(self._show)
-        desk.flown_changed.connect(self._show)
+        for signal in (editor.state_changed, editor.flown_changed, profiles.named):
+            signal.connect(self._show)
         self._show()
 
     def _show(self) -> None:
-        desk = self._desk
-        profile = desk.profiles.name or "No profile"
+        editor = self._editor
+        profile = self._profiles.name or "No profile"
         short = profile if len(profile) <= LONGEST_NAME else f"{profile[: LONGEST_NAME - 1]}…"
-        changed = " ◆ changed" if desk.profiles.is_changed else ""
+        changed = " ◆ changed" if self._profiles.is_changed else ""
         self.name.setText(f"<b>{short}</b>{changed}")
         self.name.setToolTip(profile)
-        said = desk.said()
-        entered = "" if desk.is_at_once or not desk.unflown or desk.doubt else " (Enter flies)"
+        said = editor.summary()
+        entered = (
+            "" if editor.is_at_once or not editor.unflown or editor.warning else " (Enter flies)"
+        )
         self.state.setText(said + entered)
-        flies = bool(desk.rows)
+        flies = bool(editor.rows)
         works = {
-            "keep": flies and bool(desk.tried),
-            "undo": bool(desk.next_undo),
-            "redo": bool(desk.next_redo),
+            "keep": flies and bool(editor.tried),
+            "undo": bool(editor.next_undo),
+            "redo": bool(editor.next_redo),
         }
         for name, action in self.actions_by_name.items():
             action.setEnabled(works.get(name, flies))
-        self._say("undo", f"Undo {desk.next_undo}")
-        self._say("redo", f"Redo {desk.next_redo}")
+        self._say("undo", f"Undo {editor.next_undo}")
+        self._say("redo", f"Redo {editor.next_redo}")
         set_class(self.buttons["keep"], "compact primary" if works["keep"] else "compact")
-        shown = {name: desk.proposed[name] for name in desk.profile_names}
         for slot in SLOTS:
-            stored = desk.slots.get(slot)
+            stored = editor.slots.get(slot)
             button = self.buttons[f"compare_{slot}"]
             button.setCheckable(stored is not None)
-            button.setChecked(stored is not None and stored == shown)
+            button.setChecked(stored is not None and stored == editor.proposed_profile)
             does = "Store the gains in" if stored is None else "Compare with"
             button.setText(slot if stored is None else f"{slot}•")
             self._say(f"compare_{slot}", f"{does} slot {slot}")
@@ -121,39 +194,32 @@ class ProfileBar(QWidget):
         return made
 
     def _handlers(self) -> dict[str, Callable[[], None]]:
-        desk = self._desk
+        editor, profiles = self._editor, self._profiles
         slots: dict[str, Callable[[], None]] = {}
         for slot in SLOTS:
-            slots[f"compare_{slot}"] = partial(self._compare, slot)
-            slots[f"store_{slot}"] = partial(desk.store, slot)
+            slots[f"compare_{slot}"] = partial(editor.compare, slot)
+            slots[f"store_{slot}"] = partial(editor.store, slot)
         return slots | {
-            "keep": desk.keep,
-            "revert": desk.revert,
-            "undo": desk.undo,
-            "redo": desk.redo,
+            "keep": editor.keep,
+            "revert": editor.revert,
+            "undo": editor.undo,
+            "redo": editor.redo,
             "load": self._load,
-            "own": desk.profiles.load_own,
+            "own": profiles.load_own,
             "save": self._save,
             "copy": self._copy,
             "paste": self._paste,
         }
 
-    def _compare(self, slot: str) -> None:
-        """Let an empty slot have the gains; compare with one that has some."""
-        if slot in self._desk.slots:
-            self._desk.recall(slot)
-        else:
-            self._desk.store(slot)
-
     def _load(self) -> None:
-        ask_to_load(self, "", self._desk.load)
+        ask_to_load(self, self._profiles.load)
 
     def _save(self) -> None:
-        ask_to_save(self, "gains.yaml", self._write)
+        ask_to_save(self, self._write)
 
     def _write(self, path: Path) -> None:
-        unflown = len(self._desk.unflown)
-        self._desk.save(path, f"tuned in flight, from {self._desk.profiles.name}")
+        unflown = len(self._editor.unflown)
+        self._profiles.save(path)
         if unflown:
             self._workspace.notices.inform(
                 f"What flies is saved: {unflown} proposed and not flown, and so not in it."
@@ -162,13 +228,13 @@ class ProfileBar(QWidget):
     def _copy(self) -> None:
         clipboard = QGuiApplication.clipboard()
         assert clipboard is not None
-        clipboard.setText(self._desk.as_yaml())
+        clipboard.setText(self._profiles.as_yaml())
         self._workspace.notices.inform("The gains that fly are on the clipboard, as YAML.")
 
     def _paste(self) -> None:
         clipboard = QGuiApplication.clipboard()
         assert clipboard is not None
-        self._desk.profiles.paste(clipboard.text())
+        self._profiles.paste(clipboard.text())
 
     def _button(self, name: str) -> QToolButton:
         """Return the button of an action; it has the focus by Tab, too."""
@@ -220,4 +286,31 @@ class ProfileBar(QWidget):
         layout.addLayout(top)
         layout.addWidget(self.state)
         layout.addLayout(row)
-        layout.addWidget(self.offer)
+        layout.addWidget(self.diff)
+
+
+def ask_to_load(parent: QWidget, chosen: Callable[[Path], None]) -> None:
+    """Show a dialog for a gain file that is there.
+
+    Args:
+        parent: over which it stands.
+        chosen: hears the path.
+    """
+    dialog = QFileDialog(parent, "Load gains", "", FILTER)
+    dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+    show_file_dialog(dialog, lambda path: chosen(Path(path)))
+
+
+def ask_to_save(parent: QWidget, chosen: Callable[[Path], None]) -> None:
+    """Show a dialog for a gain file to be written; one that is there gets a longer history.
+
+    Args:
+        parent: over which it stands.
+        chosen: hears the path.
+    """
+    dialog = QFileDialog(parent, "Save gains", OWN, FILTER)
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setDefaultSuffix("yaml")
+    dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the history keeps what was there
+    dialog.selectFile(OWN)
+    show_file_dialog(dialog, lambda path: chosen(Path(path)))

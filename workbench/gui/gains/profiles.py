@@ -2,41 +2,205 @@
 
 import math
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
+from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
 from workbench.gains.difference import GainChange, diff_gains
-from workbench.gains.profiles import GainFile, load_gains
+from workbench.gains.profiles import GainFile, load_gains, save_gains
+from workbench.gui.answers import Answers
+from workbench.gui.errands import Errands
+from workbench.gui.gains.gain_editor import GainEditor
+from workbench.gui.notices import Notices
+from workbench.live.view import LiveView
+from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import find_parameter
 
 OWN = "gains.yaml"
 """A model's own gains stand beside its description, under this name."""
 CLIPBOARD = "clipboard"
+AT_START = "Start of the flight"
+Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Offer:
-    """Values that may be taken over, line by line, before anything of them flies.
+class ProfileDiff:
+    """What a profile would change, line by line, before anything of it flies.
 
     Attributes:
         name: of the profile.
-        said: where its values come from, and what of it cannot be taken over.
+        origin: where its values come from, and what of it cannot be taken over.
         values: all that the flight can have of it.
         changes: those that differ from the present.
     """
 
     name: str
-    said: str
-    values: Mapping[str, float]
+    origin: str
+    values: Values
     changes: tuple[GainChange, ...]
 
 
-def make_offer(name: str, file: GainFile, vehicle: str, present: Mapping[str, float]) -> Offer:
-    """Return what of a profile a flight may take over.
+class GainProfiles(QObject):
+    """Loads and saves profiles of the gains that are edited, without keeping anybody waiting.
+
+    Args:
+        editor: has the gains.
+        notices: where refusals are told.
+        parent: owner.
+
+    Attributes:
+        name: of the profile that was loaded or saved last.
+        diff: what a loaded profile would change; None where none waits for a choice.
+    """
+
+    diff_changed = pyqtSignal(object)
+    """`diff` is another now."""
+    named = pyqtSignal(str)
+    """Name of the profile that flies now."""
+
+    def __init__(self, editor: GainEditor, notices: Notices, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._editor, self._notices = editor, notices
+        self._errands = Errands()
+        self._answers = Answers(lambda said: notices.warn(said), self)
+        self._vehicle: Vehicle | None = None
+        self._start: Values = {}
+        self._values: Values = {}
+        self.name = ""
+        self.diff: ProfileDiff | None = None
+        editor.begun.connect(self._begin)
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the flight has other values than the profile that was loaded or saved last."""
+        return not self._has(self._editor.flown)
+
+    def load(self, path: Path) -> None:
+        """Compare with what a gain file has."""
+        self._read(path.stem, lambda: load_gains(path))
+
+    def load_own(self) -> None:
+        """Compare with the model's own gains; with those of the start where it brings none."""
+        if self._vehicle is None:
+            self._notices.warn("nothing flies: open a scenario first")
+            return
+        own = self._vehicle.source.parent / OWN
+        start = GainFile(self._vehicle.name, "as the flight began", self._start)
+        self._read(
+            f"{self._vehicle.name}'s own", lambda: load_gains(own) if own.is_file() else start
+        )
+
+    def paste(self, text: str) -> None:
+        """Compare with what a text of the clipboard has."""
+        self._read(f"the {CLIPBOARD}", lambda: read_text(text))
+
+    def take(self, names: Iterable[str]) -> None:
+        """Fly those lines of the loaded profile whose parameters have these names."""
+        if self.diff is None:
+            return
+        diff, taken = self.diff, set(names)
+        self.dismiss()
+        self._set_name(diff.name, diff.values)
+        self._editor.adopt({n: v for n, v in diff.values.items() if n in taken}, diff.name)
+
+    def dismiss(self) -> None:
+        """Take nothing of the loaded profile."""
+        self.diff = None
+        self.diff_changed.emit(None)
+
+    def save(self, path: Path) -> None:
+        """Write what flies to a gain file, which keeps its history."""
+        self._save(path, self._editor.ordered_profile)
+
+    def unsaved(self) -> str:
+        """Return which gains would be lost with the flight, as a sentence; "" for none.
+
+        What flies, or what was kept, is lost if it is neither as the flight began nor as the
+        profile that was loaded or saved last.
+        """
+        flown_values, kept_values = self._editor.ordered_profile, self._editor.kept
+        flown, kept = self._is_lost(flown_values), self._is_lost(kept_values)
+        if not flown and not kept:
+            return ""
+        which = "The gains that fly" if flown else "The gains that you kept"
+        said = f"{which} are in no file: they were tuned since the flight began."
+        if flown and kept and kept_values != flown_values:
+            return f"{said} Others are kept; Revert flies these, so that they can be saved."
+        return said
+
+    def save_unsaved(self, path: Path, saved: Callable[[], object]) -> None:
+        """Write what `unsaved` tells of to a gain file, and call back once it is written."""
+        flown = self._editor.ordered_profile
+        values = flown if self._is_lost(flown) else self._editor.kept
+        self._save(path, values, saved)
+
+    def as_yaml(self) -> str:
+        """Return what flies as a gain file's text, without a history."""
+        gains = {
+            name: _with_unit(name, value) for name, value in self._editor.ordered_profile.items()
+        }
+        file = {"vehicle": self._vehicle_name, "origin": "copied while flying", "gains": gains}
+        text: str = yaml.safe_dump(file, sort_keys=False, allow_unicode=True, width=100)
+        return text
+
+    def close(self) -> None:
+        """Wait for what is being read or written; the last call."""
+        self._answers.close()
+        self._errands.close()
+
+    @property
+    def _vehicle_name(self) -> str:
+        return self._vehicle.name if self._vehicle else ""
+
+    def _begin(self, view: LiveView) -> None:
+        """Begin with the profile of a new flight's start."""
+        self._vehicle = view.vehicle
+        self._start = dict(self._editor.kept)
+        self._set_name(AT_START, self._start)
+        self.dismiss()
+
+    def _has(self, values: Values) -> bool:
+        """Return whether the profile that was loaded or saved last has these values."""
+        return all(values.get(name) == value for name, value in self._values.items())
+
+    def _is_lost(self, values: Values) -> bool:
+        """Return whether values of the profile are to be had nowhere else."""
+        return values != self._start and not self._has(values)
+
+    def _read(self, name: str, read: Callable[[], GainFile]) -> None:
+        self._answers.expect(self._errands.run(read), done=lambda file: self._compare(name, file))
+
+    def _compare(self, name: str, file: GainFile) -> None:
+        diff = compare_profile(name, file, self._vehicle_name, self._editor.flown)
+        if diff.changes:
+            self.diff = diff
+            self.diff_changed.emit(diff)
+            return
+        self._set_name(name, diff.values)
+        self._notices.inform(f"Nothing differs: the flight has the gains of {name} already.")
+
+    def _save(self, path: Path, values: Values, saved: Callable[[], object] = lambda: None) -> None:
+        origin = f"tuned in flight, from {self.name}"
+        profile = GainFile(self._vehicle_name, origin, dict(values))
+
+        def tell(written: GainFile) -> None:
+            self._set_name(path.stem, written.gains)
+            self._notices.inform(f"Saved {len(written.gains)} values to {path}.")
+            saved()
+
+        self._answers.expect(self._errands.run(lambda: save_gains(path, profile)), done=tell)
+
+    def _set_name(self, name: str, values: Values) -> None:
+        self.name, self._values = name, dict(values)
+        self.named.emit(name)
+
+
+def compare_profile(name: str, file: GainFile, vehicle: str, present: Values) -> ProfileDiff:
+    """Return what a profile would change.
 
     Args:
         name: of the profile.
@@ -52,21 +216,7 @@ def make_offer(name: str, file: GainFile, vehicle: str, present: Mapping[str, fl
     if missing := [each for each in file.gains if each not in present]:
         said.append(f"this flight has no {', '.join(missing)}")
     changes = tuple(each for each in compared if each.a != each.b)
-    return Offer(name, "; ".join(said), values, changes)
-
-
-def read_own(source: Path, start: GainFile) -> GainFile:
-    """Return a model's own gains; those of the flight's start where it brings none.
-
-    Args:
-        source: of the vehicle's description.
-        start: what the flight began with.
-
-    Raises:
-        WorkbenchError: if the file is wrong.
-    """
-    own = source.parent / OWN
-    return load_gains(own) if own.is_file() else start
+    return ProfileDiff(name, "; ".join(said), values, changes)
 
 
 def read_text(text: str) -> GainFile:
@@ -87,14 +237,6 @@ def read_text(text: str) -> GainFile:
             return load_gains(path)
         except WorkbenchError as error:
             raise WorkbenchError(str(error).replace(str(path), f"the {CLIPBOARD}")) from None
-
-
-def write_text(profile: GainFile) -> str:
-    """Return a profile as a gain file's text, without a history."""
-    gains = {name: _with_unit(name, value) for name, value in profile.gains.items()}
-    said = {"vehicle": profile.vehicle, "origin": profile.origin, "gains": gains}
-    text: str = yaml.safe_dump(said, sort_keys=False, allow_unicode=True, width=100)
-    return text
 
 
 def percent_text(change: GainChange) -> str:

@@ -15,7 +15,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.actions import find_row
-from workbench.gui.flight_desk import FlightDesk
+from workbench.gui.flight_control import FlightControl
 from workbench.gui.icons import icon
 from workbench.gui.recorder import Recorder
 from workbench.gui.style import dressed
@@ -41,7 +41,7 @@ class TopBar(QFrame):
     Args:
         workspace: whose flight is shown.
         actions: of the table, by name.
-        desk: gives the flight its orders.
+        control: gives the flight its orders.
         recorder: the Record button's model.
         parent: in which it stands.
     """
@@ -50,7 +50,7 @@ class TopBar(QFrame):
         self,
         workspace: Workspace,
         actions: Mapping[str, QAction],
-        desk: FlightDesk,
+        control: FlightControl,
         recorder: Recorder,
         parent: QWidget | None = None,
     ) -> None:
@@ -61,7 +61,7 @@ class TopBar(QFrame):
         self._look, self._actions, self._recorder = workspace.look, actions, recorder
         self.badge = ModeBadge(workspace.look)
         self.speed = SpeedBox()
-        self.speed.edited.connect(desk.set_speed)
+        self.speed.edited.connect(control.set_speed)
         self.strip = StatusStrip(workspace.look)
         self._buttons: dict[str, QToolButton] = {}
         self._lay_out()

@@ -10,10 +10,10 @@ from workbench.analysis.replies import Forked
 from workbench.design.branches import Branch
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed
 from workbench.gui.tuning.card import SPACING, Card
-from workbench.gui.tuning.controller_gains import controller_gains
 from workbench.gui.tuning.fork_curves import QUANTITIES
 from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.trial import Trial
@@ -73,7 +73,7 @@ class ForkCard(Card):
         self.drop.clicked.connect(self._drop)
         self.quantity.currentIndexChanged.connect(self._draw)
         trial.changed.connect(self.refresh)
-        trial.desk.state_changed.connect(self.refresh)
+        trial.gains.state_changed.connect(self.refresh)
         self._analysis.forked.connect(self._hear)
         self._analysis.refused.connect(self._hear_refusal)
         self._show_state()
@@ -92,7 +92,7 @@ class ForkCard(Card):
 
     def refresh(self) -> None:
         """Offer the slots that are filled."""
-        wanted = [PROPOSED, *self._trial.desk.slots]
+        wanted = [PROPOSED, *self._trial.gains.slots]
         if wanted != [self.other.itemData(index) for index in range(self.other.count())]:
             chosen = self.other.currentData()
             self.other.clear()
@@ -167,7 +167,7 @@ class ForkCard(Card):
         self._trial.adopt(self._flown, "a branch of a fork")
 
     def _drop(self) -> None:
-        self._trial.desk.back()
+        self._trial.gains.discard()
         self.said.say("What flies now is kept.")
 
     def _name(self) -> str:
@@ -180,8 +180,8 @@ class ForkCard(Card):
 
     def _other_gains(self) -> dict[str, float]:
         chosen = self.other.currentData()
-        if chosen in self._trial.desk.slots:
-            stored = controller_gains(self._trial.desk.slots[chosen])
+        if chosen in self._trial.gains.slots:
+            stored = controller_gains(self._trial.gains.slots[chosen])
             return {**self._trial.flown, **stored}
         return self._trial.proposed
 

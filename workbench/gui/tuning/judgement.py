@@ -7,7 +7,7 @@ from PyQt6.QtCore import QObject, QTimer, pyqtSignal
 from workbench.analysis.questions import Judge, Question
 from workbench.analysis.replies import Judged, Reply
 from workbench.gui.analysis import Analysis
-from workbench.gui.tuning.controller_gains import controller_gains
+from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.tuning.follower import Follower
 
 LATE = 500

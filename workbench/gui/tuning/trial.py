@@ -5,42 +5,42 @@ from collections.abc import Mapping
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.questions import Step
-from workbench.gui.gains.gain_desk import GainDesk
-from workbench.gui.tuning.controller_gains import controller_gains, tunable
+from workbench.gui.gains.gain_editor import GainEditor
+from workbench.gui.gains.gain_rows import controller_gains, loop_gains
 
 
 class Trial(QObject):
     """Tells all cards what they are about.
 
     Args:
-        desk: of the gains.
-        parent: whose life it shares.
+        gains: that are tuned.
+        parent: owner.
     """
 
     changed = pyqtSignal()
     """Gains or step are others now."""
 
-    def __init__(self, desk: GainDesk, parent: QObject | None = None) -> None:
+    def __init__(self, gains: GainEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.desk = desk
+        self.gains = gains
         self._step: Step | None = None
-        desk.proposed_changed.connect(lambda _: self.changed.emit())
-        desk.flown_changed.connect(lambda _: self.changed.emit())
+        gains.proposed_changed.connect(lambda _: self.changed.emit())
+        gains.flown_changed.connect(lambda _: self.changed.emit())
 
     @property
     def proposed(self) -> dict[str, float]:
         """The controller's gains as proposed."""
-        return controller_gains(self.desk.proposed)
+        return controller_gains(self.gains.proposed)
 
     @property
     def flown(self) -> dict[str, float]:
         """The controller's gains as they fly."""
-        return controller_gains(self.desk.flown)
+        return controller_gains(self.gains.flown)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Gains that may be tuned."""
-        return tunable(self.desk.proposed)
+        return tuple(loop_gains(self.gains.proposed))
 
     @property
     def step(self) -> Step | None:
@@ -57,6 +57,6 @@ class Trial(QObject):
         """Tell of another flight."""
         self.changed.emit()
 
-    def adopt(self, gains: Mapping[str, float], what: str) -> None:
+    def adopt(self, values: Mapping[str, float], what: str) -> None:
         """Fly gains that somebody has chosen, as one step of undo."""
-        self.desk.adopt(gains, what)
+        self.gains.adopt(values, what)

@@ -7,10 +7,10 @@ from PyQt6.QtWidgets import QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
 from workbench.analysis.questions import Predict, Question
 from workbench.analysis.replies import Predicted, Reply
-from workbench.gui.gains.gain_desk import GainDesk
-from workbench.gui.gains.gain_dialogs import ask_to_save
+from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
-from workbench.gui.gains.profile_bar import ProfileBar
+from workbench.gui.gains.profile_bar import ProfileBar, ask_to_save
+from workbench.gui.gains.profiles import GainProfiles
 from workbench.gui.page import scrolled
 from workbench.gui.screen import Screen
 from workbench.gui.soon import Soon
@@ -39,10 +39,11 @@ class TuningScreen(Screen):
 
     Args:
         workspace: what all screens share.
-        parent: whose life it shares.
+        parent: owner.
 
     Attributes:
-        desk: of the gains.
+        gains: that are tuned.
+        profiles: of gains, loaded and saved.
         trial: what is tried.
         excitation, response, margins, poles, map, weights, fork, autotune, pin: the cards.
     """
@@ -53,10 +54,11 @@ class TuningScreen(Screen):
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(workspace, parent)
         analysis = workspace.analysis
-        self.desk = GainDesk(
+        self.gains = GainEditor(
             workspace.flight, analysis, workspace.preferences, workspace.notices, self
         )
-        self.trial = Trial(self.desk, self)
+        self.profiles = GainProfiles(self.gains, workspace.notices, self)
+        self.trial = Trial(self.gains, self)
         self.limits = Limits(workspace.preferences.store, self)
         self.judgement = Judgement(analysis, self)
         self._predictor = Follower(analysis, analysis.predicted, Predict, _answers, self)
@@ -80,9 +82,9 @@ class TuningScreen(Screen):
             (self.pin, "Pin"),
         ):
             self.tabs.addTab(card, name)
-        self.panel = GainPanel(workspace, self.desk)
+        self.panel = GainPanel(workspace, self.gains)
         self.arrangement = Arrangement(
-            _stacked(ProfileBar(workspace, self.desk), self.panel),
+            _stacked(ProfileBar(workspace, self.gains, self.profiles), self.panel),
             scrolled(_stacked(self.excitation, self.response)),
             self.margins,
             self.tabs,
@@ -97,7 +99,7 @@ class TuningScreen(Screen):
 
     def begin(self, view: LiveView) -> None:
         """Forget the flight before."""
-        self.desk.begin(view)
+        self.gains.begin(view)
         self.judgement.clear()
         self._predictor.forget()
         self.excitation.begin()
@@ -115,17 +117,15 @@ class TuningScreen(Screen):
 
     def unsaved(self) -> str:
         """Return which gains would be lost with the flight."""
-        return self.desk.unsaved()
+        return self.profiles.unsaved()
 
     def save_unsaved(self, saved: Callable[[], object]) -> None:
         """Ask for a file, and write them to it."""
-        ask_to_save(
-            self.window() or self, "gains.yaml", lambda path: self.desk.save_unsaved(path, saved)
-        )
+        ask_to_save(self.window() or self, lambda path: self.profiles.save_unsaved(path, saved))
 
     def close_screen(self) -> None:
-        """End what the desk has started."""
-        self.desk.close()
+        """Wait for what is read or written."""
+        self.profiles.close()
 
     def showEvent(self, event: QShowEvent | None) -> None:
         """Ask again: somebody looks."""

@@ -16,8 +16,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.gains.difference import GainChange
 from workbench.gui.gains.gain_rows import gain_label
-from workbench.gui.gains.profile_desk import ProfileDesk
-from workbench.gui.gains.profiles import Offer, percent_text
+from workbench.gui.gains.profiles import GainProfiles, ProfileDiff, percent_text
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import dressed
 from workbench.gui.units import unit_for
@@ -27,20 +26,20 @@ TALLEST = 240
 """Of the list; longer ones scroll [px]."""
 
 
-class OfferList(QFrame):
-    """Shows an offer until the user takes some of it, or nothing.
+class ProfileDiffView(QFrame):
+    """Shows a loaded profile until the user takes some of it, or nothing.
 
     Args:
-        profiles: offers.
+        profiles: compares.
         preferences: units.
-        parent: whose life it shares.
+        parent: owner.
 
     Attributes:
         ticks: of the lines, by the parameter's name.
     """
 
     def __init__(
-        self, profiles: ProfileDesk, preferences: Preferences, parent: QWidget | None = None
+        self, profiles: GainProfiles, preferences: Preferences, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
         self._profiles, self._preferences = profiles, preferences
@@ -59,16 +58,16 @@ class OfferList(QFrame):
         self._lay_out()
         self.fly.clicked.connect(self._take)
         self.none.clicked.connect(self._tick_others)
-        self.back.clicked.connect(profiles.decline)
-        profiles.offered.connect(self._show)
+        self.back.clicked.connect(profiles.dismiss)
+        profiles.diff_changed.connect(self._show)
         self.hide()
 
-    def _show(self, offer: Offer | None) -> None:
-        if offer is None:
+    def _show(self, diff: ProfileDiff | None) -> None:
+        if diff is None:
             self.hide()
             return
-        origin = f": {offer.said}" if offer.said else ""
-        self.said.setText(f"<b>{len(offer.changes)} of {offer.name} differ</b>{origin}")
+        origin = f": {diff.origin}" if diff.origin else ""
+        self.said.setText(f"<b>{len(diff.changes)} of {diff.name} differ</b>{origin}")
         content = QWidget()
         grid = QGridLayout(content)
         grid.setContentsMargins(0, 0, 4, 0)
@@ -76,7 +75,7 @@ class OfferList(QFrame):
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(0, 1)
         self.ticks = {}
-        for line, change in enumerate(offer.changes):
+        for line, change in enumerate(diff.changes):
             self._add_line(grid, line, change)
         self._area.setWidget(content)
         self._area.setFixedHeight(min(TALLEST, content.sizeHint().height() + 2))

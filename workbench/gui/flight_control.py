@@ -16,13 +16,13 @@ from workbench.scenario.scenario import Scenario, VehicleConfig
 _ON_GROUND = (FlightMode.OFF, FlightMode.ARMED)
 
 
-class FlightDesk(QObject):
+class FlightControl(QObject):
     """Gives the flight its orders.
 
     Args:
         flight: which is ordered.
         preferences: whether flights are drawn.
-        parent: whose life it shares.
+        parent: owner.
     """
 
     def __init__(

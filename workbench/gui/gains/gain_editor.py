@@ -1,0 +1,513 @@
+"""The gains that are being tuned: what is proposed, what flies, and what was kept."""
+
+from collections.abc import Callable, Iterable, Mapping
+from enum import Enum
+
+from PyQt6.QtCore import QObject, pyqtSignal
+from PyQt6.QtGui import QUndoCommand, QUndoStack
+
+from workbench.common.errors import WorkbenchError
+from workbench.gui.analysis import Analysis
+from workbench.gui.flight_model import FlightModel
+from workbench.gui.gains.flown_gains import FlownGains
+from workbench.gui.gains.gain_rows import flight_rows, gain_label, in_profile, loop_gains, partner
+from workbench.gui.gains.stability import StabilityCheck, same_loops
+from workbench.gui.notices import Notices
+from workbench.gui.preferences import Preferences
+from workbench.live.view import LiveView
+from workbench.scenario.parameters import Parameter, find_parameter
+
+AT_ONCE = "at once"
+MOST_STEPS = 500
+"""Of undo; then the oldest can no longer be taken back."""
+SLOTS = ("A", "B", "C")
+"""Sets of gains that are stored to be compared by one key."""
+ELSEWHERE = "a change from elsewhere"
+ALONE = -1
+"""Edit number of a change that is a step of undo by itself."""
+
+Values = Mapping[str, float]
+
+
+class Mark(Enum):
+    """How a parameter stands, in words."""
+
+    KEPT = "kept"
+    TRIED = "tried, not kept"
+    PROPOSED = "proposed, not flown"
+
+
+class GainStep(QUndoCommand):
+    """A change of proposed values that is made already; one step of undo.
+
+    Args:
+        restore: proposes values again, flies them where told so, and returns whether they fly.
+        what: the change in words, as "Speed x".
+        before: values by name.
+        after: values of the same names.
+        flown: whether it has reached the flight.
+        edit: changes of the same gains with the same number are one step, `ALONE` for none.
+    """
+
+    def __init__(
+        self,
+        restore: Callable[[Values, bool], bool],
+        what: str,
+        before: Values,
+        after: Values,
+        flown: bool,
+        edit: int,
+    ) -> None:
+        super().__init__(what)
+        self._restore, self._edit = restore, edit
+        self._before, self._after = dict(before), dict(after)
+        self.flown = flown
+        self._is_new = True
+
+    def id(self) -> int:
+        return self._edit
+
+    def mergeWith(self, other: QUndoCommand | None) -> bool:
+        """Take a later change of the same edit in; a step that leads nowhere goes."""
+        if not isinstance(other, GainStep) or other.text() != self.text():
+            return False
+        if other._before.keys() != self._before.keys():
+            return False
+        self._after, self.flown = other._after, other.flown
+        self.setObsolete(self._before == self._after)
+        return True
+
+    def undo(self) -> None:
+        flown = self.flown
+        self._restore(self._before, flown)
+        self.flown = flown  # whatever flies now, this step does not
+
+    def redo(self) -> None:
+        if self._is_new:
+            self._is_new = False
+        else:
+            self.flown = self._restore(self._after, self.flown) or self.flown
+
+
+class GainEditor(QObject):
+    """Tries gains on the flight, keeps them or brings the kept ones back.
+
+    Sliders show `proposed`; the flight has `flown`; `kept` is what `revert` brings back, at first
+    the values of the flight's start. Kept, reverted, stored and saved is what belongs to the
+    vehicle, its profile: `profile_names`. The other rows, as wind, faults and modes, are
+    conditions: they are set and undone here, and stay as they are when gains come back.
+
+    What would make a loop unstable, or cannot be judged, does not fly until `confirm`; what was
+    kept always does.
+
+    Args:
+        flight: gets the orders.
+        analysis: judges what is proposed.
+        preferences: whether what is proposed flies at once, or on Enter.
+        notices: where refusals are told.
+        parent: owner.
+
+    Attributes:
+        rows: of the parameter table that the flight has, in its order.
+        profile_names: names of those rows that are kept, reverted, stored and saved.
+        proposed: values that the sliders show, of all rows.
+        kept: values of the profile that `revert` brings back.
+        slots: stored values of the profile, by the slot's letter.
+        linked: whether gains of x and y move together.
+        warning: why what is proposed does not fly without `confirm`, a sentence; "" where it does.
+    """
+
+    begun = pyqtSignal(object)
+    """The first `LiveView` of another flight, whose gains these are from now on."""
+    proposed_changed = pyqtSignal(str)
+    """Name of a parameter that is proposed with another value now."""
+    flown_changed = pyqtSignal(object)
+    """Mapping of what the flight has otherwise now."""
+    warning_changed = pyqtSignal(str)
+    """`warning` is another now."""
+    value_refused = pyqtSignal(str, str)
+    """Name of a parameter, and why it may not have the value that was asked for; "" when it may."""
+    ranges_changed = pyqtSignal()
+    """Stable ranges are others, or older, now."""
+    state_changed = pyqtSignal()
+    """Anything else: kept, slots, undo, links, or the rows themselves."""
+
+    def __init__(
+        self,
+        flight: FlightModel,
+        analysis: Analysis,
+        preferences: Preferences,
+        notices: Notices,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._preferences, self._notices = preferences, notices
+        self._flown = FlownGains(flight, self)
+        self._stability = StabilityCheck(analysis, lambda: self.start, self)
+        self._steps = QUndoStack(self)
+        self._steps.setUndoLimit(MOST_STEPS)
+        self._edits, self._edit = 0, ALONE
+        self._vehicle: object = None
+        self.rows: tuple[Parameter, ...] = ()
+        self.profile_names: tuple[str, ...] = ()
+        self.proposed: dict[str, float] = {}
+        self.kept: dict[str, float] = {}
+        self.slots: dict[str, Values] = {}
+        self._compared: Values = {}  # what was proposed before a slot was recalled
+        self.linked = False
+        self.warning = ""
+        self._refused: set[str] = set()
+        self._told_refusal = ""
+        self._flown.changed.connect(self._follow)
+        self._flown.refused.connect(self._hear_refused)
+        self._stability.accepted.connect(self._fly)
+        self._stability.doubted.connect(self._warn)
+        self._stability.ranges_changed.connect(self.ranges_changed)
+        preferences.changed.connect(lambda _: self.state_changed.emit())
+
+    @property
+    def flown(self) -> Values:
+        """Values that the flight has, of all rows."""
+        return self._flown.values
+
+    @property
+    def start(self) -> Values:
+        """Values of the flight's start."""
+        return self._flown.start
+
+    @property
+    def ordered_profile(self) -> dict[str, float]:
+        """The profile as it flies, or is ordered to."""
+        return {name: self._flown.ordered(name) for name in self.profile_names}
+
+    @property
+    def proposed_profile(self) -> dict[str, float]:
+        """The profile as it is proposed."""
+        return {name: self.proposed[name] for name in self.profile_names}
+
+    @property
+    def is_at_once(self) -> bool:
+        """Whether what is proposed flies at once, and not on Enter."""
+        return self._preferences.text("apply_gains") == AT_ONCE
+
+    @property
+    def unflown(self) -> tuple[str, ...]:
+        """Names that are proposed with other values than are ordered or flown."""
+        ordered = self._flown.ordered
+        return tuple(name for name, value in self.proposed.items() if value != ordered(name))
+
+    @property
+    def tried(self) -> tuple[str, ...]:
+        """Names of the profile that are flown with other values than were kept."""
+        ordered = self._flown.ordered
+        return tuple(name for name, value in self.kept.items() if value != ordered(name))
+
+    @property
+    def next_undo(self) -> str:
+        """What `undo` would take back, in words; "" for nothing."""
+        return self._steps.undoText()
+
+    @property
+    def next_redo(self) -> str:
+        """What `redo` would make again, in words; "" for nothing."""
+        return self._steps.redoText()
+
+    @property
+    def has_fresh_ranges(self) -> bool:
+        """Whether the stable ranges were found with the gains that fly."""
+        return self._stability.has_ranges_of(self.flown)
+
+    def stable_range(self, name: str) -> tuple[float, float] | None:
+        """Return the stable values of a gain, the others as they were; None if none is known."""
+        ranges = self._stability.ranges
+        return ranges.stable.get(name) if ranges else None
+
+    def mark(self, name: str) -> Mark:
+        """Return how a parameter stands: proposed, flown or kept."""
+        ordered = self._flown.ordered(name)
+        if self.proposed[name] != ordered:
+            return Mark.PROPOSED
+        return Mark.TRIED if self.kept.get(name, ordered) != ordered else Mark.KEPT
+
+    def summary(self) -> str:
+        """Return in words how many gains are proposed, tried and kept."""
+        if not self.rows:
+            return "Nothing flies"
+        proposed, tried = len(self.unflown), len(self.tried)
+        parts = []
+        if proposed:
+            parts.append(f"{_count(proposed)} proposed, not flown")
+        if tried:
+            parts.append(f"{_count(tried)} tried, not kept")
+        return "; ".join(parts) or "Flown = kept"
+
+    def begin(self, view: LiveView) -> None:
+        """Edit the gains of a flight that has begun, or begun anew."""
+        if view.vehicle is self._vehicle:
+            self._flown.reset()
+            return
+        self._vehicle = view.vehicle
+        self._flown.begin(view)
+        self.rows = flight_rows(view.values)
+        self.profile_names = tuple(row.name for row in self.rows if in_profile(row))
+        self.proposed = dict(view.values)
+        self.kept = self.proposed_profile
+        self._steps.clear()
+        self.slots, self._compared = {}, {}
+        self._stability.begin()
+        self._refused.clear()
+        self._clear_warning()
+        self.begun.emit(view)
+        self.state_changed.emit()
+
+    def find_ranges(self) -> None:
+        """Find the stable ranges of what flies; somebody looks at them."""
+        self._stability.find_ranges(self.flown)
+
+    def begin_edit(self) -> None:
+        """Let what is proposed from now on be one step of undo: a slider is held."""
+        self._edits += 1
+        self._edit = self._edits
+
+    def end_edit(self) -> None:
+        """End that step: the slider is released."""
+        self._edit = ALONE
+        self.state_changed.emit()
+
+    def propose(self, name: str, value: float) -> None:
+        """Try a value of a parameter, and of the one that is linked with it.
+
+        It flies at once if the user prefers so and it is known to be stable; otherwise it is
+        judged first.
+
+        Args:
+            name: of the parameter.
+            value: in SI units; one that the table refuses changes nothing but a sentence.
+        """
+        if name not in self.proposed:
+            self._refuse(name, f"nothing that flies has {name}: begin a flight first")
+            return
+        row = find_parameter(name)
+        try:
+            value = row.check(value)
+        except WorkbenchError as error:
+            self._refuse(name, str(error))
+            return
+        names = [name, partner(name)] if self.linked and partner(name) else [name]
+        changed = self._put(dict.fromkeys(names, value), gain_label(row).text)
+        if self.is_at_once:
+            self.apply()  # first of all: to show it takes longer than to order it
+        else:
+            self._clear_warning()  # what was entered is not what is proposed any more
+        self._tell_proposed(changed)
+
+    def adopt(self, values: Values, what: str) -> None:
+        """Try many values in one step, whatever the user prefers: a profile, or a search's result.
+
+        Args:
+            values: by name; the others stay.
+            what: in words, for undo.
+
+        Raises:
+            WorkbenchError: if the table refuses one; then none is taken.
+        """
+        good = {name: find_parameter(name).check(value) for name, value in values.items()}
+        self._edit = ALONE
+        changed = self._put({name: good[name] for name in good if name in self.proposed}, what)
+        self.apply()
+        self._tell_proposed(changed)
+
+    def apply(self) -> None:
+        """Fly what is proposed, once it is known to be stable."""
+        self._told_refusal = ""
+        if self._is_known:
+            self._fly()
+        else:
+            loops = loop_gains(self.proposed)
+            rest = [name for name in self.unflown if name not in loops]
+            self._flown.order({name: self.proposed[name] for name in rest})
+            self._stability.ask(self.proposed)
+
+    def confirm(self) -> None:
+        """Fly what is proposed in spite of the warning."""
+        if self.warning:
+            self._fly()
+
+    def discard(self, names: Iterable[str] = ()) -> None:
+        """Propose what is flown again, in place of what does not fly.
+
+        Args:
+            names: of some parameters; none for all.
+        """
+        chosen = tuple(names) or self.unflown
+        self._edit = ALONE
+        changed = self._put(
+            {name: self._flown.ordered(name) for name in chosen}, "back to what flies"
+        )
+        if not self.unflown:
+            self._clear_warning()
+        elif self._is_undecided:
+            self.apply()
+        self._tell_proposed(changed)
+
+    def keep(self) -> None:
+        """Let what flies be what `revert` brings back."""
+        self.kept = self.ordered_profile
+        self.end_edit()
+
+    def revert(self) -> None:
+        """Fly the kept set, whatever else is the matter: nothing is judged, nothing is waited for.
+
+        Every value is ordered, also one that is flown as far as is known here.
+        """
+        self._told_refusal = ""
+        self._edit = ALONE
+        changed = self._put(self.kept, "revert", flown=True)
+        self._flown.order_now(dict(self.kept))
+        self._clear_warning()
+        self._tell_proposed(changed)
+
+    def undo(self) -> None:
+        """Take the last change back, in the flight too if it had got there."""
+        self._edit = ALONE
+        self._steps.undo()
+        self.state_changed.emit()
+
+    def redo(self) -> None:
+        """Make the change again that was taken back last."""
+        self._steps.redo()
+        self.state_changed.emit()
+
+    def store(self, slot: str) -> None:
+        """Let a slot have what is proposed."""
+        self.slots[slot] = self.proposed_profile
+        self._compared = {}
+        self.state_changed.emit()
+
+    def compare(self, slot: str) -> None:
+        """Fly what a slot has; where that is proposed already, go back to what was before.
+
+        So one key compares the slot with the present. An empty slot gets what is proposed.
+        """
+        present = self.proposed_profile
+        if slot not in self.slots:
+            self.store(slot)
+        elif present != self.slots[slot]:
+            self._compared = present
+            self.adopt(self.slots[slot], f"slot {slot}")
+        elif self._compared:
+            self.adopt(self._compared, f"back from slot {slot}")
+
+    def set_linked(self, linked: bool) -> None:
+        """Let x and y move together from now on, or no longer; that moves nothing yet."""
+        self.linked = linked
+        self.state_changed.emit()
+
+    @property
+    def _is_known(self) -> bool:
+        """Whether what is proposed flies, was kept, or is within the stable ranges."""
+        return (
+            same_loops(self.proposed, self._flown.all_ordered)
+            or self._stability.knows(self.proposed)
+            or same_loops(self.proposed, self.proposed | self.kept)
+        )
+
+    @property
+    def _is_undecided(self) -> bool:
+        """Whether something is entered that is judged still, or warned of."""
+        return bool(self.warning) or self._stability.is_asking
+
+    def _fly(self) -> None:
+        self._flown.order({name: self.proposed[name] for name in self.unflown})
+        index = self._steps.index()
+        while index and isinstance(step := self._steps.command(index - 1), GainStep):
+            if step.flown:
+                break
+            step.flown = True
+            index -= 1
+        self._clear_warning()
+        self.state_changed.emit()
+
+    def _put(self, values: Values, what: str, flown: bool = False) -> list[str]:
+        """Propose values as a step of undo; return the names of those that are others now."""
+        before = {name: self.proposed[name] for name in values}
+        if before != dict(values):
+            step = GainStep(self._restore, what, before, values, flown, self._edit)
+            self._steps.push(step)
+        return self._set(values)
+
+    def _set(self, values: Values) -> list[str]:
+        """Propose values; return the names of those that are others now."""
+        changed = [name for name, value in values.items() if self.proposed[name] != value]
+        self.proposed.update(values)
+        for name in self._refused.intersection(values):
+            self._refused.discard(name)
+            self.value_refused.emit(name, "")
+        return changed
+
+    def _restore(self, values: Values, flown: bool) -> bool:
+        """Propose values of the undo stack; fly them if they flew, or if all flies at once.
+
+        Returns:
+            Whether all that is proposed flies.
+        """
+        changed = self._set({name: values[name] for name in values if name in self.proposed})
+        if flown or self.is_at_once:
+            self.apply()
+        else:
+            self._clear_warning()
+        self._tell_proposed(changed)
+        return not self.unflown
+
+    def _tell_proposed(self, names: Iterable[str]) -> None:
+        for name in names:
+            self.proposed_changed.emit(name)
+        self.state_changed.emit()
+
+    def _refuse(self, name: str, said: str) -> None:
+        self._refused.add(name)
+        self.value_refused.emit(name, said)
+
+    def _hear_refused(self, values: Values, said: str) -> None:
+        for name in values:
+            self._refuse(name, said)
+        if said != self._told_refusal:  # a flight that is broken refuses whatever comes
+            self._told_refusal = said
+            name, *others = values
+            stays = f"{name} stays at {self.flown[name]:g}"
+            whole = f"{stays}, and {len(others)} more as they are" if others else stays
+            self._notices.warn(f"{whole}: {said}.")
+        self.state_changed.emit()
+
+    def _warn(self, said: str) -> None:
+        self.warning = said
+        self.warning_changed.emit(said)
+        self.state_changed.emit()
+
+    def _clear_warning(self) -> None:
+        self._stability.cancel()
+        if self.warning:
+            self.warning = ""
+            self.warning_changed.emit("")
+
+    def _follow(self, before: Values) -> None:
+        """Show what the flight has now; what is being tried stays proposed."""
+        changed = {name: value for name, value in self.flown.items() if value != before[name]}
+        shown = {
+            name: value
+            for name, value in changed.items()
+            if not self._flown.is_ordered(name) and self.proposed[name] == before[name]
+        }
+        if shown:
+            self._tell_proposed(self._put(shown, ELSEWHERE, flown=True))
+        if loop_gains(shown) and self._is_undecided:
+            self.apply()  # what is judged or warned of has changed with it
+        self.flown_changed.emit(changed)
+        if loop_gains(changed):
+            self._stability.find_ranges(self.flown)
+            self.ranges_changed.emit()
+        self.state_changed.emit()
+
+
+def _count(number: int) -> str:
+    return "1 gain" if number == 1 else f"{number} gains"
