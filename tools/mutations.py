@@ -147,6 +147,20 @@ MUTATIONS = (
         "v_WB_W[0] + wind_W[0]",
         ("tests/oracles/test_wind.py",),
     ),
+    Mutation(
+        "payload: at the body's origin",
+        "workbench/plant/payload.py",
+        "RigidTransform(list(self.place)),",
+        "RigidTransform(),",
+        ("tests/session/test_payload.py", ORACLE),
+    ),
+    Mutation(
+        "payload: none in contact",
+        f"{SYSTEMS}/vehicle_dynamics.py",
+        "self._contact.carry(self.payload(context))",
+        "self._contact.carry(NO_PAYLOAD)",
+        ("tests/session/test_payload.py",),
+    ),
     # law
     Mutation(
         "law: the other sign of the gyroscopic term",

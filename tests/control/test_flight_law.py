@@ -136,7 +136,7 @@ def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals
         guide,
         np.array(gains),
         np.array(WHOLE),
-        *packed(constants),
+        np.concatenate([each.ravel() for each in packed(constants)]),
         np.array(CLOSED),
         sampled_estimate(PERIOD),
         filtered,

@@ -5,6 +5,7 @@ commands that were flown; so these also show that the two are enough to fly the 
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -187,6 +188,53 @@ def test_free_of_torque_a_body_keeps_momentum_and_energy(printed, flown, model, 
     lost = np.linalg.norm(np.array(momenta) - momenta[0], axis=1).max()
     assert lost < 1e-4 * np.linalg.norm(momenta[0])
     assert energies == pytest.approx(np.full(len(energies), energies[0]), rel=5e-4)
+
+
+def laden(vehicle: ReferenceVehicle, mass: float, place, size) -> ReferenceVehicle:
+    """Return a vehicle with a box that is fixed to it, by the parallel-axis theorem."""
+    place, (a, b, c) = np.array(place), np.square(size)
+    whole = vehicle.mass + mass
+    com = (vehicle.mass * vehicle.com + mass * place) / whole
+    inertia = vehicle.inertia + mass / 12.0 * np.diag([b + c, a + c, a + b])
+    # two bodies turn about their common centre as their reduced mass does at their distance
+    arm = place - vehicle.com
+    reduced = vehicle.mass * mass / whole
+    inertia = inertia + reduced * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return replace(vehicle, mass=whole, com=com, inertia=inertia)
+
+
+@VEHICLES
+def test_a_payload_is_picked_up_and_dropped_as_in_the_reference(printed, model):
+    """Position, velocity and attitude of the body's origin go on; the law is told wrong things."""
+    vehicle = printed(model)
+    place, size = (0.12, -0.08, -0.15), (0.1, 0.06, 0.2)
+    session = Session(
+        Scenario(**started(model, (6.0, -5.0, 4.0), velocity=[3.0, -2.0, 1.0])),
+        {"drag_area": vehicle.drag_area, "known_payload_mass": 0.2}
+        | {f"payload_{axis}": p for axis, p in zip("xyz", place, strict=True)}
+        | {f"payload_size_{axis}": s for axis, s in zip("xyz", size, strict=True)},
+    )
+    carried = [(0.5, 0.0), (0.75, 0.6), (0.75, 0.0)]
+    for duration, mass in carried:
+        session.set("payload_mass", mass)
+        session.tick(duration)
+    recording = session.recording()
+    acts = np.append(0.0, recording.time[:-1] + STEP)
+    commands = np.vstack([recording.rotor_speeds[:1], recording.commanded_speeds[1:]])
+    state, speeds, began = first_state(recording), recording.rotor_speeds[0], 0.0
+    for duration, mass in carried:
+        now = np.searchsorted(acts, began, side="right") - 1
+        held = np.append(0.0, acts[now + 1 :] - began)
+        flown = laden(vehicle, mass, place, size)
+        leg = fly(flown, state, speeds, held, commands[now:], duration, sample=PERIOD)
+        count = round(duration / PERIOD) + 1
+        first = round(began / PERIOD)
+        places = recording.p_WB[first : first + count] - leg.p_WB
+        assert np.linalg.norm(places, axis=1).max() < PLACE
+        turned = angles_between(recording.q_WB[first : first + count], leg.q_WB)
+        assert turned.max() < ANGLE
+        state = np.concatenate([leg.q_WB[-1], leg.p_WB[-1], leg.w_WB[-1], leg.v_WB[-1]])
+        speeds, began = leg.rotor_speeds[-1], began + duration
 
 
 class MujocoBody:

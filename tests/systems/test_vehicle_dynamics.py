@@ -98,7 +98,8 @@ def pure(spinning, vehicle, state, memory, commands, settings, number=0):
 
 def stepped(dynamics, context, state, memory, commands, settings) -> np.ndarray:
     dynamics.GetInputPort("commands").FixValue(context, commands)
-    context.get_mutable_numeric_parameter(0).SetFromVector([*settings, SEED, *SHARES])
+    values = context.get_mutable_numeric_parameter(0).get_mutable_value()
+    values[: module.SHARES + 4] = [*settings, SEED, *SHARES]
     context.SetDiscreteState(BODY, state)
     context.SetDiscreteState(MEMORY, memory)
     after = dynamics.EvalUniquePeriodicDiscreteUpdate(context)
@@ -142,7 +143,7 @@ def test_defaults_are_those_of_the_table(vehicle):
 
 def test_all_rotors_are_whole_to_begin_with(dynamics):
     values = dynamics.CreateDefaultContext().get_numeric_parameter(0).value()
-    assert values[module.SHARES :].tolist() == [1.0] * 4
+    assert values[module.SHARES : module.SHARES + 4].tolist() == [1.0] * 4
 
 
 def test_inputs_are_only_read(dynamics):
@@ -152,7 +153,8 @@ def test_inputs_are_only_read(dynamics):
     stepped(dynamics, context, state, memory, commands, settings)
     dynamics.GetOutputPort("acceleration").Eval(context)
     assert dynamics.GetInputPort("commands").Eval(context).tolist() == commands.tolist()
-    assert context.get_numeric_parameter(0).value().tolist() == [*settings, SEED, *SHARES]
+    values = context.get_numeric_parameter(0).value().tolist()
+    assert values[: module.SHARES + 4] == [*settings, SEED, *SHARES]
     assert context.get_discrete_state(BODY).value().tolist() == state.tolist()
     assert context.get_discrete_state(MEMORY).value().tolist() == memory.tolist()
 

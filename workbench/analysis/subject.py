@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 CONTROLLER = tuple(row.name for row in parameters_of("controller"))
 """Gains and limits of the law."""
-OF_A_STEP = ("controller", "air", "rotors")
+PAYLOAD = tuple(row.name for row in parameters_of("payload"))
+"""What is carried, and what the law knows of that."""
+OF_A_STEP = ("controller", "air", "payload", "rotors")
 """Whose parameters act on a step from hover."""
 FIRST_STEP = 0.1
 """Duration of the flight that loads the compiled code [s]."""
@@ -64,7 +66,7 @@ class Subject:
         from workbench.design.judge.live import HOLDING
         from workbench.design.tune.retuned import RetunedModels
 
-        gains = {name: self.own[name] for name in CONTROLLER}
+        gains = {name: self.own[name] for name in (*CONTROLLER, *PAYLOAD)}
         return RetunedModels(self.study, HOLDING, {**self.study.gains, **gains})
 
     @cached_property

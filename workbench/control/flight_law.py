@@ -16,7 +16,8 @@ from workbench.control.mixer import mix
 from workbench.control.pd import Body, Gains, specific_force, wrench
 from workbench.control.stopped_rotors import any_stopped, mix_without
 from workbench.dynamics.rotor_response import speed_command
-from workbench.plant.drag import drag_rates
+from workbench.plant.drag import drag_area, drag_rates
+from workbench.plant.payload import NO_PAYLOAD, Payload, believed
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
@@ -28,6 +29,8 @@ Signal = Any
 SOURCES = ("control", "dynamics", "plant/gravity.py")
 """What the compiled law stands in, below `workbench/`."""
 SPIN_UP = Gains._fields.index("spin_up_feedforward")
+BODY, ROTOR = 18, 11
+"""Numbers that the law knows of the body, and of each rotor, see `packed`."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
@@ -56,8 +59,18 @@ class LawConstants(NamedTuple):
     spin_up_time: float
 
 
-def law_constants(vehicle: Vehicle) -> LawConstants:
-    """Return the constants of a vehicle, as the law knows it."""
+def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstants:
+    """Return the constants of a vehicle, as the law knows it.
+
+    Args:
+        vehicle: without a payload.
+        payload: of which the law believes that it has the known mass.
+
+    Raises:
+        WorkbenchError: if no rotor speeds would hold the two in hover.
+    """
+    area = drag_area(vehicle.mass)
+    vehicle = believed(vehicle, payload)
     frame = thrust_frame(vehicle)
     inertia = frame.inertia_T
     lever = vehicle.p_BoBcm_B if math.hypot(*vehicle.p_BoBcm_B) > NEAR else (0.0, 0.0, 0.0)
@@ -69,7 +82,7 @@ def law_constants(vehicle: Vehicle) -> LawConstants:
         inertia=[*inertia[0].tolist(), *inertia[1, 1:].tolist(), float(inertia[2, 2])],
         q_BT=frame.q_BT,
         p_BoBcm_B=list(lever),
-        drag=list(drag_rates(vehicle)),
+        drag=list(drag_rates(vehicle, area)),
         allocation=frame.allocation.tolist(),
         effects=effects.T.tolist(),
         idle_thrusts=frame.idle_thrusts.tolist(),
@@ -80,10 +93,7 @@ def law_constants(vehicle: Vehicle) -> LawConstants:
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (18) of the body and (n, 11) of the rotors.
-
-    Each array handed to compiled code costs a quarter of a microsecond, hence so few.
-    """
+    """Return constants as two arrays, (18) of the body and (n, 11) of the rotors."""
     columns = (constants.idle_thrusts, constants.max_thrusts, constants.motor_constants)
     place = (*constants.q_BT, *constants.p_BoBcm_B)
     body = np.array(
@@ -325,8 +335,7 @@ def packed_update(
     guidance: np.ndarray,
     gains: np.ndarray,
     shares: np.ndarray,
-    body: np.ndarray,
-    rotors: np.ndarray,
+    known: np.ndarray,
     probes: np.ndarray,
     estimate: tuple[float, float],
     filtered: np.ndarray,
@@ -334,9 +343,11 @@ def packed_update(
 ) -> None:
     """Do `control_update` with packed constants, in place; this is what gets compiled.
 
-    `probes` are gates and injections of the loop points (30).
+    `known` are the constants of the body, and those of the rotors row by row, see `packed`: each
+    array handed to compiled code costs a quarter of a microsecond, hence so few. `probes` are gates
+    and injections of the loop points (30).
     """
-    constants = unpacked(body, rotors)
+    constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
     loops = np.empty(SIGNALS + COUNT)
     loops[:SIGNALS] = probes
     after = control_update(

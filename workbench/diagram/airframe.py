@@ -10,6 +10,7 @@ from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from workbench.dynamics.air.settings import AirSettings
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
+from workbench.plant.payload import payload_of
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameters_of
 from workbench.systems.vehicle_dynamics import VehicleDynamics
@@ -58,7 +59,7 @@ def add_airframe(
     Args:
         builder: the diagram being built.
         description: what flies, drawn or not.
-        values: of parameters by name; those of the air are used.
+        values: of parameters by name; those of air and payload are used.
         physics_step: [s].
         world: what is around it.
     """
@@ -66,7 +67,13 @@ def add_airframe(
     air = AirSettings(**{row.name: values[row.name] for row in parameters_of("air")})
     dynamics = builder.AddNamedSystem(
         "dynamics",
-        VehicleDynamics(description=description, settings=air, step=physics_step, world=world),
+        VehicleDynamics(
+            description=description,
+            settings=air,
+            step=physics_step,
+            world=world,
+            payload=payload_of(values),
+        ),
     )
     builder.Connect(dynamics.GetOutputPort("state"), state)
     return Airframe(dynamics, plant, scene_graph)

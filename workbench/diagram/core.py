@@ -12,6 +12,7 @@ from workbench.diagram.airframe import Airframe, add_airframe
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
+from workbench.plant.payload import laden, laden_description, payload_of
 from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import parameters_of
@@ -33,7 +34,8 @@ def make_flight_core(
     """Return plant, rotors, drag and controller as one continuous diagram.
 
     It converts to AutoDiffXd, and `Linearize` of it is exact. The law knows `vehicle`; what flies
-    is `description`, which may be another, see `plant.variation`.
+    is `description`, which may be another, see `plant.variation`. Both are given without their
+    payload, which is that of the gains.
 
     Input ports: reference (8) and guidance (22), see `control.guidance`; wind (3), the velocity of
     the air in W [m/s], still where nothing is connected.
@@ -46,7 +48,9 @@ def make_flight_core(
     controller = builder.AddNamedSystem(
         "controller",
         CascadedController_[float](
-            vehicle=vehicle, gains=Gains(**parameter_values("controller", gains))
+            vehicle=vehicle,
+            gains=Gains(**parameter_values("controller", gains)),
+            payload=payload_of(gains),
         ),
     )
     builder.Connect(state, estimate.get_input_port())
@@ -90,12 +94,14 @@ def _add_continuous_vehicle(
     gains: Mapping[str, float],
 ) -> tuple[MultibodyPlant, VehicleForces]:
     """Add Drake's continuous plant with rotors and drag; ports for commands and wind stay open."""
-    plant, _ = add_plant(builder, description.undrawn(), time_step=0.0)
+    payload = payload_of(gains)
+    whole = laden_description(description.undrawn(), payload)
+    plant, _ = add_plant(builder, whole, time_step=0.0)
     forces = builder.AddNamedSystem(
         "forces",
         VehicleForces_[float](
             description=description,
-            p_BoBcm_B=make_vehicle(description).p_BoBcm_B,
+            p_BoBcm_B=laden(make_vehicle(description), payload).p_BoBcm_B,
             drag_area=gains["drag_area"],
             air_density=gains["air_density"],
         ),
@@ -144,6 +150,7 @@ def add_computer(
             vehicle=vehicle,
             gains=Gains(**parameter_values("controller", gains)),
             period=rates.control_period,
+            payload=payload_of(gains),
         ),
     )
     delays = variation.delays(rates.physics_step, rates.control_period)

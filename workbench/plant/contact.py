@@ -1,14 +1,16 @@
 """Contact with what stands still: Drake's discrete plant, asked where a vehicle may touch."""
 
+import copy
 import math
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import MultibodyForces
+from pydrake.multibody.tree import MultibodyForces, RotationalInertia, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_plant
+from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.reach import reach
 from workbench.plant.worlds.world import World
 
@@ -25,7 +27,7 @@ class Contact:
     asks for: what hits something has no second derivative.
 
     Args:
-        description: what flies.
+        description: what flies, without its payload, see `carry`.
         world: where.
         step: of the physics [s].
     """
@@ -43,9 +45,25 @@ class Contact:
         self._forces = plant.get_applied_generalized_force_input_port()
         around = reach(description.model, description.base_link, description.rotors)
         self._p_BC, self._radius = np.array(around.p_BC), around.radius
-        drone = plant.GetBodyByName(description.base_link)
+        self._drone = plant.GetBodyByName(description.base_link)
         self._at = np.full(13, math.nan)
-        self._own = frozenset(plant.GetCollisionGeometriesForBody(drone))
+        self._own = frozenset(plant.GetCollisionGeometriesForBody(self._drone))
+        self._payload = NO_PAYLOAD
+
+    def carry(self, payload: Payload) -> None:
+        """Let the vehicle carry a payload; it has mass and no shape, so it touches nothing."""
+        if payload == self._payload:
+            return
+        self._payload = payload
+        # from the bare one each time: what it carried before must leave no rounding behind
+        whole = copy.copy(self._drone.default_spatial_inertia())
+        if payload.payload_mass > 0.0:
+            box = payload.inertial
+            moments = RotationalInertia(*box.moments)
+            whole += SpatialInertia.MakeFromCentralInertia(
+                box.mass, box.X_LI.translation(), moments
+            )
+        self._drone.SetSpatialInertiaInBodyFrame(self._context, whole)
 
     def steps_away(self, state: np.ndarray) -> float:
         """Return for how many steps a vehicle touches nothing for sure, infinite where nothing is.

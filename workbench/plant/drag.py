@@ -40,14 +40,20 @@ class DragRates(NamedTuple):
     yaw: float
 
 
-def drag_rates(vehicle: Vehicle) -> DragRates:
-    """Return the decelerations that a vehicle's rotors, turning as in hover, and body make."""
+def drag_rates(vehicle: Vehicle, area: float | None = None) -> DragRates:
+    """Return the decelerations that a vehicle's rotors, turning as in hover, and body make.
+
+    Args:
+        vehicle: with its payload.
+        area: see `drag_area`; that of the mass where it is not given [m²].
+    """
+    area = drag_area(vehicle.mass) if area is None else area
     frame = thrust_frame(vehicle)
     coefficients = [rotor.rotor_drag_coefficient for rotor in vehicle.rotors]
     pulls = np.array(coefficients) * frame.hover_speeds
     arms = np.array([rotor.p_BR[:2] for rotor in frame.rotors]) - frame.p_ToTcm_T[:2]
     return DragRates(
         across=float(pulls.sum()) / vehicle.mass,
-        squared=0.5 * AIR_DENSITY * drag_area(vehicle.mass) / vehicle.mass,
+        squared=0.5 * AIR_DENSITY * area / vehicle.mass,
         yaw=float(pulls @ (arms**2).sum(axis=1) / frame.inertia_T[2, 2]),
     )

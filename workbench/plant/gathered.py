@@ -32,7 +32,7 @@ def gathered(model: Model, base_link: str) -> Model:
     body = Link(
         name=base_link,
         X_ML=base.X_ML,
-        inertial=_whole([(X_BL[link.name], link.inertial) for link in model.links]),
+        inertial=whole_inertial([(X_BL[link.name], link.inertial) for link in model.links]),
         visuals=tuple(
             dataclasses.replace(
                 visual, name=_named(link, visual.name), X_LV=X_BL[link.name] @ visual.X_LV
@@ -70,7 +70,7 @@ def _named(link: Link, shape: str) -> str:
     return f"{link.name}{_BETWEEN}{shape.replace(_BETWEEN, '_')}"
 
 
-def _whole(parts: Sequence[tuple[RigidTransform, Inertial | None]]) -> Inertial | None:
+def whole_inertial(parts: Sequence[tuple[RigidTransform, Inertial | None]]) -> Inertial | None:
     """Return mass and inertia of all parts together, None where none has mass.
 
     With c_i a part's centre of mass from that of the whole, in B:

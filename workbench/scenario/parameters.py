@@ -19,8 +19,8 @@ class Parameter:
     Attributes:
         name: unique, as in `--set name=value` and in gain files.
         system: the diagram's system that has it in its numeric parameter 0, at the place that
-            the row has among the rows of that system; "rotors" is the controller's numeric
-            parameter 1.
+            the row has among the rows of that system; "rotors" and "payload" are what flies and
+            what the law knows of it, see `live_context`.
         unit: SI.
         minimum: smallest value allowed.
         maximum: largest value allowed.
@@ -83,9 +83,15 @@ def _air(name: str, unit: str, limits: tuple[float, float], default: float, help
     return Parameter(name, "air", unit, *limits, default, help)
 
 
+def _payload(name: str, unit: str, limits: tuple[float, float], help: str) -> Parameter:
+    return Parameter(name, "payload", unit, *limits, 0.0, help)
+
+
 _SPEED_OF_AIR = (-50.0, 50.0)
 _FORCE = (-1000.0, 1000.0)
 _PLACE = (-10.0, 10.0)
+_LOAD = (0.0, 100.0)
+_SIZE = (0.0, 10.0)
 _TIME = (0.0, 1e6)
 _DURATION = (0.001, 3600.0)
 _RATE = (0.0, 30.0)
@@ -182,6 +188,14 @@ PARAMETERS: tuple[Parameter, ...] = (
     _air("push_duration", "s", _DURATION, 0.1, "how long the push lasts"),
     _air("drag_area", "m^2", (0.0, 10.0), 0.015, "drag coefficient times area of the body"),
     _air("air_density", "kg/m^3", (0.0, 2.0), 1.225, "density of the air, for the body's drag"),
+    _payload("payload_mass", "kg", _LOAD, "mass of the payload; 0 drops it"),
+    _payload("payload_x", "m", _PLACE, "the payload's centre, ahead of the base link's origin"),
+    _payload("payload_y", "m", _PLACE, "the payload's centre, left of the base link's origin"),
+    _payload("payload_z", "m", _PLACE, "the payload's centre, above the base link's origin"),
+    _payload("payload_size_x", "m", _SIZE, "length of the payload, a box of even density"),
+    _payload("payload_size_y", "m", _SIZE, "width of the payload"),
+    _payload("payload_size_z", "m", _SIZE, "height of the payload"),
+    _payload("known_payload_mass", "kg", _LOAD, "mass that the law takes the payload to have"),
     *map(_fault, SENSOR_KINDS),
     *map(_rotor, range(1, MOST_ROTORS + 1)),
 )

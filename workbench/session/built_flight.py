@@ -1,14 +1,16 @@
 """What a scenario flies, built: read, varied, given its gains, and put into a diagram."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat
 
+from workbench.control.flight_law import law_constants
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
 from workbench.gains.gains import flight_gains, remark_on_owner
 from workbench.plant.loading import make_vehicle
+from workbench.plant.payload import Payload, payload_of
 from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
@@ -18,7 +20,7 @@ from workbench.scenario.configured import (
     tell_remarks,
     tell_world,
 )
-from workbench.scenario.scenario import Scenario, check_scenario
+from workbench.scenario.scenario import Action, Scenario, check_scenario
 from workbench.scenario.vehicle_parameters import check_settings
 from workbench.session.script import scenario_path
 from workbench.systems.bridge import Bridge
@@ -72,6 +74,21 @@ def build_flight(
         bridge,
         picture_period,
     )
-    for action in scenario.script:
-        check_settings(vehicle, action.set)
+    _check_script(scenario.script, vehicle, payload_of(values))
     return BuiltFlight(vehicle, world, values, bench)
+
+
+def _check_script(script: Sequence[Action], vehicle: Vehicle, payload: Payload) -> None:
+    """Refuse what a script sets, before it flies: rows and payloads that the vehicle cannot have.
+
+    Args:
+        script: of the flight.
+        vehicle: as the controller knows it.
+        payload: at the start.
+    """
+    for action in sorted(script, key=lambda each: each.at):
+        check_settings(vehicle, action.set)
+        carried = {name: value for name, value in action.set.items() if name in Payload._fields}
+        if carried:
+            payload = payload._replace(**carried)
+            law_constants(vehicle, payload)

@@ -12,6 +12,7 @@ from workbench.control.flight_mode import initial_state
 from workbench.control.mode import FlightMode
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
+from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
@@ -29,6 +30,7 @@ from workbench.session.checkpoint import Instant, SystemState
 from workbench.session.system_states import read_states, write_states
 from workbench.systems.flight_computer import SHARES
 from workbench.systems.pilot import Wish
+from workbench.systems.vehicle_dynamics import PAYLOAD
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 
 Place = tuple[System, int, int]
@@ -108,10 +110,17 @@ class LiveContext:
         """Give live parameters values by name, or none of them if one is refused.
 
         Raises:
-            WorkbenchError: if one is unknown or out of range, or nothing in this flight has it.
+            WorkbenchError: if one is unknown or out of range, nothing in this flight has it, or
+                the law cannot fly with the payload that it then knows.
         """
-        places = [(self._find(find_parameter(n)), v) for n, v in checked(values).items()]
-        for found, value in places:
+        places = {n: (self._find(find_parameter(n)), v) for n, v in checked(values).items()}
+        carried = {name: places.pop(name)[1] for name in Payload._fields if name in places}
+        if carried:
+            dynamics, computer = self._bench.airframe.dynamics, self._bench.computer
+            payload = dynamics.payload(self._of(dynamics))._replace(**carried)
+            computer.set_payload(self._of(computer), payload)
+            dynamics.set_payload(self._of(dynamics), payload)
+        for found, value in places.values():
             for system, number, index in found:
                 self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
@@ -134,8 +143,10 @@ class LiveContext:
         """
         check_parameters(self._bench.vehicle, [row.name])
         index = parameters_of(row.system).index(row)
+        dynamics = self._bench.airframe.dynamics
+        if row.system == "payload":
+            return [(dynamics, PAYLOAD, index)]
         if row.system == "rotors":
-            dynamics = self._bench.airframe.dynamics
             return [(self._bench.computer, SHARES, index), (dynamics, 0, DYNAMICS_SHARES + index)]
         systems = self._systems(row.system)
         if not systems:

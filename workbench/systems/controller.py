@@ -11,6 +11,7 @@ from workbench.control.flight_law import SPIN_UP, law_constants, rotor_commands
 from workbench.control.guidance import Guidance, Reference
 from workbench.control.loop_points import CLOSED, COUNT, SIGNALS
 from workbench.control.pd import Gains
+from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 
 GAINS, PROBES = range(2)
@@ -41,11 +42,19 @@ def CascadedController_(T: Any) -> Any:
     """
 
     class Impl(LeafSystem_[T]):
-        def _construct(self, *, vehicle: Vehicle, gains: Gains, converter: Any = None) -> None:
+        def _construct(
+            self,
+            *,
+            vehicle: Vehicle,
+            gains: Gains,
+            payload: Payload = NO_PAYLOAD,
+            converter: Any = None,
+        ) -> None:
             LeafSystem_[T].__init__(self, converter)
             self.vehicle = vehicle
             self.gains = gains
-            self._constants = law_constants(vehicle)
+            self.payload = payload
+            self._constants = law_constants(vehicle, payload)
             self._shares = [1.0] * len(vehicle.rotors)
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in CLOSED]))
@@ -60,7 +69,13 @@ def CascadedController_(T: Any) -> Any:
             )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, vehicle=other.vehicle, gains=other.gains, converter=converter)
+            Impl._construct(
+                self,
+                vehicle=other.vehicle,
+                gains=other.gains,
+                payload=other.payload,
+                converter=converter,
+            )
 
         def loop_signals(self, context: Any) -> list[Any]:
             """Return what comes to each of the loop points (15) now."""

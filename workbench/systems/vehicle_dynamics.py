@@ -14,6 +14,7 @@ from workbench.dynamics.vehicle_step import ROW, given, rotor_rows, step_vehicle
 from workbench.plant.contact import Contact
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
+from workbench.plant.payload import NO_PAYLOAD, Payload, laden
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.systems.noise import noise_seed
 
@@ -25,12 +26,14 @@ the vehicle in W (3), what the turbulence remembers, for how many steps nothing 
 (1), speeds of the rotors (n), and shares of their thrust that they gave in the step before (n)."""
 SEED = len(AirSettings._fields)
 SHARES = SEED + 1
-"""Places in the numeric parameter, behind `AirSettings`."""
+"""Places in numeric parameter 0, behind `AirSettings`; behind the shares is the body (16)."""
+AIR, PAYLOAD = range(2)
+"""Numeric parameters."""
 TOUCHED = -1.0
 """In place of a number of steps: it touched something in the step before."""
 DONE, NEAR, BROKEN = range(3)
 """What came of a step, see `advance`."""
-ROTORS = 2 + 16
+ROTORS = 2
 """Place of the rotors in the constants of `advance`."""
 TURBULENCE, AREA, DENSITY = (
     AirSettings._fields.index(name) for name in ("turbulence", "drag_area", "air_density")
@@ -48,9 +51,9 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
     Args:
         time: now [s].
         commands: speeds that the rotors are to reach (n) [rad/s].
-        values: of the numeric parameter.
-        constants: the physics step [s]; the step to do [s]; the body (16), see
-            `rigid_body.RigidBody`; and a row a rotor for that step, see `dynamics.rotor_rows`.
+        values: of numeric parameter 0.
+        constants: the physics step [s]; the step to do [s]; and a row a rotor for that step, see
+            `dynamics.rotor_rows`.
         state: of the body (13).
         memory: see `MEMORY`.
 
@@ -62,8 +65,9 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         return NEAR
     memory[AWAY] -= 1.0
     period, step = constants[0], constants[1]
-    body, rotors = constants[2:ROTORS], constants[ROTORS:].reshape(-1, ROW)
+    rotors = constants[ROTORS:].reshape(-1, ROW)
     n = len(rotors)
+    shares, body = values[SHARES : SHARES + n], values[SHARES + n :]
     noise, middles, slopes = np.empty(COUNT), np.empty(n), np.empty(n)
     if values[TURBULENCE] != 0.0:
         draw_normals(values[SEED], int(time / period + 0.5), noise)
@@ -75,7 +79,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         memory[LAST:WIND],
         memory[SPEEDS : SPEEDS + n],
         commands,
-        values[SHARES:],
+        shares,
         air,
         push_at(time, state, values, period),
         0.5 * values[DENSITY] * values[AREA],
@@ -87,7 +91,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         memory[SPEEDS : SPEEDS + n],
     )
     for i in range(n):
-        memory[SPEEDS + n + i] = given(values[SHARES + i])
+        memory[SPEEDS + n + i] = given(shares[i])
     total = 0.0
     for i in range(13):
         state[i] = after[i]
@@ -115,14 +119,20 @@ class VehicleDynamics(LeafSystem):
         wind (3): velocity of the air at the vehicle, in W [m/s].
         thrusts (n): of the rotors [N].
         acceleration (6): angular, and of the origin, in W, mean of the step before [rad/s², m/s²].
-    Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, and shares of
-    their thrust that the rotors give (n), all of it to begin with.
+    Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, shares of
+    their thrust that the rotors give (n), all of it to begin with, and the body that flies (16),
+    which follows from the payload, see `set_payload`.
+    Numeric parameter 1: `Payload`.
+
+    The state is that of the body's origin, and goes on when the payload changes: what is picked up
+    has the velocity of the body where it is, and brings its momentum along.
 
     Args:
-        description: what flies.
+        description: what flies, without its payload.
         settings: of the air, to begin with.
         step: of the physics [s].
         world: around it.
+        payload: to begin with.
     """
 
     def __init__(
@@ -132,20 +142,22 @@ class VehicleDynamics(LeafSystem):
         settings: AirSettings,
         step: float,
         world: World = EMPTY,
+        payload: Payload = NO_PAYLOAD,
     ) -> None:
         super().__init__()
-        vehicle = make_vehicle(description)
+        self._vehicle = make_vehicle(description)
         n = self._n = len(description.rotors)
         self._step = step
-        body = rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed()
         self._constants, self._present = (
-            np.concatenate([[step, length], body, rotor_rows(description.rotors, length).ravel()])
+            np.concatenate([[step, length], rotor_rows(description.rotors, length).ravel()])
             for length in (step, 0.0)
         )
         self._motor_constants = np.array([rotor.motor_constant for rotor in description.rotors])
         touchable = world.ground or bool(world.names)
         self._contact = Contact(description, world, step) if touchable else None
-        self.DeclareNumericParameter(BasicVector([*settings, 0.0, *[1.0] * n]))
+        body = self._body(payload)
+        self.DeclareNumericParameter(BasicVector([*settings, 0.0, *[1.0] * n, *body]))
+        self.DeclareNumericParameter(BasicVector(list(payload)))
         self._commands = self.DeclareVectorInputPort("commands", n)
         self.DeclareStateOutputPort("state", self.DeclareDiscreteState(13))
         self.DeclareDiscreteState(SPEEDS + 2 * n)
@@ -163,6 +175,16 @@ class VehicleDynamics(LeafSystem):
         own = float(noise_seed(seed, "air"))
         context.get_mutable_numeric_parameter(0).SetAtIndex(SEED, own)
 
+    def payload(self, context: Context) -> Payload:
+        """Return what is carried, and what the law knows of that."""
+        return Payload(*context.get_numeric_parameter(PAYLOAD).get_value().tolist())
+
+    def set_payload(self, context: Context, payload: Payload) -> None:
+        """Let the vehicle carry a payload from now on."""
+        context.get_mutable_numeric_parameter(PAYLOAD).SetFromVector(list(payload))
+        values = context.get_mutable_numeric_parameter(AIR).get_mutable_value()
+        values[SHARES + self._n :] = self._body(payload)
+
     def place(self, context: Context, state: np.ndarray, speeds: np.ndarray) -> None:
         """Begin at a state of the body (13), with the rotors at speeds (n) [rad/s].
 
@@ -177,6 +199,11 @@ class VehicleDynamics(LeafSystem):
     def body_state(self, context: Context) -> np.ndarray:
         """Return a copy of the state of the body (13)."""
         return np.array(context.get_discrete_state(BODY).value())
+
+    def _body(self, payload: Payload) -> np.ndarray:
+        """Return the body that flies with a payload, see `rigid_body.RigidBody` (16)."""
+        flown = laden(self._vehicle, payload)
+        return rigid_body(flown.mass, flown.inertia, flown.p_BoBcm_B).packed()
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         # Drake hands over the new state as a copy of the old one, and each number is read before
@@ -204,6 +231,7 @@ class VehicleDynamics(LeafSystem):
         compiled_advance(*known[:4], state.copy(), memory)  # rotors and air alone
         memory[AWAY] = TOUCHED
         before = state[7:13].copy()
+        self._contact.carry(self.payload(context))
         state[:] = self._contact.moved(state, acceleration)
         memory[LAST:WIND] = (state[7:13] - before) / self._step
 

@@ -87,6 +87,12 @@ def test_differences_are_those_beyond_rounding():
     assert math.isnan(found[1].baseline)
 
 
+def test_a_parameter_that_a_baseline_is_too_old_to_have_was_at_its_default():
+    assert not differences({}, {"payload_mass": 0.0, "rotor_1": 1.0})
+    (found,) = differences({}, {"payload_mass": 0.2})
+    assert (found.baseline, found.now) == (0.0, 0.2)
+
+
 def test_a_result_tells_all_failures_and_what_differs():
     result = CaseResult(
         "steps",

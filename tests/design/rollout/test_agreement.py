@@ -1,5 +1,6 @@
 """Compiled flights beside those of the full diagram: 5 s, saturated and thrown ones among them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,33 @@ def test_200_sets_of_gains_fly_as_on_the_diagram(seed):
 )
 def test_so_do_drones_of_other_layouts(name, args):
     assert_agrees(compare(VehicleConfig(str(DRONES / f"{name}.urdf.xacro"), args), 10, 9))
+
+
+@pytest.mark.parametrize("known", [0.0, 0.3, 0.2], ids=["unknown", "known", "misjudged"])
+@pytest.mark.parametrize("name", ["dh_drone", str(DRONES / "tilted_quad.urdf.xacro")])
+def test_so_do_drones_with_a_payload(name, known):
+    """Beside the middle, so that rotors that lean have another thrust frame for a law that knows.
+
+    Flights that saturate no rotor agree to rounding, each of them.
+    """
+    carried = {
+        "payload_mass": 0.3,
+        "payload_x": 0.06,
+        "payload_y": -0.03,
+        "payload_z": -0.1,
+        "payload_size_x": 0.2,
+        "payload_size_z": 0.1,
+        "known_payload_mass": known,
+    }
+    config = VehicleConfig(name)
+    vehicle = make_vehicle(read_configured(config))
+    trials = [
+        replace(trial, gains={**trial.gains, **carried})
+        for trial in random_trials(vehicle, flight_gains(vehicle), 6, 4)
+    ]
+    found = agreement(Scenario(vehicle=config), trials, duration=3.0)
+    assert_agrees(found)
+    assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ def test_a_text_is_a_range(case):
         ("wind_x=-5..5:3", SweepRange("wind_x", -5.0, 5.0, 3)),
         ("vary.mass=.8..1.2:2", SweepRange("vary.mass", 0.8, 1.2, 2)),
         ("rotor_1=0..1:2", SweepRange("rotor_1", 0.0, 1.0, 2)),
+        ("payload_mass=0..0.5:2", SweepRange("payload_mass", 0.0, 0.5, 2)),
         ("kp_roll=1.5..2.5", SweepRange("kp_roll", 1.5, 2.5)),
     ]:
         with case(text, expected):

@@ -22,6 +22,7 @@ from workbench.design.step_response import AXES, START_HEIGHT
 from workbench.diagram.core import make_flight_core, parameter_values
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
+from workbench.plant.payload import laden, payload_of
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.variation import Variation
@@ -70,7 +71,8 @@ def fly_carried(
     Arguments are those of `fly_step`, and the yaw of the drone at the start, `heading` [rad].
 
     Raises:
-        WorkbenchError: if the scenario varies the vehicle: its flight begins in a known hover.
+        WorkbenchError: if the scenario varies the vehicle, or the law does not know its payload:
+            the flight begins in a known hover.
     """
     config = (scenario or Scenario()).vehicle
     if config.variation != Variation():
@@ -81,9 +83,15 @@ def fly_carried(
     description = read_configured(config)
     vehicle = make_vehicle(description)
     values = flight_gains(vehicle, config.gains, settings)
+    payload = payload_of(values)
+    if payload.payload_mass != payload.known_payload_mass:
+        raise WorkbenchError(
+            "sensitivities are those of the vehicle as its controller knows it: set "
+            f"known_payload_mass to payload_mass, {payload.payload_mass:g} kg"
+        )
     gains = parameter_values("controller", values)
     core = make_flight_core(description, vehicle, values)
-    start = _hover(core, vehicle, heading)
+    start = _hover(core, laden(vehicle, payload), heading)
     simulator = _prepared(core.ToAutoDiffXd(), start, axis, amplitude, Gains(**gains))
     count = round(duration / STEP)
     states, rates = [], []

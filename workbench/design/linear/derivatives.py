@@ -20,6 +20,7 @@ from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, 
 from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle, vehicle_wrench
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
+from workbench.plant.payload import Payload, laden, payload_of
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
@@ -76,8 +77,8 @@ class Derivatives:
     and speeds (12 + n).
 
     Args:
-        description: what flies.
-        vehicle: as the law knows it.
+        description: what flies, without its payload.
+        vehicle: as the law knows it, without that, too.
         gains: parameter values by name.
         rates: of physics and control.
     """
@@ -89,13 +90,11 @@ class Derivatives:
         gains: Mapping[str, float],
         rates: Rates,
     ) -> None:
-        flown = make_vehicle(description)
-        body = rigid_body(flown.mass, flown.inertia, flown.p_BoBcm_B)
-        self._body: list[float] = body.packed().tolist()
+        self._flown, self._vehicle = make_vehicle(description), vehicle
+        self._carry(payload_of(gains))
         self._rows = rotor_rows(description.rotors, rates.physics_step).tolist()
         self._physics_step = rates.physics_step
         self._whole = [1.0] * len(self._rows)
-        self._constants = law_constants(vehicle)
         self._estimate = sampled_estimate(rates.control_period)
         self.motor_constants = np.array([rotor.motor_constant for rotor in description.rotors])
         self._pressure = math.nan
@@ -106,7 +105,16 @@ class Derivatives:
         self.set_gains(gains)
 
     def set_gains(self, gains: Mapping[str, float]) -> None:
-        """Let the law fly with parameter values, by name, in air of theirs."""
+        """Let the law fly with parameter values, by name, in air of theirs and with their payload.
+
+        Raises:
+            WorkbenchError: if the law cannot hover with the payload that it knows.
+        """
+        payload = payload_of(gains)
+        if payload != self._payload:
+            self._carry(payload)
+            self.step.forget()
+            self.acceleration.forget()
         self._gains = list(Gains(**parameter_values("controller", gains)))
         self._settled = self._gains[:SPIN_UP] + [0.0]
         self.update.forget()
@@ -116,6 +124,14 @@ class Derivatives:
             self._pressure = pressure
             self.step.forget()
             self.acceleration.forget()
+
+    def _carry(self, payload: Payload) -> None:
+        """Take a payload into what flies, and into what the law knows."""
+        self._constants = law_constants(self._vehicle, payload)
+        self._payload = payload
+        whole = laden(self._flown, payload)
+        body = rigid_body(whole.mass, whole.inertia, whole.p_BoBcm_B)
+        self._body: list[float] = body.packed().tolist()
 
     def _update(self, *signals: np.ndarray) -> Update:
         return self._updated(self._gains, *signals)

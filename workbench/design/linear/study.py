@@ -1,12 +1,14 @@
 """One vehicle, read once, and its linear models at any point with any gains."""
 
 from collections.abc import Mapping
-from functools import cached_property
+
+import numpy as np
 
 from workbench.common.errors import sentences
 from workbench.design.linear.bare_vehicle import VehicleDerivatives
 from workbench.design.linear.continuous import ContinuousDerivatives
 from workbench.design.linear.derivatives import Derivatives
+from workbench.design.linear.last_call import LastCall
 from workbench.design.linear.model import LinearModel, Trim
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.sampled import sampled_model
@@ -15,6 +17,7 @@ from workbench.diagram.core import make_flight_core, make_vehicle_core
 from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
+from workbench.plant.payload import Payload, payload_of
 from workbench.plant.variation import varied
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import checked
@@ -47,6 +50,8 @@ class LinearStudy:
         self._flown = varied(self._description, self.vehicle, config.variation)
         self._derivatives = Derivatives(self._flown, self.vehicle, self.gains, self.scenario.rates)
         _, self._rate = sampled_estimate(self.scenario.rates.control_period)
+        self._bare_vehicle = LastCall(self._vehicle_with)
+        self._continuous = LastCall(self._flight_with)
 
     def like(self, scenario: Scenario) -> "LinearStudy":
         """Return a study of the same description with another variation, gains or rates.
@@ -89,8 +94,9 @@ class LinearStudy:
 
         Arguments and exceptions are those of `trim`.
         """
-        trim = self.trim(point, gains)
-        return self._continuous.model(trim, self._values(gains), 1.0 / TIME_CONSTANT)
+        trim, values = self.trim(point, gains), self._values(gains)
+        core = self._continuous(np.array(payload_of(values)))
+        return core.model(trim, values, 1.0 / TIME_CONSTANT)
 
     def bare_vehicle(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -99,15 +105,19 @@ class LinearStudy:
 
         Arguments and exceptions are those of `trim`.
         """
-        return self._bare_vehicle.model(self.trim(point, gains), self._values(gains))
+        trim, values = self.trim(point, gains), self._values(gains)
+        core = self._bare_vehicle(np.array(payload_of(values)))
+        return core.model(trim, values)
 
-    @cached_property
-    def _bare_vehicle(self) -> VehicleDerivatives:
-        return VehicleDerivatives(make_vehicle_core(self._flown, self.vehicle, self.gains))
+    def _vehicle_with(self, payload: np.ndarray) -> VehicleDerivatives:
+        """Return the vehicle with a payload, see `Payload` (8)."""
+        values = {**self.gains, **Payload(*payload.tolist())._asdict()}
+        return VehicleDerivatives(make_vehicle_core(self._flown, self.vehicle, values))
 
-    @cached_property
-    def _continuous(self) -> ContinuousDerivatives:
-        return ContinuousDerivatives(make_flight_core(self._flown, self.vehicle, self.gains))
+    def _flight_with(self, payload: np.ndarray) -> ContinuousDerivatives:
+        """Return vehicle and law with a payload, see `Payload` (8)."""
+        values = {**self.gains, **Payload(*payload.tolist())._asdict()}
+        return ContinuousDerivatives(make_flight_core(self._flown, self.vehicle, values))
 
     def _values(self, gains: Mapping[str, float] | None) -> dict[str, float]:
         return {**self.gains, **checked(gains or {})}

@@ -11,6 +11,7 @@ from workbench.design.linear.attitude import angle_seeds
 from workbench.design.linear.derivatives import FILTERED, REFERENCE, STATE, Derivatives
 from workbench.design.linear.model import Trim
 from workbench.design.linear.operating_point import OperatingPoint
+from workbench.plant.payload import laden, payload_of
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 
@@ -39,7 +40,7 @@ def find_trim(
 
     Args:
         derivatives: of what flies, with these gains set.
-        vehicle: as the law knows it.
+        vehicle: about what flies, without its payload; where the search begins.
         gains: parameter values by name.
         point: to be reached.
         rate: of the acceleration estimate, see `systems.acceleration_estimate` [1/s].
@@ -87,7 +88,7 @@ def filtered_of(trim: Trim, rate: float) -> np.ndarray:
 
 
 def _first_guess(vehicle: Vehicle, gains: Mapping[str, float], point: OperatingPoint) -> Trim:
-    frame = thrust_frame(vehicle)
+    frame = thrust_frame(laden(vehicle, payload_of(gains)))
     attitude = RollPitchYaw(np.array(frame.roll_pitch_yaw([0.0, 0.0, 0.0])))
     height = min(HEIGHT, max(0.0, gains["max_height"] - BELOW_CEILING))
     v_WB, w_WB = np.array(point.velocity), np.array([0.0, 0.0, point.yaw_rate])

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from workbench.design.regress.verdict import Difference
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.parameters import defaults
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 
@@ -54,11 +55,13 @@ def conditions(
 
 
 def differences(baseline: Mapping[str, float], now: Mapping[str, float]) -> tuple[Difference, ...]:
-    """Return what is not the same, in the order of now, then what is no more."""
+    """Return what is not the same, in the order of now, then what is no more.
+
+    A live parameter that the baseline is too old to have was at its default.
+    """
+    known = {**defaults(), **baseline}
     names = [*now, *(name for name in baseline if name not in now)]
-    found = [
-        Difference(name, baseline.get(name, math.nan), now.get(name, math.nan)) for name in names
-    ]
+    found = [Difference(name, known.get(name, math.nan), now.get(name, math.nan)) for name in names]
     return tuple(
         each
         for each in found

@@ -10,7 +10,8 @@ from workbench.control.flight_law import SPIN_UP
 from workbench.control.guidance import Reference
 from workbench.control.pd import Gains
 from workbench.dynamics.air.settings import AirSettings
-from workbench.scenario.parameters import MOST_ROTORS, PARAMETERS
+from workbench.plant.payload import Payload
+from workbench.scenario.parameters import MOST_ROTORS, PARAMETERS, find_parameter
 from workbench.systems.noise import noise_seed
 
 KNOWN = frozenset(row.name for row in PARAMETERS)
@@ -24,6 +25,7 @@ class Candidates(NamedTuple):
         gains: (N, 19) see `pd.Gains`.
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
+        payloads: (N, 8) see `Payload`.
         commands: (N, 8) from the edge on, none before; see `guidance.Reference`.
         starts: (N, 13) state of the plant, see `rigid_body.State`; its place is held while no
             pilot steers.
@@ -33,6 +35,7 @@ class Candidates(NamedTuple):
     gains: np.ndarray
     air: np.ndarray
     shares: np.ndarray
+    payloads: np.ndarray
     commands: np.ndarray
     starts: np.ndarray
     seeds: np.ndarray
@@ -63,27 +66,41 @@ def make_candidates(
         seeds: of each one's noise (N), as in a scenario, or of all (1).
 
     Raises:
-        WorkbenchError: if a name is unknown, a value no number, or an array of another size.
+        WorkbenchError: if a name is unknown, a value no number, one of a payload out of its limits,
+            or an array of another size.
     """
     weak = [f"rotor_{number}" for number in range(1, min(rotors, MOST_ROTORS) + 1)]
-    names = (*COLUMNS, *weak)
+    names = (*COLUMNS, *Payload._fields, *weak)
     if isinstance(gains, np.ndarray):
         table = _from_array(gains, [own[name] for name in names])
     else:
         table = _from_mappings(gains, names, own)
     many = len(Gains._fields)
     shares = np.ones((len(table), rotors))
-    shares[:, : len(weak)] = table[:, len(COLUMNS) :]
+    behind = len(COLUMNS) + len(Payload._fields)
+    shares[:, : len(weak)] = table[:, behind:]
     references = np.zeros((len(table), len(Reference._fields)))
     references[:, :4] = _for_each("commands", commands, len(table), 4)
     return Candidates(
         gains=table[:, :many].copy(),
         air=table[:, many : len(COLUMNS)].copy(),
         shares=shares,
+        payloads=_checked(table[:, len(COLUMNS) : behind]),
         commands=references,
         starts=_for_each("starts", starts, len(table), 13),
         seeds=_air_seeds(seeds, len(table)),
     )
+
+
+def _checked(payloads: np.ndarray) -> np.ndarray:
+    """Return payloads (N, 8) if each has numbers that a payload can have.
+
+    Those of law and air are taken as they are; of these no body could be made.
+    """
+    for name, column in zip(Payload._fields, payloads.T, strict=True):
+        for value in np.unique(column).tolist():
+            find_parameter(name).check(value)
+    return payloads.copy()
 
 
 def _air_seeds(seeds: Sequence[int], count: int) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from workbench.control.flight_law import law_constants, packed
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.vehicle_step import rotor_rows
+from workbench.plant.payload import NO_PAYLOAD, Payload, laden
 from workbench.plant.rotors import Rotor
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
@@ -46,30 +47,37 @@ class Crafts(NamedTuple):
         return Crafts._make([*(part[which] for part in self[:8]), self.estimate])
 
 
-def make_crafts(vehicle: Vehicle, variations: Sequence[Variation], rates: Rates) -> Crafts:
+def make_crafts(
+    vehicle: Vehicle,
+    variations: Sequence[Variation],
+    rates: Rates,
+    payloads: Sequence[Payload] | None = None,
+) -> Crafts:
     """Return a vehicle that differs in some ways from what its law believes.
 
     Args:
-        vehicle: as its law believes.
+        vehicle: as its law believes, without its payload.
         variations: (m) how it differs.
         rates: of physics and control.
+        payloads: (m) what it carries; nothing where they are not given.
+
+    Raises:
+        WorkbenchError: if a law cannot hover with the payload that it knows.
     """
-    body, rotors = packed(law_constants(vehicle))
     many = len(variations)
+    payloads = payloads or [NO_PAYLOAD] * many
+    known = {each: packed(law_constants(vehicle, each)) for each in {p.known for p in payloads}}
     delays = [each.delays(rates.physics_step, rates.control_period) for each in variations]
     rigid = [
-        rigid_body(
-            each.mass * vehicle.mass, each.inertia * vehicle.inertia, vehicle.p_BoBcm_B
-        ).packed()
-        for each in variations
+        _flown(vehicle, each, payload) for each, payload in zip(variations, payloads, strict=True)
     ]
     turning = [
         rotor_rows([_lagged(rotor, each) for rotor in vehicle.rotors], rates.physics_step)
         for each in variations
     ]
     return Crafts(
-        body=np.array([body] * many),
-        rotors=np.array([rotors] * many),
+        body=np.array([known[each.known][0] for each in payloads]),
+        rotors=np.array([known[each.known][1] for each in payloads]),
         rigid=np.array(rigid),
         turning=np.array(turning),
         speeds=np.array([vehicle.hover_speeds] * many),
@@ -78,6 +86,18 @@ def make_crafts(vehicle: Vehicle, variations: Sequence[Variation], rates: Rates)
         clearances=np.full(many, vehicle.ground_clearance),
         estimate=sampled_estimate(rates.control_period),
     )
+
+
+def _flown(vehicle: Vehicle, variation: Variation, payload: Payload) -> np.ndarray:
+    """Return what moves (16), see `rigid_body.RigidBody`."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (variation.inertia * vehicle.inertia).tolist()
+    varied = dataclasses.replace(
+        vehicle,
+        mass=variation.mass * vehicle.mass,
+        I_BBcm_B=((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)),
+    )
+    whole = laden(varied, payload)
+    return rigid_body(whole.mass, whole.inertia, whole.p_BoBcm_B).packed()
 
 
 def _lagged(rotor: Rotor, variation: Variation) -> Rotor:

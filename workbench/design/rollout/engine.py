@@ -20,6 +20,7 @@ from workbench.design.rollout.schedule import Schedule, make_schedule
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import AXES, EDGE, check_step
 from workbench.gains.gains import flight_gains
+from workbench.plant.payload import Payload
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates, Scenario, Start, check_scenario
@@ -230,32 +231,33 @@ class RolloutEngine:
         noise = [self._seed] if seeds is None else seeds
         candidates = make_candidates(gains, self.gains, rotors, commands, starts, noise)
         count = len(candidates.gains)
-        if variations is None:
+        if variations is None and not candidates.payloads.any():
             return Batch(candidates, self._crafts, np.zeros(count, dtype=int), schedule)
-        crafts, which = self._varied_crafts(variations, count)
+        crafts, which = self._different_crafts(variations, candidates.payloads)
         return Batch(candidates, crafts, which, schedule)
 
-    def _varied_crafts(
-        self, variations: Sequence[Variation], count: int
+    def _different_crafts(
+        self, variations: Sequence[Variation] | None, payloads: np.ndarray
     ) -> tuple[Crafts, np.ndarray]:
-        """Return the different crafts among N variations, and which of them each one is."""
+        """Return the different crafts among those of N candidates, and which of them each has."""
+        count = len(payloads)
+        if variations is None:
+            variations = [self.variation] * count
         if len(variations) != count:
             raise WorkbenchError(
                 f"there are {len(variations)} variations for {count} candidates: give each one"
             )
-        numbers: dict[tuple[float, ...], int] = {}
-        which = [numbers.setdefault(astuple(each), len(numbers)) for each in variations]
-        different = [Variation(*each) for each in numbers]  # type: ignore[arg-type]
-        for variation in different:
+        numbers: dict[tuple[tuple[float, ...], ...], int] = {}
+        both = zip(map(astuple, variations), map(tuple, payloads.tolist()), strict=True)
+        which = [numbers.setdefault(each, len(numbers)) for each in both]
+        varied = [Variation(*each) for each, _ in numbers]  # type: ignore[arg-type]
+        for variation in varied:
             variation.check()
-        return self._crafts_of(different), np.array(which, dtype=int)
+        crafts = make_crafts(self.vehicle, varied, self.rates, [Payload(*p) for _, p in numbers])
+        return crafts, np.array(which, dtype=int)
 
     def _vary(self, variation: Variation) -> None:
         """Let what flies differ; the law goes on believing in the vehicle."""
         variation.check()
         self.variation = dataclasses.replace(variation)
-        self._crafts = self._crafts_of([self.variation])
-
-    def _crafts_of(self, variations: Sequence[Variation]) -> Crafts:
-        """Return vehicles that differ."""
-        return make_crafts(self.vehicle, variations, self.rates)
+        self._crafts = make_crafts(self.vehicle, [self.variation], self.rates)

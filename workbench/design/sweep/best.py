@@ -10,6 +10,8 @@ from workbench.design.sweep.metrics import for_people, resolution
 from workbench.design.sweep.ranges import SEED, VARY
 from workbench.design.sweep.table import SweepTable
 
+_OF_THE_DRONE = (VARY, "payload_")
+"""What names of ranges begin with that nobody chooses."""
 MOST_TRIED = 5
 """Candidates that the full diagram is asked about."""
 
@@ -45,21 +47,23 @@ class BestCandidate:
 def why_no_best(table: SweepTable, metric: str) -> str:
     """Return why a sweep has no best candidate, "" if it may have one.
 
-    A range of vary.* is what a drone may turn out to be, and a seed what the air may do: nothing
-    to be chosen. Nor is there a best one among candidates that are equal.
+    A range of vary.* is what a drone may turn out to be, a payload what it may carry, and a seed
+    what the air may do: nothing to be chosen. Nor is there a best one among candidates that are
+    equal.
 
     Raises:
         WorkbenchError: if the metric is unknown or was not measured.
     """
     tied = table.tied(metric)
-    drones = [each.name for each in table.ranges if each.name.startswith(VARY)]
+    drones = [each.name for each in table.ranges if each.name.startswith(_OF_THE_DRONE)]
     if SEED in (each.name for each in table.ranges):
         return "no best is chosen: a seed is luck: sweep gains with one seed, or look at the spread"
     if drones:
         verb = "is" if len(drones) == 1 else "are"
+        option = "--vary" if drones[0].startswith(VARY) else "--set"
         return (
             f"no best is chosen: {' and '.join(drones)} {verb} of the drone, not of its gains: "
-            "sweep gains alone with --vary, or search over such drones with `workbench tune`"
+            f"sweep gains alone with {option}, or search over such drones with `workbench tune`"
         )
     if not len(tied):
         return _why_none_counts(table, metric)

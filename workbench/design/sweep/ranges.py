@@ -19,7 +19,7 @@ VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag"))
 SEED = "seed"
 """The name of the turbulence's seed."""
 LARGEST_SEED = 2**31 - 1
-_SYSTEMS = ("controller", "air", "rotors")
+_SYSTEMS = ("controller", "air", "payload", "rotors")
 """Whose rows act in a step flight."""
 SWEPT = (*(row.name for row in PARAMETERS if row.system in _SYSTEMS), *VARIATIONS, SEED)
 """What can be swept."""
@@ -55,7 +55,7 @@ class SweepRange:
                 raise unknown_name("parameter", self.name, SWEPT) from None
             raise WorkbenchError(
                 f"{self.name} cannot be swept, as it does nothing in a step: sweep gains, limits, "
-                f"air, rotors, or {', '.join(VARIATIONS)}"
+                f"air, payload, rotors, or {', '.join(VARIATIONS)}"
             )
         for value in (self.low, self.high):
             check_value(self.name, value)

@@ -21,6 +21,7 @@ _ATTITUDE = "Attitude loop"
 _YAW = "Yaw"
 _POSITION = "Position hold"
 _LIMITS = "Limits"
+_PAYLOAD = "Payload"
 GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
 """Headings of the controller's rows, in their order."""
 
@@ -29,6 +30,7 @@ _SYSTEMS = {
     "battery": "Battery",
     "obstacles": "Obstacles",
     "air": "Air, gusts and pushes",
+    "payload": _PAYLOAD,
     "rotors": "Rotor faults",
 }
 _FAULTS = "Sensor faults"
@@ -74,6 +76,7 @@ _LABELS = {
     "max_height": GainLabel(_LIMITS, "Max height"),
     "max_tilt": GainLabel(_LIMITS, "Max tilt"),
     "max_yaw_rate": GainLabel(_LIMITS, "Max yaw rate"),
+    "known_payload_mass": GainLabel(_PAYLOAD, "Known mass"),
 }
 
 

@@ -1,0 +1,130 @@
+"""What a vehicle carries besides itself, and what it weighs with that."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from pydrake.math import RigidTransform
+
+from workbench.common.errors import WorkbenchError
+from workbench.plant.gathered import whole_inertial
+from workbench.plant.model import Inertial
+from workbench.plant.rotors import allocation_matrix
+from workbench.plant.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from workbench.plant.description import Description
+
+
+class Payload(NamedTuple):
+    """A box of even density, fixed to the body; `workbench params` lists meaning, unit and range.
+
+    Size, not moments of inertia: every inertia that a body can have is that of some box, so there
+    is no order in which these numbers could be set that makes an inertia which no body has; and
+    the moments go with the mass.
+    """
+
+    payload_mass: float = 0.0
+    payload_x: float = 0.0
+    payload_y: float = 0.0
+    payload_z: float = 0.0
+    payload_size_x: float = 0.0
+    payload_size_y: float = 0.0
+    payload_size_z: float = 0.0
+    known_payload_mass: float = 0.0
+
+    @property
+    def known(self) -> "Payload":
+        """The payload that the law believes in: of the mass that it knows, otherwise the same."""
+        known = self.known_payload_mass
+        return self._replace(payload_mass=known) if known > 0.0 else NO_PAYLOAD
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """The box's centre in the body frame [m]."""
+        return self.payload_x, self.payload_y, self.payload_z
+
+    @property
+    def inertial(self) -> Inertial:
+        """Mass and inertia in the body frame: m / 12 (b² + c²) about an axis across b and c."""
+        x, y, z = (size * size for size in self[4:7])
+        share = self.payload_mass / 12.0
+        return Inertial(
+            self.payload_mass,
+            RigidTransform(list(self.place)),
+            (share * (y + z), share * (x + z), share * (x + y)),
+            (0.0, 0.0, 0.0),
+        )
+
+
+NO_PAYLOAD = Payload()
+"""Nothing is carried."""
+
+
+def payload_of(values: Mapping[str, float]) -> Payload:
+    """Return the payload of parameter values by name; what is not named is as without one."""
+    return Payload(**{name: values[name] for name in Payload._fields if name in values})
+
+
+def laden(vehicle: Vehicle, payload: Payload) -> Vehicle:
+    """Return a vehicle with its payload as a part of it; without one the vehicle itself."""
+    if payload.payload_mass == 0.0:
+        return vehicle
+    inertia = vehicle.inertia
+    bare = Inertial(
+        vehicle.mass,
+        RigidTransform(list(vehicle.p_BoBcm_B)),
+        (float(inertia[0, 0]), float(inertia[1, 1]), float(inertia[2, 2])),
+        (float(inertia[0, 1]), float(inertia[0, 2]), float(inertia[1, 2])),
+    )
+    whole = _joined(bare, payload)
+    (xx, yy, zz), (xy, xz, yz) = whole.moments, whole.products
+    x, y, z = whole.X_LI.translation().tolist()
+    return dataclasses.replace(
+        vehicle,
+        mass=whole.mass,
+        p_BoBcm_B=(x, y, z),
+        I_BBcm_B=((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)),
+    )
+
+
+def believed(vehicle: Vehicle, payload: Payload) -> Vehicle:
+    """Return a vehicle with its payload as the law believes it.
+
+    Raises:
+        WorkbenchError: if no rotor speeds would hold that in hover.
+    """
+    known = payload.known
+    if known == NO_PAYLOAD:
+        return vehicle
+    whole = laden(vehicle, known)
+    try:
+        allocation_matrix(whole.rotors, whole.p_BoBcm_B)
+    except WorkbenchError as error:
+        place = ", ".join(f"{p:g}" for p in known.place)
+        raise WorkbenchError(
+            f"the law cannot fly with a payload that it knows to have {known.payload_mass:g} kg "
+            f"at ({place}) m: {error}"
+        ) from None
+    return whole
+
+
+def laden_description(description: "Description", payload: Payload) -> "Description":
+    """Return a description whose base link has the mass of a payload, too."""
+    if payload.payload_mass == 0.0:
+        return description
+    links = tuple(
+        dataclasses.replace(link, inertial=_joined(link.inertial, payload))
+        if link.name == description.base_link
+        else link
+        for link in description.model.links
+    )
+    return dataclasses.replace(
+        description, model=dataclasses.replace(description.model, links=links)
+    )
+
+
+def _joined(bare: Inertial | None, payload: Payload) -> Inertial:
+    whole = whole_inertial([(RigidTransform(), bare), (RigidTransform(), payload.inertial)])
+    assert whole
+    return whole
