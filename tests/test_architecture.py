@@ -4,12 +4,15 @@ A room is a name directly under `workbench`: a folder or a single file.
 """
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+import workbench
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "workbench"
@@ -57,7 +60,7 @@ NOWHERE = {"pydrake.all": "it loads all of Drake, slowly: import the modules in 
 def find_violations(package: Path) -> list[str]:
     """Return a sentence for each import that breaks a rule, and for each unknown room."""
     found = []
-    for path in sorted(package.rglob("*.py")):
+    for path in sorted([*package.rglob("*.py"), *package.rglob("*.pyi")]):
         file = path.relative_to(package).with_suffix("")
         where = path.relative_to(package.parent).as_posix()
         if file.parts[0] not in MAY_IMPORT:
@@ -158,6 +161,7 @@ def test_a_broken_rule_is_named(case, tmp_path):
         ("plant/a.py", "from pydrake.all import X", "loads all of Drake"),
         ("plant/a.py", "from pydrake import all", "loads all of Drake"),
         ("attic.py", "", "unknown room: add it"),
+        ("__init__.pyi", "from workbench.gui import b as b", "imports workbench.gui"),
     ]
     for number, (file, source, said) in enumerate(table):
         with case(file, source, said):
@@ -188,6 +192,17 @@ def make_package(folder: Path, file: str, source: str) -> Path:
         (package / name).write_text("")
     (package / file).write_text(source)
     return package
+
+
+def test_each_public_name_is_written_once_and_can_be_loaded():
+    lines = (PACKAGE / "__init__.pyi").read_text().splitlines()[2:]
+    assert lines == sorted(set(lines))
+    said = [re.fullmatch(r"from (workbench\.[\w.]+) import (\w+) as \2", each) for each in lines]
+    assert all(said) and workbench.__all__ == sorted(each[2] for each in said)
+    for name in workbench.__all__:
+        assert getattr(workbench, name) is not None, name
+    with pytest.raises(AttributeError, match="module 'workbench' has no attribute 'Drone'"):
+        _ = workbench.Drone
 
 
 @pytest.mark.parametrize("module", ["workbench", "workbench.commands.cli"])
