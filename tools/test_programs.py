@@ -7,6 +7,7 @@ from apt import install
 
 PROGRAMS = {
     "chromium": "chromium",
+    "dot": "graphviz",
     "g++": "g++",
     "gcc": "gcc",
     "node": "nodejs",

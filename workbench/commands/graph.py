@@ -1,4 +1,4 @@
-"""`workbench graph`: the block diagram as SVG."""
+"""`workbench graph`: the block diagram as a picture, or as the DOT text that Graphviz draws."""
 
 import argparse
 from pathlib import Path
@@ -12,8 +12,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say_written
-from workbench.common.errors import WorkbenchError
+from workbench.commands.printing import print_json, print_table, say, say_written
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
@@ -33,9 +32,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--output",
         type=Path,
-        default=Path("out/diagram.svg"),
-        metavar="FILE.svg",
-        help="where to draw (default: out/diagram.svg)",
+        metavar="FILE",
+        help=".svg, .pdf or .png, which Graphviz draws, or .dot for its text (default: "
+        "out/diagram.svg, and out/diagram.dot where Graphviz is not installed)",
     )
     parser.add_argument(
         "--core", action="store_true", help="the continuous flight core, as linearised, instead"
@@ -46,15 +45,17 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Build the diagram, draw it and list its signals."""
+    from workbench.design.block_dot import INSTALL, check_drawable, draw_blocks, has_graphviz
     from workbench.design.block_graph import read_block_graph
-    from workbench.design.block_svg import block_svg
 
+    drawn = args.output or Path("out/diagram.svg" if has_graphviz() else "out/diagram.dot")
     with Outputs() as outputs:
-        file = outputs.add(args.output)
-        if file.suffix != ".svg":
-            raise WorkbenchError(f"{args.output}: the picture is an SVG: give it a name in .svg")
+        file = outputs.add(drawn)
+        check_drawable(drawn)
         graph = read_block_graph(_diagram(args))
-        file.write_text(block_svg(graph), encoding="utf-8")
+        draw_blocks(graph, file)
+    if args.output is None and not has_graphviz():
+        say(f"{drawn} is text, since Graphviz is not installed: for a picture, {INSTALL}")
     if args.json:
         print_json(graph)
     else:
