@@ -5,7 +5,7 @@ import dataclasses
 
 import pytest
 
-from workbench.design.step_metrics import NUMBERS
+from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_response import fly_step
 
 PNG = b"\x89PNG"

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.design.hover_check import STEPS, Demand, check_hover
 from workbench.design.plots_hover import plot_hover
-from workbench.design.step_metrics import number
+from workbench.design.response_metrics import number
 from workbench.design.step_response import fly_step
 from workbench.scenario.scenario import Action, FigureEight, Scenario, Start
 

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.design.paper_limits import checks, implied_t90, violations
 from workbench.design.reproduce import PAPER, Row
-from workbench.design.step_metrics import StepMetrics
+from workbench.design.response_metrics import StepMetrics
 from workbench.design.step_response import Coupling, StepResponse
 
 STILL = Coupling(0.0, 0.0, 0.0, 0.0)

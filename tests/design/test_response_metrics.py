@@ -4,8 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.design.response_metrics import response_metrics
-from workbench.design.step_metrics import crossing_time, step_metrics
+from workbench.design.response_metrics import crossing_time, response_metrics, step_metrics
 
 TIME = np.arange(0.0, 3.0, 1.0 / 128.0)
 NAMES = {

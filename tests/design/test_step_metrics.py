@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workbench.design.step_metrics import crossing_time, step_metrics
+from workbench.design.response_metrics import crossing_time, step_metrics
 
 TIME = np.linspace(0.0, 10.0, 10001)
 TICK = 1e-3

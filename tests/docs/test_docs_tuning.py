@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from workbench.commands.cli import main
-from workbench.design.tune.metric import METRICS
+from workbench.design.metrics import WISHED
 from workbench.design.tune.wish import GROUPS, SUBJECTS
 from workbench.design.tune.wish_file import load_wishes
 
@@ -45,7 +45,7 @@ def test_the_python_example_runs(capsys):
 
 
 def test_all_that_can_be_wished_for_is_listed():
-    names = [metric.name for metric in METRICS] + list(GROUPS)
+    names = [metric.name for metric in WISHED] + list(GROUPS)
     names += [subject for kind in SUBJECTS.values() for subject in kind]
     missing = [name for name in names if f"`{name}`" not in PAGE]
     alike = [f"{what}_{axis}" for what in ("velocity", "position") for axis in "yz"]

@@ -8,10 +8,10 @@ from workbench.analysis.replies import Mapped
 from workbench.analysis.subject import CONTROLLER, Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import unknown_name
-from workbench.design.step_response import UNITS
+from workbench.design.metrics import find_metric
 from workbench.design.sweep.gain_map import gain_map
-from workbench.design.sweep.metrics import find_metric
 from workbench.design.sweep.ranges import SweepRange
+from workbench.scenario.axes import find_axis
 from workbench.scenario.parameters import find_parameter
 
 POINTS = 25
@@ -52,7 +52,7 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
         assert band is not None  # nothing stops it
         values[start : start + BAND] = band.values
         yield None
-    unit = find_metric(question.metric).unit or UNITS[step.axis]
+    unit = find_metric(question.metric).unit_for(find_axis(step.axis).unit)
     yield Mapped(question, x.grid, y.grid, values, unit)
 
 

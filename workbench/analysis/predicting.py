@@ -8,7 +8,7 @@ from workbench.analysis.replies import Predicted, StepNumbers
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError
-from workbench.design.step_metrics import step_metrics
+from workbench.design.response_metrics import step_metrics
 from workbench.design.step_response import check_duration, check_step
 
 if TYPE_CHECKING:

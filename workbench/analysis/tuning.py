@@ -4,8 +4,8 @@ from workbench.analysis.questions import Tune
 from workbench.analysis.replies import Searched, Tuned, TunedStep, Wished
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
+from workbench.design.metrics import shown
 from workbench.design.tune.case import NOMINAL
-from workbench.design.tune.metric import shown
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.tuning import Progress, Tuning
 from workbench.design.tune.wish_file import wishes_for

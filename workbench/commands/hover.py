@@ -143,7 +143,7 @@ def _print_gains(gains: "dict[str, Gain]") -> None:
 
 def _line(demand: "Demand") -> list[str]:
     """Return one line of the table; angles in degrees."""
-    from workbench.design.step_metrics import number
+    from workbench.design.response_metrics import number
 
     scale, unit = (math.degrees(1.0), "deg") if demand.unit == "rad" else (1.0, demand.unit)
     return [
@@ -158,9 +158,9 @@ def _line(demand: "Demand") -> list[str]:
 def _size(flight: str) -> str:
     """Return the amplitude of a step, as text behind its name."""
     from workbench.design.hover_check import STEPS
-    from workbench.design.step_response import UNITS
+    from workbench.scenario.axes import find_axis
 
-    sizes = {f"{axis} step": f" {size:g} {UNITS[axis]}" for axis, size in STEPS}
+    sizes = {f"{axis} step": f" {size:g} {find_axis(axis).unit}" for axis, size in STEPS}
     return sizes.get(flight, "")
 
 

@@ -145,11 +145,11 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
     """Say what the gains do to a step."""
     from workbench.design.judge.sensitivity import step_sensitivity
     from workbench.design.judge.step_pair import STEPS
-    from workbench.design.step_response import UNITS
+    from workbench.scenario.axes import find_axis
 
     axis = args.axis or "x"
     amplitude = dict(STEPS)[axis]
-    title = f"step of {amplitude:g} {UNITS[axis]} along {axis}"
+    title = f"step of {amplitude:g} {find_axis(axis).unit} along {axis}"
     with Outputs() as outputs:
         name = f"judge-sensitivity-{axis}.png"
         plot = None if args.no_plots else outputs.add(args.output / name)

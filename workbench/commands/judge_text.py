@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from workbench.design.judge.report import Judgement
     from workbench.design.judge.sampled_stability import SlowestRate
     from workbench.design.judge.sensitivity import Sensitivity
-    from workbench.design.step_metrics import StepMetrics
+    from workbench.design.response_metrics import StepMetrics
 
 _HEAD = (
     "loop",
@@ -187,7 +187,7 @@ def print_modes(shown: "Sequence[Mode]") -> None:
 
 def _print_steps(found: "Judgement") -> None:
     """Print linear and flown metrics side by side."""
-    from workbench.design.step_metrics import NUMBERS
+    from workbench.design.response_metrics import NUMBERS
 
     if not found.steps:
         return

@@ -109,10 +109,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _print(response: "StepResponse", args: argparse.Namespace) -> None:
     """Print the metrics with their units."""
-    from workbench.design.step_metrics import number
-    from workbench.design.step_response import UNITS
+    from workbench.design.response_metrics import number
+    from workbench.scenario.axes import find_axis
 
-    unit = UNITS[response.axis]
+    unit = find_axis(response.axis).unit
     metrics, coupling = response.metrics, response.coupling
     print(
         f"step of {response.amplitude:g} {unit} along {response.axis}, "

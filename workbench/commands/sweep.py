@@ -155,15 +155,15 @@ def _sweep(
     args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any
 ) -> "SweepTable":
     """Fly what the command line asks for."""
+    from workbench.design.metrics import MARGINS, SWEPT, find_metric
     from workbench.design.reproduce import PAPER
     from workbench.design.sweep.compiled_flights import fly_compiled
     from workbench.design.sweep.full_flights import fly_full
     from workbench.design.sweep.loops import axis_loop
-    from workbench.design.sweep.metrics import MARGINS, find_metric
     from workbench.design.sweep.sweep import sweep
     from workbench.scenario.scenario import Scenario
 
-    if find_metric(args.metric) in MARGINS and not args.margins:
+    if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
         raise WorkbenchError(f"{args.metric} is not measured: add --margins")
     paper = {figure.axis: figure.command for figure in PAPER}
     return sweep(

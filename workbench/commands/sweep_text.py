@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.commands.printing import print_table, say
-from workbench.design.step_response import UNITS
+from workbench.design.metrics import FLOWN, Metric, for_people
 from workbench.design.sweep.best import what_does_not_move, why_no_best
-from workbench.design.sweep.metrics import ARRIVED, FLOWN, SweepMetric, for_people
+from workbench.design.sweep.table import ARRIVED
+from workbench.scenario.axes import find_axis
 
 if TYPE_CHECKING:
     from workbench.design.sweep.best import BestCandidate
@@ -60,8 +61,9 @@ def print_sweep(
     """Print the best candidate beside the present values, and how it flew on the full diagram."""
     case = table.case
     lost = int(np.isfinite(table.diverged_at).sum())
+    unit = find_axis(case.axis).unit
     print(
-        f"{len(table)} candidates, {case.axis} step of {case.amplitude:g} {UNITS[case.axis]}, "
+        f"{len(table)} candidates, {case.axis} step of {case.amplitude:g} {unit}, "
         f"{table.vehicle} {flown_with}: {lost} diverged"
     )
     note = what_does_not_move(table, metric)
@@ -116,11 +118,11 @@ def _named(names: Any, values: Any) -> dict[str, float]:
     return dict(zip(names, map(float, values), strict=True))
 
 
-def _marked(metric: SweepMetric, chosen: str) -> str:
+def _marked(metric: Metric, chosen: str) -> str:
     """Return a metric's name, with a mark at the one by which the best is chosen."""
     return f"{metric.name} *" if metric.name == chosen else metric.name
 
 
-def _text(metric: SweepMetric, value: float) -> str:
+def _text(metric: Metric, value: float) -> str:
     scaled = for_people(metric.unit)[0] * value
     return "—" if math.isnan(scaled) else f"{scaled:.4g}"

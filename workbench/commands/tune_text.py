@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def progress_line(progress: "Progress") -> str:
     """Return how the best so far does, in a line."""
-    from workbench.design.tune.metric import shown
+    from workbench.design.metrics import shown
 
     if progress.best is None or progress.worst is None:
         return progress.phase
@@ -57,7 +57,7 @@ def conclusion(found: "Tuning") -> list[str]:
     if found.conflicts:
         return [str(conflict) for conflict in found.conflicts]
     short = min(found.results, key=lambda result: result.reserve)
-    from workbench.design.tune.metric import shown
+    from workbench.design.metrics import shown
 
     value = shown(short.required.wish.metric, short.after)
     nearest = f"no gains that meet all wishes were found: {short.required} is nearest with {value}"

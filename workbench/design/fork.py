@@ -10,13 +10,13 @@ import numpy as np
 from workbench.common.errors import FlightBrokenError, WorkbenchError, unknown_name
 from workbench.design.branches import Branch, FlownBranch
 from workbench.design.lost import find_loss
+from workbench.scenario.axes import AXES
 from workbench.scenario.parameters import checked
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SensorsConfig
 from workbench.session.checkpoint import Instant
 from workbench.session.session import Session
 
-AXES = ("x", "y", "z", "yaw")
 LONGEST = 120.0
 """Flown of a branch [s]."""
 SLICE = 0.25

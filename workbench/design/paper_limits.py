@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from workbench.design.reproduce import Row
-from workbench.design.step_response import ACCELERATION_UNITS, FORCE_UNITS, UNITS
+from workbench.scenario.axes import find_axis
 
 MEAN_ACCELERATION = 5.0
 """Largest difference from the paper [%]."""
@@ -71,14 +71,14 @@ def checks(row: Row) -> list[Check]:
         Check("t90", "s", implied_t90(row), row.t90, None),
         Check(
             "mean acceleration",
-            ACCELERATION_UNITS[axis],
+            find_axis(axis).acceleration_unit,
             row.paper.mean_acceleration,
             row.mean_acceleration,
             MEAN_ACCELERATION,
         ),
         Check(
             "mean torque" if axis == "yaw" else "mean force",
-            FORCE_UNITS[axis],
+            find_axis(axis).force_unit,
             row.paper.mean_force,
             row.mean_force,
             MEAN_FORCE[axis],
@@ -107,4 +107,5 @@ def violations(rows: list[Row]) -> list[str]:
 def heading(row: Row) -> str:
     """Return which step it is, in words."""
     paper = row.paper
-    return f"{paper.axis}: command {paper.command:g} {UNITS[paper.axis]} (figure {paper.number})"
+    unit = find_axis(paper.axis).unit
+    return f"{paper.axis}: command {paper.command:g} {unit} (figure {paper.number})"

@@ -23,9 +23,10 @@ from workbench.design.regress.judging import Job, Measured, baseline_files, meas
 from workbench.design.regress.running import regress
 from workbench.design.regress.spec import Case, Limit, Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
-from workbench.design.step_response import UNITS, check_duration, check_step
+from workbench.design.step_response import check_duration, check_step
 from workbench.gains.gains import flight_gains, make_profile, save_gains
 from workbench.plant.loading import make_vehicle
+from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import checked
 from workbench.scenario.scenario import Scenario
@@ -95,7 +96,7 @@ def pin_step(
     vehicle = make_vehicle(read_configured(scenario.vehicle))
     values = flight_gains(vehicle, scenario.vehicle.gains, checked(gains))
     kept = make_profile(vehicle, values, f"pinned for {path.name}")
-    title = f"{vehicle.name}: a step of {amplitude:g} {UNITS[axis]} along {axis}, pinned"
+    title = f"{vehicle.name}: a step of {amplitude:g} {find_axis(axis).unit} along {axis}, pinned"
     case = Case(
         name=f"step {axis} {amplitude:g}",
         axis=axis,

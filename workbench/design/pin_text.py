@@ -8,7 +8,7 @@ import yaml
 from workbench.common.resources import find_file, find_model, list_models
 from workbench.common.yaml_files import dump_changes
 from workbench.design.regress.spec import Limit, SpecFile
-from workbench.design.step_response import UNITS
+from workbench.scenario.axes import find_axis
 from workbench.scenario.parameters import find_parameter
 from workbench.scenario.scenario import Rates, VehicleConfig
 
@@ -32,7 +32,7 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
         head["rates"] = yaml.safe_load(dump_changes(content.rates))
     lines = [_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
     lines += ["cases:", f"  - name: {case.name}", f"    axis: {case.axis}"]
-    unit = UNITS[case.axis]
+    unit = find_axis(case.axis).unit
     lines += [f"    amplitude: {case.amplitude!r} # {unit}", f"    duration: {case.duration!r} # s"]
     if case.set:
         lines += ["    set:"]

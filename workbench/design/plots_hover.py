@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from workbench.design.hover_check import DRIFT, OVERSHOOT, TILT, HoverReport
 from workbench.design.plots import PALETTE, label, legend, styled, widen
 from workbench.design.plots_panels import BEFORE, draw_response, shown_part
-from workbench.design.step_metrics import number
+from workbench.design.response_metrics import number
 from workbench.design.step_response import EDGE, StepResponse, axis_command, axis_velocity
 
 

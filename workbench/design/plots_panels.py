@@ -5,16 +5,14 @@ from matplotlib.axes import Axes
 
 from workbench.design.plots import PALETTE, label, widen
 from workbench.design.step_response import (
-    ACCELERATION_UNITS,
     EDGE,
-    FORCE_UNITS,
-    UNITS,
     StepResponse,
     axis_acceleration,
     axis_command,
     axis_force,
     axis_velocity,
 )
+from workbench.scenario.axes import find_axis
 from workbench.session.recording import Recording
 
 BEFORE = 0.5
@@ -42,7 +40,9 @@ def draw_response(axes: Axes, shown: Recording, axis: str) -> None:
     )
     axes.plot(time, response, color=PALETTE.ours, label="response")
     widen(axes, command, response)
-    label(axes, f"{what}: command and response", f"{what.split(' along')[0]} [{UNITS[axis]}]")
+    label(
+        axes, f"{what}: command and response", f"{what.split(' along')[0]} [{find_axis(axis).unit}]"
+    )
 
 
 def draw_force(axes: Axes, shown: Recording, axis: str) -> None:
@@ -52,7 +52,7 @@ def draw_force(axes: Axes, shown: Recording, axis: str) -> None:
     force = axis_force(shown, axis)
     axes.plot(shown.time - EDGE, force, color=PALETTE.ours, label="flown here")
     widen(axes, force)
-    label(axes, title, f"{'torque' if axis == 'yaw' else 'force'} [{FORCE_UNITS[axis]}]")
+    label(axes, title, f"{'torque' if axis == 'yaw' else 'force'} [{find_axis(axis).force_unit}]")
 
 
 def draw_acceleration(axes: Axes, shown: Recording, axis: str) -> None:
@@ -61,7 +61,7 @@ def draw_acceleration(axes: Axes, shown: Recording, axis: str) -> None:
     acceleration = axis_acceleration(shown, axis)
     axes.plot(shown.time - EDGE, acceleration, color=PALETTE.ours, label="flown here")
     widen(axes, acceleration)
-    label(axes, title, f"acceleration [{ACCELERATION_UNITS[axis]}]")
+    label(axes, title, f"acceleration [{find_axis(axis).acceleration_unit}]")
 
 
 def draw_rotor_use(axes: Axes, time: np.ndarray, shown: Recording) -> None:

@@ -14,13 +14,11 @@ from workbench.design.plots_panels import (
 )
 from workbench.design.reproduce import Row
 from workbench.design.step_response import (
-    ACCELERATION_UNITS,
     EDGE,
-    FORCE_UNITS,
-    UNITS,
     axis_acceleration,
     axis_force,
 )
+from workbench.scenario.axes import find_axis
 
 _FAR = 3.0
 """A paper's mean further off than this many spans of our curve is named instead of drawn."""
@@ -33,14 +31,19 @@ def plot_reproduced(row: Row) -> Figure:
     shown = shown_part(row.flight)
     figure, panels = stacked(
         f"{shown.vehicle.name} beside the paper's figure {paper.number}: "
-        f"{axis} step of {paper.command:g} {UNITS[axis]}",
+        f"{axis} step of {paper.command:g} {find_axis(axis).unit}",
         3,
     )
     response, drive, acceleration = panels
     draw_response(response, shown, axis)
     draw_force(drive, shown, axis)
     _draw_means(
-        drive, axis_force(shown, axis), row.t90, row.mean_force, paper.mean_force, FORCE_UNITS[axis]
+        drive,
+        axis_force(shown, axis),
+        row.t90,
+        row.mean_force,
+        paper.mean_force,
+        find_axis(axis).force_unit,
     )
     draw_acceleration(acceleration, shown, axis)
     _draw_means(
@@ -49,7 +52,7 @@ def plot_reproduced(row: Row) -> Figure:
         row.t90,
         row.mean_acceleration,
         paper.mean_acceleration,
-        ACCELERATION_UNITS[axis],
+        find_axis(axis).acceleration_unit,
     )
     for axes, letter in zip(panels, "abc", strict=True):
         axes.set_title(f"({letter}) {axes.get_title(loc='left')}")

@@ -15,8 +15,9 @@ from workbench.design.plots_panels import (
     draw_rotor_use,
     shown_part,
 )
-from workbench.design.step_metrics import StepMetrics, number
-from workbench.design.step_response import EDGE, UNITS, StepResponse
+from workbench.design.response_metrics import StepMetrics, number
+from workbench.design.step_response import EDGE, StepResponse
+from workbench.scenario.axes import find_axis
 
 _BAND = 0.02
 """What counts as settled, as share of the steady state; python-control's default."""
@@ -31,7 +32,7 @@ def plot_step(step: StepResponse) -> Figure:
     shown = shown_part(step)
     time = shown.time - EDGE
     figure, panels = stacked(
-        f"{shown.vehicle.name}: {axis} step of {step.amplitude:g} {UNITS[axis]}", 4
+        f"{shown.vehicle.name}: {axis} step of {step.amplitude:g} {find_axis(axis).unit}", 4
     )
     response, drive, acceleration, rotors = panels
     draw_response(response, shown, axis)
@@ -67,7 +68,7 @@ def _draw_settling(axes: Axes, metrics: StepMetrics) -> None:
 
 def _write_metrics(axes: Axes, step: StepResponse) -> None:
     """Write the metrics beside a panel."""
-    metrics, unit = step.metrics, UNITS[step.axis]
+    metrics, unit = step.metrics, find_axis(step.axis).unit
     lines = (
         f"rise time  {number(metrics.rise_time, '.3f')} s",
         f"settling time  {number(metrics.settling_time, '.3f')} s",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.step_metrics import crossing_time
+from workbench.design.response_metrics import crossing_time
 from workbench.design.step_response import (
     EDGE,
     StepResponse,

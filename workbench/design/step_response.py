@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.step_metrics import StepMetrics, step_metrics
-from workbench.scenario.parameters import Parameter, find_parameter
+from workbench.design.response_metrics import StepMetrics, step_metrics
+from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.scenario import Action, Scenario, Start
 
 if TYPE_CHECKING:
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
     from workbench.session.recording import Recording
     from workbench.session.session import Session
 
-AXES = ("x", "y", "z", "yaw")
-UNITS = {"x": "m/s", "y": "m/s", "z": "m/s", "yaw": "rad/s"}
-ACCELERATION_UNITS = {"x": "m/s²", "y": "m/s²", "z": "m/s²", "yaw": "rad/s²"}
-FORCE_UNITS = {"x": "N", "y": "N", "z": "N", "yaw": "N·m"}
 EDGE = 1.0
 """The command steps after hovering for this long [s]."""
 LEAST_DURATION = 0.1
@@ -206,13 +202,12 @@ def _command(axis: str, amplitude: float) -> Action:
 
 def _check_within_limit(session: "Session", axis: str, amplitude: float) -> None:
     """Refuse a step that the limits would cut, as its metrics would mean nothing."""
-    names = {"z": "max_climb_rate", "yaw": "max_yaw_rate"}
-    limit: Parameter = find_parameter(names.get(axis, "max_speed"))
-    most = session.get(limit.name)
+    row = find_axis(axis)
+    most = session.get(row.limit)
     if not 0.0 < abs(amplitude) <= most:
         raise WorkbenchError(
-            f"a step of {amplitude:g} {UNITS[axis]} along {axis} cannot be flown: use an amplitude "
-            f"within ±{most:g} and not 0, or raise {limit.name}"
+            f"a step of {amplitude:g} {row.unit} along {axis} cannot be flown: use an amplitude "
+            f"within ±{most:g} and not 0, or raise {row.limit}"
         )
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.live.hard_hit import hit_speed
 from workbench.live.step_plan import StepPlan
-from workbench.scenario.excitation import AXES, Excitation
+from workbench.scenario.axes import AXES
+from workbench.scenario.excitation import Excitation
 from workbench.session.session import Session
 
 SLOWING = 4.0

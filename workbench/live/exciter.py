@@ -13,7 +13,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
 from workbench.live.excitation_guard import ExcitationGuard
 from workbench.live.step_plan import StepPlan
-from workbench.scenario.excitation import AXES, Excitation, Exciting
+from workbench.scenario.axes import AXES, find_axis
+from workbench.scenario.excitation import Excitation, Exciting
 from workbench.scenario.scenario import Action
 from workbench.session.session import Session
 
@@ -24,7 +25,6 @@ IN_FLIGHT = (
     FlightMode.CRUISING,
 )
 """Modes in which a drone flies as it is told."""
-LIMITS = {"x": "max_speed", "y": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate"}
 """Parameters that limit the amplitudes."""
 WATCH_PERIOD = 1 / 32
 """About so often the drone is watched [s]."""
@@ -82,7 +82,7 @@ class Exciter:
             WorkbenchError: for the first thing that is wrong.
         """
         excitation.check()
-        excitation.check(self._session.get(LIMITS[excitation.axis]))
+        excitation.check(self._session.get(find_axis(excitation.axis).limit))
         if self._session.scenario.figure_eight:
             raise WorkbenchError("the scenario flies its figure of eight: excite another one")
         mode = self._session.snapshot().mode

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from workbench.common.errors import WorkbenchError
+from workbench.scenario.axes import AXES, find_axis
 
-AXES = ("x", "y", "z", "yaw")
 SHORTEST, LONGEST = 0.1, 60.0
 """Bounds of the period [s]."""
 LOWEST_FREQUENCY = 0.1
@@ -80,7 +80,7 @@ class Excitation:
     @property
     def unit(self) -> str:
         """Of the amplitude."""
-        return "rad/s" if self.axis == "yaw" else "m/s"
+        return find_axis(self.axis).unit
 
     @property
     def round_time(self) -> float:

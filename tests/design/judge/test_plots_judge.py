@@ -13,7 +13,7 @@ from workbench.design.judge.sampled_stability import RateSample, SlowestRate
 from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.judge.step_pair import StepPair, linear_step
 from workbench.design.linear.loops import LOOPS, find_loop
-from workbench.design.step_metrics import step_metrics
+from workbench.design.response_metrics import step_metrics
 
 
 def titled(figure):

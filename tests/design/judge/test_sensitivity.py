@@ -7,7 +7,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.carried_flight import STEP
 from workbench.design.judge.sensitivity import METRICS, step_sensitivity
-from workbench.design.step_metrics import NUMBERS
+from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_response import fly_step
 from workbench.scenario.parameters import parameters_of
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from workbench.design.metrics import FLOWN
 from workbench.design.sweep.case import SweepCase
-from workbench.design.sweep.metrics import FLOWN
 from workbench.design.sweep.ranges import parse_range
 from workbench.design.sweep.sweep import sweep
 from workbench.design.sweep.table import SweepTable

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.metrics import FLOWN
 from workbench.design.step_response import fly_step
 from workbench.design.sweep import best as best_module
 from workbench.design.sweep.best import (
@@ -18,7 +19,6 @@ from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.flown import nothing_flown
 from workbench.design.sweep.full_flights import fly_full, fly_one, lost_at
 from workbench.design.sweep.loops import default_axis
-from workbench.design.sweep.metrics import FLOWN
 from workbench.design.sweep.sweep import sweep
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, VehicleConfig

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.design.tune.metric import LOOP, METRICS, ROTORS, STEP
+from workbench.design.metrics import LOOP, ROTORS, STEP, WISHED
 from workbench.design.tune.wish import GROUPS, SUBJECTS, parse_wish, subjects_of
 from workbench.gui.tuning import wish_text
 from workbench.gui.tuning.autotune_card import DEFAULT
@@ -19,7 +19,7 @@ def test_every_beginning_that_is_offered_makes_a_wish():
 def test_every_subject_of_the_search_is_known():
     for kind in (STEP, LOOP, ROTORS):
         groups = [name for name, members in GROUPS.items() if set(members) <= set(SUBJECTS[kind])]
-        for metric in (each for each in METRICS if each.kind == kind):
+        for metric in (each for each in WISHED if each.kind == kind):
             known = subjects_of(metric)
             there = [name for name, members in GROUPS.items() if set(members) <= set(known)]
             assert set(wish_text.subjects_of(kind, metric.name)) == {*known, *there}
@@ -28,7 +28,7 @@ def test_every_subject_of_the_search_is_known():
 
 def test_every_metric_of_the_search_is_known():
     for kind in (STEP, LOOP, ROTORS):
-        of_kind = {metric.name for metric in METRICS if metric.kind == kind}
+        of_kind = {metric.name for metric in WISHED if metric.kind == kind}
         assert set(wish_text.METRICS[kind]) == of_kind
 
 

@@ -18,7 +18,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.guidance import Guidance, Reference
 from workbench.control.pd import Gains
 from workbench.design.judge.hermite import Curve
-from workbench.design.step_response import AXES, START_HEIGHT
+from workbench.design.step_response import START_HEIGHT
 from workbench.diagram.core import make_flight_core, parameter_values
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
@@ -27,6 +27,7 @@ from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.axes import AXES
 from workbench.scenario.configured import read_configured
 from workbench.scenario.scenario import Scenario
 

@@ -20,7 +20,7 @@ from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, l
 from workbench.design.linear.loops import LOOPS, Loop
 from workbench.design.linear.model import LinearModel
 from workbench.design.plots import PALETTE, label, styled, widen
-from workbench.design.step_response import UNITS
+from workbench.scenario.axes import find_axis
 
 STEP_AXES = {
     "velocity_x": "x",
@@ -109,7 +109,7 @@ def plot_loops(
 
 def draw_step_pair(axes: Axes, pair: StepPair) -> None:
     """Draw a step as the linear model has it, beside the flown one."""
-    unit = UNITS[pair.axis]
+    unit = find_axis(pair.axis).unit
     end = pair.time <= _settled(pair)
     time = pair.time[end]
     axes.axhline(pair.amplitude, color=PALETTE.command, ls="--", lw=1.0, label="command")
@@ -128,7 +128,7 @@ def draw_linear_step(axes: Axes, model: LinearModel, loop: Loop) -> None:
     """Draw the linear model's answer to a step, of what was not flown."""
     axis = STEP_AXES.get(loop.name)
     if axis:
-        amplitude, unit = dict(STEPS)[axis], UNITS[axis]
+        amplitude, unit = dict(STEPS)[axis], find_axis(axis).unit
         response = linear_step(model, INPUTS[axis], OUTPUTS[axis], SAMPLES) * amplitude
         what = "yaw rate" if axis == "yaw" else f"velocity along {axis}"
     else:

@@ -11,11 +11,12 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.judge.carried_flight import CarriedFlight, fly_carried
 from workbench.design.judge.hermite import Carried, Curve
-from workbench.design.step_metrics import NUMBERS
-from workbench.design.step_response import AXES, LEAST_DURATION
+from workbench.design.metrics import FLOWN
+from workbench.design.step_response import LEAST_DURATION
+from workbench.scenario.axes import AXES
 from workbench.scenario.scenario import Scenario
 
-METRICS = (*NUMBERS, "peak_rotor_use")
+METRICS = tuple(metric.name for metric in FLOWN)
 SETTLED = 0.02
 """The band of the settling time, as share of the steady state; python-control's."""
 NOTHING = 1e-6

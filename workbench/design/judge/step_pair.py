@@ -9,7 +9,7 @@ from workbench.common.errors import FlightBrokenError
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.linear.model import LinearModel
 from workbench.design.lost import find_loss
-from workbench.design.step_metrics import StepMetrics, step_metrics
+from workbench.design.response_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import fly_step
 from workbench.scenario.scenario import Scenario
 

@@ -6,10 +6,11 @@ import re
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import Keys, YamlFile
-from workbench.design.regress.metrics import HOVER, Need, find_metric
+from workbench.design.regress.measures import HOVER, Need, find_measure
 from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
 from workbench.design.regress.spec import Case, Limit, Tolerance
-from workbench.design.step_response import AXES, DURATIONS, LEAST_DURATION, MOST_DURATION
+from workbench.design.step_response import DURATIONS, LEAST_DURATION, MOST_DURATION
+from workbench.scenario.axes import AXES
 from workbench.scenario.parameters import checked
 from workbench.scenario.scenario import Scenario, Start, check_scenario
 
@@ -98,7 +99,7 @@ def _check_script(case: Case, file: YamlFile, keys: Keys) -> None:
 def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
     """Refuse a metric that is unknown, or that a case has not enough for."""
     try:
-        need = find_metric(name).need
+        need = find_measure(name).need
     except WorkbenchError as error:
         raise WorkbenchError(f"{file.where(*keys)}{error}") from None
     missing = {

@@ -17,7 +17,7 @@ from workbench.design.regress.baseline import (
 )
 from workbench.design.regress.conditions import conditions, differences
 from workbench.design.regress.flight import Changes, Flight, changed, fly_case
-from workbench.design.regress.metrics import find_metric
+from workbench.design.regress.measures import find_measure
 from workbench.design.regress.signals import find_signal
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.regress.spec_names import MARGINS, find_part, spec_title
@@ -125,9 +125,9 @@ def _flown(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
         return dataclasses.replace(result, trouble=flight.trouble, curves=curves)
     checks = []
     for name, limit in case.limits.items():
-        metric = find_metric(name)
-        value, doubt = metric.of(flight), metric.doubt_of(flight)
-        checks.append(Check(name, metric.unit_of(flight), value, limit, doubt))
+        measure = find_measure(name)
+        value, doubt = measure.of(flight), measure.doubt_of(flight)
+        checks.append(Check(name, measure.unit_of(flight), value, limit, doubt))
     return dataclasses.replace(result, checks=tuple(checks), curves=curves)
 
 

@@ -9,6 +9,7 @@ from workbench.design.judge.margins import LoopMargins, loop_margins
 from workbench.design.linear.loops import find_loop
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.study import LinearStudy
+from workbench.design.metrics import find_metric
 from workbench.design.regress.case_check import check_limit
 from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.verdict import Check
@@ -18,12 +19,6 @@ from workbench.scenario.scenario import Scenario
 MARGINS = tuple(
     margin.name for margin in dataclasses.fields(LoopMargins) if margin.name != "stable"
 )
-_UNITS = {
-    "phase_margin": "rad",
-    "delay_margin": "s",
-    "bandwidth": "rad/s",
-    "crossover": "rad/s",
-}
 
 
 def check_margins(content: SpecFile, file: YamlFile) -> None:
@@ -78,7 +73,7 @@ def check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> 
         margins = loop_margins(models[held if loop.hold else point], loop.actuator)
         for margin, limit in limits.items():
             value = float(getattr(margins, margin))
-            found.append(Check(f"{name} {margin}", _UNITS.get(margin, "1"), value, limit))
+            found.append(Check(f"{name} {margin}", find_metric(margin).unit, value, limit))
     return tuple(found)
 
 

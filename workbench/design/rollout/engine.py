@@ -18,11 +18,12 @@ from workbench.design.rollout.measuring import NUMBERS
 from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
 from workbench.design.rollout.schedule import Schedule, make_schedule
 from workbench.design.rollout.starts import start_state
-from workbench.design.step_response import AXES, EDGE, check_step
+from workbench.design.step_response import EDGE, check_step
 from workbench.gains.gains import flight_gains
 from workbench.plant.payload import Payload
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.axes import AXES
 from workbench.scenario.scenario import Rates, Scenario, Start, check_scenario
 
 VELOCITIES = (7, 8, 9, 10, 11, 12)

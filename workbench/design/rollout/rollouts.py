@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.response_metrics import ResponseMetrics
-from workbench.design.step_response import AXES
+from workbench.scenario.axes import AXES
 
 
 @dataclass(frozen=True)

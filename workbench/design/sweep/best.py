@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.metrics import for_people
 from workbench.design.sweep.full_flights import fly_one
 from workbench.design.sweep.loops import axis_of
-from workbench.design.sweep.metrics import for_people, resolution
 from workbench.design.sweep.ranges import SEED, VARY
-from workbench.design.sweep.table import SweepTable
+from workbench.design.sweep.table import SweepTable, resolution
 
 _OF_THE_DRONE = (VARY, "payload_")
 """What names of ranges begin with that nobody chooses."""

@@ -6,18 +6,18 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.step_response import UNITS, check_duration, check_step
+from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import PARAMETERS
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.vehicle_parameters import check_parameters
 
-_LIMITS = {"x": "max_speed", "y": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate"}
 """Parameter that a step along an axis must stay below."""
 
 
@@ -103,11 +103,11 @@ class SweepCase:
         """
         rows = [row.name for row in PARAMETERS]
         check_parameters(vehicle, [each.name for each in ranges if each.name in rows])
-        limit = _LIMITS[self.axis]
+        axis = find_axis(self.axis)
         lows = {each.name: each.low for each in ranges}
-        most = lows.get(limit, self.values(vehicle)[limit])
+        most = lows.get(axis.limit, self.values(vehicle)[axis.limit])
         if abs(self.amplitude) > most:
             raise WorkbenchError(
-                f"a step of {self.amplitude:g} {UNITS[self.axis]} along {self.axis} cannot be "
-                f"flown: use an amplitude within ±{most:g}, or raise {limit}"
+                f"a step of {self.amplitude:g} {axis.unit} along {self.axis} cannot be "
+                f"flown: use an amplitude within ±{most:g}, or raise {axis.limit}"
             )

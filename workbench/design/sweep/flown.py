@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.design.metrics import FLOWN
 from workbench.design.sweep.case import Candidate, SweepCase
-from workbench.design.sweep.metrics import FLOWN
 from workbench.plant.vehicle import Vehicle
 
 Progress = Callable[[float], None]

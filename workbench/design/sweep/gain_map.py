@@ -7,8 +7,8 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.pd import Gains
+from workbench.design.metrics import FLOWN, SWEPT, Metric, find_metric
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.sweep.metrics import FLOWN, SweepMetric, find_metric
 from workbench.design.sweep.ranges import SweepRange
 
 
@@ -26,7 +26,7 @@ class GainMap:
 
     x: SweepRange
     y: SweepRange
-    metric: SweepMetric
+    metric: Metric
     values: np.ndarray
     lost: np.ndarray
 
@@ -72,7 +72,7 @@ def gain_map(
             raise unknown_name("gain", each.name, names)
     if x.name == y.name:
         raise WorkbenchError(f"both axes of the map are {x.name}: give two different gains")
-    wanted = find_metric(metric)
+    wanted = find_metric(metric, SWEPT)
     if wanted not in FLOWN:
         raise unknown_name("metric of a flight", metric, [each.name for each in FLOWN])
     columns, rows = (part.ravel() for part in np.meshgrid(x.grid, y.grid))

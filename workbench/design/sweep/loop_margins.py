@@ -10,9 +10,9 @@ from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.loops import Loop
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.design.metrics import MARGINS
 from workbench.design.sweep.case import Candidate, SweepCase
 from workbench.design.sweep.flown import Progress, Stop
-from workbench.design.sweep.metrics import MARGINS
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario
 

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.design.metrics import Metric
 from workbench.design.plots import PALETTE
 from workbench.design.sweep.best import BestCandidate
-from workbench.design.sweep.metrics import SweepMetric
 from workbench.design.sweep.plot_marks import (
     BEST,
     axis_label,
@@ -21,7 +21,7 @@ from workbench.design.sweep.table import SweepTable
 _COLUMNS = 3
 
 
-def draw_clouds(table: SweepTable, metric: SweepMetric, best: BestCandidate | None) -> Figure:
+def draw_clouds(table: SweepTable, metric: Metric, best: BestCandidate | None) -> Figure:
     """Return the figure, with each number's rank correlation with the metric."""
     count = len(table.ranges)
     columns = min(_COLUMNS, count)

@@ -8,8 +8,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
+from workbench.design.metrics import Metric
 from workbench.design.sweep.best import BestCandidate
-from workbench.design.sweep.metrics import SweepMetric
 from workbench.design.sweep.plot_marks import (
     HATCH,
     axis_label,
@@ -27,7 +27,7 @@ _DOT = 90.0
 """Area of a candidate off the grid [points²]."""
 
 
-def draw_map(table: SweepTable, metric: SweepMetric, best: BestCandidate | None) -> Figure:
+def draw_map(table: SweepTable, metric: Metric, best: BestCandidate | None) -> Figure:
     """Return the map of a metric; cells of a grid, dots for other candidates."""
     figure = Figure(figsize=(8.2, 6.2), layout="constrained")
     axes = figure.subplots()

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from workbench.design.metrics import Metric, for_people
 from workbench.design.plots import PALETTE
 from workbench.design.sweep.best import BestCandidate
-from workbench.design.sweep.metrics import SweepMetric, for_people
 from workbench.design.sweep.ranges import SweepRange
 from workbench.design.sweep.table import SweepTable
 
@@ -24,13 +24,13 @@ def axis_label(span: SweepRange) -> str:
     return f"{span.name} [{span.unit}]" if span.unit != "1" else f"{span.name} [1]"
 
 
-def metric_label(table: SweepTable, metric: SweepMetric) -> str:
+def metric_label(table: SweepTable, metric: Metric) -> str:
     """Return the label of a metric's axis, with its unit."""
     _, unit = for_people(table.units[table.names.index(metric.name)])
     return f"{metric.name.replace('_', ' ')} [{unit or '1'}]"
 
 
-def shown_values(table: SweepTable, metric: SweepMetric) -> np.ndarray:
+def shown_values(table: SweepTable, metric: Metric) -> np.ndarray:
     """Return a metric (N) as it is drawn: angles in degrees, NaN where it is not finite."""
     values = for_people(metric.unit)[0] * table.column(metric.name)
     return np.where(np.isfinite(values), values, np.nan)

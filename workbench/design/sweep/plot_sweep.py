@@ -4,14 +4,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.design.metrics import MARGINS, Metric, for_people
 from workbench.design.plots import PALETTE, styled
-from workbench.design.step_response import UNITS
 from workbench.design.sweep.best import BestCandidate, what_does_not_move
-from workbench.design.sweep.metrics import MARGINS, SweepMetric, for_people
 from workbench.design.sweep.plot_clouds import draw_clouds
 from workbench.design.sweep.plot_map import cell_edges, draw_map
 from workbench.design.sweep.plot_marks import HATCH, axis_label, metric_label
 from workbench.design.sweep.table import SweepTable
+from workbench.scenario.axes import find_axis
 
 _CURVES = ("rise_time", "settling_time", "overshoot", "steady_state_error", "peak_rotor_use")
 """Drawn besides the metric that is asked for, and margins."""
@@ -31,7 +31,7 @@ def plot_sweep(table: SweepTable, metric: str, best: BestCandidate | None = None
     """
     shown = table.metric(metric)
     case = table.case
-    what = f"{case.axis} step of {case.amplitude:g} {UNITS[case.axis]}"
+    what = f"{case.axis} step of {case.amplitude:g} {find_axis(case.axis).unit}"
     title = f"{table.vehicle}: {what}, {shown.name.replace('_', ' ')} of {len(table)} candidates"
     if len(table.ranges) == 1:
         figure = _draw_curves(table, shown, best)
@@ -46,7 +46,7 @@ def plot_sweep(table: SweepTable, metric: str, best: BestCandidate | None = None
     return figure
 
 
-def _draw_curves(table: SweepTable, shown: SweepMetric, best: BestCandidate | None) -> Figure:
+def _draw_curves(table: SweepTable, shown: Metric, best: BestCandidate | None) -> Figure:
     """Draw metrics over the one parameter that was swept."""
     names = dict.fromkeys((shown.name, *_CURVES, *(metric.name for metric in MARGINS)))
     metrics = [m for name in names for m in table.metrics if m.name == name]

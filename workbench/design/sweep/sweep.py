@@ -5,11 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from workbench.design.linear.loops import find_loop
+from workbench.design.metrics import FLOWN, MARGINS
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.compiled_flights import fly_compiled
 from workbench.design.sweep.flown import FlySweep, Progress, Stop
 from workbench.design.sweep.loops import default_axis
-from workbench.design.sweep.metrics import FLOWN, MARGINS
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.samples import sample
 from workbench.design.sweep.table import SweepTable

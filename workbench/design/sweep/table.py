@@ -5,11 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.step_response import UNITS
+from workbench.design.metrics import SIGNAL, SWEPT, Metric, find_metric
 from workbench.design.sweep.case import Candidate, SweepCase
-from workbench.design.sweep.metrics import ARRIVED, SweepMetric, cost, find_metric, resolution
 from workbench.design.sweep.ranges import SweepRange
+from workbench.scenario.axes import find_axis
 
+ARRIVED = 5.0
+"""A step that is farther from its command in the end did not get there [%]."""
+SAME = 5e-4
+"""Values that differ by a smaller share read alike with the digits that are shown, and count as
+equal."""
+_LEAST = {"s": 1e-4, "%": 0.01, SIGNAL: 1e-4, "1": 1e-4, "rad": 1e-4}
+"""So do those that differ by less than this, by unit; of the command's unit as share of the
+command. An overshoot of 1e-14 % is rounding."""
 _THEN = ("settling_time", "overshoot", "steady_state_error")
 """By what candidates are ranked whose metric is equal."""
 
@@ -39,7 +47,7 @@ class SweepTable:
     method: str
     seed: int
     planned: int
-    metrics: tuple[SweepMetric, ...]
+    metrics: tuple[Metric, ...]
     parameters: np.ndarray
     values: np.ndarray
     diverged_at: np.ndarray
@@ -62,9 +70,9 @@ class SweepTable:
     @property
     def units(self) -> tuple[str, ...]:
         """Of all columns."""
-        command = UNITS[self.case.axis]
+        command = find_axis(self.case.axis).unit
         swept = (each.unit for each in self.ranges)
-        return (*swept, *(metric.unit or command for metric in self.metrics), "s")
+        return (*swept, *(metric.unit_for(command) for metric in self.metrics), "s")
 
     @property
     def rows(self) -> np.ndarray:
@@ -82,13 +90,13 @@ class SweepTable:
         column: np.ndarray = self.rows[:, self.names.index(name)]
         return column
 
-    def metric(self, name: str) -> SweepMetric:
+    def metric(self, name: str) -> Metric:
         """Return the metric of a column.
 
         Raises:
             WorkbenchError: if it is no metric, or was not measured.
         """
-        found = find_metric(name)
+        found = find_metric(name, SWEPT)
         if found not in self.metrics:
             raise WorkbenchError(
                 f"{name} was not measured: ask for margins too, or use one of "
@@ -105,7 +113,7 @@ class SweepTable:
         """Return the rows that flew to the end and settled, as indices, the best metric first.
 
         Those that came within 5 % of the command go first; where values are equal, see
-        `metrics.resolution`, what settles sooner, overshoots less, and ends nearer to the command.
+        `resolution`, what settles sooner, overshoots less, and ends nearer to the command.
 
         Raises:
             WorkbenchError: if the metric is unknown or was not measured.
@@ -181,3 +189,17 @@ def _widest(values: np.ndarray, groups: np.ndarray) -> float:
     np.maximum.at(high, groups[known], values[known])
     np.minimum.at(low, groups[known], values[known])
     return float((high - low)[there > 0].max(initial=0.0))
+
+
+def cost(metric: Metric, values: np.ndarray, command: float) -> np.ndarray:
+    """Return values as costs: the smaller the better, infinite where there is no value."""
+    far = np.abs(np.abs(values) - abs(command))
+    costs = -metric.better * values if metric.better else far
+    return np.where(np.isnan(costs), np.inf, costs)
+
+
+def resolution(metric: Metric, values: np.ndarray, command: float) -> float:
+    """Return the smallest difference between values of a metric that means something."""
+    finite = np.abs(values[np.isfinite(values)])
+    least = _LEAST[metric.unit] * (abs(command) if metric.unit == SIGNAL else 1.0)
+    return max(least, SAME * float(finite.max(initial=0.0)))

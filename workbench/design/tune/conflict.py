@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.metrics import Metric, shown
 from workbench.design.tune.evaluation import (
     Budget,
     Candidate,
@@ -19,7 +20,6 @@ from workbench.design.tune.evaluation import (
     Problem,
     SearchEndedError,
 )
-from workbench.design.tune.metric import Metric, shown
 from workbench.design.tune.requirement import NO_INTEGRAL, Requirement
 from workbench.design.tune.search import CLIMBS, climb, find_from
 from workbench.design.tune.twins import ALONG_X

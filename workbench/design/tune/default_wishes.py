@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.design.linear.loops import LOOPS as ALL_LOOPS
-from workbench.design.step_response import AXES
+from workbench.design.metrics import find_metric
 from workbench.design.tune.case import NOMINAL
-from workbench.design.tune.metric import METRICS, Metric
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.variables import LOOPS_OF_AXIS, loop_of
 from workbench.design.tune.wish import DEFAULT, GUARD, Wish
+from workbench.scenario.axes import AXES
 
 OVERSHOOT = 5.0
 STEADY_STATE_ERROR = 5.0
@@ -37,11 +37,15 @@ def wished_quantities() -> list[Wish]:
         "steady_state_error": STEADY_STATE_ERROR,
     }
     wishes = [
-        Wish(axis, _metric(name), False, limit) for axis in AXES for name, limit in limits.items()
+        Wish(axis, find_metric(name), False, limit)
+        for axis in AXES
+        for name, limit in limits.items()
     ]
     margins = {"phase_margin": PHASE_MARGIN, "disk_margin": DISK_MARGIN}
     wishes += [
-        Wish(loop, _metric(name), True, least) for loop in LOOPS for name, least in margins.items()
+        Wish(loop, find_metric(name), True, least)
+        for loop in LOOPS
+        for name, least in margins.items()
     ]
     return wishes
 
@@ -107,7 +111,7 @@ def guarded_quantities(wishes: Sequence[Wish]) -> list[Wish]:
     for loop in (loop.name for loop in ALL_LOOPS if loop.name not in written):
         for name, least in usual.items():
             bound = least if loop in through else math.inf
-            wish = Wish(loop, _metric(name), True, bound, GUARD)
+            wish = Wish(loop, find_metric(name), True, bound, GUARD)
             if loop not in through or wish.name not in known:
                 found.append(wish)
     return found
@@ -135,7 +139,3 @@ def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requi
 def _with_room(wish: Wish, value: float) -> float:
     """Return a limit that a value keeps."""
     return ROOM * value if wish.at_least else value / ROOM
-
-
-def _metric(name: str) -> Metric:
-    return next(metric for metric in METRICS if metric.name == name)

@@ -15,10 +15,10 @@ from workbench.design.linear.loops import find_loop
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.flight_numbers import flight_numbers
-from workbench.design.tune.metric import LOOP, ROTORS, STEP
 from workbench.design.tune.noise import noise_amplification
 from workbench.design.tune.retuned import RetunedModels
 from workbench.design.tune.variables import AROUND, loop_of

@@ -5,10 +5,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.design.plots import PALETTE, label, styled, widen
-from workbench.design.step_response import UNITS
 from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.measure import Responses
 from workbench.design.tune.tuning import Result, Tuning
+from workbench.scenario.axes import find_axis
 
 BEFORE, AFTER = 0, 1
 _CORNERS = 0.3
@@ -70,7 +70,7 @@ def _draw_responses(panel: Axes, found: Tuning, axis: str) -> None:
     panel.set_xlim(0.0, _end(described, command))
     widen(panel, np.clip(described.response, -0.3 * abs(command), 1.6 * abs(command)), command, 0.0)
     what = "yaw rate" if axis == "yaw" else f"velocity along {axis}"
-    label(panel, f"{what}, step of {command:g} {UNITS[axis]}", f"[{UNITS[axis]}]")
+    label(panel, f"{what}, step of {command:g} {find_axis(axis).unit}", f"[{find_axis(axis).unit}]")
 
 
 def _end(flown: Responses, command: float) -> float:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.step_response import AXES
 from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
 from workbench.design.tune.default_wishes import (
     completed,
@@ -26,6 +25,7 @@ from workbench.design.tune.variables import Variables, variables_for
 from workbench.design.tune.wish import GUARD, Wish, merged
 from workbench.design.tune.wish_file import Wishes
 from workbench.gains.rule import rule_gains
+from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.scenario import Scenario
 
 SHORTEST, LONGEST = 3.0, 20.0
@@ -129,7 +129,7 @@ def _steps(
     """Return the steps to fly, long enough for the vehicle and for what is wished."""
     steps = {}
     for axis, amplitude in wishes.steps:
-        limit = {"z": "max_climb_rate", "yaw": "max_yaw_rate"}.get(axis, "max_speed")
+        limit = find_axis(axis).limit
         if abs(amplitude) > gains[limit]:
             amplitude = math.copysign(gains[limit], amplitude)
         longest = max(

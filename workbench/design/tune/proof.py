@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.metrics import STEP
 from workbench.design.step_response import StepResponse, fly_step
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import Step
-from workbench.design.tune.metric import STEP
 from workbench.design.tune.requirement import Requirement
 from workbench.scenario.scenario import Scenario
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from workbench.design.metrics import shown
 from workbench.design.plots import write_png
 from workbench.design.tune.case import NOMINAL
-from workbench.design.tune.metric import shown
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.tuning import Result, Tuning
 from workbench.design.tune.wish import DEFAULT

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.metrics import LOOP, shown
 from workbench.design.tune.case import NOMINAL, Case, Robustness
-from workbench.design.tune.metric import LOOP, shown
 from workbench.design.tune.wish import GUARD, Wish
 
 HOPELESS = -12.0

@@ -4,11 +4,20 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from workbench.common.errors import WorkbenchError, find_row, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.loop_points import POINTS
 from workbench.design.linear.loops import LOOPS
-from workbench.design.step_response import AXES
-from workbench.design.tune.metric import LOOP, METRICS, ROTORS, STEP, Metric, shown, si_value
+from workbench.design.metrics import (
+    LOOP,
+    ROTORS,
+    STEP,
+    WISHED,
+    Metric,
+    find_metric,
+    shown,
+    si_value,
+)
+from workbench.scenario.axes import AXES
 
 DEFAULT = "default"
 """The origin of a wish that nobody wrote."""
@@ -89,7 +98,7 @@ def parse_wish(text: str, origin: str = "--wish") -> list[Wish]:
             f"'{text[:60]}' is no wish: write SUBJECT.METRIC<=VALUE or >=, as x.rise_time<=0.4 or "
             "pitch.phase_margin>=45deg"
         )
-    metric = _metric(form["metric"])
+    metric = find_metric(form["metric"], WISHED)
     subjects = _subjects(form["subject"], metric)
     try:
         number = float(form["number"])
@@ -112,10 +121,6 @@ def merged(wishes: Sequence[Wish]) -> list[Wish]:
         if at_least and other and wish.bound > other.bound:
             raise WorkbenchError(f"{wish} contradicts {other}: nothing is both, so drop one")
     return list(found.values())
-
-
-def _metric(name: str) -> Metric:
-    return find_row("metric", name, METRICS)
 
 
 def subjects_of(metric: Metric) -> tuple[str, ...]:

@@ -8,9 +8,9 @@ from pathlib import Path
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import YamlFile, check_schema, read_yaml
 from workbench.design.hover_check import STEPS
-from workbench.design.step_response import AXES
 from workbench.design.tune.case import Robustness
 from workbench.design.tune.wish import Wish, merged, parse_wish
+from workbench.scenario.axes import AXES
 
 
 @dataclass(frozen=True)

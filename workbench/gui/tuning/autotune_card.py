@@ -20,7 +20,6 @@ from workbench.analysis.replies import Searched, Tuned, Wished
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.number_field import buddy
-from workbench.gui.tuning.axes import find_axis
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.number_table import NumberTable
@@ -28,6 +27,7 @@ from workbench.gui.tuning.table_rows import Cell, Row, State
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.tuning.wish_lines import WishLines
 from workbench.gui.workspace import Workspace
+from workbench.scenario.axes import find_axis
 
 PLOT = 120
 """Height of the steps at least [px]."""

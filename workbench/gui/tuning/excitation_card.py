@@ -9,7 +9,6 @@ from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QPushButton, QWid
 from workbench.control.mode import FlightMode
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed, set_class
-from workbench.gui.tuning.axes import AXES, find_axis
 from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.excitation_form import (
     LEAST,
@@ -22,6 +21,7 @@ from workbench.gui.tuning.excitation_form import (
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+from workbench.scenario.axes import AXIS_ROWS, find_axis
 from workbench.scenario.excitation import Shape
 from workbench.scenario.parameters import find_parameter
 
@@ -53,7 +53,7 @@ class ExcitationCard(Card):
         self._mode = FlightMode.OFF
         self._seen: tuple[object, ...] = ()
         self.axis = QComboBox()
-        self.axis.addItems([axis.name for axis in AXES])
+        self.axis.addItems([axis.name for axis in AXIS_ROWS])
         self.shape = QComboBox()
         self.shape.addItems([shape.value for shape in Shape])
         self.amplitude = NumberField("Amplitude", 2, 0.1)
@@ -110,7 +110,7 @@ class ExcitationCard(Card):
         self._flight.order(lambda live: live.request("take_off"))
 
     def _choose_axis(self, index: int) -> None:
-        self._take(replace(self.choice, axis=AXES[index].name))
+        self._take(replace(self.choice, axis=AXIS_ROWS[index].name))
 
     def _choose_shape(self, index: int) -> None:
         self._take(replace(self.choice, shape=tuple(Shape)[index]))
@@ -132,7 +132,7 @@ class ExcitationCard(Card):
 
     def _show_choice(self) -> None:
         choice, axis = self.choice, find_axis(self.choice.axis)
-        self.axis.setCurrentIndex(AXES.index(axis))
+        self.axis.setCurrentIndex(AXIS_ROWS.index(axis))
         self.shape.setCurrentIndex(tuple(Shape).index(choice.shape))
         row = find_parameter(axis.limit)
         most = self._flight.view.values.get(axis.limit, row.maximum)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from PyQt6.QtCore import QSettings
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.tuning.axes import AXES, find_axis
+from workbench.scenario.axes import AXIS_ROWS, find_axis
 from workbench.scenario.excitation import Excitation, Shape
 
 GROUP = "tuning/excitation"
@@ -27,16 +27,16 @@ class ExcitationChoice:
         repeats: whether it begins again.
     """
 
-    axis: str = AXES[0].name
+    axis: str = AXIS_ROWS[0].name
     shape: Shape = Shape.STEP
-    amplitudes: tuple[float, ...] = tuple(axis.amplitude for axis in AXES)
+    amplitudes: tuple[float, ...] = tuple(axis.amplitude for axis in AXIS_ROWS)
     period: float = 2.0
     repeats: bool = True
 
     @property
     def amplitude(self) -> float:
         """Of the chosen axis."""
-        return self.amplitudes[AXES.index(find_axis(self.axis))]
+        return self.amplitudes[AXIS_ROWS.index(find_axis(self.axis))]
 
     @property
     def excitation(self) -> Excitation:
@@ -45,7 +45,7 @@ class ExcitationChoice:
 
     def with_amplitude(self, amplitude: float) -> "ExcitationChoice":
         """Return the choice with another amplitude along its axis."""
-        place = AXES.index(find_axis(self.axis))
+        place = AXIS_ROWS.index(find_axis(self.axis))
         values = (*self.amplitudes[:place], amplitude, *self.amplitudes[place + 1 :])
         return replace(self, amplitudes=values)
 
@@ -69,7 +69,7 @@ def load_choice(store: QSettings) -> ExcitationChoice:
         period = float(str(store.value(f"{GROUP}/period", default.period)))
         sizes = tuple(
             float(str(store.value(f"{GROUP}/amplitude_{axis.name}", axis.amplitude)))
-            for axis in AXES
+            for axis in AXIS_ROWS
         )
     except (ValueError, WorkbenchError):  # another version wrote it, or an editor
         return default
@@ -85,5 +85,5 @@ def keep_choice(store: QSettings, choice: ExcitationChoice) -> None:
     store.setValue(f"{GROUP}/shape", choice.shape.value)
     store.setValue(f"{GROUP}/period", choice.period)
     store.setValue(f"{GROUP}/repeats", choice.repeats)
-    for axis, amplitude in zip(AXES, choice.amplitudes, strict=True):
+    for axis, amplitude in zip(AXIS_ROWS, choice.amplitudes, strict=True):
         store.setValue(f"{GROUP}/amplitude_{axis.name}", amplitude)

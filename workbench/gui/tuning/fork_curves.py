@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.branches import FlownBranch
-from workbench.gui.tuning.axes import find_axis
+from workbench.scenario.axes import find_axis
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,12 @@ from workbench.analysis.replies import Pinned
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.number_field import buddy
 from workbench.gui.style import set_class
-from workbench.gui.tuning.axes import find_axis
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.pin_text import name_fault, regress_command, spec_path
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
+from workbench.scenario.axes import find_axis
 
 FOLDER = "tuning/pin_folder"
 """Where the last folder is kept."""

@@ -8,7 +8,6 @@ from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.questions import Step
 from workbench.analysis.replies import Predicted, StepNumbers
-from workbench.gui.tuning.axes import AXES, find_axis
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.excitation_form import ExcitationChoice
 from workbench.gui.tuning.limit_strip import LimitStrip, Use
@@ -26,6 +25,7 @@ from workbench.gui.tuning.trace import Trace, take_trace
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+from workbench.scenario.axes import AXIS_ROWS, find_axis
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.parameters import defaults
 
@@ -67,7 +67,7 @@ class ResponseCard(Card):
         self._view = LiveView()
         self._gains: Mapping[str, float] = {}
         self._heading, self._round_begun = 0.0, math.nan
-        self._histories = {axis.name: ResponseHistory(self._take) for axis in AXES}
+        self._histories = {axis.name: ResponseHistory(self._take) for axis in AXIS_ROWS}
         self._predicted: Predicted | None = None
         self._refusal = ""
         self._ahead = np.empty(0), np.empty(0)

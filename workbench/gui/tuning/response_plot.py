@@ -8,13 +8,13 @@ from PyQt6.QtWidgets import QVBoxLayout, QWidget
 from workbench.analysis.replies import Predicted
 from workbench.gui.charts.curve_style import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
-from workbench.gui.tuning.axes import find_axis
 from workbench.gui.tuning.command_line import command_line
 from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.response_history import GHOSTS, Response, ResponseHistory
 from workbench.gui.tuning.rounds import StepPart
 from workbench.gui.tuning.trace import Trace
 from workbench.gui.workspace import Workspace
+from workbench.scenario.axes import find_axis
 from workbench.scenario.excitation import Excitation
 
 FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.gui.signals import Signals
-from workbench.gui.tuning.axes import find_axis
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.axes import find_axis
 from workbench.scenario.excitation import Excitation
 
 

@@ -3,6 +3,7 @@
 import re
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.metrics import WISHED
 from workbench.gui.typed_number import NUMBER, read_number
 
 SUBJECTS = {
@@ -41,19 +42,10 @@ ATTITUDES = ("roll", "pitch", "tilt")
 ATTITUDE_METRICS = ("rise_time", "settling_time", "overshoot")
 """Angles that can be stepped, too, and what a step of one has."""
 METRICS = {
-    "step": ("rise_time", "settling_time", "overshoot", "steady_state_error", "peak_rotor_use"),
-    "loop": (
-        "phase_margin",
-        "gain_margin",
-        "delay_margin",
-        "disk_margin",
-        "peak_sensitivity",
-        "bandwidth",
-    ),
-    "rotors": ("noise_amplification",),
+    kind: tuple(metric.name for metric in WISHED if metric.kind == kind) for kind in SUBJECTS
 }
 """Numbers of each kind."""
-_LARGER = ("phase_margin", "gain_margin", "delay_margin", "disk_margin", "bandwidth")
+_LARGER = tuple(metric.name for metric in WISHED if metric.better > 0)
 _FORM = re.compile(
     rf"(\w+)\s*\.\s*(\w+)\s*(<=|>=|≤|≥|<|>)\s*(?P<number>{NUMBER})\s*([A-Za-z%°]\S*)?"
 )

@@ -1,0 +1,51 @@
+"""The axes of a command: velocity along x, y, z of the world, and yaw rate."""
+
+from dataclasses import dataclass
+
+from workbench.common.errors import find_row
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis of the command.
+
+    Attributes:
+        name: x, y, z or yaw.
+        label: in words.
+        unit: SI unit of command and response.
+        acceleration_unit: of the response's rate of change.
+        force_unit: of what drives it.
+        signal: of the response, in the topics.
+        limit: parameter that bounds the command.
+        amplitude: that the app proposes first, in `unit`.
+        place: in a velocity, None for yaw.
+    """
+
+    name: str
+    label: str
+    unit: str
+    acceleration_unit: str
+    force_unit: str
+    signal: str
+    limit: str
+    amplitude: float
+    place: int | None
+
+
+AXIS_ROWS = (
+    Axis("x", "x, east", "m/s", "m/s²", "N", "velocity_data.v_x", "max_speed", 1.0, 0),
+    Axis("y", "y, north", "m/s", "m/s²", "N", "velocity_data.v_y", "max_speed", 1.0, 1),
+    Axis("z", "z, up", "m/s", "m/s²", "N", "velocity_data.v_z", "max_climb_rate", 1.0, 2),
+    Axis("yaw", "yaw", "rad/s", "rad/s²", "N·m", "velocity_data.w_z", "max_yaw_rate", 0.2, None),
+)
+AXES = tuple(row.name for row in AXIS_ROWS)
+"""Their names, in the order of a command."""
+
+
+def find_axis(name: str) -> Axis:
+    """Return the row of a name.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    return find_row("axis", name, AXIS_ROWS)
