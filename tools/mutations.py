@@ -235,7 +235,7 @@ MUTATIONS = (
     ),
     Mutation(
         "barometer: temperature falls by 5 in place of 6.5 K/km",
-        f"{SYSTEMS}/sensors/standard_atmosphere.py",
+        f"{SYSTEMS}/sensors/barometer.py",
         "_LAPSE = 0.0065",
         "_LAPSE = 0.005",
         ("tests/systems/sensors/test_standard_atmosphere.py",),

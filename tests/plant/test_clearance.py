@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.plant.clearance import ground_clearance
+from workbench.plant.loading import ground_clearance
 from workbench.plant.model import Collision, Link, Model
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
 

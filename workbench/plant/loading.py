@@ -4,15 +4,17 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.clearance import ground_clearance
 from workbench.plant.description import Description, read_description
 from workbench.plant.formats.values import shortened
+from workbench.plant.model import Model
 from workbench.plant.multibody import add_plant
 from workbench.plant.rotor_sources.sidecar_file import sidecar_name
 from workbench.plant.rotors import allocation_matrix
+from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 from workbench.plant.vehicle import Frame, Vehicle
 
 
@@ -124,3 +126,48 @@ def _triple(values: np.ndarray) -> tuple[float, float, float]:
 
 def _rows(matrix: np.ndarray) -> tuple[tuple[float, float, float], ...]:
     return tuple(_triple(row) for row in matrix)
+
+
+def ground_clearance(model: Model, base_link: str) -> float:
+    """Return the depth of the lowest point of all collision shapes below the base's origin [m].
+
+    Args:
+        model: whose meshes that touch are convex hulls, as .obj files.
+        base_link: whose frame is upright.
+    """
+    base = model.link(base_link)
+    assert base
+    X_BM = base.X_ML.inverse()
+    depths = [
+        _depth(X_BM @ link.X_ML @ collision.X_LC, collision.shape)
+        for link in model.links
+        for collision in link.collisions
+    ]
+    return max(depths, default=0.0)
+
+
+def _depth(X_BC: RigidTransform, shape: Shape) -> float:
+    """Return how far a shape C reaches down from the origin of B: by its support function."""
+    down_C = -X_BC.rotation().matrix()[2]  # the direction down, in the shape's own frame
+    across, along = float(np.hypot(*down_C[:2])), float(abs(down_C[2]))
+    match shape:
+        case Box(size):
+            reach = 0.5 * float(np.abs(down_C) @ size)
+        case Sphere(radius):
+            reach = radius
+        case Cylinder(radius, length):
+            reach = radius * across + 0.5 * length * along
+        case Capsule(radius, length):
+            reach = radius + 0.5 * length * along
+        case Ellipsoid(radii):
+            reach = float(np.linalg.norm(down_C * radii))
+        case Mesh():
+            reach = float(np.max(_vertices(shape) @ down_C))
+    return reach - float(X_BC.translation()[2])
+
+
+def _vertices(mesh: Mesh) -> np.ndarray:
+    """Return the corners of a converted hull (n, 3) [m]."""
+    assert mesh.path
+    lines = mesh.path.read_text(encoding="utf-8").splitlines()
+    return np.array([line.split()[1:4] for line in lines if line.startswith("v ")], dtype=float)

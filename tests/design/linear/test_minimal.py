@@ -4,8 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.design.linear.linearize import linearize
-from workbench.design.linear.minimal import minimal_realisation
+from workbench.design.linear.linearize import linearize, minimal_realisation
 
 
 def test_what_is_not_moved_or_not_shown_is_left_out():

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.ranges import parse_range
-from workbench.design.sweep.samples import sample
+from workbench.design.sweep.sweep import sample
 
 RANGES = [parse_range("kp_roll=100..400:4"), parse_range("kd_roll=1..100:3:log")]
 

@@ -11,8 +11,7 @@ from workbench.design.step_response import fly_step
 from workbench.design.sweep.best import prove_best, why_no_best
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.ranges import parse_range
-from workbench.design.sweep.samples import sample
-from workbench.design.sweep.sweep import sweep
+from workbench.design.sweep.sweep import sample, sweep
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SensorsConfig
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.design.linear.study import LinearStudy
-from workbench.design.tune.noise import NOISE, noise_amplification
+from workbench.design.tune.measure import NOISE, noise_amplification
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from workbench.common.resources import find_world, list_worlds, worlds_dir
-from workbench.plant.multibody import add_plant
-from workbench.plant.worlds.placing import MOST_BESIDE_THE_GROUND
+from workbench.plant.multibody import MOST_BESIDE_THE_GROUND, add_plant
 from workbench.plant.worlds.reading import read_world
 from workbench.plant.worlds.world import EMPTY, obstacle_of
 

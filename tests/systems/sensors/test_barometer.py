@@ -6,9 +6,9 @@ import pytest
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.sensors import QUIET, Barometer, Noise
 from workbench.systems.sensors import barometer as module
+from workbench.systems.sensors.barometer import pressure_at
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import BarometerReading
-from workbench.systems.sensors.standard_atmosphere import pressure_at
 
 PERIOD = 20 / 1024
 ON_ITS_NOSE = [0.5**0.5, 0.0, 0.5**0.5, 0.0]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.plant.home import DEFAULT_HOME, Home
-from workbench.systems.sensors.geodesy import geodetic, world_position
+from workbench.systems.sensors.gps import geodetic, world_position
 
 A, F = 6_378_137.0, 1 / 298.257223563
 E2 = F * (2 - F)

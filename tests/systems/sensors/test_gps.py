@@ -9,7 +9,7 @@ from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.sensors import QUIET, Gps, Noise
 from workbench.systems.sensors import gps as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
-from workbench.systems.sensors.geodesy import geodetic, world_position
+from workbench.systems.sensors.gps import geodetic, world_position
 from workbench.systems.sensors.readings import GpsReading
 
 PERIOD = 102 / 1024

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.systems.sensors.standard_atmosphere import altitude_at, pressure_at
+from workbench.systems.sensors.barometer import altitude_at, pressure_at
 
 TABLE = [
     (-1000, 1.1393e5),

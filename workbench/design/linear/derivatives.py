@@ -1,9 +1,9 @@
 """Exact derivatives of one control update and one physics step, as they fly."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
@@ -14,7 +14,6 @@ from workbench.control.loop_points import CLOSED, COUNT, INJECTIONS, SIGNALS
 from workbench.control.pd import Gains
 from workbench.design.linear.attitude import reduced, state_seeds
 from workbench.design.linear.autodiff import gradient, whole
-from workbench.design.linear.last_call import LastCall
 from workbench.diagram.core import parameter_values
 from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
 from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle, vehicle_wrench
@@ -36,6 +35,7 @@ FILTERED = 3
 DRAG = ("drag_area", "air_density")
 """Parameters of the body's drag."""
 HOLD_X = Guidance._fields.index("p_x")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -259,3 +259,25 @@ class Derivatives:
 def _seeded(values: np.ndarray, rows: np.ndarray) -> list[Any]:
     """Return numbers with derivatives."""
     return InitializeAutoDiff(values, rows).ravel().tolist()
+
+
+class LastCall(Generic[Result]):
+    """Calls a function of arrays unless they are those of the last call.
+
+    A live screen linearises the same hover with other gains again and again: the plant's share of
+    that does not change.
+    """
+
+    def __init__(self, function: Callable[..., Result]) -> None:
+        self._function = function
+        self._result: tuple[bytes, Result] | None = None
+
+    def __call__(self, *arrays: np.ndarray) -> Result:
+        key = b"".join(array.tobytes() for array in arrays)
+        if self._result is None or self._result[0] != key:
+            self._result = (key, self._function(*arrays))
+        return self._result[1]
+
+    def forget(self) -> None:
+        """Call the function again next time."""
+        self._result = None

@@ -10,7 +10,6 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, sdf_file
 from workbench.plant.formats.sdf_inertia import read_inertial
 from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, known_names
-from workbench.plant.formats.sdf_plugins import read_plugin
 from workbench.plant.formats.sdf_poses import ROOT, WORLD, Poses, joint_end, joint_key
 from workbench.plant.formats.sdf_schema import note_unknown
 from workbench.plant.formats.sdf_shapes import ShapeReader
@@ -19,7 +18,7 @@ from workbench.plant.formats.sdf_values import flag, triple
 from workbench.plant.formats.sdf_world import choose_model, motor_names, same_part
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import Element
-from workbench.plant.model import DeclaredSensor, Joint, Link, Model, NamedFrame
+from workbench.plant.model import DeclaredPlugin, DeclaredSensor, Joint, Link, Model, NamedFrame
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
 
@@ -37,6 +36,8 @@ _KINDS = (
 _WITHOUT_AXIS = ("ball", "fixed")
 _AXES_OF_THE_MODEL = (1, 4)
 """The last version in which a joint's axis is given in the model's frame, not in the joint's."""
+_NAMES = ("jointName", "linkName", "joint_name", "link_name")
+"""Elements of plugins that name a part of the model that the plugin belongs to."""
 
 
 def read_sdf(path: Path, finder: PackageFinder, remarks: Remarks) -> Model:
@@ -205,3 +206,20 @@ def _frame(frame: Node, poses: Poses) -> NamedFrame:
         raise frame.fault(f"{frame.title} is attached to the world: attach it to a link")
     X_LF = poses.X_MF(link).inverse() @ poses.X_MF(frame.full_name)
     return NamedFrame(frame.full_name, link, X_LF)
+
+
+def read_plugin(plugin: Node) -> DeclaredPlugin:
+    """Return a plugin, with the names in it as names of the whole."""
+    element = _with_scope(plugin.element, plugin.scope) if plugin.scope else plugin.element
+    return DeclaredPlugin(plugin.file, element)
+
+
+def _with_scope(element: Element, scope: str) -> Element:
+    """Return a copy in which the names of links and joints have the scope in front."""
+    copy = Element(element.tag, element.attrib)
+    copy.line = element.line
+    copy.text, copy.tail = element.text, element.tail
+    if element.tag in _NAMES and (element.text or "").strip():
+        copy.text = scope + (element.text or "").strip()
+    copy.extend([_with_scope(child, scope) for child in element if isinstance(child, Element)])
+    return copy

@@ -1,17 +1,24 @@
 """Expand a xacro file to URDF text, in a process of its own: xacro runs the file's expressions."""
 
-from collections.abc import Mapping
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from importlib import metadata
 from pathlib import Path
 
+from workbench.common.cache import cache_folder
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xacro_arguments import MissingArgumentsError, XacroArgument
-from workbench.plant.formats.xacro_cache import keep_expansion, kept_expansion
 from workbench.plant.formats.xml import Element
 from workbench.plant.limited import LimitedError, run_limited
 from workbench.plant.packages import PackageFinder
 
 _SECONDS = 20.0
 _MEGABYTES = 2000
+MOST_KEPT = 200
+"""Expansions; the oldest go first."""
 
 
 def is_xacro(root: Element) -> bool:
@@ -64,3 +71,40 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
     if answer["read"]:
         keep_expansion(request, text, answer["read"])
     return text
+
+
+def kept_expansion(request: dict[str, object]) -> str | None:
+    """Return the text that a request of `expand_xacro` led to before, if it still would."""
+    try:
+        entry = json.loads(_place(request).read_text(encoding="utf-8"))
+        if all(_digest(Path(path)) == digest for path, digest in entry["read"].items()):
+            return str(entry["text"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, WorkbenchError):
+        return None  # never kept, or by somebody else: expand it
+    return None
+
+
+def keep_expansion(request: dict[str, object], text: str, read: Sequence[str]) -> None:
+    """Keep an expansion with what was read for it; where nothing can be written, do nothing."""
+    try:
+        entry = {"read": {path: _digest(Path(path)) for path in read}, "text": text}
+        place = _place(request)
+        handle, partial = tempfile.mkstemp(dir=place.parent, prefix=".partial")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            json.dump(entry, file)
+        Path(partial).replace(place)
+        kept = sorted(place.parent.glob("*.json"), key=lambda path: path.stat().st_mtime)
+        for old in kept[:-MOST_KEPT]:
+            old.unlink(missing_ok=True)
+    except (OSError, WorkbenchError):
+        return  # it works without
+
+
+def _place(request: dict[str, object]) -> Path:
+    """Return the file for a request."""
+    asked = json.dumps([request, metadata.version("xacro"), str(Path.cwd())], sort_keys=True)
+    return cache_folder("xacro") / f"{hashlib.sha256(asked.encode()).hexdigest()[:24]}.json"
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -6,14 +6,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import yaml
 from pydrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
     GeometryId,
     GeometryInstance,
     HalfSpace,
+    Mesh,
     SceneGraph,
     SceneGraphInspector,
+    Shape,
+    Sphere,
 )
+from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import (
     LoadModelDirectivesFromString,
     Parser,
@@ -29,7 +39,6 @@ from workbench.plant.formats.values import shortened
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.geometry import drawn_if_none
 from workbench.plant.worlds.includes import Includes
-from workbench.plant.worlds.sizes import refuse_endless
 from workbench.plant.worlds.tagged import TaggedLoader
 from workbench.plant.worlds.world import Obstacle
 
@@ -44,6 +53,9 @@ _KINDS = (
     "add_model_instance",
     "add_weld",
 )
+
+FARTHEST = 1e6
+"""So large may be sides of obstacles and coordinates of their places [m]."""
 
 
 def read_directives(file: YamlFile, finder: PackageFinder) -> tuple[Obstacle, ...]:
@@ -231,3 +243,52 @@ def _geometries(
     for geometry in copies:
         geometry.set_name(f"{body}::{geometry.name().rpartition('::')[2]}")
     return tuple(copies)
+
+
+def refuse_endless(where: str, name: str, X_WO: RigidTransform, geometry: GeometryInstance) -> None:
+    """Refuse an obstacle's geometry that has no size or no place.
+
+    Args:
+        where: "file:line: ", for the beginning of the message.
+        name: of the obstacle.
+        X_WO: where it stands.
+        geometry: one of its own, posed in it.
+
+    Raises:
+        WorkbenchError: if a number is not finite or beyond `FARTHEST`, or a side not positive.
+    """
+    parts = (X_WO, geometry.pose())
+    if not all(_is_place(each) for each in parts):
+        raise WorkbenchError(
+            f"{where}'{name}' stands nowhere, or more than {FARTHEST:g} m away: give it a "
+            "pose of finite numbers"
+        )
+    sides = np.array(_sides(geometry.shape()))
+    if not (np.isfinite(sides) & (sides > 0.0) & (sides <= FARTHEST)).all():
+        numbers = ", ".join(f"{side:g}" for side in sides)
+        raise WorkbenchError(
+            f"{where}'{name}' has a {type(geometry.shape()).__name__.lower()} with {numbers}: "
+            f"give it numbers above 0 and up to {FARTHEST:g}"
+        )
+
+
+def _is_place(X: RigidTransform) -> bool:
+    matrix = X.GetAsMatrix34()
+    return bool((np.abs(matrix) <= FARTHEST).all())  # false for what is no number
+
+
+def _sides(shape: Shape) -> tuple[float, ...]:
+    """Return the sides and radii of a shape [m], the scale of a mesh, whichever way it mirrors."""
+    match shape:
+        case Box():
+            return tuple(shape.size())
+        case Sphere():
+            return (shape.radius(),)
+        case Cylinder() | Capsule():
+            return (shape.radius(), shape.length())
+        case Ellipsoid():
+            return (shape.a(), shape.b(), shape.c())
+        case Mesh() | Convex():
+            return tuple(np.abs(shape.scale3()))
+        case _:
+            return ()

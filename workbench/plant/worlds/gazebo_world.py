@@ -1,16 +1,21 @@
 """Read a world from Gazebo's SDF: every model in it, standing still."""
 
+import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+from pydrake.geometry import GeometryInstance
+
 from workbench.common.errors import WorkbenchError
+from workbench.plant.drawable import with_converted_meshes
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.sdf_poses import ROOT, Poses
 from workbench.plant.formats.sdf_shapes import ShapeReader
 from workbench.plant.formats.sdf_tree import SdfTree, grow_in_world
-from workbench.plant.formats.sdf_values import number
+from workbench.plant.formats.sdf_values import number, triple
 from workbench.plant.formats.sdf_world import (
     gazebos_own,
     has_motors,
@@ -21,17 +26,21 @@ from workbench.plant.formats.sdf_world import (
 )
 from workbench.plant.formats.xml import Element
 from workbench.plant.home import Home
-from workbench.plant.model import Link
+from workbench.plant.model import Collision, Link, Model, Visual
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
-from workbench.plant.worlds.gazebo_planes import without_planes
-from workbench.plant.worlds.links import obstacles_of
-from workbench.plant.worlds.world import World
+from workbench.plant.shapes import Mesh
+from workbench.plant.worlds.geometry import collision, drawn_if_none, visual
+from workbench.plant.worlds.world import Obstacle, World
 
 MOST_MODELS = 5000
 MOST_LINKS = 20_000
 _NOT_BUILT = ("actor", "population", "road", "state")
 """What a world may have besides models, and is not built."""
+_FLAT = 1e-6
+"""How far from upright the normal of the ground may be [rad]."""
+_THIN = 1e-3
+"""How far from z = 0 it may be [m]."""
 
 
 def read_gazebo_world(path: Path, packages: Mapping[str, Path | str]) -> World:
@@ -164,3 +173,76 @@ def _home(world: Node, remarks: Remarks) -> Home | None:
         text = f"heading_deg is {heading:g}; x is taken to point east"
         remarks.add("ignored", place.file, "<spherical_coordinates>", text)
     return Home(math.radians(latitude), math.radians(longitude), altitude)
+
+
+def without_planes(link: Node, poses: Poses, remarks: Remarks) -> Node:
+    """Return a link without the planes that touch, and without the picture of the ground.
+
+    The ground is the half space of every world; planes that are not at z = 0 cannot be had.
+
+    Args:
+        link: with its `<visual>` and `<collision>` elements.
+        poses: of all links.
+        remarks: where to note planes that touch and are not the ground.
+    """
+    left_out = []
+    for part in link.children("visual", "collision"):
+        geometry = part.child("geometry")
+        plane = geometry.child("plane") if geometry else None
+        if plane is None:
+            continue
+        X_WP = poses.X_MF(link.full_name) @ poses.X_LF(part, link.full_name)
+        normal = np.array(triple(plane, "normal", (0.0, 0.0, 1.0)))
+        n_W = X_WP.rotation().matrix() @ normal / max(float(np.linalg.norm(normal)), 1e-12)
+        height = float(X_WP.translation()[2])
+        is_ground = np.hypot(n_W[0], n_W[1]) < _FLAT and n_W[2] > 0.0 and abs(height) < _THIN
+        if is_ground or part.element.tag == "collision":
+            left_out.append(part.element)
+        if not is_ground and part.element.tag == "collision":
+            text = f"an endless plane that is not the ground at z = 0 (here {height:g} m); left out"
+            remarks.add("ignored", part.file, f"{part.title} of link '{link.full_name}'", text)
+    if not left_out:
+        return link
+    kept = Element(link.element.tag, link.element.attrib)
+    kept.line, kept.text = link.element.line, link.element.text
+    kept.extend(child for child in link.element if child not in left_out)
+    return dataclasses.replace(link, element=kept)
+
+
+def obstacles_of(source: Path, links: Sequence[Link], remarks: Remarks) -> tuple[Obstacle, ...]:
+    """Return an obstacle for each link that has a shape, with its meshes as Drake takes them.
+
+    Args:
+        source: the world's file.
+        links: with poses in the world in the place of the model's.
+        remarks: where to note meshes that were not found, could not be read, or touch as hulls.
+    """
+    model = Model(source, source.stem, tuple(links), (), (), (), ())
+    converted = with_converted_meshes(model, remarks, "left out")
+    hulls = sum(isinstance(each.shape, Mesh) for link in converted for each in link.collisions)
+    if hulls:
+        text = f"{hulls} of them touch as their convex hulls"
+        remarks.add("assumed", source, "meshes of collisions", text)
+    obstacles = [_obstacle(link) for link in converted]
+    return tuple(obstacle for obstacle in obstacles if obstacle.visuals)
+
+
+def _obstacle(link: Link) -> Obstacle:
+    collisions = [
+        collision(name, each.X_LC, each.shape)
+        for name, each in zip(_names(link, link.collisions), link.collisions, strict=True)
+    ]
+    visuals: list[GeometryInstance] = [
+        visual(name, each.X_LV, each.shape, each.rgba)
+        for name, each in zip(_names(link, link.visuals), link.visuals, strict=True)
+        if not (isinstance(each.shape, Mesh) and each.shape.path is None)
+    ]
+    return Obstacle(link.name, link.X_ML, tuple(collisions), drawn_if_none(visuals, collisions))
+
+
+def _names(link: Link, shapes: Sequence[Visual | Collision]) -> list[str]:
+    """Return names of a link's shapes, with numbers behind if one came twice."""
+    names = [shape.name.replace("::", "_") for shape in shapes]
+    if len(set(names)) < len(names):
+        names = [f"{name}_{index}" for index, name in enumerate(names)]
+    return [f"{link.name}::{name}" for name in names]

@@ -10,13 +10,26 @@ from workbench.plant.sensors import Barometer as BarometerRecord
 from workbench.systems.sensors.mounting import motion
 from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import BarometerReading
-from workbench.systems.sensors.standard_atmosphere import altitude_at, pressure_at
 
 COLUMNS = ("pressure [Pa]", "altitude [m]")
 """What a sample's numbers are."""
 
 USUAL = (2.0,)
 """Deviation of a common one [Pa]."""
+_SEA_LEVEL_PRESSURE = 101_325.0
+_SEA_LEVEL_TEMPERATURE = 288.15
+_LAPSE = 0.0065
+_GRAVITY = 9.80665
+_GAS_CONSTANT = 287.05287
+_EARTH_RADIUS = 6_356_766.0
+_TROPOPAUSE = 11_000.0
+_EXPONENT = _GRAVITY / (_GAS_CONSTANT * _LAPSE)
+_COLD = _SEA_LEVEL_TEMPERATURE - _LAPSE * _TROPOPAUSE
+_COLD_PRESSURE = _SEA_LEVEL_PRESSURE * (_COLD / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
+_COLD_HEIGHT = _GAS_CONSTANT * _COLD / _GRAVITY
+"""Over which pressure falls by the factor e above the tropopause [m]."""
+_LEAST_PRESSURE = 1.0
+"""Below this no altitude is asked for: a faulty barometer may measure nonsense [Pa]."""
 
 
 class Barometer(NoisySensor):
@@ -63,3 +76,22 @@ class Barometer(NoisySensor):
         if math.isnan(stamp):
             return None
         return BarometerReading(stamp, self._frame, pressure, altitude)
+
+
+def pressure_at(altitude: float) -> float:
+    """Return the pressure [Pa] at an altitude above the sea [m]."""
+    geopotential = _EARTH_RADIUS * altitude / (_EARTH_RADIUS + altitude)
+    if geopotential > _TROPOPAUSE:
+        return _COLD_PRESSURE * math.exp(-(geopotential - _TROPOPAUSE) / _COLD_HEIGHT)
+    return _SEA_LEVEL_PRESSURE * (1.0 - _LAPSE * geopotential / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
+
+
+def altitude_at(pressure: float) -> float:
+    """Return the altitude above the sea [m] at which a pressure [Pa] is found."""
+    pressure = max(pressure, _LEAST_PRESSURE)
+    if pressure < _COLD_PRESSURE:
+        geopotential = _TROPOPAUSE + _COLD_HEIGHT * math.log(_COLD_PRESSURE / pressure)
+    else:
+        share = (pressure / _SEA_LEVEL_PRESSURE) ** (1.0 / _EXPONENT)
+        geopotential = _SEA_LEVEL_TEMPERATURE / _LAPSE * (1.0 - share)
+    return _EARTH_RADIUS * geopotential / (_EARTH_RADIUS - geopotential)
