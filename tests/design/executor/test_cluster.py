@@ -17,9 +17,9 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.executor import address as address_module
 from workbench.design.executor.address import ANSWER_WITHIN, check_scheduler
 from workbench.design.executor.cluster import DaskCluster
-from workbench.design.executor.in_process import InThisProcess
+from workbench.design.executor.executor import InThisProcess
 from workbench.design.executor.local_processes import LocalProcesses
-from workbench.design.executor.versions import check_versions, versions
+from workbench.design.executor.remote import check_versions, versions
 from workbench.design.regress.running import regress
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.sweep import sweep

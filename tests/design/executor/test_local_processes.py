@@ -7,7 +7,7 @@ from far_tasks import Losing, Remarking, Square
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.executor import local_processes
-from workbench.design.executor.in_process import InThisProcess
+from workbench.design.executor.executor import InThisProcess
 from workbench.design.executor.local_processes import LocalProcesses
 
 FOR_EVER = 3600.0

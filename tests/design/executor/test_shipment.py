@@ -1,7 +1,6 @@
 """The files of a scenario, laid out where the first ones are not: the same vehicle and world."""
 
 import dataclasses
-import os
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -64,7 +63,9 @@ def read(scenario):
     return dataclasses.replace(vehicle, source=Path()), world.names, gains
 
 
-def test_what_is_shipped_gives_the_same_vehicle_and_world_elsewhere(workspace, monkeypatch):
+def test_what_is_shipped_gives_the_same_vehicle_and_world_elsewhere(
+    workspace, monkeypatch, tmp_path_factory
+):
     monkeypatch.chdir(workspace)
     named = VehicleConfig(model="drone/urdf/drone.urdf.xacro", gains="soft.yaml")
     scenario = with_absolute_paths(Scenario(vehicle=named, world="yard.yaml"))
@@ -76,9 +77,10 @@ def test_what_is_shipped_gives_the_same_vehicle_and_world_elsewhere(workspace, m
     assert "parts/unused.txt" not in names
     shutil.rmtree(workspace)
     monkeypatch.chdir("/")
-    moved = moved_below(files.unpacked(), scenario)
+    kept = tmp_path_factory.mktemp("worker")
+    moved = moved_below(files.unpacked(kept), scenario)
     assert read(moved) == expected
-    assert files.unpacked() == files.unpacked()
+    assert files.unpacked(kept) == files.unpacked(kept)
 
 
 def test_what_is_shipped_with_the_workbench_is_not_sent():
@@ -94,38 +96,17 @@ def test_files_that_are_too_large_are_a_sentence(tmp_path, monkeypatch):
         shipment(scenario)
 
 
-def test_a_worker_forgets_old_files(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(shipment_module, "MOST_KEPT", 2)
-
-    def unpacked(text):
-        folder = shipment_module.Shipment((("/x/y.yaml", text.encode()),)).unpacked()
-        assert (folder / "x" / "y.yaml").read_text() == text
-        return folder
-
-    for text in "abc":
-        kept = unpacked(text).parent
-    assert len(list(kept.iterdir())) == 3  # who knows whether somebody reads them still
-    for folder in kept.iterdir():
-        os.utime(folder, (0.0, 0.0))
-    used = unpacked("a")
-    newest = unpacked("d")
-    assert {used, newest} <= set(kept.iterdir())
-    assert len(list(kept.iterdir())) == 2
-
-
-def test_many_workers_of_a_machine_may_unpack_at_once(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(shipment_module, "MOST_KEPT", 1)
-    monkeypatch.setattr(shipment_module, "LONG_UNUSED", 0.5)
+def test_threads_of_a_worker_may_unpack_at_once(tmp_path):
     files = [(f"/x/{number}.yaml", b"x" * 100) for number in range(50)]
 
     def unpack(number):
-        return shipment_module.Shipment((*files, ("/own", str(number % 8).encode()))).unpacked()
+        own = ("/own", str(number % 8).encode())
+        return shipment_module.Shipment((*files, own)).unpacked(tmp_path)
 
     with ThreadPoolExecutor(16) as pool:
         folders = set(pool.map(unpack, range(64)))
     assert len(folders) == 8
+    assert set(tmp_path.iterdir()) == folders
 
 
 def test_a_file_that_is_not_there_is_a_sentence():

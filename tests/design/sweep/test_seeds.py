@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.executor.in_process import InThisProcess
+from workbench.design.executor.executor import InThisProcess
 from workbench.design.step_response import fly_step
 from workbench.design.sweep.best import prove_best, why_no_best
 from workbench.design.sweep.full_flights import fly_full

@@ -10,9 +10,15 @@ from typing import Any, Self
 from workbench.common.errors import WorkbenchError
 from workbench.design.executor.address import check_scheduler
 from workbench.design.executor.executor import Result, Stop, Task
-from workbench.design.executor.remote import passed_on, run_there
+from workbench.design.executor.remote import (
+    INSTALL,
+    Versions,
+    check_versions,
+    passed_on,
+    run_there,
+    versions,
+)
 from workbench.design.executor.shipment import shipment, with_absolute_paths
-from workbench.design.executor.versions import INSTALL, Versions, check_versions, versions
 from workbench.scenario.scenario import Scenario
 
 ASK = 0.05
@@ -185,7 +191,7 @@ def _versions_there() -> Any:
 
     def tell() -> tuple[str, ...] | None:
         try:
-            from workbench.design.executor.versions import versions
+            from workbench.design.executor.remote import versions
 
             return tuple(versions())
         except ImportError:  # of the workbench, or of what it needs

@@ -55,3 +55,16 @@ class Executor(Protocol):
             WorkbenchError: as a task raised it, or if what does the tasks is lost for good.
         """
         ...
+
+
+class InThisProcess:
+    """Does tasks in their order."""
+
+    def run(
+        self, tasks: Sequence[Task[Result]], stop: Stop | None = None
+    ) -> Iterator[tuple[int, Result]]:
+        """See `Executor.run`."""
+        for index, task in enumerate(tasks):
+            yield index, task.run()
+            if stop and stop():
+                return

@@ -4,11 +4,72 @@ A scheduler loads this file too, to pass on what names it, so it loads nothing h
 and files are bytes to it.
 """
 
+import functools
+import hashlib
 import pickle
-from typing import Any
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.executor.versions import Versions, check_versions, versions
+from workbench.common.resources import models_dir
+
+INSTALL = "install there what is installed here, with one constraints.txt for all"
+
+
+class Versions(NamedTuple):
+    """Of what a flight follows from.
+
+    Attributes:
+        workbench: a digest of its source and of the shipped models.
+        drake, numpy, numba: of these packages.
+        processor: x86_64 and so on.
+    """
+
+    workbench: str
+    drake: str
+    numpy: str
+    numba: str
+    processor: str
+
+
+@functools.cache
+def versions() -> Versions:
+    """Return those of this process."""
+    package = Path(__file__).parents[2]
+    digest = hashlib.sha256()
+    for folder, pattern in ((package, "*.py"), (models_dir(), "*")):
+        for path in sorted(folder.rglob(pattern)):
+            if path.is_file() and path.suffix != ".pyc":
+                digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
+                digest.update(path.read_bytes())
+    return Versions(
+        workbench=digest.hexdigest()[:12],
+        drake=metadata.version("drake"),
+        numpy=metadata.version("numpy"),
+        numba=metadata.version("numba"),
+        processor=platform.machine(),
+    )
+
+
+def check_versions(worker: str, there: Versions, here: Versions) -> None:
+    """Refuse a worker that would fly otherwise.
+
+    Raises:
+        WorkbenchError: naming the first that is not the same.
+    """
+    for name, other, own in zip(Versions._fields, there, here, strict=True):
+        if other != own and name == "workbench":
+            raise WorkbenchError(
+                f"the worker {worker} has another state of the workbench's source than there is "
+                f"here: {INSTALL}"
+            )
+        if other != own:
+            what = "a processor of kind" if name == "processor" else name
+            raise WorkbenchError(
+                f"the worker {worker} has {what} {other}, and here it is {own}: {INSTALL}"
+            )
 
 
 def run_there(task: bytes, files: bytes | None, here: Versions) -> Any:
@@ -30,7 +91,7 @@ def run_there(task: bytes, files: bytes | None, here: Versions) -> Any:
         return work.run()
     from workbench.design.executor.shipment import moved_below
 
-    root = pickle.loads(files).unpacked()
+    root = pickle.loads(files).unpacked(Path(get_worker().local_directory))
     try:
         return work.with_scenario(moved_below(root, work.scenario)).run()
     except WorkbenchError as error:

@@ -2,35 +2,69 @@
 
 On a worker they lie below a folder of their own as they lay here, with the folders above them, so
 that whatever is looked up beside or above a description is found there too.
+
+A process of its own, which runs this file, says which files are read. Python tells of each file
+that it opens to whoever asks, but cannot be asked to be silent again: so it is a process that ends.
+What only Drake opens, the meshes of a world, follows from what was read.
 """
 
 import copy
 import hashlib
 import os
 import shutil
+import sys
 import tempfile
-import time
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from pydrake.common.yaml import yaml_dump_typed
+import pydrake
+from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
+from pydrake.geometry import Convex, Mesh
 
 from workbench.common.cache import cache_folder
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import find_file, find_model, find_world, list_models, list_worlds
-from workbench.plant.limited import LimitedError, run_limited
-from workbench.scenario.scenario import Scenario
+from workbench.common.resources import (
+    find_file,
+    find_model,
+    find_world,
+    list_models,
+    list_worlds,
+    models_dir,
+)
+from workbench.gains.gains import flight_gains
+from workbench.plant.formats.model_folder import description_file
+from workbench.plant.formats.xacro import is_xacro
+from workbench.plant.formats.xacro_child import expand
+from workbench.plant.formats.xml import read_xml
+from workbench.plant.limited import LimitedError, run_limited, serve
+from workbench.plant.loading import make_vehicle
+from workbench.plant.meshes.side_files import side_files
+from workbench.plant.packages import PackageFinder
+from workbench.plant.worlds.world import World
+from workbench.scenario.configured import read_configured, read_configured_world
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 MOST_BYTES = 200_000_000
 """Of all files of a scenario."""
-MOST_KEPT = 20
-"""Shipments on a worker's disk; those longest unused go first."""
-LONG_UNUSED = 86400.0
-"""None goes that was used within this time [s]: somebody may be reading it."""
-_CHILD = "workbench.design.executor.reading_child"
+_CHILD = "workbench.design.executor.shipment"
 _SECONDS, _MEGABYTES = 120.0, 16_000
+
+_SYSTEM = ("/dev", "/etc", "/proc", "/run", "/sys")
+_CODE = (".py", ".pyc", ".so")
+_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+_LOOKED_UP = (
+    "AMENT_PREFIX_PATH",
+    "GAZEBO_MODEL_PATH",
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "ROS_PACKAGE_PATH",
+    "SDF_PATH",
+)
+"""Variables that name folders of packages; a worker has others."""
+_MARKERS = ("package.xml", "model.config", "model.sdf")
+"""Files that are looked for and not always opened: they make a folder a package or a model."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +88,8 @@ class Shipment:
             digest.update(f"{path}\0{len(content)}\0".encode() + content)
         return digest.hexdigest()[:32]
 
-    def unpacked(self) -> Path:
-        """Return the folder below which the files lie on this machine, written if they do not."""
-        kept = cache_folder("shipped")
+    def unpacked(self, kept: Path) -> Path:
+        """Return the folder in `kept` below which the files lie, written if they do not."""
         folder = kept / self.digest
         if not folder.is_dir():
             partial = Path(tempfile.mkdtemp(dir=kept, prefix=".partial-"))
@@ -66,11 +99,8 @@ class Shipment:
                 file.write_bytes(content)
             try:
                 partial.rename(folder)
-            except OSError:  # another process of this machine was quicker
+            except OSError:  # another thread was quicker
                 shutil.rmtree(partial, ignore_errors=True)
-            _forget_old(kept, time.time())
-        with suppress(OSError):  # it is in use now, whenever it came
-            os.utime(folder)
         return folder
 
 
@@ -160,16 +190,65 @@ def _own_paths(scenario: Scenario) -> Iterator[str]:
         yield scenario.world
 
 
-def _forget_old(kept: Path, now: float) -> None:
-    """Remove the shipments that nobody has used for long, where there are many.
+def read_files(request: dict[str, str]) -> list[str]:
+    """Return the absolute paths of all files that a scenario (YAML text) is read from.
 
-    Other processes write and remove here, too: what has gone meanwhile is gone, and what somebody
-    is writing still is young.
+    Raises:
+        WorkbenchError: if it cannot be read.
     """
-    used = {}
-    for folder in kept.iterdir():
-        with suppress(OSError):
-            used[folder] = folder.stat().st_mtime
-    for folder in sorted(used, key=lambda each: used[each])[:-MOST_KEPT]:
-        if now - used[folder] > LONG_UNUSED:
-            shutil.rmtree(folder, ignore_errors=True)
+    for variable in _LOOKED_UP:
+        os.environ.pop(variable, None)
+    scenario = yaml_load_typed(schema=Scenario, data=request["scenario"], defaults=Scenario())
+    opened: dict[str, None] = {}
+
+    def note(event: str, arguments: tuple[Any, ...]) -> None:
+        if event == "open":
+            path, _, flags = arguments
+            if isinstance(path, str | os.PathLike) and not (flags or 0) & _WRITING:
+                opened[str(Path(path).absolute())] = None
+
+    sys.addaudithook(note)
+    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    flight_gains(vehicle, scenario.vehicle.gains)
+    world = read_configured_world(scenario)
+    _expand(scenario.vehicle)
+    found = [path for path in map(Path, opened) if _is_input(path)]
+    found += _meshes(world)
+    found += [side for path in found for side in side_files(path, path.read_bytes())]
+    folders = dict.fromkeys(folder for path in found for folder in path.parents)
+    found += [folder / marker for folder in folders for marker in _MARKERS]
+    return sorted({str(path) for path in found if path.is_file()})
+
+
+def _expand(config: VehicleConfig) -> None:
+    """Expand a xacro file in this process: else it is done in one of its own, unseen."""
+    path = description_file(find_model(config.model))
+    if path.suffix == ".xacro" or (path.suffix != ".sdf" and is_xacro(read_xml(path))):
+        finder = PackageFinder(path, config.packages)
+        folders = {name: str(folder) for name, folder in finder.packages.items()}
+        expand({"path": str(path), "args": config.args, "source": str(path), "packages": folders})
+
+
+def _is_input(path: Path) -> bool:
+    """Return whether a file is a user's: none of Python's, ours, Drake's or the cache's."""
+    ours = (Path(__file__).parents[2], models_dir(), cache_folder("xacro").parent)
+    theirs = (*_SYSTEM, Path(pydrake.__file__).parent)
+    return (
+        path.is_file()
+        and path.suffix not in _CODE
+        and not any(part.endswith((".dist-info", ".egg-info")) for part in path.parts)
+        and not any(path.is_relative_to(folder) for folder in (*ours, *theirs))
+    )
+
+
+def _meshes(world: World) -> Iterator[Path]:
+    """Yield the mesh files of a world's obstacles."""
+    for obstacle in world.obstacles:
+        for geometry in (*obstacle.collisions, *obstacle.visuals):
+            shape = geometry.shape()
+            if isinstance(shape, Mesh | Convex) and shape.source().is_path():
+                yield Path(str(shape.source().path()))
+
+
+if __name__ == "__main__":
+    serve(read_files)
