@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.design.lidar_trial import report_trial
+from workbench.design.lidar_trial import report_trial, respond
 from workbench.design.lidar_trial_accuracy import Errors, judge, judge_scan
 from workbench.design.lidar_trial_detection import detect, slowest_detection
 from workbench.design.lidar_trial_flight import Scan, TrialFlight, ray_directions
-from workbench.design.lidar_trial_response import respond
 from workbench.design.lidar_trial_world import Obstacle, Part, first_hits
 from workbench.design.lidar_truth import Box, HalfSpace, Sphere
 from workbench.plant.sensors import Lidar, Noise, ScanAxis

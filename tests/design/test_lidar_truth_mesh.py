@@ -8,8 +8,7 @@ import pytest
 import trimesh
 
 from workbench.design.lidar_trial_world import solid_of
-from workbench.design.lidar_truth import Box
-from workbench.design.lidar_truth_mesh import TriangleMesh
+from workbench.design.lidar_truth import Box, TriangleMesh
 
 TRIANGLE = TriangleMesh(np.array([[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 2.0, 1.0]]]))
 

@@ -25,8 +25,8 @@ from workbench.design.lidar_truth import (
     HalfSpace,
     Solid,
     Sphere,
+    TriangleMesh,
 )
-from workbench.design.lidar_truth_mesh import TriangleMesh
 from workbench.plant.worlds.world import GROUND, World
 
 
