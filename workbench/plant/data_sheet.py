@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError
 
-LAYOUTS = ("x", "plus", "coaxial")
 """Two arms in front, one arm in front, or two arms in front with two rotors on each."""
 COUNTS = {"x": (4, 6, 8, 10, 12), "plus": (4, 6, 8, 10, 12), "coaxial": (6, 8, 12)}
 """Numbers of rotors by layout."""
@@ -57,7 +56,7 @@ class DataSheet:
         arm: from the centre to a rotor's axis [m].
         propeller: of every rotor.
         rotors: how many.
-        layout: one of `LAYOUTS`.
+        layout: one of `COUNTS`.
         measured: of one motor with this propeller, None where there is no thrust curve.
         max_thrust: of one motor with this propeller [N], None where it is not known.
         motor_kv: speed over voltage without load [RPM/V], None where it is not known.

@@ -16,7 +16,7 @@ from pydrake.geometry import Convex
 from workbench.common.errors import WorkbenchError
 from workbench.plant.limited import LimitedError
 from workbench.plant.meshes import convert as meshes
-from workbench.plant.meshes.convert import MeshUse, collision_mesh, convert, visual_mesh
+from workbench.plant.meshes.convert import MeshUse, convert
 from workbench.plant.meshes.job import is_sealed, sealed
 from workbench.plant.shapes import Mesh
 
@@ -78,6 +78,21 @@ def test_the_child_converts_all_at_once_and_names_what_it_cannot(tmp_path, tetra
     assert found[uses[2]].suffix == ".obj"
     assert str(found[uses[3]]).startswith(f"{broken.path}: it ")
     assert all(path.parent == cache for path in cache.iterdir())
+
+
+def only(use):
+    found = convert([use])[use]
+    if isinstance(found, WorkbenchError):
+        raise found
+    return found
+
+
+def visual_mesh(mesh, rgba=None):
+    return only(MeshUse(mesh, "visual", rgba))
+
+
+def collision_mesh(mesh):
+    return only(MeshUse(mesh, "collision"))
 
 
 def bounds(path: Path) -> list[list[float]]:

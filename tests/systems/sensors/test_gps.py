@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from pymap3d.enu import geodetic2enu
 
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.sensors import QUIET, Gps, Noise
 from workbench.systems.sensors import gps as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
-from workbench.systems.sensors.gps import geodetic, world_position
+from workbench.systems.sensors.gps import geodetic
 from workbench.systems.sensors.readings import GpsReading
 
 PERIOD = 102 / 1024
@@ -29,7 +30,8 @@ def gps(record):
 
 def positions(rows, home=DEFAULT_HOME):
     """Return the measured positions in W of samples (k, 7)."""
-    return np.array([world_position(row[1:4], home) for row in rows])
+    at = (home.latitude, home.longitude, home.altitude)
+    return np.array([geodetic2enu(*row[1:4], *at, deg=False) for row in rows])
 
 
 def test_the_antenna_is_located_and_not_the_body(bench, gps):

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from workbench.common.errors import find_row, unknown_name
-from workbench.control.loop_points import POINTS
 
 
 @dataclass(frozen=True)
@@ -56,14 +55,3 @@ def find_loop(name: str) -> Loop:
         WorkbenchError: if there is none of that name.
     """
     return find_row("loop", name, LOOPS)
-
-
-def check_point(name: str) -> int:
-    """Return a loop point's place in `systems.loop_points.POINTS`.
-
-    Raises:
-        WorkbenchError: if there is none of that name.
-    """
-    if name not in POINTS:
-        raise unknown_name("loop point", name, POINTS)
-    return POINTS.index(name)

@@ -33,43 +33,20 @@ _REFUSED_FOR = 600.0
 class MeshUse:
     """A mesh and what it is for.
 
+    For drawing it becomes a .gltf file with colours and pictures in it. Units of COLLADA, the
+    transforms of the file's scene, the scale, and the choice and centring of a submesh are in its
+    vertices: it is to be drawn at scale 1 with its z along the visual's. To touch, it becomes an
+    .obj file of its convex hull, at least a millimetre thick.
+
     Attributes:
         mesh: with its path.
-        use: `visual`: to be drawn; `collision`: its convex hull, to touch.
-        rgba: colour 0 .. 1 where the file has none, for drawing.
+        use: `visual`: to be drawn; `collision`: to touch.
+        rgba: colour 0 .. 1 where the file has none, for drawing; light grey if None.
     """
 
     mesh: Mesh
     use: Literal["visual", "collision"]
     rgba: Rgba | None = None
-
-
-def visual_mesh(mesh: Mesh, rgba: Rgba | None = None) -> Path:
-    """Return a .gltf file that Drake draws, with colours and pictures in it.
-
-    Units of COLLADA, the transforms of the file's scene, the scale, and the choice and centring of
-    a submesh are in its vertices: it is to be drawn at scale 1 with its z along the visual's.
-
-    Args:
-        mesh: with its path.
-        rgba: colour 0 .. 1 where the file has none; light grey if None.
-
-    Raises:
-        WorkbenchError: that begins with the file and gives the reason in a clause.
-    """
-    return _only(MeshUse(mesh, "visual", rgba))
-
-
-def collision_mesh(mesh: Mesh) -> Path:
-    """Return an .obj file of the mesh's convex hull, at least a millimetre thick.
-
-    Args:
-        mesh: with its path; scale, submesh and centring as in `visual_mesh`.
-
-    Raises:
-        WorkbenchError: that begins with the file and gives the reason in a clause.
-    """
-    return _only(MeshUse(mesh, "collision"))
 
 
 def convert(uses: Iterable[MeshUse]) -> dict[MeshUse, Path | WorkbenchError]:
@@ -92,13 +69,6 @@ def convert(uses: Iterable[MeshUse]) -> dict[MeshUse, Path | WorkbenchError]:
     for use, task in tasks.items():
         reason = known[task] or reasons.get(task, "")
         found[use] = WorkbenchError(f"{use.mesh.path}: {reason}") if reason else task.target
-    return found
-
-
-def _only(use: MeshUse) -> Path:
-    found = convert([use])[use]
-    if isinstance(found, WorkbenchError):
-        raise found
     return found
 
 
