@@ -2,6 +2,8 @@
 
 Samples are flown first and written afterwards, turn by turn, so that only the log is measured; all
 is processor time of one thread. The longest write has a chunk's packing in it, and is wall time.
+The last row's messages are those of the first, without the exact states, written by the packages
+mcap and mcap-ros2-support alone.
 """
 
 import time
@@ -9,11 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from mcap.reader import make_reader
+from mcap.records import Schema
+from mcap_ros2.decoder import DecoderFactory
+from mcap_ros2.writer import Writer
 from spread import Spread, number, spread, text
 
+from workbench.gateways.ros_messages.conversion import Conversion, conversion
+from workbench.gateways.ros_messages.library import schema_text
 from workbench.link.backplane import Sampled
 from workbench.link.topics import Topic
 from workbench.logs.flight_log import FlightLog
+from workbench.logs.mcap_writer import CHUNK_SIZE
 from workbench.logs.record import read_log
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig
 from workbench.session.session import Session
@@ -61,10 +70,11 @@ class Flown:
 
 
 def measure(turns: int = TURNS) -> list[LogRow]:
-    """Return a row for each kind of drone."""
+    """Return a row for each kind of drone, and one for the packages."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "flight.mcap"
-        return [_row(name, use, path, turns) for name, use in KINDS.items()]
+        rows = [_row(name, use, path, turns) for name, use in KINDS.items()]
+        return [*rows, _row_of_packages(path, turns)]
 
 
 def show(rows: list[LogRow]) -> None:
@@ -92,7 +102,29 @@ def _row(name: str, use: list[str], path: Path, turns: int) -> LogRow:
             reading.append(1e3 * (time.process_time() - begun) / FLIGHT)
     count = sum(len(topic.messages) for topic in record.topics.values())
     size = path.stat().st_size / 1e3 / FLIGHT
-    return LogRow(name, count / FLIGHT, spread(writing), spread(longest), spread(reading), size)
+    spreads = map(spread, (writing, longest, reading))
+    return LogRow(name, count / FLIGHT, *spreads, size)
+
+
+def _row_of_packages(path: Path, turns: int) -> LogRow:
+    flown = _fly([])
+    writing, longest, reading = [], [], []
+    for turn in range(turns + 1):
+        spent, slowest = _write_by_packages(flown, path)
+        begun = time.process_time()
+        with path.open("rb") as file:
+            count = sum(
+                1
+                for _ in make_reader(
+                    file, decoder_factories=[DecoderFactory()]
+                ).iter_decoded_messages()
+            )
+        if turn:
+            writing.append(100.0 * spent / FLIGHT)
+            longest.append(1e3 * slowest)
+            reading.append(1e3 * (time.process_time() - begun) / FLIGHT)
+    spreads = map(spread, (writing, longest, reading))
+    return LogRow("by packages", count / FLIGHT, *spreads, path.stat().st_size / 1e3 / FLIGHT)
 
 
 def _fly(use: list[str]) -> Flown:
@@ -117,6 +149,34 @@ def _write(flown: Flown, path: Path) -> tuple[float, float]:
         slowest = max(slowest, time.perf_counter() - before)
     log.close()
     return time.process_time() - begun, slowest
+
+
+def _write_by_packages(flown: Flown, path: Path) -> tuple[float, float]:
+    """Write the messages by mcap and mcap-ros2-support alone; return the same as `_write`."""
+    slowest, begun = 0.0, time.process_time()
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=CHUNK_SIZE)
+        topics = {
+            topic.id: (becomes := conversion(topic), _schemas(writer, becomes))
+            for topic in flown.topics
+        }
+        for sampled in flown.samples:
+            before = time.perf_counter()
+            t_ns, wall_ns = sampled.published.t_ns, sampled.published.wall_ns
+            for number, payload in sampled.published.payloads:
+                becomes, schemas = topics[number]
+                values = becomes.read(payload)
+                for (channel, make), schema in zip(becomes.made, schemas, strict=True):
+                    message = make(t_ns, values)
+                    writer.write_message(channel.topic, schema, message, t_ns, wall_ns)
+            slowest = max(slowest, time.perf_counter() - before)
+        writer.finish()
+    return time.process_time() - begun, slowest
+
+
+def _schemas(writer: Writer, becomes: Conversion) -> list[Schema]:
+    types = [channel.type for channel, _ in becomes.made]
+    return [writer.register_msgdef(each, schema_text(each)) for each in types]
 
 
 if __name__ == "__main__":
