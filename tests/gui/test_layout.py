@@ -26,7 +26,6 @@ from PyQt6.QtWidgets import (
 
 from workbench.analysis.replies import Tuned, TunedStep, Wished
 from workbench.gui.charts.canvas import Canvas
-from workbench.gui.charts.head_button import HeadButton
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_group import GainGroup
 from workbench.gui.help_pages import AboutPage, KeysPage
@@ -111,7 +110,6 @@ def _places(parent: QWidget) -> Iterator[str]:
         and each.isVisible()
         and not each.isWindow()
         and not isinstance(each, QSizeGrip | QSplitterHandle)
-        and not isinstance(each, HeadButton)  # a legend keeps their corner free
         and not each.testAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
     ]
     scrolls = isinstance(parent.parent(), QAbstractScrollArea)

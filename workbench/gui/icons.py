@@ -24,6 +24,7 @@ _DRAWN = {
     "land": '<path d="M12 4v11M7 10.5l5 5 5-5M5 20h14"/>',
     "stop": '<path d="M8.3 3.5h7.4l4.8 4.8v7.4l-4.8 4.8H8.3l-4.8-4.8V8.3z" fill="{colour}"/>',
     "pause": '<path d="M8.5 5.5v13M15.5 5.5v13" stroke-width="3.4"/>',
+    "more": '<path d="M5 12h.1M12 12h.1M19 12h.1" stroke-width="3.4"/>',
     "resume": '<path d="M7.5 5v14l11-7z" fill="{colour}"/>',
     "step": '<path d="M6 5.5v13l8-6.5z" fill="{colour}"/><path d="M18 5.5v13" stroke-width="3"/>',
     "reset": '<path d="M5 12a7 7 0 1 0 2.2-5.1L4.5 9.5"/><path d="M4.5 4.5v5h5"/>',

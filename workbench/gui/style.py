@@ -8,7 +8,8 @@ What a widget is for is said by its property `class`, several with spaces betwee
   that is read often), `reading` (a number that is read from afar), `good`, `warning`, `bad` (always
   with a word or a shape besides)
 - buttons: `primary` (what to press next, one a card), `danger` (stops or destroys), `quiet` (no
-  frame until it is pointed at), `compact` (narrow, for icons and table rows)
+  frame until it is pointed at), `compact` (narrow, for icons and table rows), `small` (as high as a
+  line of text)
 - number fields: `bare` (without arrows); fields: `bad` (what stands in it cannot be)
 
 Everything else is styled by its kind. A class that changes later needs `restyle(widget)`. Digits

@@ -54,6 +54,8 @@ QPushButton[class~="primary"]:disabled {
 *[class~="quiet"]:focus { border-color: $accent; }
 *[class~="compact"] { padding: 3px 6px; }
 *[class~="compact"]:focus, *[class~="compact"]:checked { padding: 2px 5px; }
+QToolButton[class~="small"] { padding: 1px 3px; min-height: 16px; }
+QToolButton[class~="small"]:focus, QToolButton[class~="small"]:checked { padding: 0 2px; }
 QToolButton::menu-indicator { image: none; }
 QFrame#side_bar { background: $card; border: none; border-right: 1px solid $line; }
 *[class~="side"] {

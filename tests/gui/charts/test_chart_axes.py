@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from workbench.gui.charts.overlay import spread
+from workbench.gui.charts.canvas import spread
 from workbench.gui.charts.steady_range import PATIENCE, SteadyRange, round_ends
-from workbench.gui.charts.ticks import decimals_for, make_ticks, number_text
+from workbench.gui.charts.ticks import decimals_for, decimals_for_step, number_text
 
 
-def test_marks_are_round_and_as_many_as_wanted():
-    assert make_ticks(-0.3, 10.2, 5).texts() == ("0", "5", "10")
-    assert make_ticks(0.0, 0.05, 5).texts() == ("0.00", "0.01", "0.02", "0.03", "0.04", "0.05")
-    assert make_ticks(-20.0, 0.0, 4).values == (-20.0, -15.0, -10.0, -5.0, 0.0)
+@pytest.mark.parametrize(("step", "wanted"), [(5.0, 0), (1.0, 0), (0.5, 1), (0.01, 2)])
+def test_decimals_tell_the_steps_of_an_axis_apart(step, wanted):
+    assert decimals_for_step(step) == wanted
 
 
 def test_a_zero_has_no_sign_and_a_minus_is_one():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from PyQt6.QtCore import QPoint, Qt
+from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
@@ -23,56 +23,79 @@ def plot(workspace, qtbot):
     made.set_curve("flown", TIME, 1.0 - np.exp(-3.0 * TIME))
     made.show()
     qtbot.waitExposed(made)
+    made.redraw()
     return made
 
 
+@pytest.fixture
+def mouse(plot, mouse_on):
+    return mouse_on(plot)
+
+
 def test_all_curves_are_seen_whole(plot):
-    scene = plot.canvas.scene
-    assert (scene.left, scene.right) == (0.0, 2.0)
-    assert scene.axes[0].low <= 0.0
-    assert scene.axes[0].high >= 1.0
-    assert [line.style for line in scene.lines] == [CurveStyle.DASHED, CurveStyle.SOLID]
+    content = plot.canvas.content
+    assert (content.left, content.right) == (0.0, 2.0)
+    assert content.axes[0].low <= 0.0
+    assert content.axes[0].high >= 1.0
+    assert [line.style for line in content.lines] == [CurveStyle.DASHED, CurveStyle.SOLID]
 
 
 def test_a_curve_is_replaced_by_its_name_and_removed(plot):
     plot.set_curve("flown", TIME, 3.0 * TIME)
+    plot.redraw()
     assert plot.names == ("command", "flown")
-    assert plot.canvas.scene.axes[0].high >= 6.0
+    assert plot.canvas.content.axes[0].high >= 6.0
     plot.remove_curve("flown")
     plot.remove_curve("nonsense")
-    assert len(plot.canvas.scene.lines) == 1
-
-
-def test_a_limit_that_is_near_is_seen_and_one_far_away_does_not_flatten(plot):
-    plot.set_limits([(1.2, "overshoot"), (50.0, "speed")])
-    assert [limit.label for limit in plot.canvas.scene.limits] == ["overshoot", "speed"]
-    assert 1.2 <= plot.canvas.scene.axes[0].high < 5.0
+    plot.redraw()
+    assert len(plot.canvas.content.lines) == 1
 
 
 def test_units_are_as_the_user_prefers(plot, workspace):
     workspace.preferences.set("speed_unit", "km/h")
-    axis = plot.canvas.scene.axes[0]
+    axis = plot.canvas.content.axes[0]
     assert axis.unit.symbol == "km/h"
     assert axis.high >= 3.6
 
 
-def test_the_mouse_reads_the_curves(plot):
-    plot.canvas.hovered.emit(1.0)
-    assert plot.head.legend.entries[1].value == "0.95\N{NO-BREAK SPACE}m/s"
-    plot.canvas.hovered.emit(None)
-    assert plot.head.legend.entries[1].value == ""
+def test_the_mouse_reads_the_curves(plot, mouse):
+    mouse.move(1.0)
+    assert plot.legend.entries[1].value == "0.95\N{NO-BREAK SPACE}m/s"
+    mouse.leave()
+    assert plot.legend.entries[1].value == ""
 
 
-def test_a_box_zooms_and_a_double_click_shows_all(plot):
-    layout, scene = plot.canvas.layout_now, plot.canvas.scene
-    y = round(layout.plot.center().y())
-    first, last = (QPoint(round(layout.x_of(scene, at)), y) for at in (0.5, 1.0))
-    QTest.mousePress(plot.canvas, Qt.MouseButton.LeftButton, pos=first)
-    QTest.mouseRelease(plot.canvas, Qt.MouseButton.LeftButton, pos=last)
-    assert plot.canvas.scene.left == pytest.approx(0.5, abs=0.02)
-    assert plot.canvas.scene.right == pytest.approx(1.0, abs=0.02)
-    QTest.mouseDClick(plot.canvas, Qt.MouseButton.LeftButton, pos=first)
-    assert (plot.canvas.scene.left, plot.canvas.scene.right) == (0.0, 2.0)
+def test_a_box_zooms_and_a_double_click_shows_all(plot, mouse):
+    mouse.drag((0.5, 0.5), (1.0, 0.5))
+    assert plot.window_ends == pytest.approx((0.5, 1.0), abs=0.02)
+    plot.set_curve("flown", TIME, 0.5 * TIME)
+    plot.redraw()
+    assert plot.window_ends == pytest.approx((0.5, 1.0), abs=0.02), "a new curve undoes the zoom"
+    mouse.click_twice(0.7)
+    assert plot.window_ends == (0.0, 2.0)
+
+
+def test_a_zoom_between_two_samples_shows_the_line_through_it(plot, mouse):
+    """As of a command, of which only the corners are known."""
+    plot.set_curve("command", np.array([0.0, 2.0]), np.array([1.0, 1.0]), CurveStyle.SOLID)
+    plot.remove_curve("flown")
+    plot.redraw()
+    mouse.drag((0.5, 0.5), (1.0, 0.5))
+    line = plot.canvas.content.lines[0]
+    assert line.time[0] <= 0.5 and line.time[-1] >= 1.0
+
+
+def test_it_is_read_by_keys_as_other_charts_are(plot):
+    plot.setFocus()
+    QTest.keyClick(plot, Qt.Key.Key_Left)
+    assert plot.cursor_time == pytest.approx(1.96)
+    QTest.keyClick(plot, Qt.Key.Key_A)
+    assert plot.statistics.isVisible()
+    assert plot.statistics.text_at(0, "A at 1.96") == "1.000"
+    QTest.keyClick(plot, Qt.Key.Key_Plus)
+    assert plot.window_ends[0] > 0.3
+    QTest.keyClick(plot, Qt.Key.Key_Home)
+    assert plot.window_ends == (0.0, 2.0)
 
 
 def test_data_are_copied(plot):
@@ -94,19 +117,21 @@ def test_an_empty_plot_says_so(workspace, qtbot):
     qtbot.addWidget(plot)
     plot.set_hint("Fly a step to see its response")
     plot.show()
+    plot.redraw()
     plot.grab()
-    assert plot.canvas.scene.hint == "Fly a step to see its response"
+    assert plot.canvas.content.hint == "Fly a step to see its response"
     assert "no curves" in plot.accessibleDescription()
 
 
-def test_what_is_set_together_is_drawn_once(plot, monkeypatch):
+def test_what_is_set_one_after_the_other_is_drawn_once(plot, monkeypatch, qapp):
+    qapp.processEvents()
     drawn = []
-    monkeypatch.setattr(plot.canvas, "show_scene", drawn.append)
-    with plot.together():
-        plot.set_curve("flown", TIME, 2.0 * TIME)
-        plot.set_curve("predicted", TIME, 3.0 * TIME)
-        plot.remove_curve("command")
-        plot.set_window(0.0, 1.0)
+    monkeypatch.setattr(plot.canvas, "show_content", drawn.append)
+    plot.set_curve("flown", TIME, 2.0 * TIME)
+    plot.set_curve("predicted", TIME, 3.0 * TIME)
+    plot.remove_curve("command")
+    plot.set_window(0.0, 1.0)
+    qapp.processEvents()
     assert len(drawn) == 1
     assert len(drawn[0].lines) == 2
     assert drawn[0].right == 1.0

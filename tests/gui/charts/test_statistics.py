@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workbench.gui.charts.window_statistics import value_at, window_statistics
+from workbench.gui.charts.statistics import value_at, window_statistics
 
 TIME = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
 VALUES = np.array([9.0, 3.0, -1.0, 4.0, 100.0])

@@ -216,7 +216,8 @@ def test_what_lies_ahead_is_shown_as_far_as_its_command_holds(screen):
     time = 11.0 + np.linspace(0.0, 5.0, 501)
     card.show_ahead(time, np.zeros(501))
     assert FUTURE in card.plot.plot.names
-    shown = card.plot.plot._curves[FUTURE].time
+    curve = card.plot.plot.curves[card.plot.plot.names.index(FUTURE)]
+    shown, _ = curve.samples(0.0)
     assert (shown[0], shown[-1]) == pytest.approx((1.0, 2.0))
     card.show_ahead(time - 2.0, np.zeros(501))  # from before the round began
     assert FUTURE not in card.plot.plot.names

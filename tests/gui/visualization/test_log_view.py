@@ -85,12 +85,12 @@ def test_a_log_is_marked_and_leads_back_to_live(shown):
     assert "flight.mcap" in shown.log_bar.name.text()
     assert not shown.tabs.isTabEnabled(1)
     pane = shown.charts.board.panes[0]
-    assert pane.canvas.scene.x_label == "s"
-    assert len(pane.canvas.scene.lines) == 6
+    assert pane.canvas.content.x_label == "s"
+    assert len(pane.canvas.content.lines) == 6
     QTest.mouseClick(shown.log_bar.back, Qt.MouseButton.LeftButton)
     assert not shown.shows_log
     assert shown.tabs.isTabEnabled(1)
-    assert pane.canvas.scene.x_label == "s from now"
+    assert pane.canvas.content.x_label == "s from now"
 
 
 def test_the_time_bar_scrubs(shown):
@@ -98,7 +98,7 @@ def test_the_time_bar_scrubs(shown):
     assert bar.slider.maximum() == 300
     bar.slider.setValue(150)
     assert pane.window_ends[1] == 1.5
-    assert max(line.time[-1] for line in pane.canvas.scene.lines) <= 1.5
+    assert max(line.time[-1] for line in pane.canvas.content.lines) <= 1.5
     assert bar.time.text() == "1.50 of 0.00 to 3.00 s"
     bar.slider.setFocus()
     QTest.keyClick(bar.slider, Qt.Key.Key_Right)
@@ -146,7 +146,7 @@ def test_the_live_flight_does_not_disturb_a_log(shown, canned):
     shown.show_view(canned.views[-1])
     shown.begin(canned.views[0])
     assert shown.charts.board.panes[0].window_ends == before
-    assert len(shown.charts.board.panes[0].canvas.scene.lines) == 6
+    assert len(shown.charts.board.panes[0].canvas.content.lines) == 6
 
 
 @pytest.mark.parametrize(

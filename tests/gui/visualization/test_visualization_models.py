@@ -5,14 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from workbench.gui.charts.colour_map import colour_table, colours_of
+from workbench.gui.charts.colour_scale import colour_table, colour_words, colours_of
 from workbench.gui.visualization.cloud import TOP, Viewpoint, paint_points, rays_from
 from workbench.gui.visualization.cloud_page import turned
 from workbench.gui.visualization.depth_picture import (
     BEYOND,
     TOO_NEAR,
     DepthScale,
-    colour_words,
     depth_colours,
     depth_text,
     scale_of,

@@ -41,8 +41,8 @@ def test_the_first_charts_are_useful_at_once(screen):
         "Rotor thrusts",
         "Velocity error",
     ]
-    assert all(len(pane.canvas.scene.lines) >= 3 for pane in screen.charts.board.panes)
-    assert screen.charts.board.panes[0].canvas.scene.right == pytest.approx(3.0, abs=0.02)
+    assert all(len(pane.canvas.content.lines) >= 3 for pane in screen.charts.board.panes)
+    assert screen.charts.board.panes[0].canvas.content.right == pytest.approx(3.0, abs=0.02)
 
 
 def test_the_error_is_command_minus_response(screen):
@@ -73,7 +73,7 @@ def test_enter_adds_the_signal_to_the_chart_in_use(screen):
     QTest.keyClicks(screen.charts.tree.search, "velocity_data.w_z")
     QTest.keyClick(screen.charts.tree.search, Qt.Key.Key_Return)
     assert pane.spec.signals[-1] == "velocity_data.w_z"
-    assert pane.canvas.scene.axes[1].unit.symbol == "°/s"
+    assert pane.canvas.content.axes[1].unit.symbol == "°/s"
 
 
 def test_enter_in_the_tree_adds_too(screen):
@@ -163,7 +163,7 @@ def test_a_signal_that_is_not_measured_is_named(screen):
     screen.charts.board.show_board((ChartSpec("Far", ("radar.range",)),), screen.charts._source)
     pane = screen.charts.board.panes[0]
     pane.redraw()
-    assert "radar.range" in pane.canvas.scene.hint
+    assert "radar.range" in pane.canvas.content.hint
     assert pane.spec.signals == ("radar.range",)
 
 
@@ -196,7 +196,7 @@ def test_it_does_not_make_its_window_larger(workspace, qtbot):
     screen.show()
     QApplication.processEvents()
     assert (screen.width(), screen.height()) == (760, 600)
-    assert "open a scenario" in screen.charts.board.panes[0].canvas.scene.hint
+    assert "open a scenario" in screen.charts.board.panes[0].canvas.content.hint
     screen.close_screen()
 
 

@@ -1,30 +1,82 @@
-"""Where a chart is painted, and where mouse and wheel are heard."""
+"""Where a chart is drawn, and where its mouse is heard: views and axes of pyqtgraph."""
 
 import dataclasses
+import math
+from collections.abc import Sequence
+from functools import partial
 
+import numpy as np
+import pyqtgraph as pg
 from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap, QResizeEvent, QWheelEvent
-from PyQt6.QtWidgets import QSizePolicy, QWidget
+from PyQt6.QtGui import QMouseEvent, QPen, QTransform, QWheelEvent
+from PyQt6.QtWidgets import QGraphicsSimpleTextItem, QSizePolicy, QWidget
+from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
-from workbench.gui.charts.background import Background
-from workbench.gui.charts.layout import Layout, make_layout
-from workbench.gui.charts.overlay import Overlay
-from workbench.gui.charts.scene import Scene
-from workbench.gui.charts.strokes import Stroke, StrokeMaker
+from workbench.gui.charts.content import Axis, Content, Line
+from workbench.gui.charts.curve_style import make_pen
+from workbench.gui.charts.statistics import value_at
+from workbench.gui.charts.ticks import decimals_for_step, number_text
 from workbench.gui.theme import Look
 
 LEAST_HEIGHT = 120
 """In which a curve can be read [pixels]; a board of more charts is scrolled."""
 SMALLEST_BOX = 8.0
 """A drag has to be so long to zoom [pixels]."""
+DOT = 7
+"""Diameter of the dots where the crosshair meets a curve [pixels]."""
+WIDEST = "\N{MINUS SIGN}00.00"
+"""The widest number that an axis has as a rule."""
 
 
-class Canvas(QWidget):
-    """Shows a scene.
+class NumberAxis(pg.AxisItem):
+    """An axis whose numbers have as many decimals as tell them apart, and a true minus sign."""
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        """Return what stands at the ticks."""
+        decimals = decimals_for_step(spacing * scale)
+        return [number_text(value * scale, decimals) for value in values]
+
+
+class DataView(pg.ViewBox):
+    """The area of the curves; a box that is drawn with the mouse is told, and not obeyed."""
+
+    boxed = pyqtSignal(QRectF)
+    """In pixels of the view, y downwards."""
+
+    def __init__(self) -> None:
+        super().__init__(enableMenu=False, defaultPadding=0.0)
+        self.disableAutoRange()
+
+    def mouseDragEvent(self, event: MouseDragEvent, axis: int | None = None) -> None:
+        """Draw a box; a flat one takes the whole height."""
+        if axis is not None or event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
+        event.accept()
+        start = event.buttonDownPos()
+        if not event.isFinish():
+            self.updateScaleBox(start, event.pos())
+            return
+        self.rbScaleBox.hide()
+        box = QRectF(QPointF(start), QPointF(event.pos())).normalized()
+        if box.height() < SMALLEST_BOX:
+            box.setTop(0.0)
+            box.setHeight(self.height())
+        box &= self.rect()
+        if box.width() >= SMALLEST_BOX:
+            self.boxed.emit(box)
+
+
+class Canvas(pg.GraphicsLayoutWidget):
+    """Shows the content of a chart.
 
     Args:
         look: colours.
         parent: whose life it shares.
+
+    Attributes:
+        view: the area of the curves.
+        cursor_time: where the crosshair is [s], None where there is none.
     """
 
     hovered = pyqtSignal(object)
@@ -35,73 +87,86 @@ class Canvas(QWidget):
     """A box was drawn: its first and last time, lower and upper share of the height."""
     reset_wanted = pyqtSignal()
     """A double click."""
+    mark_moved = pyqtSignal(str, float)
+    """Cursor A or B was dragged to a time [s]."""
     resized = pyqtSignal()
-    """Its scene has to be made again for another size."""
+    """Its content has to be made again for another size."""
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._look = look
-        self._background = Background(look)
-        self._overlay = Overlay(look)
-        self._scene = Scene()
-        self._maker = StrokeMaker(look.colours.field)
-        self._strokes: tuple[Stroke, ...] = ()
-        self._pixmap = QPixmap()
-        self._key: tuple[object, ...] = ()
-        self._pressed: QPointF | None = None
-        self._shift = 0.0
-        self._at = QPointF()
+        self._content = Content()
         self._mouse: float | None = None
         self._focus_shown = False
         self.cursor_time: float | None = None
-        self.setMouseTracking(True)
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.view = DataView()
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys go to the chart
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(160, LEAST_HEIGHT)
-        look.changed.connect(self._repaint_all)
+        self.scene().setItemIndexMethod(self.scene().ItemIndexMethod.NoIndex)
+        self._grid = self.ci.layout
+        self._grid.setContentsMargins(0.0, 4.0, 2.0, 0.0)
+        self._grid.setSpacing(0.0)
+        self.addItem(self.view, 0, 1)
+        self._bottom = self._make_axis("bottom", 1, 1)
+        self._axes = [self._make_axis("left", 0, 0)]
+        for axis in (self._bottom, self._axes[0]):
+            axis.linkToView(self.view)
+            axis.setGrid(255)
+        self._groups: list[pg.ItemGroup] = []
+        self._curves: list[pg.PlotCurveItem] = []
+        self._pens: list[tuple[object, ...]] = []
+        self._numbers: list[QGraphicsSimpleTextItem] = []
+        self._marks: list[pg.InfiniteLine] = []
+        self._marks_key: tuple[object, ...] = ()
+        self._zero = pg.InfiniteLine(0.0, angle=0)
+        self._cross = pg.InfiniteLine(angle=90, label="", labelOpts={"position": 0.07})
+        self._dots = pg.ScatterPlotItem(size=DOT, pxMode=True)
+        for item in (self._zero, self._cross, self._dots):
+            self.view.addItem(item, ignoreBounds=True)
+        self._cross.hide()
+        self._cross.setZValue(10)
+        self._dots.setZValue(11)
+        self._state = pg.TextItem(anchor=(0.0, 0.0))
+        self._hint = pg.TextItem(anchor=(0.5, 0.5))
+        for item in (self._state, self._hint):
+            item.setParentItem(self.view)
+            item.setZValue(12)
+        self.view.sigResized.connect(lambda _: self.resized.emit())
+        self.view.boxed.connect(self._box)
+        look.changed.connect(self._dress)
+        self._dress()
 
     def sizeHint(self) -> QSize:
         """Return what suits a chart."""
         return QSize(420, 200)
 
     @property
-    def scene(self) -> Scene:
+    def content(self) -> Content:
         """What is shown."""
-        return self._scene
+        return self._content
 
     @property
-    def layout_now(self) -> Layout:
-        """Where the parts are."""
-        return self.layout_for(len(self._scene.axes))
+    def columns(self) -> int:
+        """Into how many columns curves are divided: one for two pixels of the screen."""
+        return max(50, int(0.5 * self.view.width() * self.devicePixelRatioF()))
 
-    def layout_for(self, axes: int) -> Layout:
-        """Return where the parts are with so many axes."""
-        return make_layout(self.size(), self.fontMetrics(), axes)
-
-    def columns_for(self, layout: Layout) -> int:
-        """Return into how many columns curves are divided: one for two pixels of the screen."""
-        return max(50, int(0.5 * layout.plot.width() * self.devicePixelRatioF()))
-
-    def show_scene(self, scene: Scene) -> None:
-        """Show another scene."""
-        self._scene = scene
-        self._shift = 0.0
+    def show_content(self, content: Content) -> None:
+        """Show this."""
+        self._content = content
+        self._show_axes()
+        self._show_curves()
+        self._show_marks()
+        self._show_words()
         self._follow_mouse()
-        layout = self.layout_now
-        if self._maker.ground != self._look.colours.field:
-            self._maker = StrokeMaker(self._look.colours.field)
-        self._strokes = tuple(self._maker.make(scene, layout, line) for line in scene.lines)
-        self.update()
 
     def move_on(self, left: float, right: float) -> None:
         """Show the same curves in a window that has moved on, from a time to another [s]."""
-        scene, layout = self._scene, self.layout_now
-        self._shift += layout.x_of(scene, scene.right) - layout.x_of(scene, right)
-        follows = scene.origin == scene.right
-        origin = right if follows else scene.origin
-        self._scene = dataclasses.replace(scene, left=left, right=right, origin=origin)
+        follows = self._content.origin == self._content.right
+        origin = right if follows else self._content.origin
+        self._content = dataclasses.replace(self._content, left=left, right=right, origin=origin)
+        self._place()
         self._follow_mouse()
-        self.update()
 
     def forget_mouse(self) -> None:
         """Let the crosshair stay where it is put."""
@@ -111,98 +176,42 @@ class Canvas(QWidget):
         """Put the crosshair to a time [s], or take it away."""
         if time != self.cursor_time:
             self.cursor_time = time
-            self.update()
+            self._show_cursor()
 
     def set_focus_shown(self, shown: bool) -> None:
-        """Frame the plot where keys go to this chart."""
+        """Frame the curves where keys go to this chart."""
         self._focus_shown = shown
-        self.update()
-
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint."""
-        layout = self.layout_now
-        self._refresh_background(layout)
-        painter = QPainter(self)
-        painter.drawPixmap(0, 0, self._pixmap)
-        painter.setClipRect(layout.plot)
-        painter.translate(self._shift, 0.0)
-        for stroke in self._strokes:
-            stroke.paint(painter)
-        painter.resetTransform()
-        painter.setClipping(False)
-        self._overlay.paint_numbers(painter, self._strokes, layout)
-        self._overlay.paint_marks(painter, self._scene, layout)
-        if self.cursor_time is not None:
-            self._overlay.paint_cursor(painter, self._scene, layout, self.cursor_time)
-        if self._scene.state:
-            self._overlay.paint_state(painter, self._scene.state, layout)
-        if self._focus_shown:
-            painter.setPen(QPen(self._look.colour("accent"), 2))
-            painter.drawRect(layout.plot)
-        if self._pressed is not None:
-            painter.setPen(QPen(self._look.colour("accent"), 0, Qt.PenStyle.DashLine))
-            painter.drawRect(self._box())
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Ask for the scene anew."""
-        self.resized.emit()
+        colour = self._look.colour("accent" if shown else "line")
+        self.view.setBorder(pg.mkPen(colour, width=2 if shown else 1))
 
     def changeEvent(self, event: QEvent | None) -> None:
         """Follow another font."""
-        if event is not None and event.type() == QEvent.Type.FontChange:
-            self._key = ()
-            self.resized.emit()
         super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.FontChange and hasattr(self, "_hint"):
+            self._dress()
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
         """Zoom about the mouse."""
         if event is None or event.angleDelta().y() == 0:
             return
-        layout, place = self.layout_now, event.position()
+        place = self._scene_point(event.position())
+        box = self.view.sceneBoundingRect()
         factor = 0.85 ** (event.angleDelta().y() / 120.0)
         ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        over_axis = ctrl or not layout.plot.left() <= place.x() <= layout.plot.right()
-        share = (layout.plot.bottom() - place.y()) / layout.plot.height()
-        self.turned.emit(layout.time_at(self._scene, place.x()), share, factor, over_axis)
+        over_axis = ctrl or not box.left() <= place.x() <= box.right()
+        share = (box.bottom() - place.y()) / max(box.height(), 1.0)
+        self.turned.emit(self._time_at(place.x()), share, factor, over_axis)
         event.accept()
-
-    def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Begin a box."""
-        if event is None:
-            return
-        left = event.button() == Qt.MouseButton.LeftButton
-        if left and self.layout_now.plot.contains(event.position()):
-            self._pressed = self._at = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
         """Follow the mouse."""
+        super().mouseMoveEvent(event)
         if event is None:
             return
-        layout, place = self.layout_now, event.position()
-        if self._pressed is not None:
-            self._at = place
-            self.update()
-        self._mouse = place.x() if layout.plot.contains(place) else None
-        inside = self._mouse is not None
-        self.hovered.emit(layout.time_at(self._scene, place.x()) if inside else None)
-
-    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """Zoom to the box."""
-        if event is None or self._pressed is None:
-            return
-        self._at = event.position()
-        box, layout = self._box(), self.layout_now
-        self._pressed = None
-        self.update()
-        if box.width() < SMALLEST_BOX:
-            return
-        plot = layout.plot
-        self.boxed.emit(
-            layout.time_at(self._scene, box.left()),
-            layout.time_at(self._scene, box.right()),
-            (plot.bottom() - box.bottom()) / plot.height(),
-            (plot.bottom() - box.top()) / plot.height(),
-        )
+        place = self._scene_point(event.position())
+        inside = self.view.sceneBoundingRect().contains(place)
+        self._mouse = place.x() if inside else None
+        self.hovered.emit(self._time_at(place.x()) if inside else None)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent | None) -> None:
         """Go back to what follows the flight."""
@@ -210,45 +219,247 @@ class Canvas(QWidget):
 
     def leaveEvent(self, event: QEvent | None) -> None:
         """The mouse is elsewhere."""
+        super().leaveEvent(event)
         self._mouse = None
         self.hovered.emit(None)
+
+    def _scene_point(self, place: QPointF) -> QPointF:
+        return self.mapToScene(place.toPoint())
+
+    def _time_at(self, x: float) -> float:
+        """Return the time of a pixel of the graphics scene [s]."""
+        return self.view.mapSceneToView(QPointF(x, 0.0)).x() + self._content.origin
 
     def _follow_mouse(self) -> None:
         """Keep the crosshair under the mouse while the picture moves."""
         if self._mouse is not None:
-            self.cursor_time = self.layout_now.time_at(self._scene, self._mouse)
+            self.cursor_time = self._time_at(self._mouse)
+        self._show_cursor()
 
-    def _box(self) -> QRectF:
-        """Return the box that is drawn; a flat one takes the whole height."""
-        assert self._pressed is not None
-        plot = self.layout_now.plot
-        x = sorted(min(max(p.x(), plot.left()), plot.right()) for p in (self._pressed, self._at))
-        y = sorted(min(max(p.y(), plot.top()), plot.bottom()) for p in (self._pressed, self._at))
-        if y[1] - y[0] < SMALLEST_BOX:
-            y = [plot.top(), plot.bottom()]
-        return QRectF(QPointF(x[0], y[0]), QPointF(x[1], y[1]))
-
-    def _refresh_background(self, layout: Layout) -> None:
-        """Paint grid and axes anew where they have changed."""
-        scene, ratio = self._scene, self.devicePixelRatioF()
-        hint = "" if scene.lines else scene.hint
-        key = (
-            *(self.width(), self.height(), ratio, self._look.is_dark, hint),
-            *(round(scene.left - scene.origin, 9), round(scene.right - scene.origin, 9)),
-            *(scene.x_label, scene.axes, scene.limits),
+    def _box(self, box: QRectF) -> None:
+        corner = self.view.mapToScene(box.topLeft())
+        self.boxed.emit(
+            self._time_at(corner.x()),
+            self._time_at(corner.x() + box.width()),
+            1.0 - box.bottom() / self.view.height(),
+            1.0 - box.top() / self.view.height(),
         )
-        if key == self._key:
-            return
-        self._key = key
-        self._pixmap = QPixmap(self.size() * ratio)
-        self._pixmap.setDevicePixelRatio(ratio)
-        self._pixmap.fill(self._look.colour("card"))
-        painter = QPainter(self._pixmap)
-        painter.setFont(self.font())
-        self._background.paint(painter, scene, layout)
-        painter.end()
 
-    def _repaint_all(self) -> None:
-        self._key = ()
+    def _make_axis(self, side: str, row: int, column: int) -> NumberAxis:
+        axis = NumberAxis(side, maxTickLength=0)
+        axis.enableAutoSIPrefix(False)
+        axis.setStyle(autoExpandTextSpace=False, tickTextOffset=4, hideOverlappingLabels=True)
+        self.addItem(axis, row, column)
+        return axis
+
+    def _dress(self) -> None:
+        """Take the colours of the look, and the font."""
+        colour = self._look.colour
+        self.setBackground(colour("card"))
+        self.view.setBackgroundColor(colour("field"))
+        self.set_focus_shown(self._focus_shown)
+        for axis in (self._bottom, *self._axes):
+            self._dress_axis(axis)
+        self._grid.setColumnSpacing(1, self.fontMetrics().horizontalAdvance("00") + 6.0)
+        self._zero.setPen(pg.mkPen(colour("command")))
+        self._cross.setPen(QPen(colour("ink"), 0, Qt.PenStyle.DotLine))
+        self._cross.label.fill = pg.mkBrush(colour("ink"))
+        self._cross.label.setColor(colour("card"))
+        self._dots.setPen(pg.mkPen(colour("field")))
+        self._state.fill = pg.mkBrush(colour("accent"))
+        self._state.setColor(colour("on_accent"))
+        self._hint.fill = pg.mkBrush(colour("field"))
+        self._hint.setColor(colour("muted"))
         self.resized.emit()
-        self.update()
+
+    def _dress_axis(self, axis: NumberAxis) -> None:
+        axis.setPen(self._look.colour("line"))
+        axis.setTextPen(self._look.colour("muted"))
+        axis.setTickFont(self.font())
+        axis.label.setFont(self.font())
+        axis.label.setDefaultTextColor(self._look.colour("ink"))
+        width = self.fontMetrics().horizontalAdvance(WIDEST) + 4
+        axis.setStyle(tickTextWidth=width, tickTextHeight=self.fontMetrics().height())
+
+    def _show_axes(self) -> None:
+        content, axes = self._content, self._content.axes
+        while len(self._axes) < len(axes):
+            self._axes.append(self._make_axis("right", 0, 1 + len(self._axes)))
+            self._dress_axis(self._axes[-1])
+        for index, item in enumerate(self._axes):
+            item.setVisible(index < len(axes))
+            if index >= len(axes):
+                item.setWidth(0)
+                continue
+            name = " ".join(part for part in (axes[index].label, axes[index].unit.symbol) if part)
+            self._label(item, name or "\N{EN DASH}")
+            if index:
+                item.setRange(axes[index].low, axes[index].high)
+        self._label(self._bottom, content.x_label)
+        self.view.setRange(
+            xRange=(content.left - content.origin, content.right - content.origin),
+            yRange=(axes[0].low, axes[0].high),
+            padding=0.0,
+            disableAutoRange=False,
+        )
+        self._place()
+
+    def _label(self, axis: NumberAxis, text: str) -> None:
+        if axis.labelText != text:
+            axis.setLabel(text)
+            axis.label.setDefaultTextColor(self._look.colour("ink"))
+            axis.setWidth() if axis.orientation in ("left", "right") else axis.setHeight()
+
+    def _to_view(self, axis: Axis) -> tuple[float, float]:
+        """Return factor and offset from what an axis shows to the first one, as the view has it."""
+        first = self._content.axes[0]
+        factor = (first.high - first.low) / max(axis.high - axis.low, 1e-300)
+        return factor, first.low - axis.low * factor
+
+    def _place(self) -> None:
+        """Lay the curves of each axis over the view."""
+        for index, axis in enumerate(self._content.axes):
+            if index == len(self._groups):
+                self._groups.append(pg.ItemGroup())
+                self.view.addItem(self._groups[-1], ignoreBounds=True)
+            factor, offset = self._to_view(axis)
+            scale = factor * axis.unit.factor
+            self._groups[index].setTransform(
+                QTransform(1.0, 0.0, 0.0, scale, -self._content.origin, offset)
+            )
+
+    def _show_curves(self) -> None:
+        lines = self._content.lines
+        while len(self._curves) < len(lines):
+            self._curves.append(pg.PlotCurveItem(skipFiniteCheck=True))
+            self._pens.append(())
+            number = QGraphicsSimpleTextItem()
+            number.setFont(self.font())
+            self.scene().addItem(number)
+            self._numbers.append(number)
+        while len(self._curves) > len(lines):
+            for item in (self._curves.pop(), self._numbers.pop()):
+                self.scene().removeItem(item)
+            self._pens.pop()
+        for index, line in enumerate(lines):
+            curve = self._curves[index]
+            group = self._groups[line.axis]
+            if curve.parentItem() is not group:
+                curve.setParentItem(group)
+            key = (line.colour.rgb(), line.style, self._look.is_dark)
+            if key != self._pens[index]:
+                self._pens[index] = key
+                pen = make_pen(line.colour, line.style, self._look.colour("field"))
+                curve.setPen(pen)
+                self._numbers[index].setBrush(pen.color())
+            time, values = with_dots(line.time, line.values)
+            connect = "finite" if math.isnan(values.sum()) else "all"
+            curve.setData(time, values, connect=connect)
+        self._place_numbers(lines)
+
+    def _place_numbers(self, lines: Sequence[Line]) -> None:
+        """Write each curve's number at its end, so that colour is not all that tells them."""
+        box = self.view.sceneBoundingRect()
+        height = self.fontMetrics().height()
+        ends: list[tuple[float, int]] = []
+        for index, line in enumerate(lines):
+            ended = line.number and len(line.values) and math.isfinite(line.values[-1])
+            self._numbers[index].setVisible(bool(ended))
+            if ended:
+                axis = self._content.axes[line.axis]
+                share = (axis.unit.shown(line.values[-1]) - axis.low) / (axis.high - axis.low)
+                ends.append((box.bottom() - share * box.height(), index))
+        ends.sort()
+        places = spread([y for y, _ in ends], box.top(), box.bottom(), 0.8 * height)
+        for y, (_, index) in zip(places, ends, strict=True):
+            self._numbers[index].setText(str(lines[index].number))
+            self._numbers[index].setPos(box.right() + 4.0, y - 0.5 * height)
+
+    def _show_marks(self) -> None:
+        """Draw the cursors that stay."""
+        content, colour = self._content, self._look.colour
+        key = (content.marks, content.origin, self._look.is_dark)
+        if key == self._marks_key:
+            return
+        self._marks_key = key
+        for line in self._marks:
+            self.view.removeItem(line)
+        self._marks = []
+        for mark in content.marks:
+            at = mark.time - content.origin
+            options = {"position": 0.07, "fill": colour("accent"), "color": colour("on_accent")}
+            line = pg.InfiniteLine(
+                at,
+                angle=90,
+                movable=True,
+                pen=colour("accent"),
+                label=f"{mark.name} {number_text(at, 3)}\N{NO-BREAK SPACE}s",
+                labelOpts=options,
+            )
+            line.sigPositionChangeFinished.connect(partial(self._tell_mark, mark.name))
+            self.view.addItem(line, ignoreBounds=True)
+            self._marks.append(line)
+
+    def _tell_mark(self, name: str, line: pg.InfiniteLine) -> None:
+        self.mark_moved.emit(name, line.value() + self._content.origin)
+
+    def _show_words(self) -> None:
+        """Say why the picture does not move, or what to do where there is nothing to draw."""
+        self._state.setVisible(bool(self._content.state))
+        self._state.setPlainText(f" {self._content.state} ")
+        self._state.setPos(6.0, 5.0)
+        hint = "" if self._content.lines else self._content.hint
+        self._hint.setVisible(bool(hint))
+        if hint:
+            self._hint.setHtml(f"<div align='center'>{hint}</div>")
+            self._hint.setTextWidth(max(60.0, self.view.width() - 24.0))
+            self._hint.setPos(0.5 * self.view.width(), 0.5 * self.view.height())
+
+    def _show_cursor(self) -> None:
+        """Draw the crosshair, with a dot on every curve."""
+        content, time = self._content, self.cursor_time
+        seen = time is not None and content.left <= time <= content.right
+        self._cross.setVisible(seen)
+        self._dots.setVisible(seen)
+        if time is None or not seen:
+            return
+        self._cross.setValue(time - content.origin)
+        said = number_text(time - content.origin, 3)
+        self._cross.label.setFormat(f"{said}\N{NO-BREAK SPACE}s")
+        x, y, brushes = [], [], []
+        for line in content.lines:
+            value = value_at(line.time, line.values, time)
+            if math.isfinite(value):
+                axis = content.axes[line.axis]
+                factor, offset = self._to_view(axis)
+                x.append(time - content.origin)
+                y.append(axis.unit.shown(value) * factor + offset)
+                brushes.append(pg.mkBrush(line.colour))
+        self._dots.setData(x, y, brush=brushes)
+
+
+def with_dots(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return samples in which one alone between two gaps is there twice, so that it is drawn."""
+    if not math.isnan(values.sum()):
+        return time, values
+    finite = np.concatenate([[False], np.isfinite(values), [False]])
+    alone = np.flatnonzero(finite[1:-1] & ~finite[:-2] & ~finite[2:])
+    if len(alone) == 0:
+        return time, values
+    step = 0.002 * (time[-1] - time[0])
+    return (
+        np.insert(time, alone + 1, time[alone] + step),
+        np.insert(values, alone + 1, values[alone]),
+    )
+
+
+def spread(places: Sequence[float], low: float, high: float, gap: float) -> list[float]:
+    """Return rising places moved apart, as far as there is room between two ends."""
+    gap = min(gap, (high - low) / max(1, len(places) - 1))
+    found: list[float] = []
+    for place in places:
+        least = found[-1] + gap if found else low
+        found.append(min(max(place, least), high))
+    for index in range(len(found) - 2, -1, -1):
+        found[index] = min(found[index], found[index + 1] - gap)
+    return found

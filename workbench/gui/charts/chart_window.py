@@ -18,13 +18,18 @@ Ends = tuple[float, float]
 class ChartWindow:
     """What is seen of the curves.
 
+    Args:
+        span: time that is seen while it follows [s].
+        smallest: range of values that is shown where the data hardly move.
+
     Attributes:
         span: time that is seen while it follows [s].
         with_zero: whether zero is always seen.
     """
 
-    def __init__(self, span: float) -> None:
+    def __init__(self, span: float, smallest: float) -> None:
         self.span = span
+        self._smallest = smallest
         self.with_zero = False
         self._still: Ends | None = None
         self._fixed: dict[int, Ends] = {}
@@ -34,11 +39,6 @@ class ChartWindow:
     def follows(self) -> bool:
         """Whether the newest samples are seen as they come."""
         return self._still is None
-
-    @property
-    def is_zoomed(self) -> bool:
-        """Whether the axes of values are held."""
-        return bool(self._fixed)
 
     def ends(self, now: float) -> Ends:
         """Return the first and last time that are seen [s]."""
@@ -51,8 +51,7 @@ class ChartWindow:
     def follow(self) -> None:
         """Follow the newest samples, with axes that follow the data."""
         self._still = None
-        self._fixed.clear()
-        self.forget_ranges()
+        self.release_values()
 
     def show(self, left: float, right: float) -> None:
         """Stand still at a part of time [s]."""
@@ -96,13 +95,13 @@ class ChartWindow:
             return self._fixed[axis]
         if self.with_zero and math.isfinite(low):
             low, high = min(low, 0.0), max(high, 0.0)
-        return self._ranges.setdefault(axis, SteadyRange()).follow(low, high, now)
+        return self._ranges.setdefault(axis, SteadyRange(self._smallest)).follow(low, high, now)
 
-    def follow_units(self) -> None:
-        """Let the axes find their ends anew, as values are shown in other units."""
+    def release_values(self) -> None:
+        """Let the axes follow the data again."""
         self._fixed.clear()
         self.forget_ranges()
 
     def forget_ranges(self) -> None:
-        """Let the axes find their ends anew."""
+        """Let the axes that follow the data find their ends anew."""
         self._ranges.clear()

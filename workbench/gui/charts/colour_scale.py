@@ -1,13 +1,44 @@
-"""A colour map with numbers beside it."""
+"""Values as colours, and the scale that says which is which."""
+
+import math
 
 import numpy as np
+import pyqtgraph as pg
 from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QColor, QImage, QPainter
 
-from workbench.gui.charts.ticks import make_ticks
+from workbench.gui.charts.ticks import decimals_for_step, number_text, round_step
 
 WIDTH = 12.0
 """Of the strip of colours [pixels]."""
+STEPS = 256
+
+
+def colour_table(first: float = 0.0, last: float = 1.0) -> np.ndarray:
+    """Return 256 colours as 0xffrrggbb (256), of a part of the colour map "viridis".
+
+    Its equal steps look equally large, also to the colour-blind and in grey.
+
+    Args:
+        first: where it begins, 0 is dark blue.
+        last: where it ends, 1 is yellow.
+    """
+    table = pg.colormap.get("viridis").getLookupTable(first, last, STEPS, alpha=False)
+    return colour_words(table)
+
+
+def colour_words(colours: np.ndarray) -> np.ndarray:
+    """Return red, green and blue bytes (..., 3) as colours 0xffrrggbb."""
+    red, green, blue = np.moveaxis(colours.astype(np.uint32), -1, 0)
+    words: np.ndarray = np.uint32(0xFF000000) | red << 16 | green << 8 | blue
+    return words
+
+
+def colours_of(values: np.ndarray, low: float, high: float, table: np.ndarray) -> np.ndarray:
+    """Return the colours of values between two ends, which values beyond are taken for."""
+    span = max(high - low, 1e-9)
+    places = np.clip((values - low) * ((STEPS - 1) / span), 0, STEPS - 1)
+    return table[places.astype(np.intp)]
 
 
 def image_of(colours: np.ndarray) -> QImage:
@@ -43,10 +74,10 @@ def paint_scale(
     painter.setPen(ink)
     left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
     painter.drawText(QRectF(box.left(), box.top(), box.width(), line), left, name)
-    ticks = make_ticks(low, high, max(2, int(strip.height() / 40)))
     span = max(high - low, 1e-9)
-    for value, text in zip(ticks.values, ticks.texts(), strict=True):
-        y = strip.bottom() - (value - low) / span * strip.height()
+    step = round_step(span, max(2, int(strip.height() / 40)))
+    for number in range(math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6) + 1):
+        y = strip.bottom() - (number * step - low) / span * strip.height()
         painter.drawLine(QPointF(strip.right(), y), QPointF(strip.right() + 3, y))
         place = QRectF(strip.right() + 6, y - 0.5 * line, box.width() - WIDTH - 6, line)
-        painter.drawText(place, left, text)
+        painter.drawText(place, left, number_text(number * step, decimals_for_step(step)))

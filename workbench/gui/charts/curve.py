@@ -1,17 +1,20 @@
-"""A curve of a chart: where its samples come from and how it looks."""
+"""The curves of a chart: where their samples come from, how they look, and their axes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.gui.charts.curve_style import CurveStyle
+from workbench.common.errors import WorkbenchError
+from workbench.gui.charts.curve_style import COMMAND, CurveStyle
 from workbench.gui.charts.decimation import Peaks
 
 Samples = tuple[np.ndarray, np.ndarray]
 """Times [s], rising, and values."""
 Source = Callable[[float], Samples]
 """Returns samples from a time on [s]."""
+MOST_AXES = 4
+MOST_CURVES = 24
 
 
 @dataclass(eq=False)
@@ -37,23 +40,107 @@ class Curve:
     number: int = 1
     visible: bool = True
     peaks: Peaks = field(default_factory=Peaks, repr=False)
-    _frozen: Samples | None = field(default=None, repr=False)
+    _frozen: Source | None = field(default=None, repr=False)
+
+    @property
+    def axis_unit(self) -> str:
+        """SI unit of its axis."""
+        return self.unit or "1"
 
     def samples(self, since: float) -> Samples:
         """Return the samples from a time on [s]: views, to be used at once."""
-        if self._frozen is None:
-            return self.source(since)
-        time, values = self._frozen
-        first = int(np.searchsorted(time, since))
-        return time[first:], values[first:]
+        return (self._frozen or self.source)(since)
 
     def freeze(self) -> None:
         """Keep what there is by now, and show nothing newer."""
         time, values = self.source(-np.inf)
-        self._frozen = time.copy(), values.copy()
+        self._frozen = source_of(time.copy(), values.copy())
         self.peaks = Peaks()
 
     def thaw(self) -> None:
         """Follow the source again."""
         self._frozen = None
         self.peaks = Peaks()
+
+
+class CurveSet:
+    """Curves in their order; those of a unit share an axis."""
+
+    def __init__(self) -> None:
+        self._curves: list[Curve] = []
+
+    def __iter__(self) -> Iterator[Curve]:
+        return iter(self._curves)
+
+    def __len__(self) -> int:
+        return len(self._curves)
+
+    def __getitem__(self, index: int) -> Curve:
+        return self._curves[index]
+
+    @property
+    def units(self) -> Sequence[str]:
+        """SI unit of each axis."""
+        return [*dict.fromkeys(each.axis_unit for each in self._curves)]
+
+    def add(
+        self, label: str, unit: str, source: Source, colour: int | None, style: CurveStyle
+    ) -> Curve:
+        """Add a curve; without a colour it gets the first that is free.
+
+        Raises:
+            WorkbenchError: if there is no room for it.
+        """
+        if len(self._curves) >= MOST_CURVES:
+            raise WorkbenchError(
+                f"a chart has room for {MOST_CURVES} curves: remove one, or add a chart"
+            )
+        axis, units = unit or "1", self.units
+        if axis not in units and len(units) >= MOST_AXES:
+            raise WorkbenchError(
+                f"'{label}' is in {axis}, and a chart has room for {MOST_AXES} units: "
+                "remove a curve, or add a chart"
+            )
+        taken = {each.colour for each in self._curves}
+        free = next(index for index in range(MOST_CURVES + 1) if index not in taken)
+        made = Curve(label, unit, source, free if colour is None else max(colour, COMMAND), style)
+        self._curves.append(made)
+        self._number()
+        return made
+
+    def remove(self, curve: Curve) -> None:
+        """Remove a curve; nothing happens where it is none of these."""
+        self._curves = [each for each in self._curves if each is not curve]
+        self._number()
+
+    def _number(self) -> None:
+        for index, curve in enumerate(self._curves, 1):
+            curve.number = index
+
+
+@dataclass
+class Extent:
+    """Least and largest value of an axis."""
+
+    low: float = np.inf
+    high: float = -np.inf
+
+    def take(self, values: np.ndarray) -> np.ndarray:
+        """Widen it to values; those that are not finite are NaN in what is returned."""
+        finite = np.isfinite(values)
+        if not finite.all():
+            values = np.where(finite, values, np.nan)
+        if finite.any():
+            self.low = min(self.low, float(np.fmin.reduce(values)))
+            self.high = max(self.high, float(np.fmax.reduce(values)))
+        return values
+
+
+def source_of(time: np.ndarray, values: np.ndarray) -> Source:
+    """Return a source of samples that do not change: from the last one before a time on [s]."""
+
+    def samples(since: float) -> Samples:
+        first = max(0, int(np.searchsorted(time, since)) - 1)
+        return time[first:], values[first:]
+
+    return samples

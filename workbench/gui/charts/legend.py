@@ -1,43 +1,29 @@
 """Names of a chart's curves and their values, now or under the cursor."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 
-from PyQt6.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import (
-    QFont,
-    QFontMetricsF,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QResizeEvent,
-    QShowEvent,
-)
-from PyQt6.QtWidgets import QSizePolicy, QWidget
+from PyQt6.QtCore import QEvent, Qt, pyqtSignal
+from PyQt6.QtGui import QColor, QResizeEvent
+from PyQt6.QtWidgets import QLabel, QSizePolicy, QWidget
 
-from workbench.gui.charts.curve_style import CurveStyle
-from workbench.gui.charts.strokes import make_pen
+from workbench.gui.charts.curve_style import CurveStyle, make_pen
 from workbench.gui.theme import Look
 
-SAMPLE = 16.0
-"""Length of the stroke before a name [pixels]."""
-GAP = 14.0
-"""Between two names [pixels]."""
-
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+NO_BREAK = "\N{NO-BREAK SPACE}"
+FIGURE_SPACE = "\N{FIGURE SPACE}"
+"""As wide as a digit: names do not jump as digits come and go."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the legend.
+    """A curve in the legend.
 
     Attributes:
         label: of the curve.
         value: as text with its unit, "" for none.
-        colour: number of its colour.
+        colour: of its stroke.
         style: of its stroke.
         number: at its end in the chart, 0 for none.
         visible: whether it is drawn.
@@ -45,14 +31,14 @@ class Entry:
 
     label: str
     value: str
-    colour: int
+    colour: QColor
     style: CurveStyle
     number: int
     visible: bool
 
 
-class Legend(QWidget):
-    """Shows entries in rows, as many as there is room for; a click hides or shows a curve.
+class Legend(QLabel):
+    """A line of text, broken where it has to be; a click on a name hides or shows its curve.
 
     Args:
         look: colours.
@@ -66,34 +52,21 @@ class Legend(QWidget):
         super().__init__(parent)
         self._look = look
         self._entries: tuple[Entry, ...] = ()
-        self._widths: list[float] = []
+        self._lengths: list[int] = []
         self._title = ""
-        self._free = 0.0
-        self.setAccessibleName("Legend")
-        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
-        policy.setHeightForWidth(True)
-        self.setSizePolicy(policy)
+        self.setTextFormat(Qt.TextFormat.RichText)
+        self.setWordWrap(True)
+        self.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
+        self.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.setMinimumWidth(80)
-        look.changed.connect(self.update)
+        self.linkActivated.connect(lambda link: self.toggled.emit(int(link)))
+        look.changed.connect(self._write)
 
     @property
     def entries(self) -> tuple[Entry, ...]:
         """What is shown."""
         return self._entries
-
-    def show_entries(self, entries: Sequence[Entry]) -> None:
-        """Show these; nothing is painted where nothing has changed."""
-        if tuple(entries) == self._entries:
-            return
-        self._entries = tuple(entries)
-        widths = [self._width(entry) for entry in self._entries]
-        # Room that was once needed stays: the names do not jump as digits come and go.
-        if len(widths) == len(self._widths):
-            widths = [max(pair) for pair in zip(widths, self._widths, strict=True)]
-        if widths != self._widths:
-            self._widths = widths
-            self._fit()
-        self.update()
 
     @property
     def title(self) -> str:
@@ -101,122 +74,66 @@ class Legend(QWidget):
         return self._title
 
     def set_title(self, title: str) -> None:
-        """Begin the first row with a name, "" for none."""
+        """Begin with a name, "" for none."""
         self._title = title
-        self._fit()
-        self.update()
+        self._write()
 
-    def keep_free(self, width: float) -> None:
-        """Keep so much free at the end of the first row [pixels]."""
-        if width != self._free:
-            self._free = width
-            self._fit()
-
-    def forget_widths(self) -> None:
-        """Take only the room that is needed from now on."""
-        self._widths = [self._width(entry) for entry in self._entries]
-        self._fit()
-
-    def sizeHint(self) -> QSize:
-        """Return the room that one row takes."""
-        return QSize(160, self.heightForWidth(max(160, self.width())))
-
-    def heightForWidth(self, width: int) -> int:
-        """Return the height of all rows."""
-        rows = 1 + max((box.top() // self._row() for box in self._boxes(width)), default=0)
-        return int(rows * self._row())
+    def show_entries(self, entries: Sequence[Entry]) -> None:
+        """Show these; nothing is written where nothing has changed."""
+        if tuple(entries) == self._entries:
+            return
+        if [each.label for each in entries] != [each.label for each in self._entries]:
+            self._lengths = [0 for _ in entries]
+        self._entries = tuple(entries)
+        self._lengths = [
+            max(length, len(each.value))
+            for length, each in zip(self._lengths, entries, strict=True)
+        ]
+        self._write()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Break the rows anew."""
-        self._fit()
-
-    def showEvent(self, event: QShowEvent | None) -> None:
         """Take the rows that are needed."""
+        super().resizeEvent(event)
         self._fit()
 
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint."""
-        painter = QPainter(self)
-        if self._title:
-            painter.setFont(self._bold())
-            painter.setPen(self._look.colour("ink"))
-            room = QRectF(0.0, 0.0, self.width() - self._free, self._row())
-            painter.drawText(room, _LEFT, self._title)
-            painter.setFont(self.font())
-        ground = self._look.colour("card")
-        for entry, box in zip(self._entries, self._boxes(self.width()), strict=True):
-            colour = self._look.curve(entry.colour)
-            if entry.colour < 0:
-                colour = self._look.colour("command")
-            ink = self._look.colour("ink" if entry.visible else "muted")
-            pen = make_pen(colour, entry.style, ground)
-            pen.setWidth(2)
-            if entry.style is CurveStyle.DASHED:
-                pen.setDashPattern([2.5, 1.5])
-            y = box.center().y()
-            if entry.visible:
-                painter.setPen(pen)
-                painter.drawLine(QPointF(box.left(), y), QPointF(box.left() + SAMPLE, y))
-            left = box.left() + SAMPLE + 5.0
-            if entry.number:
-                painter.setPen(QPen(colour, 1))
-                painter.drawText(box.adjusted(SAMPLE + 5.0, 0, 0, 0), int(_LEFT), f"{entry.number}")
-                left += self._text_width(f"{entry.number}") + 5.0
-            painter.setPen(ink)
-            label = entry.label if entry.visible else f"{entry.label} (hidden)"
-            painter.drawText(
-                QRectF(left, box.top(), box.right() - left, box.height()), _LEFT, label
-            )
-            if entry.visible:
-                painter.setPen(self._look.colour("muted"))
-                painter.drawText(box, _RIGHT, entry.value)
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Follow another font."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.FontChange:
+            self._fit()
 
-    def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Hide or show the curve whose name is clicked."""
-        if event is None or event.button() != Qt.MouseButton.LeftButton:
-            super().mousePressEvent(event)
-            return
-        for index, box in enumerate(self._boxes(self.width())):
-            if box.contains(event.position()):
-                self.toggled.emit(index)
+    def _write(self) -> None:
+        parts = [f"<b>{_unbroken(self._title)}</b>"] if self._title else []
+        parts += [
+            self._html(index, each, length)
+            for index, (each, length) in enumerate(zip(self._entries, self._lengths, strict=True))
+        ]
+        self.setText(f"{2 * NO_BREAK} ".join(parts))
+        self._fit()
 
-    def box_of(self, index: int) -> QRectF:
-        """Return where an entry is."""
-        return self._boxes(self.width())[index]
-
-    def _boxes(self, width: int) -> list[QRectF]:
-        boxes, top, end = [], 0.0, width - self._free
-        left = QFontMetricsF(self._bold()).horizontalAdvance(self._title) + GAP
-        left = left if self._title else 0.0
-        for each in self._widths:
-            if left > 0.0 and left + each > end:
-                left, top, end = 0.0, top + self._row(), width
-            boxes.append(QRectF(left, top, min(each, width), self._row()))
-            left += each + GAP
-        return boxes
-
-    def _width(self, entry: Entry) -> float:
-        width = SAMPLE + 5.0 + self._text_width(entry.label)
+    def _html(self, index: int, entry: Entry, length: int) -> str:
+        colour = self._look.colours
+        pen = make_pen(entry.colour, entry.style, self._look.colour("card"))
+        dash = "\N{EN DASH}" * 2 if entry.style is CurveStyle.DASHED else "\N{EM DASH}"
+        number = f"{NO_BREAK}{entry.number}" if entry.number else ""
+        stroke = f"<b style='color:{pen.color().name()}'>{dash}{number}</b>{NO_BREAK}"
+        label = _unbroken(entry.label)
         if not entry.visible:
-            width += self._text_width(" (hidden)")
-        if entry.number:
-            width += self._text_width(f"{entry.number}") + 5.0
-        return math.ceil(width + (7.0 + self._text_width(entry.value) if entry.value else 0.0)) + 1
-
-    def _text_width(self, text: str) -> float:
-        return float(self.fontMetrics().horizontalAdvance(text))
-
-    def _row(self) -> float:
-        return float(self.fontMetrics().height() + 4)
-
-    def _bold(self) -> QFont:
-        font = QFont(self.font())
-        font.setWeight(QFont.Weight.DemiBold)
-        return font
+            stroke, label = "", f"{label}{NO_BREAK}(hidden)"
+        ink = colour.ink if entry.visible else colour.muted
+        link = f"<a href='{index}' style='color:{ink};text-decoration:none'>{stroke}{label}</a>"
+        if not entry.visible or not entry.value:
+            return link
+        value = _unbroken(entry.value.rjust(length, FIGURE_SPACE))
+        return f"{link}{NO_BREAK}<span style='color:{colour.muted}'>{value}</span>"
 
     def _fit(self) -> None:
-        # how wide it will be is known only once it is seen
-        height = self.heightForWidth(self.width()) if self.isVisible() else int(self._row())
+        """Take the height that the text has at this width: a layout alone would squeeze it."""
+        height = max(0, self.heightForWidth(self.width()))
         if height != self.minimumHeight():
             self.setMinimumHeight(height)
-            self.updateGeometry()
+
+
+def _unbroken(text: str) -> str:
+    """Return text in which no line is broken, as HTML."""
+    return escape(text).replace(" ", NO_BREAK)

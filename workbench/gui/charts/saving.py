@@ -1,41 +1,121 @@
-"""Saves charts to files."""
+"""Copies and files of what a chart shows."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from PyQt6.QtGui import QImage
+import numpy as np
+from PyQt6.QtCore import QObject
+from PyQt6.QtGui import QGuiApplication, QImage
+from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.charts.table_text import Column, table_text
+from workbench.gui.answers import Answers
+from workbench.gui.log_folder import log_folder
+from workbench.gui.workspace import Workspace
 
 
-def file_for(folder: Path, title: str, suffix: str) -> Path:
-    """Return a path in a folder, named by a chart and the time of day."""
-    name = "".join(each if each.isalnum() else "_" for each in title.lower()) or "chart"
-    stamp = time.strftime("%Y%m%d_%H%M%S")
-    return folder.absolute() / f"{name}_{stamp}.{suffix}"
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A curve of a table.
 
-
-def save_image(image: QImage, path: Path) -> Path:
-    """Write a picture, and return its path.
-
-    Raises:
-        WorkbenchError: it cannot be written.
+    Attributes:
+        label: its name.
+        unit: SI.
+        time: of its samples (n), rising [s].
+        values: (n).
     """
+
+    label: str
+    unit: str
+    time: np.ndarray
+    values: np.ndarray
+
+
+class Copies(QObject):
+    """Takes pictures and data to the clipboard or to a file, and tells of it.
+
+    Args:
+        workspace: folder and notices.
+        parent: whose life it shares.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._answers = Answers(workspace.notices.warn, self)
+
+    def copy_picture(self, widget: QWidget) -> None:
+        """Copy a widget as a picture."""
+        clipboard = QGuiApplication.clipboard()
+        if clipboard is not None:
+            clipboard.setPixmap(widget.grab())
+            self._workspace.notices.inform("The chart is on the clipboard, as a picture.")
+
+    def copy_data(self, columns: tuple[Column, ...]) -> None:
+        """Copy samples, in SI, with tabs between."""
+        clipboard = QGuiApplication.clipboard()
+        if clipboard is not None:
+            clipboard.setText(table_text(columns))
+            self._workspace.notices.inform("The chart's data are on the clipboard, in SI units.")
+
+    def save_picture(self, widget: QWidget, title: str) -> None:
+        """Write a widget as a picture (PNG) to the folder for logs."""
+        image = widget.grab().toImage()
+        self._run(partial(_save_image, image, self._file(title, "png")))
+
+    def save_data(self, columns: tuple[Column, ...], title: str) -> None:
+        """Write samples (CSV), in SI, to the folder for logs."""
+        kept = tuple(
+            Column(each.label, each.unit, each.time.copy(), each.values.copy()) for each in columns
+        )
+        self._run(partial(_save_table, kept, self._file(title, "csv")))
+
+    def _run(self, save: Callable[[], Path]) -> None:
+        self._answers.expect(self._workspace.errands.run(save), self._saved)
+
+    def _file(self, title: str, suffix: str) -> Path:
+        """Return a path in the folder for logs, named by a chart and the time of day."""
+        name = "".join(each if each.isalnum() else "_" for each in title.lower()) or "chart"
+        stamp = time.strftime("%Y%m%d_%H%M%S")
+        return log_folder(self._workspace.preferences).absolute() / f"{name}_{stamp}.{suffix}"
+
+    def _saved(self, path: Path) -> None:
+        self._workspace.notices.inform(f"Saved {path}")
+
+
+def table_text(columns: Sequence[Column], separator: str = "\t") -> str:
+    """Return a line of names with units, then a line for each time at which there is a sample.
+
+    A curve without a sample at that time has an empty cell.
+    """
+    heads = ["time [s]", *(f"{each.label} [{each.unit or '1'}]" for each in columns)]
+    lines = [separator.join(heads)]
+    if columns:
+        time = columns[0].time
+        if any(each.time.shape != time.shape or (each.time != time).any() for each in columns[1:]):
+            time = np.unique(np.concatenate([each.time for each in columns]))
+        table = np.full((len(time), 1 + len(columns)), np.nan)
+        table[:, 0] = time
+        for index, each in enumerate(columns, 1):
+            table[np.searchsorted(time, each.time), index] = each.values
+        row = separator.join(["%.9g"] * table.shape[1])
+        filled = "\n".join([row] * len(time)) % tuple(table.ravel().tolist())
+        lines.append(filled.replace("nan", ""))
+    return "\n".join(line for line in lines if line) + "\n"
+
+
+def _save_image(image: QImage, path: Path) -> Path:
     with _folder_of(path):
         if not image.save(str(path)):
             raise OSError("it cannot be written there")
     return path
 
 
-def save_table(columns: tuple[Column, ...], path: Path) -> Path:
-    """Write samples with commas between, and return the path.
-
-    Raises:
-        WorkbenchError: it cannot be written.
-    """
+def _save_table(columns: tuple[Column, ...], path: Path) -> Path:
     with _folder_of(path):
         path.write_text(table_text(columns, ","), encoding="utf-8")
     return path

@@ -1,41 +1,41 @@
 """A chart that follows a flight: the last seconds of some signals."""
 
-from PyQt6.QtCore import QEvent, QPoint, Qt
-from PyQt6.QtGui import QAction, QContextMenuEvent, QFocusEvent, QKeyEvent
+import numpy as np
 from PyQt6.QtWidgets import QWidget
 
-from workbench.gui.charts.chart_keys import key_of, obey
-from workbench.gui.charts.chart_menu import make_menu
-from workbench.gui.charts.copies import Copies
+from workbench.gui.charts.chart import SEPARATOR, Chart, Command
 from workbench.gui.charts.curve import Curve, Source
 from workbench.gui.charts.curve_style import CurveStyle
-from workbench.gui.charts.moving_chart import MovingChart
 from workbench.gui.workspace import Workspace
 
+READ_EVERY = 0.2
+"""Digits that change faster cannot be read [s of what is shown]."""
 
-class StripChart(MovingChart):
+
+class StripChart(Chart):
     """Draws the last seconds of its curves whenever `refresh` is called.
 
-    Wheel: time; with Ctrl, or over an axis: values. Drag: zoom to a box. Double click, or Escape:
-    follow again. Space: pause the picture. Arrows: cursor. Page up and down: move. A, B: cursors
-    that stay. S: statistics. Z: always show zero. +, -: zoom. Ctrl+C: copy the data.
+    Space: pause the picture. Double click, Escape or Home: follow again.
 
     Args:
         workspace: colours, units and preferences.
         parent: whose life it shares.
 
     Attributes:
-        extra_actions: of the menu, besides the chart's own.
+        pause: lets the picture stand still.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
-        self._copies = Copies(workspace, self)
-        self.extra_actions: list[QAction] = []
-        self.head.legend.toggled.connect(self.toggle_curve)
-        self.head.menu_wanted.connect(self._open_menu)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._describe()
+        super().__init__(workspace, 0.1, "Chart", parent)
+        self._read = self._built = -np.inf
+        self._column = 0.0
+        self._phase = id(self) // 64 % 8 / 8  # charts do not all build in the same frame
+        self._model.hint = "No signal is shown here"
+        self._model.times_ago = True
+        help = "Pause the picture; the flight goes on (Space)"
+        self.pause = self._add_button("pause", "Pause", help)
+        self.pause.setCheckable(True)
+        self.pause.clicked.connect(self.set_paused)
 
     def add_curve(
         self,
@@ -58,7 +58,7 @@ class StripChart(MovingChart):
         Raises:
             WorkbenchError: if there is no room for another curve or unit.
         """
-        curve = self._picture.curves.add(label, unit, source, colour, style)
+        curve = self._model.curves.add(label, unit, source, colour, style)
         if self.is_paused:
             curve.freeze()
         self._curves_changed()
@@ -66,93 +66,89 @@ class StripChart(MovingChart):
 
     def remove_curve(self, curve: Curve) -> None:
         """Draw a curve no more."""
-        self._picture.curves.remove(curve)
+        self._model.curves.remove(curve)
         self._curves_changed()
 
-    @property
-    def curves(self) -> tuple[Curve, ...]:
-        """What is drawn."""
-        return tuple(self._picture.curves)
-
-    def toggle_curve(self, index: int) -> None:
-        """Hide a curve, or show it again."""
-        curve = self._picture.curves[index]
-        curve.visible = not curve.visible
-        self._picture.window.forget_ranges()
-        self.redraw()
-
-    def add_limit(self, value: float, label: str, unit: str | None = None) -> None:
-        """Draw a line across at a value in SI, on the axis of a unit, the first one's if None."""
-        self._picture.limits.append((value, label, unit))
-
-    def clear_limits(self) -> None:
-        """Draw no lines across."""
-        self._picture.limits.clear()
-
-    def set_title(self, title: str) -> None:
-        """Give the chart a name."""
-        self.head.set_title(title)
-        self._describe()
-
-    @property
-    def title(self) -> str:
-        """Its name."""
-        return self.head.title
-
-    def copy_picture(self) -> None:
-        """Copy the chart as a picture."""
-        self._copies.copy_picture(self)
-
-    def copy_data(self) -> None:
-        """Copy the samples that are seen, in SI, with tabs between."""
-        self._copies.copy_data(self._picture.columns())
-
-    def save_picture(self) -> None:
-        """Write the chart as a picture (PNG) to the folder for logs."""
-        self._copies.save_picture(self, self.title)
-
-    def save_data(self) -> None:
-        """Write the samples that are seen (CSV), in SI, to the folder for logs."""
-        self._copies.save_data(self._picture.columns(), self.title)
-
-    def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
-        """Offer what can be done."""
-        if event is not None:
-            make_menu(self).popup(event.globalPos())
-
-    def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Obey the keyboard."""
-        key = key_of(event) if event is not None else None
-        if key is None:
-            super().keyPressEvent(event)
+    def refresh(self, now: float) -> None:
+        """Draw the seconds until a time [s], unless it is paused or nobody sees it."""
+        self._model.now = now
+        if self.is_paused or not self.isVisible() or self.visibleRegion().isEmpty():
+            return
+        if self._built <= now < self._built + self._column:
+            self.canvas.move_on(*self._model.ends)  # no column of pixels is full yet
         else:
-            obey(self, key)
+            self._draw()
+        if not self._read <= now < self._read + READ_EVERY:
+            self._read = now
+            self._show_numbers()
 
-    def focusInEvent(self, event: QFocusEvent | None) -> None:
-        """Show that keys go here."""
-        self.canvas.set_focus_shown(True)
+    def redraw(self) -> None:
+        """Draw anew, and write all numbers."""
+        self._draw()
+        self._read = self._model.now
+        self._show_numbers()
 
-    def focusOutEvent(self, event: QFocusEvent | None) -> None:
-        """Keys go elsewhere."""
-        self.canvas.set_focus_shown(False)
+    def set_paused(self, paused: bool) -> None:
+        """Let the picture stand still, or follow; the flight goes on."""
+        if paused:
+            self._stand("PAUSED")
+            self._settle()
+        else:
+            self.follow()
 
-    def changeEvent(self, event: QEvent | None) -> None:
-        """Follow another font."""
-        if event is not None and event.type() == QEvent.Type.FontChange:
-            self.head.legend.forget_widths()
-        super().changeEvent(event)
+    @property
+    def is_paused(self) -> bool:
+        """Whether the picture stands still."""
+        return not self._model.window.follows
 
-    def _curves_changed(self) -> None:
-        self._picture.window.forget_ranges()
-        self.head.legend.forget_widths()
-        self._describe()
-        self._soon.start()
-        self.picture_changed.emit()
+    def follow(self) -> None:
+        """Show the newest seconds again."""
+        self._model.follow()
+        self._settle()
 
-    def _describe(self) -> None:
-        labels = ", ".join(curve.label for curve in self.curves) or "no signals"
-        self.setAccessibleName(f"Chart {self.title}".strip())
-        self.setAccessibleDescription(f"{labels}, over time in s")
+    def reset(self) -> None:
+        """Show the newest seconds again."""
+        self.follow()
 
-    def _open_menu(self, place: QPoint) -> None:
-        make_menu(self).popup(place)
+    def show_window(self, left: float, right: float) -> None:
+        """Stand still at a part of time [s]."""
+        self._stand("ZOOMED")
+        self._model.window.show(left, right)
+        self._settle()
+
+    def show_clock_times(self) -> None:
+        """Write times as they are, in place of how long ago they are; for what is no flight."""
+        self._model.times_ago = False
+
+    def show_times_ago(self) -> None:
+        """Write how long ago samples are."""
+        self._model.times_ago = True
+
+    def _commands(self) -> list[Command]:
+        return [
+            Command("Pause the picture", "Space", self.set_paused, self.is_paused),
+            Command("Follow the flight", "Esc Home", lambda _: self.follow()),
+            SEPARATOR,
+            *super()._commands(),
+        ]
+
+    def _stand(self, note: str) -> None:
+        super()._stand(note if note == "ZOOMED" or not self.is_paused else self._model.note)
+
+    def _settle(self) -> None:
+        self.pause.setChecked(self.is_paused)
+        super()._settle()
+
+    def _draw(self) -> None:
+        columns = self.canvas.columns
+        left, right = self._model.ends
+        first = self._built == -np.inf
+        self._column = (right - left) / columns * (self._phase if first else 1.0)
+        self._built = self._model.now
+        self.canvas.show_content(self._model.content(columns))
+
+    def _on_preference(self, name: str) -> None:
+        super()._on_preference(name)
+        if name == "chart_seconds" and not self.is_paused:
+            self._model.window.span = self._workspace.preferences.number(name)
+            self._settle()

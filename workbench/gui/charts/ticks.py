@@ -1,26 +1,6 @@
-"""Round numbers along an axis."""
+"""Round numbers, and numbers as they are written."""
 
 import math
-from dataclasses import dataclass
-
-import numpy as np
-
-
-@dataclass(frozen=True)
-class Ticks:
-    """Where an axis is marked.
-
-    Attributes:
-        values: of the marks.
-        decimals: behind the point that tell them apart.
-    """
-
-    values: tuple[float, ...]
-    decimals: int
-
-    def texts(self) -> tuple[str, ...]:
-        """Return what stands at the marks."""
-        return tuple(number_text(value, self.decimals) for value in self.values)
 
 
 def round_step(span: float, count: int) -> float:
@@ -34,12 +14,9 @@ def round_step(span: float, count: int) -> float:
     )
 
 
-def make_ticks(low: float, high: float, count: int) -> Ticks:
-    """Return about so many round numbers between two."""
-    step = round_step(high - low, count)
-    first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
-    decimals = max(0, -math.floor(math.log10(step) + 1e-6))
-    return Ticks(tuple(float(step * k) for k in np.arange(first, last + 1)), decimals)
+def decimals_for_step(step: float) -> int:
+    """Return how many decimals tell multiples of a step apart."""
+    return max(0, -math.floor(math.log10(step) + 1e-6)) if step > 0.0 else 0
 
 
 def number_text(value: float, decimals: int) -> str:

@@ -141,8 +141,7 @@ class ForkCard(Card):
         self.said.say(said, "warning")
 
     def _draw(self) -> None:
-        with self.plot.together():
-            self._draw_branches()
+        self._draw_branches()
         self._show_state()
 
     def _draw_branches(self) -> None:

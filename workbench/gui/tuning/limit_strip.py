@@ -7,8 +7,8 @@ import numpy as np
 from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
 from PyQt6.QtWidgets import QSizePolicy, QWidget
+from pyqtgraph.functions import arrayToQPolygonF
 
-from workbench.gui.charts.strokes import polygon_of
 from workbench.gui.theme import Look
 from workbench.gui.tuning.marks import TONES, draw_mark
 from workbench.gui.tuning.table_rows import State
@@ -135,4 +135,4 @@ class LimitStrip(QWidget):
         times = use.time[:size:skip] / self._length
         x = chart.left() + np.clip(times, 0.0, 1.0) * chart.width()
         y = chart.bottom() - peaks / ROOM * chart.height()
-        return polygon_of(np.column_stack((x, y)))
+        return arrayToQPolygonF(x, y)

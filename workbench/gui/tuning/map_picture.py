@@ -5,8 +5,7 @@ from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QBrush, QColor, QFont, QFontMetrics, QPainter, QPen
 
 from workbench.analysis.replies import Mapped
-from workbench.gui.charts.colour_map import colour_table, colours_of
-from workbench.gui.charts.colour_scale import image_of
+from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of
 from workbench.gui.theme import Look
 from workbench.gui.tuning.contours import Segment, contour_levels, contour_segments, value_range
 from workbench.gui.tuning.map_grid import MapGrid

@@ -202,11 +202,10 @@ class ResponseCard(Card):
         rounds = (history.round, history.ghosts)
         if rounds != self._drawn or not self._drawn:
             self._drawn, self._still, self._shown_at = rounds, False, -1.0
-            with self.plot.plot.together():
-                self.plot.show_plan(self._choice.excitation, history)
-                self.plot.show_ghosts(history.ghosts, self._gains)
-                self._show_ahead()
-                self._show_prediction()
+            self.plot.show_plan(self._choice.excitation, history)
+            self.plot.show_ghosts(history.ghosts, self._gains)
+            self._show_ahead()
+            self._show_prediction()
         if self._still or (history.is_running and 0.0 <= now - self._shown_at < FRAME):
             return
         self._shown_at = now

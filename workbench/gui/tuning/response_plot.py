@@ -99,7 +99,7 @@ class ResponsePlot(QWidget):
             note = f" ({withheld})" if withheld else ""
             lines.append(f"{name}: {gains_text(each.round.gains, gains)}{note}")
         self._ghosts = ghosts
-        self.plot.head.legend.setToolTip("\n".join(lines))
+        self.plot.legend.setToolTip("\n".join(lines))
 
 
 def ghost_name(index: int) -> str:

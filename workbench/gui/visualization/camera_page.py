@@ -7,16 +7,10 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from workbench.gui.charts.colour_map import colour_table
-from workbench.gui.charts.colour_scale import image_of
+from workbench.gui.charts.colour_scale import colour_table, colour_words, image_of
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.style import set_class
-from workbench.gui.visualization.depth_picture import (
-    colour_words,
-    depth_colours,
-    depth_text,
-    scale_of,
-)
+from workbench.gui.visualization.depth_picture import depth_colours, depth_text, scale_of
 from workbench.gui.visualization.picture_view import PictureView
 from workbench.gui.visualization.scale_bar import ScaleBar
 from workbench.gui.workspace import Workspace

@@ -4,8 +4,8 @@ import numpy as np
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
+from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.ticks import number_text
-from workbench.gui.charts.window_statistics import value_at
 from workbench.gui.style import set_class
 from workbench.gui.visualization.cloud import SIDE, SLANTED, TOP, CloudRays, Viewpoint, rays_from
 from workbench.gui.visualization.cloud_view import CloudView

@@ -16,10 +16,9 @@ from PyQt6.QtGui import (
     QWheelEvent,
 )
 from PyQt6.QtWidgets import QSizePolicy, QWidget
+from pyqtgraph.functions import arrayToQPolygonF
 
-from workbench.gui.charts.colour_map import colour_table, colours_of
-from workbench.gui.charts.colour_scale import image_of, paint_scale
-from workbench.gui.charts.strokes import polygon_of
+from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of, paint_scale
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.theme import Look
 from workbench.gui.visualization.cloud import SIDE, SLANTED, TOP, Viewpoint, paint_points
@@ -199,7 +198,7 @@ class CloudView(QWidget):
         for number in (1, 2, 3):
             seen = self.viewpoint.project(number * step * circle, self.width(), self.height())
             painter.setPen(QPen(self._look.colour("line"), 0))
-            painter.drawPolyline(polygon_of(seen[:, :2]))
+            painter.drawPolyline(arrayToQPolygonF(seen[:, 0], seen[:, 1]))
             painter.setPen(self._look.colour("muted"))
             nearest = seen[int(np.argmin(seen[:, 2] - 1e-3 * seen[:, 1]))]
             painter.drawText(QPointF(nearest[0] + 4, nearest[1] - 3), f"{number * step:g} m")
@@ -214,5 +213,5 @@ class CloudView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(self._look.colour("field"), 1))
         painter.setBrush(self._look.colour("accent"))
-        painter.drawPolygon(polygon_of(seen[:, :2]))
+        painter.drawPolygon(arrayToQPolygonF(seen[:, 0], seen[:, 1]))
         painter.setBrush(Qt.BrushStyle.NoBrush)

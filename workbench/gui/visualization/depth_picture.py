@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.gui.charts.colour_map import colours_of
+from workbench.gui.charts.colour_scale import colours_of
 from workbench.gui.charts.ticks import number_text, round_step
 
 TOO_NEAR = 0xFF000000
@@ -52,12 +52,3 @@ def depth_text(depth: float) -> str:
     if math.isinf(depth):
         return "nothing within range" if depth > 0.0 else "nearer than it measures"
     return f"{number_text(depth, 2)} m"
-
-
-def colour_words(colour: np.ndarray) -> np.ndarray:
-    """Return an image of red, green and blue bytes (h, w, 3) as colours 0xffrrggbb."""
-    parts = colour.astype(np.uint32)
-    words: np.ndarray = (
-        np.uint32(0xFF000000) | parts[..., 0] << 16 | parts[..., 1] << 8 | parts[..., 2]
-    )
-    return words

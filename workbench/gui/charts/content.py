@@ -1,8 +1,9 @@
 """What a chart's canvas shows at one time."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
+from PyQt6.QtGui import QColor
 
 from workbench.gui.charts.curve_style import CurveStyle
 from workbench.gui.units import Unit
@@ -25,21 +26,6 @@ class Axis:
     label: str = ""
 
 
-@dataclass(frozen=True)
-class Limit:
-    """A value that should be kept, as a line across the chart.
-
-    Attributes:
-        value: in SI.
-        label: in words.
-        axis: number of its axis.
-    """
-
-    value: float
-    label: str
-    axis: int = 0
-
-
 @dataclass(frozen=True, eq=False)
 class Line:
     """A curve that is ready to be drawn.
@@ -48,7 +34,7 @@ class Line:
         time: of its points (n) [s].
         values: (n), in SI; NaN makes a gap.
         axis: number of its axis.
-        colour: of its stroke, as #rrggbb.
+        colour: of its stroke.
         style: of its stroke.
         number: at its end, 0 for none.
     """
@@ -56,7 +42,7 @@ class Line:
     time: np.ndarray
     values: np.ndarray
     axis: int
-    colour: str
+    colour: QColor
     style: CurveStyle = CurveStyle.SOLID
     number: int = 0
 
@@ -75,7 +61,7 @@ class Mark:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Content:
     """All of a chart.
 
     Attributes:
@@ -85,7 +71,6 @@ class Scene:
         x_label: below.
         axes: of values, the first one has the grid.
         lines: from the back to the front.
-        limits: that should be kept.
         marks: cursors that stay.
         state: a word where the picture stands still, "" where it follows.
         hint: said where there is nothing to draw.
@@ -95,9 +80,8 @@ class Scene:
     right: float = 0.0
     origin: float = 0.0
     x_label: str = ""
-    axes: tuple[Axis, ...] = ()
+    axes: tuple[Axis, ...] = (Axis(Unit(""), 0.0, 1.0),)
     lines: tuple[Line, ...] = ()
-    limits: tuple[Limit, ...] = ()
     marks: tuple[Mark, ...] = ()
     state: str = ""
-    hint: str = field(default="")
+    hint: str = ""

@@ -1,0 +1,198 @@
+"""What the curves of a chart amount to within the window that is seen, and the table of it."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QSizePolicy,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from workbench.gui.charts.ticks import number_text
+from workbench.gui.units import Unit
+
+HEADS = {
+    "Signal": "Name of the signal",
+    "Unit": "Unit that is shown",
+    "Last": "Newest value that is seen",
+    "Min": "Least value that is seen",
+    "Max": "Largest value that is seen",
+    "Mean": "Mean of the samples that are seen",
+    "RMS": "Root of the mean square of the samples",
+    "Std dev": "Standard deviation of the samples",
+}
+"""What the columns mean, by their heads."""
+MOST_ROWS = 6
+"""That are seen without a scroll bar."""
+
+
+@dataclass(frozen=True)
+class WindowStatistics:
+    """A curve in a few numbers, in its own unit; NaN where there are no samples.
+
+    Attributes:
+        last: newest value.
+        least: smallest one.
+        largest: largest one.
+        mean: of the samples.
+        rms: root of the mean square.
+        deviation: standard deviation, of the samples themselves.
+    """
+
+    last: float = math.nan
+    least: float = math.nan
+    largest: float = math.nan
+    mean: float = math.nan
+    rms: float = math.nan
+    deviation: float = math.nan
+
+
+@dataclass(frozen=True)
+class StatisticsRow:
+    """A row of the table.
+
+    Attributes:
+        label: of the curve.
+        unit: how its values are shown.
+        decimals: of what is shown.
+        statistics: of the window, in SI.
+        marks: values at the cursors that stay, in SI.
+    """
+
+    label: str
+    unit: Unit
+    decimals: int
+    statistics: WindowStatistics
+    marks: tuple[float, ...]
+
+    @property
+    def texts(self) -> list[str]:
+        """What stands in its cells."""
+        found = self.statistics
+        numbers = [found.last, found.least, found.largest, found.mean, found.rms, found.deviation]
+        numbers += self.marks
+        if len(self.marks) == 2:
+            numbers.append(self.marks[1] - self.marks[0])
+        shown = [number_text(self.unit.shown(value), self.decimals + 1) for value in numbers]
+        return [self.label, self.unit.symbol or "–", *shown]
+
+
+def window_statistics(
+    time: np.ndarray, values: np.ndarray, left: float, right: float
+) -> WindowStatistics:
+    """Return the statistics of the samples from a time to another [s], what is not finite left out.
+
+    Args:
+        time: of the samples (n), rising [s].
+        values: (n).
+        left: first time that counts [s].
+        right: last time that counts [s].
+    """
+    seen = values[np.searchsorted(time, left) : np.searchsorted(time, right, side="right")]
+    seen = np.asarray(seen[np.isfinite(seen)], dtype=float)
+    if len(seen) == 0:
+        return WindowStatistics()
+    return WindowStatistics(
+        last=float(seen[-1]),
+        least=float(seen.min()),
+        largest=float(seen.max()),
+        mean=float(seen.mean()),
+        rms=math.sqrt(float(np.dot(seen, seen)) / len(seen)),
+        deviation=float(seen.std()),
+    )
+
+
+def value_at(time: np.ndarray, values: np.ndarray, when: float) -> float:
+    """Return the value of the sample nearest to a time [s]; NaN outside of the samples."""
+    if len(time) == 0:
+        return math.nan
+    step = (time[-1] - time[0]) / max(1, len(time) - 1)
+    if not time[0] - step <= when <= time[-1] + step:
+        return math.nan
+    after = min(int(np.searchsorted(time, when)), len(time) - 1)
+    before = max(after - 1, 0)
+    nearest = before if when - time[before] < time[after] - when else after
+    return float(values[nearest])
+
+
+class StatisticsTable(QTableWidget):
+    """Shows rows; only the cells that have changed are written.
+
+    Args:
+        parent: whose life it shares.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(0, 0, parent)
+        self._heads: list[str] = []
+        self.setAccessibleName("Statistics of what the chart shows")
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setTabKeyNavigation(False)
+        self.setShowGrid(False)
+        self.setFrameShape(self.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        upright = self.verticalHeader()
+        if upright is not None:
+            upright.hide()
+            upright.setDefaultSectionSize(self.fontMetrics().height() + 6)
+        head = self.horizontalHeader()
+        if head is not None:
+            head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+            head.setHighlightSections(False)
+            head.setStretchLastSection(False)
+
+    def show_rows(self, rows: Sequence[StatisticsRow], marks: Mapping[str, float]) -> None:
+        """Show statistics, and values at the cursors with these names and times [s]."""
+        self._show_heads(marks)
+        if self.rowCount() != len(rows):
+            self.setRowCount(len(rows))
+            self._fit()
+        for index, row in enumerate(rows):
+            for column, text in enumerate(row.texts):
+                self._write(index, column, text)
+
+    def text_at(self, row: int, column: str) -> str:
+        """Return what stands in the column that begins with a name."""
+        index = next(i for i, head in enumerate(self._heads) if head.startswith(column))
+        item = self.item(row, index)
+        return item.text() if item is not None else ""
+
+    def _show_heads(self, marks: Mapping[str, float]) -> None:
+        heads = [*HEADS, *(f"{name} at {number_text(marks[name], 3)} s" for name in sorted(marks))]
+        if len(marks) == 2:
+            heads.append(f"B − A over {number_text(marks['B'] - marks['A'], 3)} s")
+        if heads == self._heads:
+            return
+        self._heads = heads
+        self.setColumnCount(len(heads))
+        self.setHorizontalHeaderLabels(heads)
+        for column, name in enumerate(heads):
+            item = self.horizontalHeaderItem(column)
+            if item is not None:
+                item.setToolTip(HEADS.get(name, name))
+        self._fit()
+
+    def _write(self, row: int, column: int, text: str) -> None:
+        item = self.item(row, column)
+        if item is None:
+            item = QTableWidgetItem()
+            side = Qt.AlignmentFlag.AlignLeft if column < 2 else Qt.AlignmentFlag.AlignRight
+            item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+            self.setItem(row, column, item)
+        if item.text() != text:
+            item.setText(text)
+
+    def _fit(self) -> None:
+        head, upright = self.horizontalHeader(), self.verticalHeader()
+        if head is not None and upright is not None:
+            rows = min(MOST_ROWS, max(1, self.rowCount()))
+            self.setFixedHeight(head.sizeHint().height() + rows * upright.defaultSectionSize() + 4)
