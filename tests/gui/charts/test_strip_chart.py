@@ -10,7 +10,7 @@ from PyQt6.QtTest import QTest
 from pyqtgraph import PlotCurveItem
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.charts.curve_style import COMMAND, CurveStyle
+from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.strip_chart import StripChart
 
 TIME = np.arange(0.0, 60.0, 0.005)

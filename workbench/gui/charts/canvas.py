@@ -13,7 +13,7 @@ from PyQt6.QtWidgets import QGraphicsSimpleTextItem, QSizePolicy, QWidget
 from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
 from workbench.gui.charts.content import Axis, Content, Line
-from workbench.gui.charts.curve_style import make_pen
+from workbench.gui.charts.curve import make_pen
 from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.ticks import decimals_for_step, number_text
 from workbench.gui.theme import Look
@@ -35,6 +35,11 @@ class NumberAxis(pg.AxisItem):
         """Return what stands at the ticks."""
         decimals = decimals_for_step(spacing * scale)
         return [number_text(value * scale, decimals) for value in values]
+
+    def show_name(self, name: str) -> None:
+        """Write what it is beside the numbers, with its unit."""
+        if self.labelText != name:
+            self.setLabel(name)
 
 
 class DataView(pg.ViewBox):
@@ -248,7 +253,7 @@ class Canvas(pg.GraphicsLayoutWidget):
     def _make_axis(self, side: str, row: int, column: int) -> NumberAxis:
         axis = NumberAxis(side, maxTickLength=0)
         axis.enableAutoSIPrefix(False)
-        axis.setStyle(autoExpandTextSpace=False, tickTextOffset=4, hideOverlappingLabels=True)
+        axis.setStyle(autoExpandTextSpace=False, tickTextOffset=4)
         self.addItem(axis, row, column)
         return axis
 
@@ -277,7 +282,6 @@ class Canvas(pg.GraphicsLayoutWidget):
         axis.setTextPen(self._look.colour("muted"))
         axis.setTickFont(self.font())
         axis.label.setFont(self.font())
-        axis.label.setDefaultTextColor(self._look.colour("ink"))
         width = self.fontMetrics().horizontalAdvance(WIDEST) + 4
         axis.setStyle(tickTextWidth=width, tickTextHeight=self.fontMetrics().height())
 
@@ -287,15 +291,14 @@ class Canvas(pg.GraphicsLayoutWidget):
             self._axes.append(self._make_axis("right", 0, 1 + len(self._axes)))
             self._dress_axis(self._axes[-1])
         for index, item in enumerate(self._axes):
-            item.setVisible(index < len(axes))
-            if index >= len(axes):
-                item.setWidth(0)
-                continue
-            name = " ".join(part for part in (axes[index].label, axes[index].unit.symbol) if part)
-            self._label(item, name or "\N{EN DASH}")
-            if index:
-                item.setRange(axes[index].low, axes[index].high)
-        self._label(self._bottom, content.x_label)
+            if item.isVisible() is not (index < len(axes)):
+                item.setVisible(index < len(axes))
+                item.setWidth()
+        for item, axis in zip(self._axes, axes, strict=False):
+            item.show_name(" ".join(part for part in (axis.label, axis.unit.symbol) if part))
+            if item is not self._axes[0]:
+                item.setRange(axis.low, axis.high)
+        self._bottom.show_name(content.x_label)
         self.view.setRange(
             xRange=(content.left - content.origin, content.right - content.origin),
             yRange=(axes[0].low, axes[0].high),
@@ -303,12 +306,6 @@ class Canvas(pg.GraphicsLayoutWidget):
             disableAutoRange=False,
         )
         self._place()
-
-    def _label(self, axis: NumberAxis, text: str) -> None:
-        if axis.labelText != text:
-            axis.setLabel(text)
-            axis.label.setDefaultTextColor(self._look.colour("ink"))
-            axis.setWidth() if axis.orientation in ("left", "right") else axis.setHeight()
 
     def _to_view(self, axis: Axis) -> tuple[float, float]:
         """Return factor and offset from what an axis shows to the first one, as the view has it."""
@@ -385,18 +382,18 @@ class Canvas(pg.GraphicsLayoutWidget):
         for line in self._marks:
             self.view.removeItem(line)
         self._marks = []
-        for mark in content.marks:
-            at = mark.time - content.origin
+        for name, time in content.marks:
+            at = time - content.origin
             options = {"position": 0.07, "fill": colour("accent"), "color": colour("on_accent")}
             line = pg.InfiniteLine(
                 at,
                 angle=90,
                 movable=True,
                 pen=colour("accent"),
-                label=f"{mark.name} {number_text(at, 3)}\N{NO-BREAK SPACE}s",
+                label=f"{name} {number_text(at, 3)}\N{NO-BREAK SPACE}s",
                 labelOpts=options,
             )
-            line.sigPositionChangeFinished.connect(partial(self._tell_mark, mark.name))
+            line.sigPositionChangeFinished.connect(partial(self._tell_mark, name))
             self.view.addItem(line, ignoreBounds=True)
             self._marks.append(line)
 

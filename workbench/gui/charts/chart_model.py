@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.gui.charts.chart_window import ChartWindow
-from workbench.gui.charts.content import Axis, Content, Line, Mark
+from workbench.gui.charts.content import Axis, Content, Line
 from workbench.gui.charts.curve import Curve, CurveSet, Extent, Samples
 from workbench.gui.charts.legend import Entry
 from workbench.gui.charts.saving import Column
@@ -97,7 +97,7 @@ class ChartModel:
             x_label="s from now" if ago else self.x_label,
             axes=self._axes or Content.axes,
             lines=tuple(lines),
-            marks=tuple(Mark(name, time) for name, time in sorted(self.marks.items())),
+            marks=tuple(sorted(self.marks.items())),
             state="" if self.window.follows else self.note,
             hint="All curves are hidden" if len(self.curves) else self.hint,
         )
@@ -139,10 +139,10 @@ class ChartModel:
         )
 
     def _drawn(self, curve: Curve) -> Samples:
-        """Return the samples in the window, and where there is one, the next one after it."""
+        """Return the samples in the window; while it stands, with the next one after it."""
         left, right = self.ends
         time, values = curve.samples(left)
-        last = int(np.searchsorted(time, right, side="right")) + 1
+        last = int(np.searchsorted(time, right, side="right")) + (not self.window.follows)
         return time[:last], values[:last]
 
     def _seen(self, curve: Curve) -> Samples:

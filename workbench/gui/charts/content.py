@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from PyQt6.QtGui import QColor
 
-from workbench.gui.charts.curve_style import CurveStyle
+from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.units import Unit
 
 
@@ -47,19 +47,6 @@ class Line:
     number: int = 0
 
 
-@dataclass(frozen=True)
-class Mark:
-    """A cursor that stays.
-
-    Attributes:
-        name: A or B.
-        time: where it is [s].
-    """
-
-    name: str
-    time: float
-
-
 @dataclass(frozen=True, eq=False)
 class Content:
     """All of a chart.
@@ -71,7 +58,7 @@ class Content:
         x_label: below.
         axes: of values, the first one has the grid.
         lines: from the back to the front.
-        marks: cursors that stay.
+        marks: name and time [s] of the cursors that stay.
         state: a word where the picture stands still, "" where it follows.
         hint: said where there is nothing to draw.
     """
@@ -82,6 +69,6 @@ class Content:
     x_label: str = ""
     axes: tuple[Axis, ...] = (Axis(Unit(""), 0.0, 1.0),)
     lines: tuple[Line, ...] = ()
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[tuple[str, float], ...] = ()
     state: str = ""
     hint: str = ""

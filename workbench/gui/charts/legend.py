@@ -8,7 +8,7 @@ from PyQt6.QtCore import QEvent, Qt, pyqtSignal
 from PyQt6.QtGui import QColor, QResizeEvent
 from PyQt6.QtWidgets import QLabel, QSizePolicy, QWidget
 
-from workbench.gui.charts.curve_style import CurveStyle, make_pen
+from workbench.gui.charts.curve import CurveStyle, make_pen
 from workbench.gui.theme import Look
 
 NO_BREAK = "\N{NO-BREAK SPACE}"

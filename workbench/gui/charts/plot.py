@@ -6,8 +6,7 @@ import numpy as np
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.charts.chart import SEPARATOR, Chart, Command
-from workbench.gui.charts.curve import Curve, source_of
-from workbench.gui.charts.curve_style import CurveStyle
+from workbench.gui.charts.curve import Curve, CurveStyle, source_of
 from workbench.gui.charts.decimation import Peaks
 from workbench.gui.charts.legend import Entry
 from workbench.gui.workspace import Workspace

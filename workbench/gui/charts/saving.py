@@ -1,15 +1,14 @@
 """Copies and files of what a chart shows."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from PyQt6.QtCore import QObject
-from PyQt6.QtGui import QGuiApplication, QImage
+from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError
@@ -18,16 +17,8 @@ from workbench.gui.log_folder import log_folder
 from workbench.gui.workspace import Workspace
 
 
-@dataclass(frozen=True, eq=False)
-class Column:
-    """A curve of a table.
-
-    Attributes:
-        label: its name.
-        unit: SI.
-        time: of its samples (n), rising [s].
-        values: (n).
-    """
+class Column(NamedTuple):
+    """A curve of a table: its name, SI unit, times [s] and values, as many of both."""
 
     label: str
     unit: str
@@ -65,26 +56,23 @@ class Copies(QObject):
     def save_picture(self, widget: QWidget, title: str) -> None:
         """Write a widget as a picture (PNG) to the folder for logs."""
         image = widget.grab().toImage()
-        self._run(partial(_save_image, image, self._file(title, "png")))
+        self._write(title, "png", lambda path: image.save(str(path)))
 
     def save_data(self, columns: tuple[Column, ...], title: str) -> None:
         """Write samples (CSV), in SI, to the folder for logs."""
-        kept = tuple(
-            Column(each.label, each.unit, each.time.copy(), each.values.copy()) for each in columns
-        )
-        self._run(partial(_save_table, kept, self._file(title, "csv")))
+        kept = [each._replace(time=each.time.copy(), values=each.values.copy()) for each in columns]
+        self._write(title, "csv", lambda path: path.write_text(table_text(kept, ","), "utf-8"))
 
-    def _run(self, save: Callable[[], Path]) -> None:
-        self._answers.expect(self._workspace.errands.run(save), self._saved)
-
-    def _file(self, title: str, suffix: str) -> Path:
-        """Return a path in the folder for logs, named by a chart and the time of day."""
+    def _write(self, title: str, suffix: str, write: Callable[[Path], int]) -> None:
+        """Write a file to the folder for logs, named by a chart and the time of day."""
         name = "".join(each if each.isalnum() else "_" for each in title.lower()) or "chart"
         stamp = time.strftime("%Y%m%d_%H%M%S")
-        return log_folder(self._workspace.preferences).absolute() / f"{name}_{stamp}.{suffix}"
-
-    def _saved(self, path: Path) -> None:
-        self._workspace.notices.inform(f"Saved {path}")
+        folder = log_folder(self._workspace.preferences).absolute()
+        path = folder / f"{name}_{stamp}.{suffix}"
+        self._answers.expect(
+            self._workspace.errands.run(partial(_write_file, path, write)),
+            lambda path: self._workspace.notices.inform(f"Saved {path}"),
+        )
 
 
 def table_text(columns: Sequence[Column], separator: str = "\t") -> str:
@@ -108,28 +96,24 @@ def table_text(columns: Sequence[Column], separator: str = "\t") -> str:
     return "\n".join(line for line in lines if line) + "\n"
 
 
-def _save_image(image: QImage, path: Path) -> Path:
-    with _folder_of(path):
-        if not image.save(str(path)):
-            raise OSError("it cannot be written there")
-    return path
+def _write_file(path: Path, write: Callable[[Path], int]) -> Path:
+    """Write a file in its folder, which is made, and return its path.
 
+    Args:
+        path: of the file.
+        write: returns 0 where it has written nothing.
 
-def _save_table(columns: tuple[Column, ...], path: Path) -> Path:
-    with _folder_of(path):
-        path.write_text(table_text(columns, ","), encoding="utf-8")
-    return path
-
-
-@contextmanager
-def _folder_of(path: Path) -> Iterator[None]:
-    """Make the folder that a file is written to, and say what went wrong."""
+    Raises:
+        WorkbenchError: if it cannot be written.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        yield
+        if not write(path):
+            raise OSError("it cannot be written there")
     except OSError as error:
         reason = error.strerror or str(error)
         raise WorkbenchError(
             f"{path}: the chart was not saved: {reason}; choose another folder for logs in "
             "the settings"
         ) from error
+    return path

@@ -1,5 +1,6 @@
 """What the curves of a chart amount to within the window that is seen, and the table of it."""
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -35,16 +36,7 @@ MOST_ROWS = 6
 
 @dataclass(frozen=True)
 class WindowStatistics:
-    """A curve in a few numbers, in its own unit; NaN where there are no samples.
-
-    Attributes:
-        last: newest value.
-        least: smallest one.
-        largest: largest one.
-        mean: of the samples.
-        rms: root of the mean square.
-        deviation: standard deviation, of the samples themselves.
-    """
+    """A curve in a few numbers, in its own unit; NaN where there are no samples."""
 
     last: float = math.nan
     least: float = math.nan
@@ -75,9 +67,7 @@ class StatisticsRow:
     @property
     def texts(self) -> list[str]:
         """What stands in its cells."""
-        found = self.statistics
-        numbers = [found.last, found.least, found.largest, found.mean, found.rms, found.deviation]
-        numbers += self.marks
+        numbers = [*dataclasses.astuple(self.statistics), *self.marks]
         if len(self.marks) == 2:
             numbers.append(self.marks[1] - self.marks[0])
         shown = [number_text(self.unit.shown(value), self.decimals + 1) for value in numbers]
@@ -99,13 +89,9 @@ def window_statistics(
     seen = np.asarray(seen[np.isfinite(seen)], dtype=float)
     if len(seen) == 0:
         return WindowStatistics()
+    rms = math.sqrt(float(np.dot(seen, seen)) / len(seen))
     return WindowStatistics(
-        last=float(seen[-1]),
-        least=float(seen.min()),
-        largest=float(seen.max()),
-        mean=float(seen.mean()),
-        rms=math.sqrt(float(np.dot(seen, seen)) / len(seen)),
-        deviation=float(seen.std()),
+        *map(float, (seen[-1], seen.min(), seen.max(), seen.mean(), rms, seen.std()))
     )
 
 
@@ -138,17 +124,13 @@ class StatisticsTable(QTableWidget):
         self.setTabKeyNavigation(False)
         self.setShowGrid(False)
         self.setFrameShape(self.Shape.NoFrame)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        upright = self.verticalHeader()
-        if upright is not None:
-            upright.hide()
-            upright.setDefaultSectionSize(self.fontMetrics().height() + 6)
-        head = self.horizontalHeader()
-        if head is not None:
-            head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-            head.setHighlightSections(False)
-            head.setStretchLastSection(False)
+        upright, head = self.verticalHeader(), self.horizontalHeader()
+        assert upright is not None and head is not None
+        upright.hide()
+        upright.setDefaultSectionSize(self.fontMetrics().height() + 6)
+        head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        head.setHighlightSections(False)
 
     def show_rows(self, rows: Sequence[StatisticsRow], marks: Mapping[str, float]) -> None:
         """Show statistics, and values at the cursors with these names and times [s]."""
@@ -179,7 +161,6 @@ class StatisticsTable(QTableWidget):
             item = self.horizontalHeaderItem(column)
             if item is not None:
                 item.setToolTip(HEADS.get(name, name))
-        self._fit()
 
     def _write(self, row: int, column: int, text: str) -> None:
         item = self.item(row, column)
@@ -192,7 +173,8 @@ class StatisticsTable(QTableWidget):
             item.setText(text)
 
     def _fit(self) -> None:
+        """Be as high as all rows, up to a few."""
         head, upright = self.horizontalHeader(), self.verticalHeader()
-        if head is not None and upright is not None:
-            rows = min(MOST_ROWS, max(1, self.rowCount()))
-            self.setFixedHeight(head.sizeHint().height() + rows * upright.defaultSectionSize() + 4)
+        assert head is not None and upright is not None
+        rows = min(MOST_ROWS, max(1, self.rowCount()))
+        self.setFixedHeight(head.sizeHint().height() + rows * upright.defaultSectionSize() + 4)

@@ -4,8 +4,7 @@ import numpy as np
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.charts.chart import SEPARATOR, Chart, Command
-from workbench.gui.charts.curve import Curve, Source
-from workbench.gui.charts.curve_style import CurveStyle
+from workbench.gui.charts.curve import Curve, CurveStyle, Source
 from workbench.gui.workspace import Workspace
 
 READ_EVERY = 0.2

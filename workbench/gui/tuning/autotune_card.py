@@ -17,7 +17,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.analysis.questions import Question, Tune
 from workbench.analysis.replies import Searched, Tuned, Wished
-from workbench.gui.charts.curve_style import CurveStyle
+from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.number_field import buddy
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped

@@ -8,7 +8,7 @@ from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QPus
 from workbench.analysis.questions import Fork, Question, Step
 from workbench.analysis.replies import Forked
 from workbench.design.branches import Branch
-from workbench.gui.charts.curve_style import CurveStyle
+from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.number_field import NumberField, buddy

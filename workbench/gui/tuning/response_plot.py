@@ -6,7 +6,7 @@ import numpy as np
 from PyQt6.QtWidgets import QVBoxLayout, QWidget
 
 from workbench.analysis.replies import Predicted
-from workbench.gui.charts.curve_style import COMMAND, CurveStyle
+from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.tuning.command_line import command_line
 from workbench.gui.tuning.gains_text import gains_text

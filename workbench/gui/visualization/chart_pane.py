@@ -12,8 +12,7 @@ from PyQt6.QtGui import (
 from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.charts.curve import Samples
-from workbench.gui.charts.curve_style import COMMAND, CurveStyle
+from workbench.gui.charts.curve import COMMAND, CurveStyle, Samples
 from workbench.gui.charts.strip_chart import StripChart
 from workbench.gui.visualization.board_layout import ChartSpec
 from workbench.gui.visualization.series_source import SeriesSource
