@@ -105,11 +105,12 @@ def _plain_charts(
         for number, signal in enumerate(some):
             pen = QPen(QColor(COLOURS[number]), 1)
             pen.setCosmetic(True)
-            shown.append((plot, plot.plot(pen=pen), signal, Peaks()))
+            shown.append((plot, number == 0, plot.plot(pen=pen), signal, Peaks()))
 
     def refresh(now: float) -> None:
-        for plot, curve, signal, peaks in shown:
-            plot.setXRange(now - SPAN, now, padding=0.0)
+        for plot, is_first, curve, signal, peaks in shown:
+            if is_first:
+                plot.setXRange(now - SPAN, now, padding=0.0)
             time, values = signal.since(now - SPAN)
             if decimates:
                 columns = int(0.5 * plot.width())

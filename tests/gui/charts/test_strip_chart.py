@@ -342,3 +342,15 @@ def test_it_is_painted_light_and_dark(chart, workspace):
 def test_it_says_what_it_is(chart):
     assert chart.accessibleName() == "Chart Velocity"
     assert "ramp, wave" in chart.accessibleDescription()
+
+
+def test_a_curve_on_a_line_of_the_grid_is_seen(workspace, qtbot, qapp):
+    chart = StripChart(workspace)
+    qtbot.addWidget(chart)
+    chart.resize(500, 300)
+    chart.add_curve("error", "m", source_of(0.0 * TIME))
+    chart.show()
+    chart.refresh(40.0)
+    qapp.processEvents()
+    picture, ink = chart.grab().toImage(), workspace.look.curve(0)
+    assert any(picture.pixelColor(picture.width() // 2, y) == ink for y in range(picture.height()))

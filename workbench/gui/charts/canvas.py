@@ -4,12 +4,18 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from functools import partial
+from html import escape
 
 import numpy as np
 import pyqtgraph as pg
 from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import QMouseEvent, QPen, QTransform, QWheelEvent
-from PyQt6.QtWidgets import QGraphicsSimpleTextItem, QSizePolicy, QWidget
+from PyQt6.QtGui import QFontMetricsF, QMouseEvent, QPen, QTransform, QWheelEvent
+from PyQt6.QtWidgets import (
+    QGraphicsSceneResizeEvent,
+    QGraphicsSimpleTextItem,
+    QSizePolicy,
+    QWidget,
+)
 from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
 from workbench.gui.charts.content import Axis, Content, Line
@@ -24,22 +30,50 @@ SMALLEST_BOX = 8.0
 """A drag has to be so long to zoom [pixels]."""
 DOT = 7
 """Diameter of the dots where the crosshair meets a curve [pixels]."""
+ROOM = 22.0
+"""Right of the curves, for their numbers [pixels]."""
 WIDEST = "\N{MINUS SIGN}00.00"
 """The widest number that an axis has as a rule."""
 
 
 class NumberAxis(pg.AxisItem):
-    """An axis whose numbers have as many decimals as tell them apart, and a true minus sign."""
+    """An axis whose numbers have as many decimals as tell them apart; its name lies level.
+
+    The name of an axis of values stands above it, that of time at the right end of its numbers.
+    """
 
     def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
         """Return what stands at the ticks."""
         decimals = decimals_for_step(spacing * scale)
-        return [number_text(value * scale, decimals) for value in values]
+        texts = [number_text(value * scale, decimals) for value in values]
+        if self.orientation != "bottom":
+            return texts
+        low, high = self.range
+        room = self.width() + ROOM - self.label.boundingRect().width()
+        metrics = QFontMetricsF(self.style["tickFont"])
+        ends = [
+            (value - low) / (high - low) * self.width() + 0.5 * metrics.horizontalAdvance(text)
+            for value, text in zip(values, texts, strict=True)
+        ]
+        return [text if end < room else "" for text, end in zip(texts, ends, strict=True)]
 
     def show_name(self, name: str) -> None:
-        """Write what it is beside the numbers, with its unit."""
+        """Write what it is, with its unit."""
         if self.labelText != name:
             self.setLabel(name)
+            self.label.setRotation(0.0)
+            self.resizeEvent()
+
+    def resizeEvent(self, event: QGraphicsSceneResizeEvent | None = None) -> None:
+        """Put the name to its place."""
+        super().resizeEvent(event)
+        box = self.label.boundingRect()
+        if self.orientation == "bottom":
+            self.label.setPos(self.width() + ROOM - box.width(), -2.0)
+        elif self.orientation == "left":
+            self.label.setPos(max(0.0, self.width() - box.width()), -box.height())
+        else:
+            self.label.setPos(0.0, -box.height())
 
 
 class DataView(pg.ViewBox):
@@ -51,6 +85,7 @@ class DataView(pg.ViewBox):
     def __init__(self) -> None:
         super().__init__(enableMenu=False, defaultPadding=0.0)
         self.disableAutoRange()
+        self.setZValue(0.0)  # over the grid, which the axes draw
 
     def mouseDragEvent(self, event: MouseDragEvent, axis: int | None = None) -> None:
         """Draw a box; a flat one takes the whole height."""
@@ -110,14 +145,20 @@ class Canvas(pg.GraphicsLayoutWidget):
         self.setMinimumSize(160, LEAST_HEIGHT)
         self.scene().setItemIndexMethod(self.scene().ItemIndexMethod.NoIndex)
         self._grid = self.ci.layout
-        self._grid.setContentsMargins(0.0, 4.0, 2.0, 0.0)
         self._grid.setSpacing(0.0)
         self.addItem(self.view, 0, 1)
+        gutter = pg.GraphicsWidget()
+        gutter.setMinimumWidth(ROOM)
+        gutter.setMaximumWidth(ROOM)
+        self.addItem(gutter, 0, 2)
         self._bottom = self._make_axis("bottom", 1, 1)
         self._axes = [self._make_axis("left", 0, 0)]
         for axis in (self._bottom, self._axes[0]):
             axis.linkToView(self.view)
             axis.setGrid(255)
+            axis.setZValue(-1.0)
+        self._field = self.scene().addRect(QRectF())
+        self._field.setZValue(-2.0)
         self._groups: list[pg.ItemGroup] = []
         self._curves: list[pg.PlotCurveItem] = []
         self._pens: list[tuple[object, ...]] = []
@@ -125,7 +166,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._marks: list[pg.InfiniteLine] = []
         self._marks_key: tuple[object, ...] = ()
         self._zero = pg.InfiniteLine(0.0, angle=0)
-        self._cross = pg.InfiniteLine(angle=90, label="", labelOpts={"position": 0.07})
+        self._cross = pg.InfiniteLine(angle=90, label="", labelOpts={"position": 0.93})
         self._dots = pg.ScatterPlotItem(size=DOT, pxMode=True)
         for item in (self._zero, self._cross, self._dots):
             self.view.addItem(item, ignoreBounds=True)
@@ -137,7 +178,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         for item in (self._state, self._hint):
             item.setParentItem(self.view)
             item.setZValue(12)
-        self.view.sigResized.connect(lambda _: self.resized.emit())
+        self.view.sigResized.connect(self._resize)
         self.view.boxed.connect(self._box)
         look.changed.connect(self._dress)
         self._dress()
@@ -241,6 +282,10 @@ class Canvas(pg.GraphicsLayoutWidget):
             self.cursor_time = self._time_at(self._mouse)
         self._show_cursor()
 
+    def _resize(self) -> None:
+        self._field.setRect(self.view.sceneBoundingRect())
+        self.resized.emit()
+
     def _box(self, box: QRectF) -> None:
         corner = self.view.mapToScene(box.topLeft())
         self.boxed.emit(
@@ -253,7 +298,9 @@ class Canvas(pg.GraphicsLayoutWidget):
     def _make_axis(self, side: str, row: int, column: int) -> NumberAxis:
         axis = NumberAxis(side, maxTickLength=0)
         axis.enableAutoSIPrefix(False)
-        axis.setStyle(autoExpandTextSpace=False, tickTextOffset=4)
+        axis.setStyle(maxTickLevel=1, hideOverlappingLabels=False)
+        # Grid and numbers are most of what is painted, and stand still while curves move.
+        axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
         self.addItem(axis, row, column)
         return axis
 
@@ -261,11 +308,14 @@ class Canvas(pg.GraphicsLayoutWidget):
         """Take the colours of the look, and the font."""
         colour = self._look.colour
         self.setBackground(colour("card"))
-        self.view.setBackgroundColor(colour("field"))
+        self._field.setBrush(colour("field"))
+        self._field.setPen(colour("field"))
         self.set_focus_shown(self._focus_shown)
         for axis in (self._bottom, *self._axes):
             self._dress_axis(axis)
-        self._grid.setColumnSpacing(1, self.fontMetrics().horizontalAdvance("00") + 6.0)
+        self._grid.setContentsMargins(0.0, self.fontMetrics().height() + 8.0, 0.0, 0.0)
+        for number in self._numbers:
+            number.setFont(self.font())
         self._zero.setPen(pg.mkPen(colour("command")))
         self._cross.setPen(QPen(colour("ink"), 0, Qt.PenStyle.DotLine))
         self._cross.label.fill = pg.mkBrush(colour("ink"))
@@ -282,18 +332,20 @@ class Canvas(pg.GraphicsLayoutWidget):
         axis.setTextPen(self._look.colour("muted"))
         axis.setTickFont(self.font())
         axis.label.setFont(self.font())
-        width = self.fontMetrics().horizontalAdvance(WIDEST) + 4
-        axis.setStyle(tickTextWidth=width, tickTextHeight=self.fontMetrics().height())
+        if axis is self._bottom:
+            axis.setHeight(self.fontMetrics().height() + 4)
+        else:
+            axis.setWidth(self.fontMetrics().horizontalAdvance(WIDEST) + 6)
 
     def _show_axes(self) -> None:
         content, axes = self._content, self._content.axes
         while len(self._axes) < len(axes):
-            self._axes.append(self._make_axis("right", 0, 1 + len(self._axes)))
+            self._axes.append(self._make_axis("right", 0, 2 + len(self._axes)))
             self._dress_axis(self._axes[-1])
         for index, item in enumerate(self._axes):
             if item.isVisible() is not (index < len(axes)):
                 item.setVisible(index < len(axes))
-                item.setWidth()
+                self._dress_axis(item)
         for item, axis in zip(self._axes, axes, strict=False):
             item.show_name(" ".join(part for part in (axis.label, axis.unit.symbol) if part))
             if item is not self._axes[0]:
@@ -408,7 +460,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         hint = "" if self._content.lines else self._content.hint
         self._hint.setVisible(bool(hint))
         if hint:
-            self._hint.setHtml(f"<div align='center'>{hint}</div>")
+            self._hint.setHtml(f"<div align='center'>{escape(hint)}</div>")
             self._hint.setTextWidth(max(60.0, self.view.width() - 24.0))
             self._hint.setPos(0.5 * self.view.width(), 0.5 * self.view.height())
 

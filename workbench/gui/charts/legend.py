@@ -1,7 +1,7 @@
 """Names of a chart's curves and their values, now or under the cursor."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 from PyQt6.QtCore import QEvent, Qt, pyqtSignal
@@ -12,8 +12,6 @@ from workbench.gui.charts.curve import CurveStyle, make_pen
 from workbench.gui.theme import Look
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
-FIGURE_SPACE = "\N{FIGURE SPACE}"
-"""As wide as a digit: names do not jump as digits come and go."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,8 @@ class Legend(QLabel):
         super().__init__(parent)
         self._look = look
         self._entries: tuple[Entry, ...] = ()
-        self._lengths: list[int] = []
+        self._names: list[Entry] = []
+        self._widths: list[int] = []
         self._title = ""
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
@@ -77,19 +76,23 @@ class Legend(QLabel):
         """Begin with a name, "" for none."""
         self._title = title
         self._write()
+        self._fit()
 
     def show_entries(self, entries: Sequence[Entry]) -> None:
         """Show these; nothing is written where nothing has changed."""
         if tuple(entries) == self._entries:
             return
-        if [each.label for each in entries] != [each.label for each in self._entries]:
-            self._lengths = [0 for _ in entries]
-        self._entries = tuple(entries)
-        self._lengths = [
-            max(length, len(each.value))
-            for length, each in zip(self._lengths, entries, strict=True)
-        ]
+        same = [replace(each, value="") for each in entries] == self._names
+        # Room that was once needed stays: the names do not jump as digits come and go.
+        kept = self._widths if same else [0 for _ in entries]
+        found = [self.fontMetrics().horizontalAdvance(each.value) for each in entries]
+        widths = [max(pair) for pair in zip(found, kept, strict=True)]
+        fits = same and widths == kept
+        self._entries, self._widths = tuple(entries), widths
+        self._names = [replace(each, value="") for each in entries]
         self._write()
+        if not fits:
+            self._fit()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Take the rows that are needed."""
@@ -105,16 +108,15 @@ class Legend(QLabel):
     def _write(self) -> None:
         parts = [f"<b>{_unbroken(self._title)}</b>"] if self._title else []
         parts += [
-            self._html(index, each, length)
-            for index, (each, length) in enumerate(zip(self._entries, self._lengths, strict=True))
+            self._html(index, each, width)
+            for index, (each, width) in enumerate(zip(self._entries, self._widths, strict=True))
         ]
         self.setText(f"{2 * NO_BREAK} ".join(parts))
-        self._fit()
 
-    def _html(self, index: int, entry: Entry, length: int) -> str:
+    def _html(self, index: int, entry: Entry, width: int) -> str:
         colour = self._look.colours
         pen = make_pen(entry.colour, entry.style, self._look.colour("card"))
-        dash = "\N{EN DASH}" * 2 if entry.style is CurveStyle.DASHED else "\N{EM DASH}"
+        dash = "╍╍" if entry.style is CurveStyle.DASHED else "━━"
         number = f"{NO_BREAK}{entry.number}" if entry.number else ""
         stroke = f"<b style='color:{pen.color().name()}'>{dash}{number}</b>{NO_BREAK}"
         label = _unbroken(entry.label)
@@ -124,8 +126,10 @@ class Legend(QLabel):
         link = f"<a href='{index}' style='color:{ink};text-decoration:none'>{stroke}{label}</a>"
         if not entry.visible or not entry.value:
             return link
-        value = _unbroken(entry.value.rjust(length, FIGURE_SPACE))
-        return f"{link}{NO_BREAK}<span style='color:{colour.muted}'>{value}</span>"
+        metrics = self.fontMetrics()
+        free = width - metrics.horizontalAdvance(entry.value)
+        room = NO_BREAK * (1 + round(free / max(1, metrics.horizontalAdvance(NO_BREAK))))
+        return f"{link}{room}<span style='color:{colour.muted}'>{_unbroken(entry.value)}</span>"
 
     def _fit(self) -> None:
         """Take the height that the text has at this width: a layout alone would squeeze it."""
