@@ -32,7 +32,7 @@ from workbench.gui.workspace import Workspace, make_workspace
 
 SPAN, FRAME = 20.0, 1.0 / 60.0
 CASES = ((4, 3, 2000), (8, 6, 4000))
-TURNS, FRAMES = 5, 40
+TURNS, FRAMES = 4, 30
 COLOURS = ("#0067a5", "#c1440e", "#00826a", "#9c3f8e", "#8a6d00", "#3b3fb5")
 
 

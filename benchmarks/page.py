@@ -32,6 +32,7 @@ HEADINGS = {
     "link_hold": "From the last command to the hold",
     "log": "Logs",
     "app": "The app",
+    "charts": "Charts",
     "executor": "Flights on more machines",
     "start_up": "Start-up",
     "memory": "Memory",

@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 import pyqtgraph as pg
 from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import QFontMetricsF, QMouseEvent, QPen, QTransform, QWheelEvent
+from PyQt6.QtGui import QFontMetricsF, QMouseEvent, QPainter, QPen, QTransform, QWheelEvent
 from PyQt6.QtWidgets import (
     QGraphicsSceneResizeEvent,
     QGraphicsSimpleTextItem,
@@ -41,6 +41,14 @@ class NumberAxis(pg.AxisItem):
 
     The name of an axis of values stands above it, that of time at the right end of its numbers.
     """
+
+    redrawn = pyqtSignal()
+    """It looks otherwise."""
+
+    def update(self, *place: object) -> None:
+        """Tell that it has to be painted."""
+        super().update(*place)
+        self.redrawn.emit()
 
     def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
         """Return what stands at the ticks."""
@@ -85,7 +93,6 @@ class DataView(pg.ViewBox):
     def __init__(self) -> None:
         super().__init__(enableMenu=False, defaultPadding=0.0)
         self.disableAutoRange()
-        self.setZValue(0.0)  # over the grid, which the axes draw
 
     def mouseDragEvent(self, event: MouseDragEvent, axis: int | None = None) -> None:
         """Draw a box; a flat one takes the whole height."""
@@ -156,9 +163,6 @@ class Canvas(pg.GraphicsLayoutWidget):
         for axis in (self._bottom, self._axes[0]):
             axis.linkToView(self.view)
             axis.setGrid(255)
-            axis.setZValue(-1.0)
-        self._field = self.scene().addRect(QRectF())
-        self._field.setZValue(-2.0)
         self._groups: list[pg.ItemGroup] = []
         self._curves: list[pg.PlotCurveItem] = []
         self._pens: list[tuple[object, ...]] = []
@@ -230,6 +234,21 @@ class Canvas(pg.GraphicsLayoutWidget):
         colour = self._look.colour("accent" if shown else "line")
         self.view.setBorder(pg.mkPen(colour, width=2 if shown else 1))
 
+    def drawBackground(self, painter: QPainter | None, rect: QRectF) -> None:
+        """Paint grid and numbers, which are most of what there is, once for many frames."""
+        super().drawBackground(painter, rect)
+        if painter is None:
+            return
+        painter.fillRect(self.view.sceneBoundingRect(), self._look.colour("field"))
+        for axis in (self._bottom, *self._axes):
+            if axis.isVisible():
+                painter.save()
+                painter.translate(axis.scenePos())
+                axis.paint(painter, None, None)
+                painter.translate(axis.label.pos())
+                axis.label.document().drawContents(painter)
+                painter.restore()
+
     def changeEvent(self, event: QEvent | None) -> None:
         """Follow another font."""
         super().changeEvent(event)
@@ -283,7 +302,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._show_cursor()
 
     def _resize(self) -> None:
-        self._field.setRect(self.view.sceneBoundingRect())
+        self.resetCachedContent()
         self.resized.emit()
 
     def _box(self, box: QRectF) -> None:
@@ -299,8 +318,8 @@ class Canvas(pg.GraphicsLayoutWidget):
         axis = NumberAxis(side, maxTickLength=0)
         axis.enableAutoSIPrefix(False)
         axis.setStyle(maxTickLevel=1, hideOverlappingLabels=False)
-        # Grid and numbers are most of what is painted, and stand still while curves move.
-        axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
+        axis.setOpacity(0.0)  # it is part of the background, which is painted once
+        axis.redrawn.connect(self.resetCachedContent)
         self.addItem(axis, row, column)
         return axis
 
@@ -308,8 +327,6 @@ class Canvas(pg.GraphicsLayoutWidget):
         """Take the colours of the look, and the font."""
         colour = self._look.colour
         self.setBackground(colour("card"))
-        self._field.setBrush(colour("field"))
-        self._field.setPen(colour("field"))
         self.set_focus_shown(self._focus_shown)
         for axis in (self._bottom, *self._axes):
             self._dress_axis(axis)
