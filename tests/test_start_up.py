@@ -142,3 +142,14 @@ def test_the_app_leaves_drake_to_other_processes():
     assert done.returncode == 0, done.stderr
     heavy = {"pydrake", "numba", "scipy", "matplotlib", "control"}
     assert not heavy & set(done.stdout.split())
+
+
+def test_the_first_screen_does_not_wait_for_the_charts():
+    code = (
+        "import sys, importlib, workbench.gui.main_window; "
+        "from workbench.gui.screen_table import SCREENS; "
+        "importlib.import_module(SCREENS[0].path); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "pyqtgraph" not in done.stdout.split()

@@ -32,6 +32,8 @@ DOT = 7
 """Diameter of the dots where the crosshair meets a curve [pixels]."""
 ROOM = 22.0
 """Right of the curves, for their numbers [pixels]."""
+OUTSIDE = 40
+"""How far the numbers at the ends of an axis may reach out [pixels]."""
 WIDEST = "\N{MINUS SIGN}00.00"
 """The widest number that an axis has as a rule."""
 
@@ -245,7 +247,9 @@ class Canvas(pg.GraphicsLayoutWidget):
                 painter.save()
                 painter.translate(axis.scenePos())
                 axis.paint(painter, None, None)
-                painter.translate(axis.label.pos())
+                painter.restore()
+                painter.save()
+                painter.translate(axis.label.scenePos())
                 axis.label.document().drawContents(painter)
                 painter.restore()
 
@@ -317,7 +321,7 @@ class Canvas(pg.GraphicsLayoutWidget):
     def _make_axis(self, side: str, row: int, column: int) -> NumberAxis:
         axis = NumberAxis(side, maxTickLength=0)
         axis.enableAutoSIPrefix(False)
-        axis.setStyle(maxTickLevel=1, hideOverlappingLabels=False)
+        axis.setStyle(maxTickLevel=1, hideOverlappingLabels=OUTSIDE)
         axis.setOpacity(0.0)  # it is part of the background, which is painted once
         axis.redrawn.connect(self.resetCachedContent)
         self.addItem(axis, row, column)

@@ -263,7 +263,8 @@ class Chart(QWidget):
         """Obey the keyboard."""
         if event is None:
             return
-        pressed = QKeySequence(event.modifiers().value & ~_HELD.value | event.key()).toString()
+        held = event.modifiers() & ~_HELD
+        pressed = QKeySequence(int(held.value) | event.key()).toString()
         for command in self._commands():
             if pressed and pressed in command.key.split():
                 command.do(not command.checked)
