@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 import pyqtgraph as pg
 from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import QFontMetricsF, QMouseEvent, QPainter, QPen, QTransform, QWheelEvent
+from PyQt6.QtGui import QColor, QFontMetricsF, QMouseEvent, QPainter, QPen, QTransform, QWheelEvent
 from PyQt6.QtWidgets import (
     QGraphicsSceneResizeEvent,
     QGraphicsSimpleTextItem,
@@ -116,6 +116,31 @@ class DataView(pg.ViewBox):
             self.boxed.emit(box)
 
 
+class NumberedCurve(pg.PlotCurveItem):
+    """A curve, and its number beside its end, so that colour is not all that tells it.
+
+    Attributes:
+        number: in pixels of the graphics scene.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(skipFiniteCheck=True)
+        self.number = QGraphicsSimpleTextItem()
+        self._drawn_as: tuple[object, ...] = ()
+
+    def show_line(self, line: Line, ground: QColor) -> None:
+        """Draw this on a ground."""
+        drawn_as = line.colour.rgb(), line.style, ground.rgb()
+        if drawn_as != self._drawn_as:
+            self._drawn_as = drawn_as
+            pen = make_pen(line.colour, line.style, ground)
+            self.setPen(pen)
+            self.number.setBrush(pen.color())
+        self.number.setText(str(line.number) if line.number else "")
+        time, values = with_dots(line.time, line.values)
+        self.setData(time, values, connect="finite" if math.isnan(values.sum()) else "all")
+
+
 class Canvas(pg.GraphicsLayoutWidget):
     """Shows the content of a chart.
 
@@ -166,9 +191,7 @@ class Canvas(pg.GraphicsLayoutWidget):
             axis.linkToView(self.view)
             axis.setGrid(255)
         self._groups: list[pg.ItemGroup] = []
-        self._curves: list[pg.PlotCurveItem] = []
-        self._pens: list[tuple[object, ...]] = []
-        self._numbers: list[QGraphicsSimpleTextItem] = []
+        self._curves: list[NumberedCurve] = []
         self._marks: list[pg.InfiniteLine] = []
         self._marks_key: tuple[object, ...] = ()
         self._zero = pg.InfiniteLine(0.0, angle=0)
@@ -335,8 +358,8 @@ class Canvas(pg.GraphicsLayoutWidget):
         for axis in (self._bottom, *self._axes):
             self._dress_axis(axis)
         self._grid.setContentsMargins(0.0, self.fontMetrics().height() + 8.0, 0.0, 0.0)
-        for number in self._numbers:
-            number.setFont(self.font())
+        for curve in self._curves:
+            curve.number.setFont(self.font())
         self._zero.setPen(pg.mkPen(colour("command")))
         self._cross.setPen(QPen(colour("ink"), 0, Qt.PenStyle.DotLine))
         self._cross.label.fill = pg.mkBrush(colour("ink"))
@@ -401,49 +424,33 @@ class Canvas(pg.GraphicsLayoutWidget):
     def _show_curves(self) -> None:
         lines = self._content.lines
         while len(self._curves) < len(lines):
-            self._curves.append(pg.PlotCurveItem(skipFiniteCheck=True))
-            self._pens.append(())
-            number = QGraphicsSimpleTextItem()
-            number.setFont(self.font())
-            self.scene().addItem(number)
-            self._numbers.append(number)
+            self._curves.append(NumberedCurve())
+            self._curves[-1].number.setFont(self.font())
+            self.scene().addItem(self._curves[-1].number)
         while len(self._curves) > len(lines):
-            for item in (self._curves.pop(), self._numbers.pop()):
-                self.scene().removeItem(item)
-            self._pens.pop()
-        for index, line in enumerate(lines):
-            curve = self._curves[index]
-            group = self._groups[line.axis]
-            if curve.parentItem() is not group:
-                curve.setParentItem(group)
-            key = (line.colour.rgb(), line.style, self._look.is_dark)
-            if key != self._pens[index]:
-                self._pens[index] = key
-                pen = make_pen(line.colour, line.style, self._look.colour("field"))
-                curve.setPen(pen)
-                self._numbers[index].setBrush(pen.color())
-            time, values = with_dots(line.time, line.values)
-            connect = "finite" if math.isnan(values.sum()) else "all"
-            curve.setData(time, values, connect=connect)
-        self._place_numbers(lines)
+            curve = self._curves.pop()
+            self.scene().removeItem(curve.number)
+            self.scene().removeItem(curve)
+        for curve, line in zip(self._curves, lines, strict=True):
+            if curve.parentItem() is not self._groups[line.axis]:
+                curve.setParentItem(self._groups[line.axis])
+            curve.show_line(line, self._look.colour("field"))
+        self._place_numbers()
 
-    def _place_numbers(self, lines: Sequence[Line]) -> None:
-        """Write each curve's number at its end, so that colour is not all that tells them."""
-        box = self.view.sceneBoundingRect()
-        height = self.fontMetrics().height()
+    def _place_numbers(self) -> None:
+        box, height = self.view.sceneBoundingRect(), self.fontMetrics().height()
         ends: list[tuple[float, int]] = []
-        for index, line in enumerate(lines):
-            ended = line.number and len(line.values) and math.isfinite(line.values[-1])
-            self._numbers[index].setVisible(bool(ended))
-            if ended:
+        for index, line in enumerate(self._content.lines):
+            ended = len(line.values) > 0 and math.isfinite(line.values[-1])
+            self._curves[index].number.setVisible(ended)
+            if ended and line.number:
                 axis = self._content.axes[line.axis]
                 share = (axis.unit.shown(line.values[-1]) - axis.low) / (axis.high - axis.low)
                 ends.append((box.bottom() - share * box.height(), index))
         ends.sort()
         places = spread([y for y, _ in ends], box.top(), box.bottom(), 0.8 * height)
         for y, (_, index) in zip(places, ends, strict=True):
-            self._numbers[index].setText(str(lines[index].number))
-            self._numbers[index].setPos(box.right() + 4.0, y - 0.5 * height)
+            self._curves[index].number.setPos(box.right() + 4.0, y - 0.5 * height)
 
     def _show_marks(self) -> None:
         """Draw the cursors that stay."""
