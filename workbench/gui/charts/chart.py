@@ -23,8 +23,8 @@ PAGE = 0.25
 """Of the window that a page is."""
 ZOOM = 0.8
 """Of the window that is left by one key."""
-_HELD = Qt.KeyboardModifier.KeypadModifier | Qt.KeyboardModifier.ShiftModifier
-"""They change nothing in what a key asks for."""
+IGNORED = 0x2200_0000
+"""Qt's KeypadModifier and ShiftModifier: they change nothing in what a key asks for."""
 
 
 @dataclass(frozen=True)
@@ -263,8 +263,7 @@ class Chart(QWidget):
         """Obey the keyboard."""
         if event is None:
             return
-        held = event.modifiers() & ~_HELD
-        pressed = QKeySequence(int(held.value) | event.key()).toString()
+        pressed = QKeySequence(event.keyCombination().toCombined() & ~IGNORED).toString()
         for command in self._commands():
             if pressed and pressed in command.key.split():
                 command.do(not command.checked)
