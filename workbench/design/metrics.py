@@ -80,6 +80,8 @@ METRICS = (
     Metric("minimum", FLIGHT, SIGNAL, "smallest value of the signal"),
     Metric("maximum", FLIGHT, SIGNAL, "largest value of the signal"),
     Metric("mean", FLIGHT, SIGNAL, "mean value of the signal"),
+    Metric("standard_deviation", FLIGHT, SIGNAL, "standard deviation of the signal"),
+    Metric("rms", FLIGHT, SIGNAL, "root mean square of the signal"),
     Metric("final", FLIGHT, SIGNAL, "last value of the signal"),
     Metric("coupling_x", FLIGHT, "m", "farthest from where it was at the edge; 0 of a step's axis"),
     Metric("coupling_y", FLIGHT, "m", "likewise"),

@@ -31,6 +31,7 @@ def read_samples(log: SampleLog, root_context: Context) -> Samples:
                 ranges=ranges.reshape(-1, *pattern.shape),
                 p_WS=p_WS,
                 q_WS=q_WS,
+                latency=system.latency,
             )
         case imu.Imu():
             columns = imu.COLUMNS
@@ -40,4 +41,4 @@ def read_samples(log: SampleLog, root_context: Context) -> Samples:
             columns = barometer.COLUMNS
         case _:
             columns = range_finder.COLUMNS
-    return SampleTable(name, columns, stamps, values)
+    return SampleTable(name, columns, stamps, values, system.latency)

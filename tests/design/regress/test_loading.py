@@ -95,6 +95,9 @@ def test_vehicle_and_gains_are_found_beside_the_spec(spec, tmp_path):
     ("text", "said"),
     [
         ("limits: {rise_tim: {max: 1}}", ":5: unknown metric 'rise_tim': did you mean 'rise_time'"),
+        ("limits: {meen of v_z: {max: 1}}", ":5: unknown statistic of a signal 'meen': did you"),
+        ("limits: {rise_time of v_z: {max: 1}}", ":5: unknown statistic of a signal 'rise_time'"),
+        ("limits: {mean of v_u: {max: 1}}", ":5: unknown signal 'v_u': did you mean"),
         ("limits: {rise_time: {most: 1}}", ":5: unknown key 'most'"),
         ("limits: {rise_time: 0.3}", ":5: cases.0.limits.rise_time is 0.3, and should be 'key:"),
         ("limits: {rise_time: [0.4, 0.3]}", ":5: rise_time must have a min, a max no smaller"),

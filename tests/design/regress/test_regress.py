@@ -1,5 +1,6 @@
 """Specs that are flown: what holds, what is caught, and what a flight that is lost comes to."""
 
+import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
@@ -15,6 +16,8 @@ from workbench.design.regress.running import record, regress
 from workbench.design.reproduce import PAPER
 from workbench.design.reproduce import compare as beside_paper
 from workbench.design.step_response import fly_step
+from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.session.session import Session
 
 
 @pytest.fixture
@@ -84,6 +87,73 @@ def test_metrics_of_a_script_by_hand(spec):
     assert value(result, "peak_thrust") > vehicle_weight
 
 
+SENSED = (
+    "world: room\nsensors: {use: [imu, gps, lidar], latency: {gps: 0.3}}\ncases:\n"
+    "  - {name: a, edge: 0.5, duration: 1, start: {position: [0, 0, 1.5]},\n     "
+)
+
+
+def test_statistics_of_signals_by_hand(spec):
+    """The same flight, flown by hand: what was delivered last at each time of its recording."""
+    names = ("imu.f_z", "gps.v_up", "lidar.nearest", "lidar.returns", "charge", "p_x")
+    limits = ", ".join(f"mean of {name}: {{min: -1e9}}" for name in names)
+    limits += ", standard_deviation of imu.f_z: {min: 0}, rms of imu.f_z: {min: 0}"
+    script = "script: [{at: 0.2, velocity: [0.5, 0, 0.3]}], "
+    (result,) = regress([spec(f"{SENSED}{script}limits: {{{limits}}}}}\n")])
+    sensors = SensorsConfig(use=["imu", "gps", "lidar"], latency={"gps": 0.3})
+    start = Start(position=[0.0, 0.0, 1.5])
+    forwards = Action(at=0.2, velocity=[0.5, 0.0, 0.3])
+    session = Session(Scenario(world="room", sensors=sensors, start=start, script=[forwards]))
+    session.tick(0.5 + 1 / 1024)  # a sample is there in the step after its stamp
+    readings = []
+    for _ in range(1 + 128):
+        imu, gps, scan = (session.reading(name) for name in sensors.use)
+        readings.append([imu.specific_force[2], gps.velocity[2], scan.nearest, scan.returns])
+        session.tick(1 / 128)
+    flown = session.recording().between(0.5, 1.5)
+    means = [*np.mean(readings, axis=0), flown.charge.mean(), flown.p_WB[:, 0].mean()]
+    found = [value(result, f"mean of {name}") for name in names]
+    assert found == pytest.approx(means, rel=1e-12)
+    f_z = np.array(readings)[:, 0]
+    assert value(result, "standard_deviation of imu.f_z") == pytest.approx(f_z.std())
+    assert value(result, "rms of imu.f_z") == pytest.approx(np.mean(f_z**2) ** 0.5)
+    assert [check.unit for check in result.checks][:5] == ["m/s^2", "m/s", "m", "1", "1"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("mean of imu.f_u", "a: unknown signal of 'imu' 'f_u': did you mean 'f_"),
+        ("mean of imo.f_z", "a: unknown sensor of this flight 'imo': did you mean 'imu'"),
+        ("mean of barometer.pressure", "a: unknown sensor of this flight 'barometer'"),
+    ],
+)
+def test_a_signal_that_no_sensor_has_is_named_with_spec_and_case(spec, text, said):
+    path = spec(f"{SENSED}limits: {{{text}: {{min: 0}}}}}}\n")
+    with pytest.raises(WorkbenchError) as caught:
+        regress([path])
+    assert str(caught.value).startswith(f"{path}: {said}")
+
+
+def test_a_sensor_that_has_delivered_nothing_yet_is_named(spec):
+    path = spec(SENSED.replace("0.5,", "0.1,") + "limits: {mean of gps.v_up: {min: 0}}}\n")
+    said = "'gps' delivers first at 0.3 s, and is judged from 0.102 s on: give the case a later"
+    with pytest.raises(WorkbenchError, match=said):
+        regress([path])
+    none = path.read_text().replace("use: [imu, gps, lidar]", "use: []")
+    with pytest.raises(WorkbenchError, match=r"no signal 'gps\.v_up': name the sensor in the spec"):
+        regress([spec(none)])
+
+
+def test_a_curve_that_is_infinite_makes_no_baseline(spec):
+    path = spec(
+        "sensors: {use: [range_finder]}\ncases:\n  - {name: a, duration: 0.2, edge: 0.1,\n"
+        "     start: {position: [0, 0, 30]}, baseline: {range_finder.distance: {absolute: 1}}}\n"
+    )
+    with pytest.raises(WorkbenchError, match=r"a: range_finder\.distance is inf at 0\.0.* finite"):
+        record([path])
+
+
 def test_a_baseline_is_met_by_the_same_flight_and_by_no_other(spec):
     path = spec(
         "cases:\n  - {name: a, axis: z, amplitude: 1, duration: 0.5,\n"
@@ -133,6 +203,10 @@ def test_the_shipped_specs_catch(case):
         ("steps: x ahead", {"variation": {"rotor_lag": 1.5}}),
         ("steps: x ahead", {"variation": {"control_delay": 1}}),
         ("steps: x ahead", {"settings": {"rotor_1": 0.97}}),
+        ("turns: turning while it rolls", {"variation": {"inertia": 1.05}}),
+        ("sensor-noise: at rest", {"settings": {"imu_fault": 2.0}}),
+        ("sensor-noise: at rest", {"args": {"gps_noise": "3"}}),
+        ("battery: hover", {"settings": {"battery_duration": 36.0}}),
     ]:
         with case(spec, changes):
             name, part = spec.split(": ")
@@ -140,7 +214,17 @@ def test_the_shipped_specs_catch(case):
 
 
 @pytest.mark.parametrize("step", [1 / 2048, 1 / 512])
-@pytest.mark.parametrize("case", ["steps: z up", "hold: pushed"])
+@pytest.mark.parametrize(
+    "case",
+    [
+        "steps: z up",
+        "hold: pushed",
+        "turns: thrown and left to itself",
+        "turns: turning while it rolls",
+        "sensor-truth: across the room",
+        "sensor-noise: at rest",
+    ],
+)
 def test_the_shipped_specs_cry_no_wolf(case, step):
     name, part = case.split(": ")
     assert judged(name, part, physics_step=step, seed=7).failures == []

@@ -7,7 +7,7 @@ import re
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import Keys, YamlFile
 from workbench.design.regress.measures import HOVER, Need, find_measure
-from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
+from workbench.design.regress.signals import AXIS_SIGNALS, POINT, find_signal
 from workbench.design.regress.spec import Case, Limit, Tolerance
 from workbench.design.step_response import DURATIONS, LEAST_DURATION, MOST_DURATION
 from workbench.scenario.axes import AXES
@@ -99,20 +99,25 @@ def _check_script(case: Case, file: YamlFile, keys: Keys) -> None:
 def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
     """Refuse a metric that is unknown, or that a case has not enough for."""
     try:
-        need = find_measure(name).need
+        measure = find_measure(name)
     except WorkbenchError as error:
         raise WorkbenchError(f"{file.where(*keys)}{error}") from None
+    if measure.signal:
+        _check_signal(measure.signal, file, keys)
     missing = {
         Need.SIGNAL: not (case.axis or case.signal),
         Need.COMMAND: not (case.axis or (case.signal and case.command)),
         Need.AXIS: not case.axis,
         Need.HOVER: not case.axis and case.edge < HOVER,
     }
-    if missing.get(need):
-        raise _refuse(file, keys, f"needs {need.value}, which '{case.name}' has not")
+    if missing.get(measure.need):
+        raise _refuse(file, keys, f"needs {measure.need.value}, which '{case.name}' has not")
 
 
 def _check_signal(name: str, file: YamlFile, keys: Keys) -> None:
+    """Refuse an unknown signal; which ones a sensor has, its flight knows."""
+    if POINT in name:
+        return
     try:
         find_signal(name)
     except WorkbenchError as error:

@@ -11,13 +11,20 @@ import numpy as np
 
 from workbench.common.errors import FlightBrokenError
 from workbench.design.lost import find_loss
-from workbench.design.regress.signals import AXIS_SIGNALS, find_signal
+from workbench.design.regress.signals import (
+    AXIS_SIGNALS,
+    POINT,
+    Signal,
+    find_signal,
+    sensor_signal,
+)
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.response_metrics import ResponseMetrics, response_metrics, why_withheld
 from workbench.design.step_response import EDGE, START_HEIGHT, step_scenario
 from workbench.scenario.scenario import Scenario, Start
 from workbench.session.recording import Recording
 from workbench.session.session import Session
+from workbench.systems.sensors.samples import Samples
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,7 @@ class Flight:
         command: how far it should go; None where nothing is said of that.
         trouble: how the flight was lost or why it could not go on, else "".
         changed: whether the script changes parameters from the edge on.
+        samples: what sensors delivered, if a signal of the case is theirs.
     """
 
     recording: Recording
@@ -65,6 +73,7 @@ class Flight:
     command: float | None
     trouble: str = ""
     changed: bool = False
+    samples: tuple[Samples, ...] = ()
 
     @cached_property
     def judged(self) -> Recording:
@@ -84,8 +93,16 @@ class Flight:
     @cached_property
     def response(self) -> np.ndarray:
         """The judged signal; in a script's flight, from where it was at the edge."""
-        values = find_signal(self.signal).of(self.judged)
+        values = self.find_signal(self.signal).of(self.judged)
         return values if self.axis else values - values[0]
+
+    def find_signal(self, name: str) -> Signal:
+        """Return a signal of the recording or of a sensor.
+
+        Raises:
+            WorkbenchError: if there is none of that name.
+        """
+        return sensor_signal(name, self.samples) if POINT in name else find_signal(name)
 
     @cached_property
     def step(self) -> ResponseMetrics:
@@ -150,7 +167,12 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     Raises:
         WorkbenchError: if it cannot be built.
     """
-    session = Session(case_scenario(case, common), {**case.set, **settings})
+    scenario = case_scenario(case, common)
+    of_sensors = [name for name in case.signals if POINT in name]
+    scenario.sensors.keep |= bool(of_sensors)
+    session = Session(scenario, {**case.set, **settings})
+    for name in of_sensors:  # before the flight, which may be long
+        sensor_signal(name, session.samples())
     broke_off = ""
     try:
         session.run()
@@ -166,4 +188,5 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
         command=case.amplitude if case.axis else case.command,
         trouble=broke_off or (loss.sentence if loss else ""),
         changed=any(action.set and action.at >= case.edge for action in case.script),
+        samples=session.samples() if of_sensors else (),
     )

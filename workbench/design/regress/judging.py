@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
 from workbench.design.regress.band import Curve, band
 from workbench.design.regress.baseline import (
     conditions_file,
@@ -18,7 +21,6 @@ from workbench.design.regress.baseline import (
 from workbench.design.regress.conditions import conditions, differences
 from workbench.design.regress.flight import Changes, Flight, changed, fly_case
 from workbench.design.regress.measures import find_measure
-from workbench.design.regress.signals import find_signal
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.regress.spec_names import MARGINS, find_part, spec_title
 from workbench.design.regress.verdict import CaseResult, Check, Comparison
@@ -65,7 +67,10 @@ def measure(job: Job) -> Measured:
         result = dataclasses.replace(result, checks=check_loops(spec, common, changes.settings))
     else:
         case = find_case(spec, job.part)
-        result = _flown(result, case, fly_case(case, common, changes.settings))
+        try:
+            result = _flown(result, case, fly_case(case, common, changes.settings))
+        except WorkbenchError as error:
+            raise WorkbenchError(f"{spec.path}: {case.name}: {error}") from None
     result = dataclasses.replace(result, seconds=time.perf_counter() - began)
     return Measured(result, _conditions(common, changes))
 
@@ -98,7 +103,11 @@ def find_case(spec: Spec, name: str) -> Case:
 
 
 def baseline_files(job: Job, measured: Measured) -> dict[Path, str]:
-    """Return the text of each file that makes up a job's baseline; a lost flight makes none."""
+    """Return the text of each file that makes up a job's baseline; a lost flight makes none.
+
+    Raises:
+        WorkbenchError: if a curve is infinite somewhere, as a range where nothing is seen.
+    """
     if measured.result.trouble:
         return {}
     path = job.spec.path
@@ -106,6 +115,13 @@ def baseline_files(job: Job, measured: Measured) -> dict[Path, str]:
     if job.part != MARGINS:
         wanted = find_case(job.spec, job.part).baseline
         curves = [curve for curve in measured.result.curves if curve.signal in wanted]
+        for curve in curves:
+            infinite = ~np.isfinite(curve.flown.values)
+            if infinite.any():
+                raise WorkbenchError(
+                    f"{path}: {job.part}: {curve.signal} is {curve.flown.values[infinite][0]:g} at "
+                    f"{curve.flown.time[infinite][0]:.3f} s: a baseline needs finite values"
+                )
         if curves:
             files[curves_file(path, job.part)] = curves_text(curves)
     return files
@@ -113,13 +129,11 @@ def baseline_files(job: Job, measured: Measured) -> dict[Path, str]:
 
 def _flown(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
     """Return a result with a flight's checks and curves, or with what was the trouble."""
-    signals = list(dict.fromkeys([*case.baseline, flight.signal])) if flight.signal else []
-    signals = signals or list(case.baseline)
+    names = dict.fromkeys([*case.baseline, *filter(None, [flight.signal])])
+    signals = [flight.find_signal(name) for name in names]
     curves = tuple(
-        Comparison(
-            name, find_signal(name).unit, Curve(flight.time, find_signal(name).of(flight.judged))
-        )
-        for name in signals
+        Comparison(each.name, each.unit, Curve(flight.time, each.of(flight.judged)))
+        for each in signals
     )
     if flight.trouble:
         return dataclasses.replace(result, trouble=flight.trouble, curves=curves)

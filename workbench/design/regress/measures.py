@@ -11,7 +11,7 @@ import numpy as np
 from workbench.common.errors import find_row
 from workbench.design.metrics import find_metric
 from workbench.design.regress.flight import Flight
-from workbench.design.regress.signals import find_signal
+from workbench.design.regress.spec import OF
 from workbench.design.reproduce import mean_until
 from workbench.design.response_metrics import AT_THE_END, FROM_REST, NUMBERS, crossing_time
 from workbench.design.step_response import axis_force, coupling
@@ -38,11 +38,13 @@ class Measure(NamedTuple):
         name: of the metric.
         need: of the case.
         of: its value in a flight.
+        signal: that it is of; "" for the judged one.
     """
 
     name: str
     need: Need
-    of: Callable[[Flight], float]
+    of: Callable[..., float]
+    signal: str = ""
 
     def doubt_of(self, flight: Flight) -> str:
         """Return why the number means little in a flight, "" if it does not."""
@@ -52,17 +54,23 @@ class Measure(NamedTuple):
         """Return the unit in a flight."""
         if self.name == "mean_force":
             return find_axis(flight.axis).force_unit.replace("·", " ")
-        signal = find_signal(flight.signal).unit if flight.signal else ""
-        return find_metric(self.name).unit_for(signal)
+        name = self.signal or flight.signal
+        unit = flight.find_signal(name).unit if name else ""
+        return find_metric(self.name.partition(OF)[0]).unit_for(unit)
 
 
 def find_measure(name: str) -> Measure:
-    """Return how the metric of a name is measured.
+    """Return how the metric of a name is measured; `mean of imu.f_z` is of any signal.
 
     Raises:
         WorkbenchError: if a spec knows none of that name.
     """
-    return find_row("metric", name, MEASURES)
+    statistic, of, signal = name.partition(OF)
+    if not of:
+        return find_row("metric", name, MEASURES)
+    statistics = [measure for measure in MEASURES if measure.need is Need.SIGNAL]
+    found = find_row("statistic of a signal", statistic, statistics)
+    return Measure(name, Need.NOTHING, partial(found.of, signal=signal), signal)
 
 
 def _t90(flight: Flight) -> float:
@@ -86,8 +94,10 @@ def _step(flight: Flight, name: str) -> float:
     return float(getattr(flight.step, name)[0])
 
 
-def _of_signal(flight: Flight, of: Callable[[np.ndarray], float]) -> float:
-    return float(of(find_signal(flight.signal).of(flight.judged)))
+def _of_signal(flight: Flight, of: Callable[[np.ndarray], float], signal: str = "") -> float:
+    values = flight.find_signal(signal or flight.signal).of(flight.judged)
+    with np.errstate(invalid="ignore"):  # a range may be infinite; then some of it is no number
+        return float(of(values))
 
 
 def _coupling(flight: Flight, axis: str) -> float:
@@ -116,6 +126,8 @@ MEASURES: tuple[Measure, ...] = (
     Measure("minimum", Need.SIGNAL, partial(_of_signal, of=np.min)),
     Measure("maximum", Need.SIGNAL, partial(_of_signal, of=np.max)),
     Measure("mean", Need.SIGNAL, partial(_of_signal, of=np.mean)),
+    Measure("standard_deviation", Need.SIGNAL, partial(_of_signal, of=np.std)),
+    Measure("rms", Need.SIGNAL, partial(_of_signal, of=lambda values: np.sqrt(np.mean(values**2)))),
     Measure("final", Need.SIGNAL, partial(_of_signal, of=lambda values: values[-1])),
     *(Measure(f"coupling_{axis}", Need.NOTHING, partial(_coupling, axis=axis)) for axis in AXES),
     Measure("peak_rotor_use", Need.NOTHING, lambda flight: float(flight.judged.rotor_use.max())),

@@ -1,15 +1,25 @@
-"""Signals of a flight that a spec can name."""
+"""Signals of a flight that a spec can name.
 
-from collections.abc import Callable
+Those of the recording are in `SIGNALS`. A name with a point is a sensor's: `imu.f_z` is what the
+sensor `imu` delivered last, at each time of the recording.
+"""
+
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from workbench.common.errors import WorkbenchError, find_row
+from workbench.common.errors import WorkbenchError, find_row, unknown_name
 from workbench.design.step_response import unwrapped_yaw
 from workbench.scenario.parameters import MOST_ROTORS
 from workbench.session.recording import Recording
+from workbench.systems.sensors.samples import Samples
+
+POINT = "."
+"""Between a sensor's name and the channel of its samples."""
+LATE = 1e-9
+"""What is delivered this much too late is on time: sums of periods are not exact [s]."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +38,41 @@ def find_signal(name: str) -> Signal:
         WorkbenchError: if there is none.
     """
     return find_row("signal", name, SIGNALS)
+
+
+def sensor_signal(name: str, samples: Iterable[Samples]) -> Signal:
+    """Return the signal of a sensor's name and a channel of its samples.
+
+    Args:
+        name: as `imu.f_z`.
+        samples: what the sensors delivered in the flight.
+
+    Raises:
+        WorkbenchError: if no such sensor measures, or it has no such channel; and from the signal
+            where the sensor has delivered nothing by the time that is asked for.
+    """
+    sensor, _, channel_name = name.partition(POINT)
+    found = {each.sensor: each for each in samples}
+    if not found:
+        raise WorkbenchError(
+            f"there is no signal '{name}': name the sensor in the spec's sensors, use"
+        )
+    if sensor not in found:
+        raise unknown_name("sensor of this flight", sensor, found)
+    channel = find_row(f"signal of '{sensor}'", channel_name, found[sensor].channels)
+    delivered = found[sensor].stamps + found[sensor].latency
+
+    def held(recording: Recording) -> np.ndarray:
+        last = np.searchsorted(delivered, recording.time + LATE, side="right") - 1
+        if len(last) and last[0] < 0:
+            when = f"first at {delivered[0]:.3g} s" if len(delivered) else "not at all"
+            raise WorkbenchError(
+                f"'{sensor}' delivers {when}, and is judged from {recording.time[0]:.3g} s on: "
+                "give the case a later edge"
+            )
+        return channel.values[last]
+
+    return Signal(name, channel.unit, held)
 
 
 def _roll(recording: Recording) -> np.ndarray:
@@ -78,6 +123,7 @@ SIGNALS: tuple[Signal, ...] = (
     *_vector("force", "N", "force_W"),
     Signal("thrust", "N", lambda flown: flown.total_thrust),
     Signal("rotor_use", "1", lambda flown: flown.rotor_use),
+    Signal("charge", "1", lambda flown: flown.charge),
     *_rotors("speed", "rad/s", "rotor_speeds"),
     *_rotors("thrust", "N", "thrusts"),
 )

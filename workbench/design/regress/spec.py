@@ -7,6 +7,9 @@ from pathlib import Path
 from workbench.scenario.scenario import Action, Rates, Start, VehicleConfig
 from workbench.scenario.sensors_config import SensorsConfig
 
+OF = " of "
+"""In a metric's name, between a statistic and the signal that it is of: `mean of imu.f_z`."""
+
 
 @dataclass
 class Limit:
@@ -47,7 +50,7 @@ class Case:
         signal: that is judged by metrics; a step's is the velocity that it commands.
         command: how far a script's signal should come from where it is at the edge.
         set: parameter values for this flight.
-        limits: of metrics, by name.
+        limits: of metrics, by name, and of statistics of signals, as `mean of imu.f_z`.
         baseline: tolerances of recorded curves, by signal.
     """
 
@@ -63,6 +66,12 @@ class Case:
     set: dict[str, float] = field(default_factory=dict)
     limits: dict[str, Limit] = field(default_factory=dict)
     baseline: dict[str, Tolerance] = field(default_factory=dict)
+
+    @property
+    def signals(self) -> list[str]:
+        """The signals that it names, each once."""
+        of_limits = [name.partition(OF)[2] for name in self.limits]
+        return list(dict.fromkeys(filter(None, [self.signal, *self.baseline, *of_limits])))
 
 
 @dataclass

@@ -7,6 +7,15 @@ from pathlib import Path
 import numpy as np
 
 
+@dataclass(frozen=True)
+class Channel:
+    """One number of each sample: its name, its unit, and its values (N)."""
+
+    name: str
+    unit: str
+    values: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class SampleTable:
     """All samples of a sensor of a few numbers.
@@ -16,14 +25,23 @@ class SampleTable:
         columns: what the numbers are, with units.
         stamps: when they were taken (N) [s].
         values: (N, columns).
+        latency: from a stamp to the delivery of its sample [s].
     """
 
     sensor: str
     columns: tuple[str, ...]
     stamps: np.ndarray
     values: np.ndarray
+    latency: float
 
     suffix = ".csv"
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The columns."""
+        heads = [column.removesuffix("]").split(" [") for column in self.columns]
+        columns = zip(heads, self.values.T, strict=True)
+        return tuple(Channel(name, unit, values) for (name, unit), values in columns)
 
     def write(self, path: Path) -> None:
         """Write one row a sample, with units in the header."""
@@ -45,6 +63,7 @@ class ScanStack:
         ranges: (N, layers, columns) [m]; what is not finite is no return.
         p_WS: where the sensor was (N, 3) [m].
         q_WS: its orientation, unit quaternions w, x, y, z (N, 4).
+        latency: from a stamp to the delivery of its scan [s].
     """
 
     sensor: str
@@ -54,8 +73,25 @@ class ScanStack:
     ranges: np.ndarray
     p_WS: np.ndarray
     q_WS: np.ndarray
+    latency: float
 
     suffix = ".npz"
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What a scan comes to, infinite where nothing is seen.
+
+        Its shortest range, the range of the ray nearest to straight ahead (the sensor's x), and
+        how many rays met something.
+        """
+        rays = self.ranges.reshape(len(self.stamps), self.elevations.size * self.azimuths.size)
+        seen = np.isfinite(rays)
+        ahead = np.outer(np.cos(self.elevations), np.cos(self.azimuths)).argmax()
+        return (
+            Channel("nearest", "m", np.where(seen, rays, np.inf).min(axis=1)),
+            Channel("ahead", "m", rays[:, ahead]),
+            Channel("returns", "1", seen.sum(axis=1).astype(float)),
+        )
 
     def write(self, path: Path) -> None:
         """Write all arrays by their names, for `numpy.load`."""
