@@ -20,6 +20,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 LEFT_OUT = (".*", "__pycache__", "out", "build", "dist", "node_modules")
@@ -338,10 +339,17 @@ class Copy:
         )
 
 
-def judge(copy: Copy, mutation: Mutation, options: argparse.Namespace, usual: set[str]) -> bool:
-    """Print a mutation's line; return whether a test killed it."""
+class Verdict(NamedTuple):
+    """Whether a test killed a mutation, and whether a spec noticed it."""
+
+    killed: bool
+    noticed: bool
+
+
+def judge(copy: Copy, mutation: Mutation, options: argparse.Namespace, usual: set[str]) -> Verdict:
+    """Print what notices a mutation."""
     print(mutation.what, flush=True)
-    killer = ""
+    killer = changed = ""
     with copy.with_mutation(mutation):
         if options.tests:
             killer = copy.failing_test(mutation.tests)
@@ -349,8 +357,9 @@ def judge(copy: Copy, mutation: Mutation, options: argparse.Namespace, usual: se
                 killer = copy.failing_test(["tests"])
             print(f"    tests:   {killer or 'NOT NOTICED'}", flush=True)
         if options.specs:
-            print(f"    regress: {_changed(copy, usual) or 'not noticed'}", flush=True)
-    return bool(killer) or not options.tests
+            changed = _changed(copy, usual)
+            print(f"    regress: {changed or 'not noticed'}", flush=True)
+    return Verdict(bool(killer), bool(changed))
 
 
 def _changed(copy: Copy, usual: set[str]) -> str:
@@ -383,6 +392,8 @@ def main() -> int:
     ]
     try:
         check_list(MUTATIONS)
+        if not chosen:
+            raise MutationError(f"no mutation has '{options.words[0]}': --list shows all")
         if options.list:
             for mutation in chosen:
                 print(f"{mutation.what}  ({mutation.file})")
@@ -400,12 +411,17 @@ def main() -> int:
                 usual = copy.changed_cases()
                 for case in sorted(usual):
                     print(f"    not as it should be, and not counted: {case}", flush=True)
-            killed = [judge(copy, mutation, options, usual) for mutation in chosen]
+            verdicts = [judge(copy, mutation, options, usual) for mutation in chosen]
     except MutationError as error:
         print(error, file=sys.stderr)
         return 2
-    print(f"{sum(killed)} of {len(killed)} killed by tests" if options.tests else "", flush=True)
-    return 0 if all(killed) else 1
+    killed = sum(verdict.killed for verdict in verdicts)
+    noticed = sum(verdict.noticed for verdict in verdicts)
+    if options.tests:
+        print(f"{killed} of {len(chosen)} killed by tests")
+    if options.specs:
+        print(f"{noticed} of {len(chosen)} noticed by the specs")
+    return 0 if killed == len(chosen) or not options.tests else 1
 
 
 if __name__ == "__main__":
