@@ -12,24 +12,24 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field
 
-from workbench.link.answers import Error, Nack, Pong, Unknown, read_said, write_said
-from workbench.link.backplane import Role
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.hello import Hello, Limits
 from workbench.link.operations import (
     BadOperation,
     Bye,
-    FlightOp,
-    GetParametersOp,
+    FlightOperation,
+    GetParameters,
     Login,
     Ping,
-    ReleaseControlOp,
-    RequestControlOp,
-    SetParametersOp,
+    ReleaseControl,
+    RequestControl,
+    Role,
+    SetParameters,
     Subscribe,
     read_operation,
     write_operation,
 )
+from workbench.link.server_messages import Error, Nack, Pong, Unknown, read_message, write_message
 from workbench.link.topics import Topic
 from workbench.link.wire import HEADER, Decoder, Flag, Frame, Kind, WireError
 
@@ -102,7 +102,7 @@ class Readers:
 
     def _read_frame(self, frame: Frame) -> None:
         if frame.kind == Kind.CONTROL:
-            for read in (read_operation, read_said):
+            for read in (read_operation, read_message):
                 try:
                     self.tally.understood += not isinstance(read(frame.payload), Unknown)
                 except BadOperation as error:
@@ -149,15 +149,17 @@ def _seeds(topics: tuple[Topic, ...]) -> list[Frame]:
     operations = [
         Login(1, "zoë", Role.COMMAND, "0f" * 16, "a5" * 32),
         Subscribe(2, ("*",), 20.0),
-        RequestControlOp(3),
-        ReleaseControlOp(4, 99),
-        FlightOp(5, "take_off", 2.0, 99),
-        GetParametersOp(6, ("a", "b")),
-        SetParametersOp(7, {"a": 1.5}, 99),
+        RequestControl(3),
+        ReleaseControl(4, 99),
+        FlightOperation(5, "take_off", 2.0, 99),
+        GetParameters(6, ("a", "b")),
+        SetParameters(7, {"a": 1.5}, 99),
         Ping(8),
         Bye(9),
     ]
-    payloads = [write_said(each) for each in said] + [write_operation(each) for each in operations]
+    payloads = [write_message(each) for each in said] + [
+        write_operation(each) for each in operations
+    ]
     frames = [Frame(Kind.CONTROL, 0, 0, 1, 0, payload) for payload in payloads]
     frames += [Frame(Kind.DATA, t.id, 2, 1, 5, bytes(t.packer.size)) for t in topics]
     frames += [

@@ -14,9 +14,8 @@ from workbench.gateways import ros2, ros2_commanding, ros2_orders
 from workbench.gateways.ros2_commanding import Commanding
 from workbench.gateways.ros2_orders import Operation, Unclear, Velocity
 from workbench.link import AsyncClient
-from workbench.link.answers import ControlStateSaid, Nack
-from workbench.link.backplane import Hand, Stage
-from workbench.link.operations import FlightOp, ReleaseControlOp, RequestControlOp
+from workbench.link.operations import FlightOperation, ReleaseControl, RequestControl
+from workbench.link.server_messages import ControlState, Hand, Nack, Stage
 from workbench.link.wire import Frame
 
 FAKE = Path(__file__).parent.parent / "link" / "fake_server.py"
@@ -71,7 +70,7 @@ class Flying:
 
     async def lose(self):
         """Let the server's ladder take control."""
-        lost = ControlStateSaid(Hand.CLIENT, 1, "ros2", Stage.HOLD, 0.5, "ros2 was silent")
+        lost = ControlState(Hand.CLIENT, 1, "ros2", Stage.HOLD, 0.5, "ros2 was silent")
         self.server.say(lost)
         await until(lambda: self.client.control_state == lost)
         await self.commanding.look()
@@ -100,7 +99,7 @@ def run(server, test):
 
 def test_a_velocity_of_zero_asks_for_control(server):
     async def test(flying):
-        assert not flying.asked(RequestControlOp)
+        assert not flying.asked(RequestControl)
         await flying.obey(rest(), forward(1.5))
         *neutral, flown = await flying.commands(3)
         assert set(neutral) == {(0.0, 0.0, 0.0, 0.0)}
@@ -113,7 +112,7 @@ def test_a_velocity_of_zero_asks_for_control(server):
 def test_nobody_takes_over_with_a_stick_pushed(server):
     async def test(flying):
         await flying.obey(forward(1.0), forward(1.0), Velocity(ONE, (0.0, 0.0, 0.0), 0.1, False))
-        assert not flying.asked(RequestControlOp)
+        assert not flying.asked(RequestControl)
         assert set(flying.said) == {
             "nobody takes over in full flight: begin with a velocity of zero"
         }
@@ -133,7 +132,7 @@ def test_nothing_is_repeated_so_that_silence_reaches_the_drone(server):
             await flying.client.ping()
         await asyncio.sleep(0.2)  # several times the period at which controls are repeated
         assert len(await flying.commands(3)) == 3
-        assert not flying.asked(ReleaseControlOp)
+        assert not flying.asked(ReleaseControl)
 
     run(server, test)
 
@@ -142,7 +141,7 @@ def test_the_end_gives_control_back(server):
     async def test(flying):
         await flying.obey(rest())
         await flying.commanding.release()
-        assert len(flying.asked(ReleaseControlOp)) == 1
+        assert len(flying.asked(ReleaseControl)) == 1
 
     run(server, test)
 
@@ -154,12 +153,12 @@ def test_who_lost_control_begins_with_zero(server):
         await flying.lose()
         assert flying.said[-1] == "control was lost: ros2 was silent; to go on, begin with zero"
         await flying.obey(forward(1.0), forward(1.0))
-        assert len(flying.asked(RequestControlOp)) == 1
+        assert len(flying.asked(RequestControl)) == 1
         assert flying.said[-1].endswith("begin with a velocity of zero")
         await flying.obey(rest(), forward(1.0))
-        assert len(flying.asked(RequestControlOp)) == 2
+        assert len(flying.asked(RequestControl)) == 2
         assert (await flying.commands(6))[-1][1] == pytest.approx(1.0)
-        assert not flying.asked(ReleaseControlOp)  # the ladder was not stopped
+        assert not flying.asked(ReleaseControl)  # the ladder was not stopped
 
     run(server, test)
 
@@ -172,7 +171,7 @@ def test_another_program_does_not_fly_between(server):
         assert "another program of ROS 2 flies already: one at a time" in flying.said
         await flying.lose()
         await flying.obey(forward(2.0, OTHER))  # it was refused: it may not just go on
-        assert len(flying.asked(RequestControlOp)) == 1
+        assert len(flying.asked(RequestControl)) == 1
 
     run(server, test)
 
@@ -181,25 +180,25 @@ def test_a_refusal_is_said_and_control_is_not_asked_for_by_who_goes_on(server, m
     monkeypatch.setattr(ros2_commanding, "ASK_AGAIN", 0.0)
 
     async def test(flying):
-        server.refuse(RequestControlOp, "held", "the operator at the screen flies")
+        server.refuse(RequestControl, "held", "the operator at the screen flies")
         await flying.obey(rest())
         assert flying.said == ["refused: the operator at the screen flies"]
         server.answer = lambda peer, operation: None
         await flying.obey(forward(1.0), forward(1.0))
-        assert len(flying.asked(RequestControlOp)) == 1
+        assert len(flying.asked(RequestControl)) == 1
         await flying.obey(rest())
-        assert len(flying.asked(RequestControlOp)) == 2
+        assert len(flying.asked(RequestControl)) == 2
 
     run(server, test)
 
 
 def test_control_is_not_asked_for_with_every_message(server):
     async def test(flying):
-        server.refuse(RequestControlOp, "held", "the operator at the screen flies")
+        server.refuse(RequestControl, "held", "the operator at the screen flies")
         await flying.obey(*[rest()] * 20)
-        assert len(flying.asked(RequestControlOp)) == 1
+        assert len(flying.asked(RequestControl)) == 1
         await flying.obey(Operation(ONE, "land", None))  # which is no stream
-        assert len(flying.asked(RequestControlOp)) == 2
+        assert len(flying.asked(RequestControl)) == 2
 
     run(server, test)
 
@@ -237,7 +236,7 @@ def test_a_refused_velocity_is_said_in_the_flights_words(server):
 def test_flight_operations_are_carried_out(server):
     async def test(flying):
         await flying.obey(Operation(ONE, "take_off", 2.5), Operation(ONE, "land", None))
-        done = [(each.what, each.height) for each in flying.asked(FlightOp)]
+        done = [(each.what, each.height) for each in flying.asked(FlightOperation)]
         assert done[0] == ("take_off", 2.5)
         assert done[1][0] == "land"
         assert flying.said[-2:] == ["take_off was begun", "land was begun"]
@@ -248,8 +247,8 @@ def test_flight_operations_are_carried_out(server):
 def test_one_program_may_land_what_another_flies(server):
     async def test(flying):
         await flying.obey(rest(), Operation(OTHER, "land", None), forward(2.0))
-        assert [each.what for each in flying.asked(FlightOp)] == ["land"]
-        assert len(flying.asked(RequestControlOp)) == 1
+        assert [each.what for each in flying.asked(FlightOperation)] == ["land"]
+        assert len(flying.asked(RequestControl)) == 1
         assert (await flying.commands(3))[-1][1] == pytest.approx(2.0)
 
     run(server, test)
@@ -261,7 +260,7 @@ def test_one_program_may_fly_on_when_another_has_taken_off(server):
         assert (await flying.commands(3))[-1][1] == pytest.approx(1.0)
         await flying.obey(forward(2.0, ONE))
         assert flying.said[-1].startswith("another program of ROS 2 flies already")
-        assert len(flying.asked(RequestControlOp)) == 1
+        assert len(flying.asked(RequestControl)) == 1
 
     run(server, test)
 
@@ -275,7 +274,7 @@ def test_an_order_that_waited_behind_others_is_not_carried_out(server, order):
         assert flying.said[-1].startswith("an order was not carried out: it waited up to 4000")
         await flying.client.ping()
         assert len(server.commands) == 2
-        assert not flying.asked(FlightOp)
+        assert not flying.asked(FlightOperation)
 
     run(server, test)
 
@@ -283,7 +282,7 @@ def test_an_order_that_waited_behind_others_is_not_carried_out(server, order):
 def test_an_old_order_does_not_ask_for_control(server):
     async def test(flying):
         await flying.obey(rest(), Operation(ONE, "take_off", None), waited=4000.0)
-        assert not flying.asked(RequestControlOp)
+        assert not flying.asked(RequestControl)
 
     run(server, test)
 
@@ -300,8 +299,8 @@ def test_an_order_that_waited_for_control_is_not_carried_out(server):
         flying.commanding._ask = ask_long
         await flying.obey(Operation(ONE, "take_off", None))
         assert flying.said[-1].startswith("an order was not carried out")
-        assert len(flying.asked(RequestControlOp)) == 1
-        assert not flying.asked(FlightOp)
+        assert len(flying.asked(RequestControl)) == 1
+        assert not flying.asked(FlightOperation)
 
     run(server, test)
 
@@ -312,7 +311,9 @@ def test_what_came_while_an_operation_was_answered_is_old(server, monkeypatch):
     looks = iter([[Operation(ONE, "land", None)], [rest()]])
     monkeypatch.setattr(ros2_orders.Orders, "__init__", lambda *_: None)
     monkeypatch.setattr(ros2_orders.Orders, "take", lambda *_: next(looks, []))
-    server.answer = lambda peer, sent: time.sleep(0.5) if isinstance(sent, FlightOp) else None
+    server.answer = lambda peer, sent: (
+        time.sleep(0.5) if isinstance(sent, FlightOperation) else None
+    )
 
     async def test(flying):
         taking = asyncio.create_task(ros2._take_orders(flying.client, None, flying.said.append))
@@ -329,7 +330,7 @@ def test_what_came_while_an_operation_was_answered_is_old(server, monkeypatch):
 def test_what_ends_a_flight_is_never_too_late(server, what):
     async def test(flying):
         await flying.obey(Operation(ONE, what, None), waited=4000.0)
-        assert [each.what for each in flying.asked(FlightOp)] == [what]
+        assert [each.what for each in flying.asked(FlightOperation)] == [what]
 
     run(server, test)
 
@@ -338,7 +339,7 @@ def test_what_is_unclear_is_said(server):
     async def test(flying):
         await flying.obey(Unclear("that is no order"))
         assert flying.said == ["that is no order"]
-        assert not flying.asked(RequestControlOp)
+        assert not flying.asked(RequestControl)
 
     run(server, test)
 

@@ -21,7 +21,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
 from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.operations import FlightOp, ReleaseControlOp
+from workbench.link.operations import FlightOperation, ReleaseControl
 
 HERE = Path(__file__).parent
 SOURCE = HERE / "fastdds"
@@ -209,20 +209,20 @@ def test_a_stranger_flies_and_falls_silent(server, gateway, peer):
 
     peer.write("silent")
     peer.write("do take_off 2.5")  # what was said before it is there when it is
-    until(lambda: any(isinstance(each, FlightOp) for each in server.operations), server)
+    until(lambda: any(isinstance(each, FlightOperation) for each in server.operations), server)
     count = len(server.commands)
     peer.write("do land")
-    until(lambda: sum(isinstance(each, FlightOp) for each in server.operations) == 2, server)
-    assert [each.what for each in server.operations if isinstance(each, FlightOp)] == [
+    until(lambda: sum(isinstance(each, FlightOperation) for each in server.operations) == 2, server)
+    assert [each.what for each in server.operations if isinstance(each, FlightOperation)] == [
         "take_off",
         "land",
     ]
     assert len(server.commands) <= count + 1  # two topics may overtake each other
-    assert not any(isinstance(each, ReleaseControlOp) for each in server.operations)
+    assert not any(isinstance(each, ReleaseControl) for each in server.operations)
 
     gateway.process.send_signal(signal.SIGINT)
     gateway.process.wait(LIMIT)
-    until(lambda: any(isinstance(each, ReleaseControlOp) for each in server.operations), server)
+    until(lambda: any(isinstance(each, ReleaseControl) for each in server.operations), server)
 
 
 def test_a_stranger_flies_a_real_flight_which_lands_when_it_falls_silent(peer):

@@ -7,35 +7,37 @@ import threading
 import time
 from collections.abc import Callable
 
-from workbench.link.answers import (
-    ControlStateSaid,
-    Error,
-    Flown,
-    Granted,
-    LoggedIn,
-    Nack,
-    ParametersSaid,
-    Pong,
-    Released,
-    Said,
-    Subscribed,
-    write_said,
-)
 from workbench.link.authentication import Tokens, is_proven, login_proof, new_nonce, session_key
-from workbench.link.backplane import Hand, Role, Stage
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.hello import Hello, Limits, ParameterRow
 from workbench.link.operations import (
     COMMANDING,
-    FlightOp,
-    GetParametersOp,
+    FlightOperation,
+    GetParameters,
     Login,
     Ping,
-    ReleaseControlOp,
-    RequestControlOp,
-    SetParametersOp,
+    ReleaseControl,
+    RequestControl,
+    Role,
+    SetParameters,
     Subscribe,
     read_operation,
+)
+from workbench.link.server_messages import (
+    ControlState,
+    Error,
+    FlightDone,
+    Granted,
+    Hand,
+    LoggedIn,
+    Nack,
+    ParameterValues,
+    Pong,
+    Released,
+    ServerMessage,
+    Stage,
+    Subscribed,
+    write_message,
 )
 from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
 
@@ -60,10 +62,10 @@ class Peer:
         with contextlib.suppress(OSError):
             self.stream.sendall(frame.to_bytes())
 
-    def say(self, said: Said) -> None:
+    def say(self, said: ServerMessage) -> None:
         with self.lock:
             self.seq += 1
-            frame = Frame(Kind.CONTROL, 0, 0, self.seq, self.server.t_ns, write_said(said))
+            frame = Frame(Kind.CONTROL, 0, 0, self.seq, self.server.t_ns, write_message(said))
             self.send(frame)
 
     def publish(self, t_ns: int, payloads: list[tuple[int, bytes]]) -> None:
@@ -100,7 +102,7 @@ class FakeServer:
         self.operations: list[object] = []
         self.peers: list[Peer] = []
         self.unproven: list[object] = []
-        self.answer: Callable[[Peer, object], Said | None] = lambda peer, operation: None
+        self.answer: Callable[[Peer, object], ServerMessage | None] = lambda peer, operation: None
         self.greet: Callable[[Peer], None] = lambda peer: peer.say(self.hello(peer))
         self.connections = 0
         self.listen(0)
@@ -170,29 +172,29 @@ class FakeServer:
         if said is not None:
             peer.say(said)
 
-    def usual(self, peer: Peer, operation: object) -> Said | None:
+    def usual(self, peer: Peer, operation: object) -> ServerMessage | None:
         match operation:
             case Login(id):
                 return self.log_in(peer, operation)
             case Subscribe(id, topics):
                 peer.topics = topics
                 return Subscribed(id, topics)
-            case RequestControlOp(id):
+            case RequestControl(id):
                 peer.say(Granted(id, LEASE, 0.5))
                 return self.held_by(peer)
-            case ReleaseControlOp(id):
+            case ReleaseControl(id):
                 return Released(id)
-            case FlightOp(id, what):
-                return Flown(id, what, self.t_ns)
-            case GetParametersOp(id):
-                return ParametersSaid(id, {"take_off_speed": 0.5})
-            case SetParametersOp(id, values):
-                return ParametersSaid(id, values)
+            case FlightOperation(id, what):
+                return FlightDone(id, what, self.t_ns)
+            case GetParameters(id):
+                return ParameterValues(id, {"take_off_speed": 0.5})
+            case SetParameters(id, values):
+                return ParameterValues(id, values)
             case Ping(id):
                 return Pong(id, self.t_ns)
         return None
 
-    def log_in(self, peer: Peer, login: Login) -> Said:
+    def log_in(self, peer: Peer, login: Login) -> ServerMessage:
         if self.tokens is None:
             return LoggedIn(login.id, Role.COMMAND)
         assert login.role is not None
@@ -202,11 +204,11 @@ class FakeServer:
         peer.key = session_key(token, peer.nonce, login.nonce)
         return LoggedIn(login.id, login.role)
 
-    def held_by(self, peer: Peer) -> ControlStateSaid:
-        return ControlStateSaid(Hand.CLIENT, peer.number, "", Stage.LIVE, 0.0, "granted")
+    def held_by(self, peer: Peer) -> ControlState:
+        return ControlState(Hand.CLIENT, peer.number, "", Stage.LIVE, 0.0, "granted")
 
-    def nobody(self, reason: str) -> ControlStateSaid:
-        return ControlStateSaid(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, reason)
+    def nobody(self, reason: str) -> ControlState:
+        return ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, reason)
 
     def refuse(self, kind: type, code: str, said: str) -> None:
         """Refuse requests of a kind."""
@@ -222,7 +224,7 @@ class FakeServer:
             if peer.topics:  # it has subscribed, so it was greeted before
                 peer.publish(t_ns, payloads)
 
-    def say(self, said: Said) -> None:
+    def say(self, said: ServerMessage) -> None:
         for peer in self.peers:
             peer.say(said)
 

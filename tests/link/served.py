@@ -14,17 +14,17 @@ from multiprocessing import Pipe
 from pathlib import Path
 from typing import NamedTuple
 
-from workbench.link.backplane import Flight, Hand, ServerStatus, Stage
+from workbench.link.backplane import Flight, ServerStatus
 from workbench.link.drone_topics import COMMAND, PARAMETERS
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
-from workbench.link.server.terms import Terms
+from workbench.link.server.policy import Policy
+from workbench.link.server_messages import Hand, Stage
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
-from workbench.live.messages import Answer, Flown, GetFlown, Order, Report
-from workbench.live.network_orders import NetworkView, Serve
+from workbench.live.messages import Answer, Flown, GetFlown, NetworkView, Order, Report, Serve
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -64,7 +64,7 @@ class Served:
     """
 
     def __init__(self, monkeypatch, built: Built) -> None:
-        monkeypatch.setattr("workbench.live.server_keeper.Serving", self._make)
+        monkeypatch.setattr("workbench.live.server_supervisor.ServerProcess", self._make)
         self.wall = self.waited = 0.0
         self.sent: list[object] = []
         self.lost = False
@@ -78,7 +78,7 @@ class Served:
     def _make(self, config: ServerConfig, flight: Flight) -> "Served":
         """Stand for the server's process."""
         self.hub = Hub(
-            Terms(flight),
+            Policy(flight),
             Admission(64, 64),
             self._records.append,
             lambda: self.wall + self.waited,
@@ -88,7 +88,7 @@ class Served:
 
     # What the flight has of its server.
 
-    patience = math.inf
+    wait_time = math.inf
 
     def tell(self, record: object) -> None:
         if not self.lost:
@@ -96,7 +96,10 @@ class Served:
 
     publish = tell
 
-    def heard(self):
+    def flush(self) -> None:
+        """Send nothing: all is told at once."""
+
+    def received(self, most: int):
         if self.lost:
             raise EOFError
         while self._records:
@@ -196,7 +199,7 @@ class Client:
         self.lease = 0
         self.said: list[dict] = []
         self.parameters: list[tuple[bytes, float]] = []
-        self.seat = served.hub.open(self, f"127.0.0.1:{id(self) % 65536}", "tcp")
+        self.session = served.hub.open(self, f"127.0.0.1:{id(self) % 65536}", "tcp")
         self.peer = self.said[0]["peer"]
 
     # What the hub has of its connection.
@@ -253,11 +256,11 @@ class Client:
 
     def go(self) -> None:
         """Let the connection end."""
-        self._served.hub.lost(self.seat)
+        self._served.hub.lost(self.session)
 
     def _send(self, kind: Kind, topic: int, payload: bytes, t_ns: int) -> None:
         self._seq += 1
         data = Frame(kind, topic, 0, self._seq, t_ns, payload).to_bytes()
-        while pause := self._served.hub.receive(self.seat, data):  # a flood is read later
+        while pause := self._served.hub.receive(self.session, data):  # a flood is read later
             self._served.waited += pause
             data = b""

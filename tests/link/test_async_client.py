@@ -6,9 +6,9 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import AsyncClient
-from workbench.link.answers import ByeSaid
 from workbench.link.control import AsyncControl
-from workbench.link.operations import ReleaseControlOp, RequestControlOp
+from workbench.link.operations import ReleaseControl, RequestControl
+from workbench.link.server_messages import Goodbye
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
@@ -34,7 +34,7 @@ def test_samples_come_and_control_is_taken(server, fakes):
     assert answers == [6.0, {"a": 2.0}, {"take_off_speed": 0.5}, 6.0]
     assert server.commands[0][1] == (fakes.LEASE, 15, 0.0, 0.0, 0.0, 0.0)
     kinds = [type(each) for each in server.operations]
-    assert kinds.index(RequestControlOp) < kinds.index(ReleaseControlOp)
+    assert kinds.index(RequestControl) < kinds.index(ReleaseControl)
 
 
 def test_the_loop_ends_when_the_client_is_closed(server):
@@ -53,7 +53,7 @@ def test_the_loop_ends_when_the_client_is_closed(server):
 def test_the_loop_raises_what_ended_the_connection(server):
     async def read():
         async with AsyncClient(server.address, reconnect=False) as client:
-            server.say(ByeSaid("enough"))
+            server.say(Goodbye("enough"))
             async for _ in client:
                 pass
 
@@ -75,14 +75,14 @@ def test_a_cancelled_block_gives_control_back(server, fakes):
             await task
 
     asyncio.run(cancel_it())
-    fakes.wait_until(lambda: any(isinstance(each, ReleaseControlOp) for each in server.operations))
+    fakes.wait_until(lambda: any(isinstance(each, ReleaseControl) for each in server.operations))
 
 
 @pytest.mark.parametrize("make", [AsyncClient.control, AsyncClient.direct_control])
 def test_a_cancellation_at_the_end_of_a_block_is_not_swallowed(server, fakes, make):
     usual = server.usual
     server.usual = lambda peer, operation: (
-        None if isinstance(operation, ReleaseControlOp) else usual(peer, operation)
+        None if isinstance(operation, ReleaseControl) else usual(peer, operation)
     )
     left = []
 
@@ -98,7 +98,7 @@ def test_a_cancellation_at_the_end_of_a_block_is_not_swallowed(server, fakes, ma
 
     asyncio.run(see())
     assert left == []
-    fakes.wait_until(lambda: any(isinstance(each, ReleaseControlOp) for each in server.operations))
+    fakes.wait_until(lambda: any(isinstance(each, ReleaseControl) for each in server.operations))
 
 
 def test_a_cancellation_while_the_client_closes_is_not_swallowed(server):

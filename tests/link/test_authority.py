@@ -6,7 +6,8 @@ import struct
 import pytest
 
 from workbench.link.authority import Authority, DeniedError, Effect, Limits
-from workbench.link.backplane import Command, Hand, Stage
+from workbench.link.backplane import Command
+from workbench.link.server_messages import Hand, Stage
 
 LIMITS = Limits(8.0, 6.0, 0.4)
 
@@ -150,8 +151,8 @@ def test_a_connection_that_ends_frees_the_lease_and_lands_later(authority):
 
 def test_who_has_let_go_is_not_landed(authority):
     lease = flying(authority, 1.0)
-    assert code_of(lambda: authority.release(2, lease, 1.1)) == "not_holder"
-    authority.release(1, lease, 1.1)
+    assert code_of(lambda: authority.check(2, lease, 1.1)) == "not_holder"
+    authority.release(1.1)
     assert authority.effect_due(1.125) is Effect.HOLD
     assert authority.effect_due(100.0) is None
     assert authority.request(2, "two", 1.2)

@@ -10,16 +10,16 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client, client
-from workbench.link.answers import ParametersSaid, Released
 from workbench.link.operations import (
-    FlightOp,
-    GetParametersOp,
+    FlightOperation,
+    GetParameters,
     Login,
     Ping,
-    RequestControlOp,
-    SetParametersOp,
+    RequestControl,
+    SetParameters,
     Subscribe,
 )
+from workbench.link.server_messages import ParameterValues, Released
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
@@ -71,15 +71,15 @@ def test_flight_operations_and_parameters_are_answered(server, fakes):
             assert c.take_off(2.5) == 5.0
             assert [c.arm(), c.land(), c.stop()] == [5.0] * 3
             assert c.set(take_off_speed=0.25) == {"take_off_speed": 0.25}
-    assert [(each.what, each.lease) for each in server.heard(FlightOp)] == [
+    assert [(each.what, each.lease) for each in server.heard(FlightOperation)] == [
         (what, fakes.LEASE) for what in ("take_off", "arm", "land", "stop")
     ]
-    assert server.heard(FlightOp)[0].height == 2.5
-    assert server.heard(SetParametersOp)[0].values == {"take_off_speed": 0.25}
+    assert server.heard(FlightOperation)[0].height == 2.5
+    assert server.heard(SetParameters)[0].set == {"take_off_speed": 0.25}
 
 
 def test_a_refused_request_is_a_sentence(server):
-    server.refuse(FlightOp, "not_now", "the drone flies already")
+    server.refuse(FlightOperation, "not_now", "the drone flies already")
     with Client(server.address) as client, client.control() as c:
         with pytest.raises(WorkbenchError, match="refused: the drone flies already"):
             c.take_off()
@@ -89,11 +89,11 @@ def test_a_refused_request_is_a_sentence(server):
 def test_no_answer_is_a_sentence(server):
     usual = server.usual
     server.usual = lambda peer, operation: (
-        None if isinstance(operation, GetParametersOp) else usual(peer, operation)
+        None if isinstance(operation, GetParameters) else usual(peer, operation)
     )
     with Client(server.address) as client:
         inner = client._client
-        waiting = inner.request(lambda id: GetParametersOp(id), ParametersSaid, limit=0.05)
+        waiting = inner.request(lambda id: GetParameters(id), ParameterValues, limit=0.05)
         with pytest.raises(WorkbenchError, match=r"gave no answer within 0.05 s"):
             client.call(waiting)
         assert client.ping() == 5.0
@@ -184,7 +184,7 @@ def test_who_waits_for_an_answer_hears_that_the_thread_has_ended(server):
     client = Client(server.address)
 
     def never(peer, operation):
-        if not isinstance(operation, GetParametersOp):
+        if not isinstance(operation, GetParameters):
             return usual(peer, operation)
         client.post(break_loop)
         return None
@@ -206,4 +206,4 @@ def test_a_server_without_commands_is_a_sentence(server):
     server.hello = lambda peer: dataclasses.replace(full(peer), topics=full(peer).topics[:3])
     with Client(server.address) as client, pytest.raises(WorkbenchError, match="no commands"):
         client.control().__enter__()
-    assert server.heard(RequestControlOp) == []
+    assert server.heard(RequestControl) == []

@@ -15,23 +15,33 @@ from workbench.link import Client
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import (
     Command,
-    ControlState,
     Disconnect,
     Flight,
-    FlightOperation,
-    GetParameters,
-    Hand,
     Published,
     Refused,
-    ReleaseControl,
     Reply,
-    RequestControl,
-    SetParameters,
-    Stage,
+    Request,
     Stop,
 )
 from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.hello import ParameterRow
+from workbench.link.operations import (
+    FlightOperation,
+    GetParameters,
+    ReleaseControl,
+    RequestControl,
+    SetParameters,
+)
 from workbench.link.server.config import ServerConfig
+from workbench.link.server_messages import (
+    ControlState,
+    FlightDone,
+    Granted,
+    Hand,
+    ParameterValues,
+    Released,
+    Stage,
+)
 from workbench.link.topics import Delivery
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -51,7 +61,7 @@ class ScriptedFlight:
                 pass_fds=[other.fileno()],
                 env=os.environ | {"PYTHONPATH": str(ROOT)},
             )
-        rows = (("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
+        rows = (ParameterRow("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
         self.pipe.send(ServerConfig(port=0, **config))
         self.pipe.send(Flight("x500", TOPICS, rows, (8.0, 8.0, 0.4)))
         assert self.pipe.poll(20.0)
@@ -73,7 +83,9 @@ class ScriptedFlight:
             self.send(Published(round(self.step * PERIOD_NS), 0, payloads))
 
     def of(self, kind):
-        return [each for each in self.asked if isinstance(each, kind)]
+        """Return records, or operations, of a kind that were asked for."""
+        asked = [getattr(each, "operation", each) for each in self.asked]
+        return [each for each in asked if isinstance(each, kind)]
 
     def hear(self):
         while True:
@@ -86,19 +98,18 @@ class ScriptedFlight:
 
     def answer(self, record):
         match record:
-            case RequestControl(peer, id, name):
-                said = {"op": "request_control", "lease": 7, "expires": 0.5}
-                self.send(Reply(peer, id, said))
+            case Request(peer, RequestControl(id, name)):
+                self.send(Reply(peer, Granted(id, 7, 0.5)))
                 self.send(ControlState(Hand.CLIENT, peer, name, Stage.LIVE, 0.0, "granted"))
-            case ReleaseControl(peer, id):
-                self.send(Reply(peer, id, {"op": "release_control"}))
+            case Request(peer, ReleaseControl(id)):
+                self.send(Reply(peer, Released(id)))
                 self.send(ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, "released"))
-            case FlightOperation(peer, id, _, what):
-                self.send(Reply(peer, id, {"op": "flight", "what": what, "applied_ns": 3}))
-            case GetParameters(peer, id):
-                self.send(Reply(peer, id, {"op": "parameters", "values": {"kp_x": 2.0}}))
-            case SetParameters(peer, id, _, values):
-                self.send(Reply(peer, id, {"op": "parameters", "values": dict(values)}))
+            case Request(peer, FlightOperation(id, what)):
+                self.send(Reply(peer, FlightDone(id, what, 3)))
+            case Request(peer, GetParameters(id)):
+                self.send(Reply(peer, ParameterValues(id, {"kp_x": 2.0})))
+            case Request(peer, SetParameters(id, values)):
+                self.send(Reply(peer, ParameterValues(id, values)))
             case Command(peer, seq, velocity=(speed, _, _)) if speed > 50.0:
                 self.send(Refused(peer, seq, "too_fast", f"{speed:g} m/s is too fast"))
 

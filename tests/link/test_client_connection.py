@@ -6,13 +6,13 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
-from workbench.link.answers import ByeSaid, Error
 from workbench.link.authentication import Tokens
 from workbench.link.operations import (
     Ping,
-    SetParametersOp,
+    SetParameters,
     Subscribe,
 )
+from workbench.link.server_messages import Error, Goodbye
 
 TOKENS = Tokens("v" * 16, "c" * 16)
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
@@ -31,7 +31,7 @@ def test_a_lost_connection_is_made_and_subscribed_to_again(server, fakes):
 
 def test_a_server_that_stopped_is_waited_for(server, fakes):
     with Client(server.address) as client:
-        server.say(ByeSaid("the flight is over"))
+        server.say(Goodbye("the flight is over"))
         server.close()
         fakes.wait_until(lambda: "nobody listens" in client.trouble)
         assert not client.connected
@@ -45,7 +45,7 @@ def test_a_server_that_stopped_is_waited_for(server, fakes):
 def test_without_reconnection_the_end_is_an_error_of_the_loop(server):
     with Client(server.address, reconnect=False) as client:
         server.publish(1, velocity_data=VELOCITY)
-        server.say(ByeSaid("the flight is over"))
+        server.say(Goodbye("the flight is over"))
         with pytest.raises(WorkbenchError, match="said goodbye: the flight is over"):
             for sample in client:
                 assert sample.t_ns == 1
@@ -115,7 +115,7 @@ def test_tokens_prove_who_commands(fakes):
                 c.velocity(1.0, 0.0, 0.0)
                 c.land()
                 c.set(a=1.0)
-            assert len(server.heard(SetParametersOp)) == 1
+            assert len(server.heard(SetParameters)) == 1
             assert server.unproven == []
         with Client(server.address, token=TOKENS.view, role="view") as client:
             assert client.ping() == 5.0

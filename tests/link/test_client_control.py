@@ -8,15 +8,14 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
-from workbench.link.answers import Nack
-from workbench.link.backplane import Hand, Stage
 from workbench.link.client_control import Control
 from workbench.link.control import AsyncControl
 from workbench.link.operations import (
     Ping,
-    ReleaseControlOp,
-    RequestControlOp,
+    ReleaseControl,
+    RequestControl,
 )
+from workbench.link.server_messages import Hand, Nack, Stage
 from workbench.link.wire import Frame
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
@@ -34,8 +33,8 @@ def test_control_begins_neutral_repeats_itself_and_is_released(server, fakes):
             server.publish(6_500_000_000, velocity_data=VELOCITY)
             fakes.wait_until(lambda: server.commands[-1][0] == 6_500_000_000)
             assert c.lost == ""
-        assert len(server.heard(RequestControlOp)) == 1
-        assert server.heard(ReleaseControlOp)[0].lease == fakes.LEASE
+        assert len(server.heard(RequestControl)) == 1
+        assert server.heard(ReleaseControl)[0].lease == fakes.LEASE
     stamps = [t_ns for t_ns, _ in server.commands]
     assert server.commands[0] == (6_000_000_000, (fakes.LEASE, 15, 0.0, 0.0, 0.0, 0.0))
     assert {stamp for stamp in stamps} == {6_000_000_000, 6_500_000_000}
@@ -111,7 +110,7 @@ def test_direct_control_repeats_nothing(server, fakes):
             c.velocity(2.0, 0.0, 0.0)
             fakes.wait_until(lambda: len(server.commands) == 3)
             assert c.land() == 9.0
-        assert len(server.heard(ReleaseControlOp)) == 1
+        assert len(server.heard(ReleaseControl)) == 1
     assert [values[2] for _, values in server.commands] == [0.0, 1.0, 2.0]
 
 
@@ -133,14 +132,14 @@ def test_control_is_released_after_an_exception(server):
     with Client(server.address) as client:
         with pytest.raises(ZeroDivisionError), client.control():
             1 / 0  # noqa: B018
-        assert len(server.heard(ReleaseControlOp)) == 1
+        assert len(server.heard(ReleaseControl)) == 1
         count = len(server.commands)
         time.sleep(0.2)  # four repetitions, were there any
         assert len(server.commands) == count
 
 
 def test_control_that_another_holds_is_refused(server):
-    server.refuse(RequestControlOp, "held", "Ada flies: ask again when control is released")
+    server.refuse(RequestControl, "held", "Ada flies: ask again when control is released")
     with (
         Client(server.address) as client,
         pytest.raises(WorkbenchError, match="Ada flies"),
@@ -155,8 +154,8 @@ def test_control_that_another_holds_is_refused(server):
     [
         lambda s, f: s.cut(),
         lambda s, f: s.say(s.nobody("the operator took over")),
-        lambda s, f: s.say(f.ControlStateSaid(Hand.CLIENT, 99, "", Stage.LIVE, 0.0, "another")),
-        lambda s, f: s.say(f.ControlStateSaid(Hand.CLIENT, 1, "", Stage.HOLD, 0.5, "silent")),
+        lambda s, f: s.say(f.ControlState(Hand.CLIENT, 99, "", Stage.LIVE, 0.0, "another")),
+        lambda s, f: s.say(f.ControlState(Hand.CLIENT, 1, "", Stage.HOLD, 0.5, "silent")),
         lambda s, f: s.say(Nack("not_holder", "the lease is another's", seq=99)),
     ],
 )
@@ -170,11 +169,11 @@ def test_lost_control_raises_at_the_next_call_and_is_not_taken_again(server, fak
                 with pytest.raises(WorkbenchError, match="control was lost: .*; ask again"):
                     call()
         fakes.wait_until(lambda: client.connected)
-        assert len(server.heard(RequestControlOp)) == 1
-        assert server.heard(ReleaseControlOp) == []
+        assert len(server.heard(RequestControl)) == 1
+        assert server.heard(ReleaseControl) == []
         with client.control() as c:  # asked again
             c.velocity(0.0, 0.0, 0.0)
-        assert len(server.heard(RequestControlOp)) == 2
+        assert len(server.heard(RequestControl)) == 2
 
 
 def test_a_control_block_that_is_left_cannot_be_used(server):

@@ -2,8 +2,8 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.authentication import write_tokens
-from workbench.link.backplane import Role
 from workbench.link.client_token import read_token
+from workbench.link.operations import Role
 
 
 def write(path, text, mode=0o600):

@@ -2,11 +2,19 @@
 
 import pytest
 
-from workbench.link.answers import ByeSaid, Error, Nack, Pong, Subscribed, Unknown, write_said
 from workbench.link.conversation import Conversation
 from workbench.link.drone_topics import VELOCITY, Outfit, drone_topics
 from workbench.link.hello import Hello, Limits
 from workbench.link.operations import Ping, Subscribe, read_operation
+from workbench.link.server_messages import (
+    Error,
+    Goodbye,
+    Nack,
+    Pong,
+    Subscribed,
+    Unknown,
+    write_message,
+)
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 from workbench.link.wishes import Wishes
 
@@ -15,7 +23,7 @@ HELLO = Hello("fake", "ab", 3, "x", "0" * 32, False, Limits(8.0, 8.0, 0.4), TOPI
 
 
 def control(said, seq=1, flags=0):
-    return Frame(Kind.CONTROL, 0, flags, seq, 0, write_said(said)).to_bytes()
+    return Frame(Kind.CONTROL, 0, flags, seq, 0, write_message(said)).to_bytes()
 
 
 def data(topic, payload, seq=2, t_ns=7, flags=0, kind=Kind.DATA):
@@ -88,7 +96,7 @@ def test_the_time_is_that_of_the_last_state_or_of_a_pong():
         (data(0, b"{}", kind=Kind.CONTROL), "bad_value", "cannot be understood"),
         (data(0, b"{", kind=Kind.CONTROL), "json", "no strict JSON"),
         (control(Error("slow", "you are slow")), "slow", "ended the connection: you are slow"),
-        (control(ByeSaid("")), "bye", "it stops"),
+        (control(Goodbye("")), "bye", "it stops"),
     ],
 )
 def test_what_ends_it_is_a_sentence(stream, code, said):

@@ -10,10 +10,16 @@ from pathlib import Path
 
 import pytest
 
-from workbench.link.answers import Error, Nack
 from workbench.link.authentication import Tokens
 from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.operations import Bye, FlightOp, ReleaseControlOp, RequestControlOp, Subscribe
+from workbench.link.operations import (
+    Bye,
+    FlightOperation,
+    ReleaseControl,
+    RequestControl,
+    Subscribe,
+)
+from workbench.link.server_messages import Error, Nack
 from workbench.link.wire import Frame
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "link"
@@ -115,24 +121,24 @@ def check_flight(fakes, words, token):
     assert set(moving) == {(1.5, -0.5, 0.25, 0.125)}
     assert len(moving) == pytest.approx(1e9 / STEP, abs=1)
     times = [t_ns for t_ns, _ in server.commands]
-    assert heard(server, FlightOp) == []
+    assert heard(server, FlightOperation) == []
     assert times == sorted(set(times)), "each state is answered once"
     fakes.wait_until(lambda: heard(server, Bye))
-    assert len(heard(server, RequestControlOp)) == 1
-    assert [each.lease for each in heard(server, ReleaseControlOp)] == [fakes.LEASE]
+    assert len(heard(server, RequestControl)) == 1
+    assert [each.lease for each in heard(server, ReleaseControl)] == [fakes.LEASE]
 
 
 def test_a_take_off_comes_after_the_neutral_command(server, fakes, words):
     code, said = run(server, words, "fly", "1", "0", "0", "0", "0.5", "2.5")
     assert code == 0, said
-    [take_off] = heard(server, FlightOp)
+    [take_off] = heard(server, FlightOperation)
     assert (take_off.what, take_off.height, take_off.lease) == ("take_off", 2.5, fakes.LEASE)
     first = next(t_ns for t_ns, (_, _, *velocity) in server.commands if any(velocity))
     assert first - server.commands[0][0] == pytest.approx(4e9, abs=STEP)
 
 
 def test_a_refused_request_is_said(server, words):
-    server.refuse(RequestControlOp, "held", "Ada flies: ask again")
+    server.refuse(RequestControl, "held", "Ada flies: ask again")
     code, said = run(server, words, "fly", "1", "0", "0", "0")
     assert code == 1
     assert "Ada flies: ask again" in said
@@ -149,7 +155,7 @@ def test_a_refused_command_is_said_and_the_flight_goes_on(server, words):
     code, said = run(server, words, "fly", "9", "0", "0", "0", "0.5")
     assert code == 0, said
     assert "its limit 8 m/s" in said
-    assert heard(server, ReleaseControlOp)
+    assert heard(server, ReleaseControl)
 
 
 def test_who_has_lost_control_ends(server, words):

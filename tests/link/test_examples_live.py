@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from workbench.link.answers import read_said
 from workbench.link.drone_topics import COMMAND, VELOCITY
 from workbench.link.hello import Hello
 from workbench.link.operations import Subscribe, write_operation
+from workbench.link.server_messages import read_message
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "link"
@@ -61,7 +61,7 @@ class Watcher:
                         self.fastest = max(self.fastest, values["v_x"])
                     else:
                         self.commands.add((round(values["v_x"], 4), round(values["v_z"], 4)))
-                elif isinstance(said := read_said(frame.payload), Hello):
+                elif isinstance(said := read_message(frame.payload), Hello):
                     topics = {topic.id: topic for topic in said.topics}
                     names = tuple(topics[number].name for number in (VELOCITY, COMMAND))
                     self.send(Frame(Kind.CONTROL, 0, 0, 1, 0, write_operation(Subscribe(1, names))))

@@ -10,9 +10,8 @@ import pytest
 
 from workbench.common.errors import FlightBrokenError
 from workbench.control.mode import FlightMode
-from workbench.link.backplane import Hand, Stage
-from workbench.live.messages import Hold, Phase, SetSpeed
-from workbench.live.network_orders import Network
+from workbench.link.server_messages import Hand, Stage
+from workbench.live.messages import Hold, Network, Phase, SetSpeed
 from workbench.scenario.scenario import Action, Rates, Scenario, Start
 from workbench.session.session import Session
 
@@ -229,7 +228,7 @@ def test_a_paused_flight_answers_and_takes_nothing(served, holder):
     served.order(Hold.RESUME)
     served.fly(CONTROL)
     assert other.nacks() == []
-    assert not other.seat.gone
+    assert not other.session.gone
     assert served.velocities[-1][1] == pytest.approx([0.0, 0.999, 0.0])
 
 

@@ -4,18 +4,18 @@ import json
 
 import pytest
 
-from workbench.link.backplane import Role
 from workbench.link.codes import NackCode
 from workbench.link.operations import (
     BadOperation,
     Bye,
-    FlightOp,
-    GetParametersOp,
+    FlightOperation,
+    GetParameters,
     Login,
     Ping,
-    ReleaseControlOp,
-    RequestControlOp,
-    SetParametersOp,
+    ReleaseControl,
+    RequestControl,
+    Role,
+    SetParameters,
     Subscribe,
     read_operation,
     write_operation,
@@ -36,14 +36,14 @@ def test_what_is_written_is_read(case):
         Subscribe(),
         Subscribe(2, ("/dh_drone/imu",), 12.5),
         Subscribe(2, ()),
-        RequestControlOp(),
-        RequestControlOp(3, "joystick"),
-        ReleaseControlOp(4, 2**32 - 1),
-        FlightOp(5, "take_off", 2.0, 7),
-        FlightOp(5, "stop", 1.5, 7),
-        GetParametersOp(),
-        GetParametersOp(6, ("kp_velocity_x",)),
-        SetParametersOp(7, {"kp_velocity_x": 0.0}, 7),
+        RequestControl(),
+        RequestControl(3, "joystick"),
+        ReleaseControl(4, 2**32 - 1),
+        FlightOperation(5, "take_off", 2.0, 7),
+        FlightOperation(5, "stop", 1.5, 7),
+        GetParameters(),
+        GetParameters(6, ("kp_velocity_x",)),
+        SetParameters(7, {"kp_velocity_x": 0.0}, 7),
         Ping(2**32 - 1),
         Bye(9),
     ]:
@@ -118,6 +118,6 @@ def test_an_operation_of_another_type_is_refused():
 
 def test_numbers_are_read_as_numbers():
     found = read_operation(b'{"op":"parameters","set":{"a":3},"lease":7.0}')
-    assert found == SetParametersOp(0, {"a": 3.0}, 7)
-    assert type(found.values["a"]) is float
+    assert found == SetParameters(0, {"a": 3.0}, 7)
+    assert type(found.set["a"]) is float
     assert type(found.lease) is int

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.link.server.origin import is_own_host, is_own_origin
+from workbench.link.server.web import is_own_host, is_own_origin
 
 
 def test_a_host_is_own_where_the_server_listens(case):

@@ -15,11 +15,11 @@ from pathlib import Path
 import pytest
 
 from workbench.link import authority
-from workbench.link.answers import Unknown, read_said, write_said
 from workbench.link.codes import ErrorCode, NackCode
 from workbench.link.drone_topics import AXES, COMMAND, Outfit, drone_topics
 from workbench.link.hello import Hello, Limits
 from workbench.link.operations import BadOperation, read_operation
+from workbench.link.server_messages import Unknown, read_message, write_message
 from workbench.link.wire import HEADER, LARGEST, LARGEST_BEFORE_LOGIN, Decoder, Flag, Kind
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
@@ -106,21 +106,21 @@ def test_every_operation_of_a_client_has_an_example():
 
 def test_every_operation_of_the_server_has_an_example():
     hello, others = blocks("json", section("What the server says"))
-    shown = [read_said(text.encode()) for text in (hello, *others.splitlines())]
+    shown = [read_message(text.encode()) for text in (hello, *others.splitlines())]
     assert not any(isinstance(each, Unknown) for each in shown)
     assert {each.op for each in shown} == {
         "hello", "login", "subscribe", "request_control", "release_control", "parameters", "flight",
         "control_state", "pong", "nack", "error", "bye",
     }  # fmt: skip
     for said, text in zip(shown, (hello, *others.splitlines()), strict=True):
-        written, example = json.loads(write_said(said)), json.loads(text)
+        written, example = json.loads(write_message(said)), json.loads(text)
         if isinstance(said, Hello):
             written["topics"][0].pop("hash"), example["topics"][0].pop("hash")
         assert written == example
 
 
 def test_the_limits_that_hello_shows_are_the_usual_ones():
-    shown = read_said(blocks("json", section("What the server says"))[0].encode())
+    shown = read_message(blocks("json", section("What the server says"))[0].encode())
     usual = Limits(8.0, 3.0, 0.4)
     for each in fields(Limits):
         assert getattr(shown.limits, each.name) == getattr(usual, each.name)
@@ -208,7 +208,7 @@ def test_a_search_in_the_text_of_hello_finds_numbers_of_topics():
     """Small devices search instead of parsing; the page promises them this order."""
     topics = drone_topics(Outfit(4, 200, 8))
     hello = Hello("s", "0", 1, "v", "0" * 32, False, Limits(8, 3, 1), topics, parameters=())
-    written = write_said(hello).decode()
+    written = write_message(hello).decode()
     for topic in topics:
         assert f'{{"id":{topic.id},"name":"{topic.name}",' in written
 

@@ -34,7 +34,7 @@ def test_a_foreign_origin_is_refused_and_counted(origin):
             await served.join(page, client, Origin=origin)
         assert refused.value.status == 403
         assert hub.refusals.counts == {"origin": 1}
-        assert hub.status().peers == ()
+        assert hub.status().clients == ()
 
     served.run(scenario)
 
@@ -54,7 +54,7 @@ def test_a_websocket_carries_frames_in_parts_and_several_at_once():
             decoder = Decoder()
             [hello] = await served.operations(link, decoder, 1)
             assert (hello["op"], hello["vehicle"]) == ("hello", "x500")
-            [peer] = hub.status().peers
+            [peer] = hub.status().clients
             assert (peer.transport, peer.address.split(":")[0]) == ("websocket", "127.0.0.1")
             stream = served.said("ping", 1, id=7) + served.said("ping", 2, id=8)
             for begin in range(0, len(stream), 11):
@@ -62,7 +62,7 @@ def test_a_websocket_carries_frames_in_parts_and_several_at_once():
             await link.send_bytes(served.said("ping", 3, id=9) + served.said("ping", 4, id=10))
             pongs = await served.operations(link, decoder, 4)
             assert [pong["id"] for pong in pongs] == [7, 8, 9, 10]
-        await served.until(lambda: hub.status().peers == ())
+        await served.until(lambda: hub.status().clients == ())
 
     served.run(scenario)
 
@@ -96,7 +96,7 @@ def test_other_messages_end_the_connection_and_are_counted(message, closed, code
             [error] = await served.operations(link, Decoder(), 1)
             assert (error["op"], error["code"]) == ("error", code)
             assert (await link.receive()).data == closed
-        await served.until(lambda: hub.status().peers == ())
+        await served.until(lambda: hub.status().clients == ())
         assert hub.refusals.counts == {code: 1}
 
     served.run(scenario)
@@ -223,13 +223,14 @@ def test_what_carries_nothing_counts_as_well(what, monkeypatch):
 
     async def scenario(hub, page, client):
         paused = []
-        go_on = hub.go_on
+        receive = hub.receive
 
-        def note(seat):
-            paused.append(seat)
-            return go_on(seat)
+        def note(session, data=None):
+            if data is None:
+                paused.append(session)
+            return receive(session, data)
 
-        monkeypatch.setattr(hub, "go_on", note)
+        monkeypatch.setattr(hub, "receive", note)
         async with served.join(page, client) as link:
             send = {"empty": link.send_bytes, "ping": link.ping, "pong": link.pong}[what]
             for _ in range(300):
@@ -263,13 +264,13 @@ def test_a_client_that_reads_nothing_is_ended_with_what_it_was_sent():
             "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
         )
         deaf.sendall(request.encode())
-        await served.until(lambda: len(hub._seats) == 1)
-        [seat] = hub._seats.values()
+        await served.until(lambda: len(hub._sessions) == 1)
+        [session] = hub._sessions.values()
         for _ in range(4000):
-            seat.transport.write(bytes(4096))
-        await served.until(lambda: 0 < seat.transport.unsent < 4000 * 4096)
-        seat.transport.close()
-        await served.until(lambda: hub.status().peers == ())
+            session.transport.write(bytes(4096))
+        await served.until(lambda: 0 < session.transport.unsent < 4000 * 4096)
+        session.transport.close()
+        await served.until(lambda: hub.status().clients == ())
         deaf.close()
 
     served.run(scenario)

@@ -12,7 +12,7 @@ from workbench.link.server import web
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
-from workbench.link.server.terms import Terms
+from workbench.link.server.policy import Policy
 from workbench.link.wire import Frame, Kind
 
 LIMIT = 20.0
@@ -24,7 +24,7 @@ def run(scenario, config=None, clients=16, an_address=4):
 
     async def served():
         flight = Flight("x500", drone_topics(Outfit(4, 200, 8)), (), (8.0, 8.0, 0.4))
-        hub = Hub(Terms(flight), Admission(clients, an_address), lambda record: None)
+        hub = Hub(Policy(flight), Admission(clients, an_address), lambda record: None)
         page = await web.start(hub, config or ServerConfig(port=0, web=True))
         try:
             async with asyncio.timeout(LIMIT), aiohttp.ClientSession() as client:

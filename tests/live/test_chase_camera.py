@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from workbench.live.chase_camera import FARTHEST, NEAREST, ORBIT, ChaseCamera
+from workbench.live.picture import FARTHEST, NEAREST, ORBIT, ChaseCamera
 from workbench.session.session import Session
 
 

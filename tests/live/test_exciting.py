@@ -19,6 +19,8 @@ from workbench.live.messages import (
     GetFlown,
     GetInstant,
     Hold,
+    KeepLog,
+    Network,
     Order,
     Phase,
     Refusal,
@@ -26,7 +28,6 @@ from workbench.live.messages import (
     SetSpeed,
     StopExciting,
 )
-from workbench.live.network_orders import KeepLog, Network
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.excitation import Excitation, Shape

@@ -24,7 +24,7 @@ from workbench.live.messages import (
     Report,
     SetSpeed,
 )
-from workbench.live.outbox import Outbox
+from workbench.live.send_queue import SendQueue
 from workbench.scenario.scenario import (
     Action,
     Gust,
@@ -313,7 +313,7 @@ def test_reports_come_sixty_times_a_second_whatever_the_speed():
 def test_a_reader_that_stands_still_does_not_stop_the_flight():
     """Nobody reads the pipe, which holds a few hundred reports at most."""
     here, there = Pipe()
-    outbox = Outbox(here)
+    outbox = SendQueue(here)
     bench = Bench(outbox=outbox)
     bench.fly(12.0)
     assert bench.session.time == 12.0

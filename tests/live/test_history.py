@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from workbench.live.history import History
+from workbench.live.log_keeper import History
 from workbench.scenario.scenario import Action, Gust, Push
 
 ACTIONS = [

@@ -15,11 +15,12 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
-from workbench.link.backplane import Hand, ServerStatus, Stage
+from workbench.link.backplane import ServerStatus
 from workbench.link.server.config import ServerConfig
+from workbench.link.server_messages import Hand, Stage
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Answer, Phase
-from workbench.live.server_keeper import ServerKeeper
+from workbench.live.server_supervisor import ServerSupervisor
 
 ENOUGH = 120.0
 """No test waits so long unless it fails [s]."""
@@ -162,19 +163,19 @@ def test_the_view_shows_who_is_there_who_flies_and_the_log(flight, address, tmp_
     assert flight.keep_log(path).result(ENOUGH) == str(path)
     assert flight.latest().network.log == str(path)
     with Client(address, name="Ada") as client:
-        wait_for(lambda: [each.name for each in served(flight).peers] == ["Ada"])
+        wait_for(lambda: [each.name for each in served(flight).clients] == ["Ada"])
         flight.pause().result(ENOUGH)  # so that no silence costs the lease
         with client.control():
             wait_for(lambda: flight.latest().network.control.hand is Hand.CLIENT)
             control = flight.latest().network.control
             assert (control.name, control.stage) == ("Ada", Stage.LIVE)
-            (peer,) = served(flight).peers
+            (peer,) = served(flight).clients
             assert control.peer == peer.peer
             flight.take_over().result(ENOUGH)
             assert flight.latest().network.control.hand is Hand.OPERATOR
             flight.give_back().result(ENOUGH)
             assert flight.latest().network.control.hand is Hand.NOBODY
-    wait_for(lambda: served(flight).peers == ())
+    wait_for(lambda: served(flight).clients == ())
     assert flight.stop_log().result(ENOUGH) == str(path)
     assert flight.latest().network.log == ""
     assert path.stat().st_size > 0
@@ -211,14 +212,17 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
     now, begun, ways = [0.0], [], []
 
     class Dying:
-        patience = math.inf
+        wait_time = math.inf
 
         def __init__(self, config, flight):
             begun.append((now[0], config.port, config.web_port))
             self.connection, self._far = Pipe(duplex=False)
             ways.append([ServerStatus("here:7", "http://here:8/", (), {}, ())])
 
-        def heard(self):
+        def flush(self):
+            pass
+
+        def received(self, most):
             yield from ways.pop() if ways else ()
             raise EOFError
 
@@ -232,30 +236,30 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
     def live(seconds):
         end = now[0] + seconds
         while now[0] < end:
-            list(keeper.heard())
-            if keeper._ending:
-                keeper._ending._thread.join()
+            list(supervisor.heard())
+            if supervisor._ending:
+                supervisor._ending._thread.join()
             now[0] += 0.01
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("workbench.live.server_keeper.Serving", Dying)
-        keeper = ServerKeeper(lambda: None, lambda: 0.0, lambda: now[0])
-        keeper.serve(1, ServerConfig(port=0, web=True))
+        patch.setattr("workbench.live.server_supervisor.ServerProcess", Dying)
+        supervisor = ServerSupervisor(lambda: None, lambda: 0.0, lambda: now[0])
+        supervisor.serve(1, ServerConfig(port=0, web=True))
         live(20.0)
         assert [round(after - before, 1) for (before, *_), (after, *_) in pairwise(begun)] == [
             0.1, 0.5, 1.0, 2.0, 4.0,
         ]  # fmt: skip
         assert {(port, page) for _, port, page in begun[1:]} == {(7, 8)}
-        assert "was killed; it was started again 5 times in vain" in keeper.said
-        assert not keeper.starts_again and not keeper.serves
-        assert keeper.answers == [Answer(1, "here:7")]
-        keeper.serve(2, ServerConfig(port=0))
+        assert "was killed; it was started again 5 times in vain" in supervisor.said
+        assert not supervisor.starts_again and not supervisor.serves
+        assert supervisor.answers == [Answer(1, "here:7")]
+        supervisor.serve(2, ServerConfig(port=0))
         live(0.05)
-        assert keeper.starts_again
-        keeper.stop(3)
+        assert supervisor.starts_again
+        supervisor.stop(3)
         live(20.0)
         assert len(begun) == 7
-        assert (keeper.starts_again, keeper.said) == (False, "")
+        assert (supervisor.starts_again, supervisor.said) == (False, "")
 
 
 def test_a_log_that_loses_its_file_is_said_and_is_no_success(flight, tmp_path):
@@ -334,12 +338,12 @@ def test_the_operator_sends_a_client_away(flight, address):
         Client(address, name="Ada", reconnect=False) as bad,
         Client(address, name="Bob", reconnect=False) as good,
     ):
-        wait_for(lambda: len(served(flight).peers) == 2)
-        (peer,) = [each.peer for each in served(flight).peers if each.name == "Ada"]
+        wait_for(lambda: len(served(flight).clients) == 2)
+        (peer,) = [each.peer for each in served(flight).clients if each.name == "Ada"]
         flight.disconnect(peer, "you are in the way").result(ENOUGH)
         wait_for(lambda: not bad.connected)
         assert "you are in the way" in bad.trouble
-        wait_for(lambda: [each.name for each in served(flight).peers] == ["Bob"])
+        wait_for(lambda: [each.name for each in served(flight).clients] == ["Bob"])
         assert good.connected
 
 

@@ -12,7 +12,7 @@ ENOUGH = 120.0
 """No test waits so long unless it fails [s]."""
 
 
-class Outbox:
+class SendQueue:
     """Takes messages while it is open."""
 
     def __init__(self):
@@ -29,7 +29,7 @@ def at(t_ns):
 
 
 def test_a_reader_that_is_too_slow_is_told_how_much_is_left_out():
-    outbox = Outbox()
+    outbox = SendQueue()
     stream = Stream(outbox)
     stream.flush()
     assert outbox.sent == []

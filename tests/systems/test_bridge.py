@@ -28,7 +28,8 @@ class Flight:
         self.seq += 1
         t_ns = round(self.session.time * 1e9)
         lease = self.lease if lease is None else lease
-        self.bridge.command(Command(1, self.seq, t_ns, lease, 15, velocity, yaw_rate))
+        command = Command(1, self.seq, t_ns, lease, 15, velocity, yaw_rate)
+        self.bridge.command(command, self.session.time)
 
     def fly(self, steps: int) -> None:
         self.session.tick(steps * self.session.scenario.rates.physics_step)
@@ -84,8 +85,8 @@ def test_what_is_refused_is_told_and_changes_nothing():
     flight.fly(8)
     refused = flight.bridge.refused()
     assert [(each.seq, each.code) for each in refused] == [
+        (3, "not_holder"),  # before it waits, the others at the update
         (2, "not_finite"),
-        (3, "not_holder"),
         (4, "scaled"),
     ]
     assert flight.bridge.refused() == []

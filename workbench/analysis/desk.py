@@ -19,7 +19,7 @@ from workbench.analysis.questions import (
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError
-from workbench.live.outbox import Outbox
+from workbench.live.send_queue import SendQueue
 
 ORDER = (Judge, Predict, Fork, DrawMap, FindRanges, Weigh, Tune, Pin)
 """The kinds of questions, the most urgent first."""
@@ -43,7 +43,7 @@ class Desk:
     """
 
     def __init__(
-        self, subject: Subject, inbox: Inbox, outbox: Outbox, find: Callable[[type], Answerer]
+        self, subject: Subject, inbox: Inbox, outbox: SendQueue, find: Callable[[type], Answerer]
     ) -> None:
         self._subject = subject
         self._inbox = inbox

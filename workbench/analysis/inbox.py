@@ -6,7 +6,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 from workbench.analysis.messages import Ask, Stop, Superseded
-from workbench.live.outbox import Outbox
+from workbench.live.send_queue import SendQueue
 
 
 class Inbox:
@@ -24,7 +24,7 @@ class Inbox:
     def __init__(
         self,
         connection: Connection,
-        outbox: Outbox,
+        outbox: SendQueue,
         end: Callable[[], None] = lambda: os._exit(0),
     ) -> None:
         self._connection = connection

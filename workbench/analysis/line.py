@@ -20,8 +20,8 @@ from workbench.analysis.questions import Question
 from workbench.analysis.replies import Searched
 from workbench.analysis.superseded import SupersededError
 from workbench.common.errors import WorkbenchError
-from workbench.live.outbox import Outbox
 from workbench.live.process import DYING, ChildProcess
+from workbench.live.send_queue import SendQueue
 
 CLOSED = "the analyst is closed"
 MODULE = "workbench.analysis.worker"
@@ -51,7 +51,7 @@ class Line:
         self._asked = 0
         self._closed = False
         self._process = ChildProcess(MODULE, "analyst")
-        self._outbox = Outbox(self._process.connection)
+        self._outbox = SendQueue(self._process.connection)
         self._outbox.post(begin)
         self._listener = threading.Thread(target=self._listen, name="analyst", daemon=True)
         self._listener.start()

@@ -24,7 +24,7 @@ from workbench.analysis.questions import (
 )
 from workbench.analysis.subject import Subject
 from workbench.common.cache import PROGRESS_LOGGER
-from workbench.live.outbox import LogPoster, Outbox
+from workbench.live.send_queue import LogPoster, SendQueue
 
 ANSWERERS = {
     Judge: "judging:judge",
@@ -48,7 +48,7 @@ def main(connection: Connection) -> int:
     if not isinstance(begin, Begin):
         return 1
     os.nice(begin.niceness)
-    outbox = Outbox(connection)
+    outbox = SendQueue(connection)
     logging.getLogger(PROGRESS_LOGGER).addHandler(LogPoster(outbox, Preparing))
     inbox = Inbox(connection, outbox)
     Desk(Subject(begin.scenario, begin.settings), inbox, outbox, find_answerer).run()

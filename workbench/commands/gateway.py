@@ -168,7 +168,7 @@ def _run_ros2(args: argparse.Namespace) -> int:
 def _client(args: argparse.Namespace, name: str) -> "Client":
     """Return a client that watches."""
     from workbench.link import Client
-    from workbench.link.backplane import Role
+    from workbench.link.operations import Role
 
     link = link_options(args, flies=False)
     topics = [topic.strip() for topic in args.topics.split(",") if topic.strip()]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_options import LOOPBACK, Ros2Options, domain_number
-from workbench.link.backplane import Role
+from workbench.link.operations import Role
 
 if TYPE_CHECKING:
     from cyclonedds.domain import DomainParticipant

@@ -12,7 +12,7 @@ from workbench.gui.log_folder import log_folder
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.live.flight import LiveFlight
-from workbench.live.network_orders import NetworkView
+from workbench.live.messages import NetworkView
 from workbench.live.view import LiveView
 
 LOOK = 500

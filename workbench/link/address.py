@@ -7,6 +7,8 @@ from workbench.common.errors import WorkbenchError
 
 DEFAULT_PORT = 7733
 LOOPBACK = "127.0.0.1"
+IPV6_PREFIX = 64
+"""Bits: one machine has all the addresses of such a network to itself, 2^64 of them."""
 
 
 class Address(NamedTuple):
@@ -61,3 +63,21 @@ def is_loopback(host: str) -> bool:
     if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped:
         return address.ipv4_mapped.is_loopback
     return address.is_loopback
+
+
+def host_of(address: str) -> str:
+    """Return the host of "HOST:PORT", IPv6 without brackets."""
+    return address.rpartition(":")[0].strip("[]")
+
+
+def network_of(host: str) -> str:
+    """Return what stands for all addresses that the machine with this one can have as well."""
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return host
+    if isinstance(address, ipaddress.IPv4Address):
+        return host
+    if address.ipv4_mapped:
+        return str(address.ipv4_mapped)
+    return str(ipaddress.ip_network((int(address), IPV6_PREFIX), strict=False))

@@ -7,17 +7,16 @@ from typing import TypeVar
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import parse_address
-from workbench.link.answers import ControlStateSaid, ParametersSaid, Pong
-from workbench.link.backplane import Role
 from workbench.link.client_tls import make_trust
 from workbench.link.control import AsyncControl
 from workbench.link.direct_control import AsyncDirectControl
 from workbench.link.hello import Hello
 from workbench.link.inbox import Inbox
 from workbench.link.line import Line, RefusedError, open_line
-from workbench.link.operations import GetParametersOp, Operation, Ping
+from workbench.link.operations import GetParameters, Operation, Ping, Role
 from workbench.link.pending import REQUEST_LIMIT, Pending
 from workbench.link.sample import Sample
+from workbench.link.server_messages import ControlState, ParameterValues, Pong
 from workbench.link.wishes import full_name, make_wishes
 
 FIRST_PAUSE = 0.1
@@ -71,7 +70,7 @@ class AsyncClient:
         self._trust = make_trust(tls)
         self._reconnect = reconnect
         self.name = name
-        self.control_state: ControlStateSaid | None = None
+        self.control_state: ControlState | None = None
         self.trouble = "the client is not open"
         self.inbox = Inbox()
         self._failure: WorkbenchError | None = None
@@ -162,7 +161,7 @@ class AsyncClient:
         Raises:
             WorkbenchError: if one is unknown.
         """
-        said = await self.request(lambda id: GetParametersOp(id, names), ParametersSaid)
+        said = await self.request(lambda id: GetParameters(id, names), ParameterValues)
         return dict(said.values)
 
     async def ping(self) -> float:
@@ -255,7 +254,7 @@ class AsyncClient:
             if self._control is not None:
                 self._control.keep_up()
         for said in conversation.said:
-            if isinstance(said, ControlStateSaid):
+            if isinstance(said, ControlState):
                 self.control_state = said
             if self._control is not None:
                 self._control.hear(said)

@@ -11,8 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from workbench.link.backplane import Command, ControlState, Hand, Stage
+from workbench.link.backplane import Command
 from workbench.link.drone_topics import AXES
+from workbench.link.server_messages import ControlState, Hand, Stage
 
 HOLD_AFTER = 0.5
 """Silence after which the drone holds its place, and the lease is renewed no longer [s]."""
@@ -65,8 +66,8 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Flown:
-    """A command as it is flown: velocity in W [m/s], yaw rate [rad/s], and why it was reduced."""
+class LimitedCommand:
+    """A command within the limits: velocity in W [m/s], yaw rate [rad/s], why it was reduced."""
 
     velocity: tuple[float, float, float]
     yaw_rate: float
@@ -125,13 +126,8 @@ class Authority:
         self._hold_by = name or f"client {peer}"
         return self._lease
 
-    def release(self, peer: int, lease: int, now: float) -> None:
-        """Let a holder give control back; the drone holds its place.
-
-        Raises:
-            DeniedError: if it is not the holder.
-        """
-        self.check(peer, lease, now)
+    def release(self, now: float) -> None:
+        """Let the holder give control back; the drone holds its place."""
         who = self._who()
         self.begin(now, f"{who} released control")
         self._hold_due, self._hold_by = True, who
@@ -145,7 +141,7 @@ class Authority:
         self._lose(f"the connection of {self._who()} ended")
 
     def check(self, peer: int, lease: int, now: float) -> None:
-        """Refuse what only the holder may do.
+        """Refuse what only the holder may do: the one place where a lease is looked at.
 
         Raises:
             DeniedError: if a client is not the holder, or has been silent too long.
@@ -165,7 +161,7 @@ class Authority:
         """Count what the holder just did as a sign of life."""
         self._since = now
 
-    def command(self, command: Command, now: float) -> Flown:
+    def command(self, command: Command, now: float) -> LimitedCommand:
         """Return what is flown of a command.
 
         Raises:
@@ -245,7 +241,7 @@ class Authority:
             return "the operator at the screen"
         return self._name or f"client {self._peer}"
 
-    def _within_limits(self, command: Command) -> Flown:
+    def _within_limits(self, command: Command) -> LimitedCommand:
         """Return a command with its unused axes at zero, reduced to the limits."""
         if not all(map(math.isfinite, (*command.velocity, command.yaw_rate))):
             raise DeniedError("not_finite", "a number of the command is not finite: all must be")
@@ -259,7 +255,7 @@ class Authority:
         level, level_said = _share("level speed", math.hypot(*used[:2]), limits.level, "m/s")
         climb, climb_said = _share("climb rate", abs(used[2]), limits.climb, "m/s")
         turn, turn_said = _share("yaw rate", abs(used[3]), limits.turn, "rad/s")
-        return Flown(
+        return LimitedCommand(
             (level * used[0], level * used[1], climb * used[2]),
             turn * used[3],
             ", ".join(said for said in (level_said, climb_said, turn_said) if said),

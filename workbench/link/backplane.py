@@ -4,10 +4,13 @@ The server asks, the flight decides: whatever reaches the drone was checked and 
 a step that is on record, even if the server dies.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from workbench.link.hello import ParameterRow
+from workbench.link.operations import FlightRequest, Role
+from workbench.link.server_messages import ServerMessage
 from workbench.link.topics import Topic
 
 # From the server to the flight. `peer` is the number of a connection, never used twice.
@@ -27,51 +30,11 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True)
-class RequestControl:
-    """A client wants to command; `name` is what it calls itself."""
+class Request:
+    """What a client asks of the flight, which answers with a `Reply`."""
 
     peer: int
-    id: int
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class ReleaseControl:
-    """A client wants to command no longer."""
-
-    peer: int
-    id: int
-    lease: int
-
-
-@dataclass(frozen=True, slots=True)
-class FlightOperation:
-    """A client wants to arm, take_off (to a height [m]), land, stop or hold."""
-
-    peer: int
-    id: int
-    lease: int
-    what: str
-    height: float
-
-
-@dataclass(frozen=True, slots=True)
-class SetParameters:
-    """A client wants to set live parameters: all, or none where one is refused."""
-
-    peer: int
-    id: int
-    lease: int
-    values: Mapping[str, float]
-
-
-@dataclass(frozen=True, slots=True)
-class GetParameters:
-    """A client wants to know live parameters; of all if no names are given."""
-
-    peer: int
-    id: int
-    names: tuple[str, ...]
+    operation: FlightRequest
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,26 +44,11 @@ class Gone:
     peer: int
 
 
-Asked = (
-    Command
-    | RequestControl
-    | ReleaseControl
-    | FlightOperation
-    | SetParameters
-    | GetParameters
-    | Gone
-)
-
-
-class Role(Enum):
-    """What a client may do."""
-
-    VIEW = "view"
-    COMMAND = "command"
+FromClient = Command | Request | Gone
 
 
 @dataclass(frozen=True, slots=True)
-class PeerStatus:
+class ClientStatus:
     """A connected client, as the Server screen shows it.
 
     Attributes:
@@ -133,14 +81,14 @@ class ServerStatus:
     Attributes:
         address: where it listens, "HOST:PORT".
         page: address of the page for phones, "" without.
-        peers: who is connected.
+        clients: who is connected.
         refusals: how often something was refused since the start, by its code.
         log: the last refusals in words, newest last.
     """
 
     address: str
     page: str
-    peers: tuple[PeerStatus, ...]
+    clients: tuple[ClientStatus, ...]
     refusals: Mapping[str, int]
     log: tuple[str, ...]
 
@@ -150,6 +98,11 @@ class ServerFailed:
     """The server cannot start, or has ended; a sentence."""
 
     said: str
+
+
+FromServer = FromClient | ServerStatus | ServerFailed
+ToFlight = Callable[[FromServer], None]
+"""Sends a record to the flight without waiting."""
 
 
 # From the flight to the server.
@@ -162,13 +115,13 @@ class Flight:
     Attributes:
         vehicle: its name.
         topics: their definitions.
-        parameters: rows of the live parameters for HELLO: name, unit, low, high, default, help.
+        parameters: the live parameters.
         limits: largest level speed, climb rate [m/s] and yaw rate [rad/s].
     """
 
     vehicle: str
     topics: tuple[Topic, ...]
-    parameters: tuple[tuple[str, str, float, float, float, str], ...]
+    parameters: tuple[ParameterRow, ...]
     limits: tuple[float, float, float]
 
 
@@ -202,11 +155,10 @@ class Sampled:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a client's request came to: an operation of the protocol, without its `id`."""
+    """What a client's request came to."""
 
     peer: int
-    id: int
-    operation: Mapping[str, object]
+    answer: ServerMessage
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,44 +169,6 @@ class Refused:
     seq: int
     code: str
     said: str
-
-
-class Hand(Enum):
-    """Who flies."""
-
-    NOBODY = "nobody"
-    CLIENT = "client"
-    OPERATOR = "operator"
-
-
-class Stage(Enum):
-    """How far the ladder of a silent holder has gone."""
-
-    LIVE = "live"
-    HOLD = "hold"
-    LOST = "lost"
-    LAND = "land"
-
-
-@dataclass(frozen=True, slots=True)
-class ControlState:
-    """Who commands, broadcast at 1 Hz of simulated time and on change.
-
-    Attributes:
-        hand: who.
-        peer: the holder's connection, 0 if it is no client.
-        name: what the holder calls itself.
-        stage: how far its silence has led.
-        age: of the last command that was applied [s], infinite where nobody flies.
-        reason: why it came to this, in words.
-    """
-
-    hand: Hand
-    peer: int
-    name: str
-    stage: Stage
-    age: float
-    reason: str
 
 
 @dataclass(frozen=True, slots=True)

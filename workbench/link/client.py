@@ -8,12 +8,12 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Any, TypeVar
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.answers import ControlStateSaid
 from workbench.link.async_client import AsyncClient
-from workbench.link.backplane import Role
 from workbench.link.client_control import Control, DirectControl
 from workbench.link.hello import Hello
+from workbench.link.operations import Role
 from workbench.link.sample import Sample
+from workbench.link.server_messages import ControlState
 
 NOT_OPEN = "the client is not open: write `with Client(...) as client:`"
 ENDED = "the client's thread has ended: open a new client"
@@ -92,7 +92,7 @@ class Client:
         return self._client.hello
 
     @property
-    def control_state(self) -> ControlStateSaid | None:
+    def control_state(self) -> ControlState | None:
         """Who flies, None until the server said so."""
         return self._client.control_state
 

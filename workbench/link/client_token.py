@@ -4,7 +4,7 @@ from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.authentication import private_text
-from workbench.link.backplane import Role
+from workbench.link.operations import Role
 
 
 def read_token(path: Path | str, role: Role) -> str:

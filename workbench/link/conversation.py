@@ -2,22 +2,22 @@
 
 from dataclasses import dataclass, replace
 
-from workbench.link.answers import (
-    ByeSaid,
-    Error,
-    LoggedIn,
-    Nack,
-    Pong,
-    Said,
-    Subscribed,
-    read_said,
-)
 from workbench.link.authentication import login_proof, new_nonce, prove, session_key
 from workbench.link.drone_topics import COMMAND
 from workbench.link.hello import Hello
 from workbench.link.json_fields import BadOperation
 from workbench.link.operations import COMMANDING, Login, Operation, Subscribe, write_operation
 from workbench.link.sample import Sample
+from workbench.link.server_messages import (
+    Error,
+    Goodbye,
+    LoggedIn,
+    Nack,
+    Pong,
+    ServerMessage,
+    Subscribed,
+    read_message,
+)
 from workbench.link.topics import Topic
 from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
 from workbench.link.wishes import Wishes
@@ -62,7 +62,7 @@ class Conversation:
         self.end: End | None = None
         self.newest_ns: int | None = None
         self.samples: list[Sample] = []
-        self.said: list[Said] = []
+        self.said: list[ServerMessage] = []
         self._wishes = wishes
         self._decoder = Decoder()
         self._topics: dict[int, Topic] = {}
@@ -114,7 +114,7 @@ class Conversation:
 
     def _take(self, frame: Frame) -> None:
         if frame.kind == Kind.CONTROL:
-            self._hear(read_said(frame.payload))
+            self._hear(read_message(frame.payload))
         elif self.hello is None:
             self._finish("hello", NO_SERVER)
         elif frame.kind == Kind.DATA:
@@ -122,12 +122,12 @@ class Conversation:
         if frame.flags & ACKNOWLEDGE:
             self._outgoing += Frame(Kind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b"").to_bytes()
 
-    def _hear(self, said: Said) -> None:
+    def _hear(self, said: ServerMessage) -> None:
         """Act on what concerns the conversation itself; pass on the rest."""
         match said:
             case Error(code, sentence):
                 self._finish(code, f"the server ended the connection: {sentence}")
-            case ByeSaid(sentence):
+            case Goodbye(sentence):
                 self._finish("bye", f"the server said goodbye: {sentence or 'it stops'}")
             case Hello() if self.hello is None:
                 self._greet(said)

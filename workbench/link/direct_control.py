@@ -5,26 +5,27 @@ import math
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.answers import (
-    ControlStateSaid,
-    Flown,
-    Granted,
-    Nack,
-    ParametersSaid,
-    Released,
-    Said,
-)
-from workbench.link.backplane import Hand, Stage
 from workbench.link.codes import NackCode
 from workbench.link.drone_topics import AXES
 from workbench.link.line import Line
 from workbench.link.operations import (
     TAKE_OFF_HEIGHT,
-    FlightOp,
+    FlightOperation,
     Ping,
-    ReleaseControlOp,
-    RequestControlOp,
-    SetParametersOp,
+    ReleaseControl,
+    RequestControl,
+    SetParameters,
+)
+from workbench.link.server_messages import (
+    ControlState,
+    FlightDone,
+    Granted,
+    Hand,
+    Nack,
+    ParameterValues,
+    Released,
+    ServerMessage,
+    Stage,
 )
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class AsyncDirectControl:
             raise WorkbenchError("this server takes no commands that this client knows")
         await self._client.ping()  # tells the time of the newest state, which a command carries
         granted = await self._client.request(
-            lambda id: RequestControlOp(id, self._client.name), Granted
+            lambda id: RequestControl(id, self._client.name), Granted
         )
         self._line = self._client.line
         self._lease = granted.lease
@@ -79,7 +80,7 @@ class AsyncDirectControl:
                 # Whoever goes needs no answer: without one the lease runs out by itself.
                 with contextlib.suppress(WorkbenchError):
                     await self._client.request(
-                        lambda id: ReleaseControlOp(id, self._lease), Released, RELEASE_LIMIT
+                        lambda id: ReleaseControl(id, self._lease), Released, RELEASE_LIMIT
                     )
         finally:
             self._lease, self.lost = 0, self.lost or "it was released"
@@ -128,7 +129,7 @@ class AsyncDirectControl:
         """
         self.check()
         said = await self._client.request(
-            lambda id: SetParametersOp(id, values, self._lease), ParametersSaid
+            lambda id: SetParameters(id, values, self._lease), ParameterValues
         )
         return dict(said.values)
 
@@ -161,10 +162,10 @@ class AsyncDirectControl:
         self.scaled = ""
         self._send()
 
-    def hear(self, said: Said) -> None:
+    def hear(self, said: ServerMessage) -> None:
         """Take note of what concerns control."""
         match said:
-            case ControlStateSaid(hand, peer, _, stage, _, reason):
+            case ControlState(hand, peer, _, stage, _, reason):
                 if (hand, peer, stage) != (Hand.CLIENT, self._client.peer, Stage.LIVE):
                     self.lose(reason)
             case Nack(_, _, _, int(seq)) if seq <= self._before:
@@ -200,5 +201,7 @@ class AsyncDirectControl:
 
     async def _fly(self, what: str, height: float = TAKE_OFF_HEIGHT) -> float:
         self.check()
-        said = await self._client.request(lambda id: FlightOp(id, what, height, self._lease), Flown)
+        said = await self._client.request(
+            lambda id: FlightOperation(id, what, height, self._lease), FlightDone
+        )
         return said.applied_ns / 1e9

@@ -1,6 +1,5 @@
 """The server's first words: all that a client must know to read the rest."""
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import ClassVar
 
@@ -101,13 +100,6 @@ class Hello:
             "topics": [topic.definition() for topic in self.topics],
             "parameters": [asdict(row) for row in self.parameters],
         }
-
-
-def parameter_rows(
-    rows: Sequence[tuple[str, str, float, float, float, str]],
-) -> tuple[ParameterRow, ...]:
-    """Return the rows of a `backplane.Flight`."""
-    return tuple(ParameterRow(*row) for row in rows)
 
 
 def read_hello(found: JsonFields) -> Hello:

@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Mapping
+from enum import Enum
+from typing import TypeVar
 
 from workbench.link.codes import NackCode
 from workbench.link.drone_topics import LONGEST_NAME
@@ -10,6 +12,8 @@ LARGEST_ID = 2**32 - 1
 MOST_NAMES = 256
 LONGEST_TOPIC = 64
 LONGEST_SENTENCE = 1024
+
+E = TypeVar("E", bound=Enum)
 
 
 class BadOperation(Exception):  # noqa: N818 - it is the other side's mistake, said to it
@@ -104,6 +108,10 @@ class JsonFields:
         if not isinstance(value, str) or value not in choices:
             raise self.bad(f'"{name}" must be one of {", ".join(choices)}')
         return value
+
+    def member(self, name: str, kind: type[E]) -> E:
+        """Return a member of an enumeration of words."""
+        return kind(self.choice(name, tuple(each.value for each in kind)))
 
     def names(self, name: str, longest: int) -> tuple[str, ...]:
         """Return several names."""

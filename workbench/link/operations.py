@@ -1,10 +1,13 @@
-"""What a client may say: operations as records, and their reading."""
+"""What a client may say: operations as records, and their reading.
+
+The same records go on to the flight, with the client's number: see `backplane.Request`.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import ClassVar
 
-from workbench.link.backplane import Role
 from workbench.link.codes import NackCode
 from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.json_fields import LARGEST_ID, LONGEST_TOPIC, BadOperation, JsonFields
@@ -21,10 +24,18 @@ NONCE_DIGITS = 32
 PROOF_DIGITS = 64
 
 
+class Role(Enum):
+    """What a client may do."""
+
+    VIEW = "view"
+    COMMAND = "command"
+
+
 @dataclass(frozen=True, slots=True)
 class Login:
     """Who a client is; nonce and proof are empty where no token is asked for."""
 
+    op: ClassVar[str] = "login"
     id: int = 0
     name: str = ""
     role: Role | None = None
@@ -42,31 +53,35 @@ class Subscribe:
         rate: largest frames a second of each topic, None for all there are [1/s].
     """
 
+    op: ClassVar[str] = "subscribe"
     id: int = 0
     topics: tuple[str, ...] = ("*",)
     rate: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class RequestControlOp:
+class RequestControl:
     """A client wants to fly; `name` replaces that of login, if it is not empty."""
 
+    op: ClassVar[str] = "request_control"
     id: int = 0
     name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class ReleaseControlOp:
+class ReleaseControl:
     """A client wants to fly no longer."""
 
+    op: ClassVar[str] = "release_control"
     id: int
     lease: int
 
 
 @dataclass(frozen=True, slots=True)
-class FlightOp:
+class FlightOperation:
     """A client wants to arm, take_off to a height above the ground [m], land, stop or hold."""
 
+    op: ClassVar[str] = "flight"
     id: int
     what: str
     height: float
@@ -74,19 +89,21 @@ class FlightOp:
 
 
 @dataclass(frozen=True, slots=True)
-class GetParametersOp:
-    """A client wants to know live parameters; all, if it names none."""
+class GetParameters:
+    """A client wants to know the live parameters of these names; all, if it names none."""
 
+    op: ClassVar[str] = "parameters"
     id: int = 0
-    names: tuple[str, ...] = ()
+    get: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class SetParametersOp:
-    """A client wants to set live parameters."""
+class SetParameters:
+    """A client wants to set live parameters: all, or none where one is refused."""
 
+    op: ClassVar[str] = "parameters"
     id: int
-    values: Mapping[str, float]
+    set: Mapping[str, float]
     lease: int
 
 
@@ -94,6 +111,7 @@ class SetParametersOp:
 class Ping:
     """A client wants to know whether somebody is there."""
 
+    op: ClassVar[str] = "ping"
     id: int = 0
 
 
@@ -101,22 +119,15 @@ class Ping:
 class Bye:
     """A client goes."""
 
+    op: ClassVar[str] = "bye"
     id: int = 0
 
 
-Operation = (
-    Login
-    | Subscribe
-    | RequestControlOp
-    | ReleaseControlOp
-    | FlightOp
-    | GetParametersOp
-    | SetParametersOp
-    | Ping
-    | Bye
-)
+FlightRequest = RequestControl | ReleaseControl | FlightOperation | GetParameters | SetParameters
+"""Operations that the flight answers."""
+Operation = Login | Subscribe | FlightRequest | Ping | Bye
 
-COMMANDING = (RequestControlOp, ReleaseControlOp, FlightOp, SetParametersOp)
+COMMANDING = (RequestControl, ReleaseControl, FlightOperation, SetParameters)
 """Operations that carry a proof where tokens are in use."""
 
 
@@ -140,29 +151,17 @@ def read_operation(payload: bytes) -> Operation:
 
 
 def write_operation(operation: Operation) -> bytes:
-    """Return the payload of a control frame that says it."""
-    return write_json({"op": _NAMES[type(operation)]} | _values(operation))
-
-
-def _values(operation: Operation) -> dict[str, object]:
-    """Return an operation's fields as they stand in JSON; what is empty is left out."""
-    match operation:
-        case GetParametersOp(id, names):
-            return {"id": id, "get": list(names)}
-        case SetParametersOp(id, values, lease):
-            return {"id": id, "set": dict(values), "lease": lease}
-    found: dict[str, object] = {}
+    """Return the payload of a control frame that says it; what is empty is left out."""
+    found: dict[str, object] = {"op": operation.op}
     for name in type(operation).__slots__:
         value = getattr(operation, name)
         if value not in (None, "") and (name, value) != ("id", 0):
             found[name] = value.value if isinstance(value, Enum) else value
-    return found
+    return write_json(found)
 
 
 def _login(fields: JsonFields) -> Login:
-    role = None
-    if "role" in fields:
-        role = Role(fields.choice("role", tuple(each.value for each in Role)))
+    role = fields.member("role", Role) if "role" in fields else None
     nonce = fields.digits("nonce", NONCE_DIGITS) if "nonce" in fields else ""
     proof = fields.digits("proof", PROOF_DIGITS) if "proof" in fields else ""
     return Login(fields.id, _name(fields), role, nonce, proof)
@@ -173,25 +172,25 @@ def _subscribe(fields: JsonFields) -> Subscribe:
     return Subscribe(fields.id, fields.names("topics", LONGEST_TOPIC), rate)
 
 
-def _flight(fields: JsonFields) -> FlightOp:
+def _flight(fields: JsonFields) -> FlightOperation:
     what = fields.choice("what", FLIGHT_OPERATIONS)
     height = TAKE_OFF_HEIGHT
     if "height" in fields:
         height = fields.number("height", 0.0, HIGHEST_TAKE_OFF)
         if height == 0.0:
             raise fields.bad('"height" must be above the ground [m]')
-    return FlightOp(fields.id, what, height, _lease(fields))
+    return FlightOperation(fields.id, what, height, _lease(fields))
 
 
-def _parameters(fields: JsonFields) -> GetParametersOp | SetParametersOp:
+def _parameters(fields: JsonFields) -> GetParameters | SetParameters:
     if ("get" in fields) == ("set" in fields):
         raise fields.bad('give either "get" or "set"')
     if "get" in fields:
-        return GetParametersOp(fields.id, fields.names("get", LONGEST_NAME))
+        return GetParameters(fields.id, fields.names("get", LONGEST_NAME))
     values = fields.numbers("set")
     if not values:
         raise fields.bad('"set" names no parameter')
-    return SetParametersOp(fields.id, values, _lease(fields))
+    return SetParameters(fields.id, values, _lease(fields))
 
 
 def _name(fields: JsonFields) -> str:
@@ -205,21 +204,10 @@ def _lease(fields: JsonFields) -> int:
 _READERS: dict[str, Callable[[JsonFields], Operation]] = {
     "login": _login,
     "subscribe": _subscribe,
-    "request_control": lambda fields: RequestControlOp(fields.id, _name(fields)),
-    "release_control": lambda fields: ReleaseControlOp(fields.id, _lease(fields)),
+    "request_control": lambda fields: RequestControl(fields.id, _name(fields)),
+    "release_control": lambda fields: ReleaseControl(fields.id, _lease(fields)),
     "flight": _flight,
     "parameters": _parameters,
     "ping": lambda fields: Ping(fields.id),
     "bye": lambda fields: Bye(fields.id),
-}
-_NAMES: dict[type, str] = {
-    Login: "login",
-    Subscribe: "subscribe",
-    RequestControlOp: "request_control",
-    ReleaseControlOp: "release_control",
-    FlightOp: "flight",
-    GetParametersOp: "parameters",
-    SetParametersOp: "parameters",
-    Ping: "ping",
-    Bye: "bye",
 }

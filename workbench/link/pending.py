@@ -5,9 +5,9 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.answers import Nack, Said
 from workbench.link.line import Line
 from workbench.link.operations import Operation
+from workbench.link.server_messages import Nack, ServerMessage
 
 REQUEST_LIMIT = 5.0
 """An answer that is not there by then does not come [s]."""
@@ -24,7 +24,7 @@ class Pending:
 
     def __init__(self, server: str) -> None:
         self._server = server
-        self._answers: dict[int, asyncio.Future[Said]] = {}
+        self._answers: dict[int, asyncio.Future[ServerMessage]] = {}
 
     async def ask(
         self, line: Line, make: Callable[[int], Operation], wanted: type[T], limit: float
@@ -41,7 +41,7 @@ class Pending:
             WorkbenchError: if it is refused, or no answer comes.
         """
         operation = make(line.conversation.new_id())
-        answer: asyncio.Future[Said] = asyncio.get_running_loop().create_future()
+        answer: asyncio.Future[ServerMessage] = asyncio.get_running_loop().create_future()
         self._answers[operation.id] = answer
         try:
             line.ask(operation)
@@ -59,7 +59,7 @@ class Pending:
             raise WorkbenchError(f"{self._server} answered with something else: {said}")
         return said
 
-    def hear(self, said: Said) -> None:
+    def hear(self, said: ServerMessage) -> None:
         """Hand an answer to who waits for it; the rest is nobody's."""
         answer = self._answers.get(getattr(said, "id", None) or 0)
         if answer is not None and not answer.done():

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.link.backplane import Role
 from workbench.link.drone_topics import LONGEST_NAME
-from workbench.link.operations import FASTEST, SLOWEST
+from workbench.link.operations import FASTEST, SLOWEST, Role
 from workbench.link.topics import PREFIX
 
 ALL = "*"

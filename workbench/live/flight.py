@@ -29,16 +29,19 @@ from workbench.live.messages import (
     GetParameter,
     GetReading,
     Hold,
+    KeepLog,
+    Network,
+    NetworkOrder,
     Order,
     Phase,
     Question,
     Refusal,
     Report,
+    Serve,
     SetSpeed,
     StopExciting,
     Streamed,
 )
-from workbench.live.network_orders import KeepLog, Network, NetworkOrder, Serve
 from workbench.live.process import DYING, ChildProcess
 from workbench.live.view import LiveView
 from workbench.scenario.excitation import Excitation
@@ -291,7 +294,7 @@ class LiveFlight:
         return self._order(lambda: Network.GIVE_BACK)
 
     def disconnect(self, peer: int, reason: str = "the operator ended it") -> Future[float]:
-        """Send a client away, by its number in `latest().network.server.peers`."""
+        """Send a client away, by its number in `latest().network.server.clients`."""
         return self._order(lambda: Disconnect(peer, reason))
 
     def keep_log(self, path: Path | str) -> Future[str]:

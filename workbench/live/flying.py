@@ -25,17 +25,19 @@ from workbench.live.messages import (
     GetReading,
     Hit,
     Hold,
+    KeepLog,
+    Network,
     Order,
     Pace,
     Phase,
     Refusal,
     Report,
+    Serve,
     SetSpeed,
     StopExciting,
 )
-from workbench.live.network import Later, NetworkStage
-from workbench.live.network_orders import KeepLog, Network, Serve
-from workbench.live.outbox import Outbox
+from workbench.live.network import Deferred, FlightNetwork
+from workbench.live.send_queue import SendQueue
 from workbench.live.stream import NoStream, Stream
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.scenario import Action
@@ -63,7 +65,7 @@ class Flying:
         session: at its start.
         bridge: of the session.
         settings: values that it was built with, which no scenario has.
-        outbox: where answers and reports go.
+        send_queue: where answers and reports go.
         now: tells the wall time [s].
         stream: where everything that is published goes.
 
@@ -76,19 +78,19 @@ class Flying:
         session: Session,
         bridge: Bridge,
         settings: Mapping[str, float],
-        outbox: Outbox,
+        send_queue: SendQueue,
         now: Callable[[], float],
         stream: Stream | NoStream | None = None,
     ) -> None:
         self._session = session
         self._settings = settings
-        self._outbox = outbox
+        self._send_queue = send_queue
         self._now = now
         self._step = session.scenario.rates.physics_step
         self._clock = FlightClock(self._step, now())
         log = LogKeeper(session, settings, session.parameters())
         self._stream = stream or NoStream()
-        self._network = NetworkStage(session, bridge, log, self._stream)
+        self._network = FlightNetwork(session, bridge, log, self._stream)
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
         self._shown = self._network.view
         self._broken = ""
@@ -123,12 +125,12 @@ class Flying:
                 elif self._clock.paused and not self._broken:  # who begins to look sees it, too
                     self.shown(self._seen, self._clock.pace(self._now()))
                 for answer in self._network.answers():
-                    self._outbox.post(answer)
+                    self._send_queue.post(answer)
 
     def wait(self) -> float:
         """Return how long nothing is due [s]."""
         due = LONGEST_WAIT if self._broken else self._clock.wait(self._now())
-        return min(due, LONGEST_WAIT, self._network.patience)
+        return min(due, LONGEST_WAIT, self._network.wait_time)
 
     def fly(self) -> None:
         """Fly the steps that are due, if any, and report if a report is due."""
@@ -149,12 +151,12 @@ class Flying:
             except WorkbenchError as error:
                 answers.append(Refusal(order.number, str(error)))
             else:
-                if not isinstance(value, Later):
+                if not isinstance(value, Deferred):
                     answers.append(Answer(order.number, value))
         if orders:
             self.report()
         for answer in answers:
-            self._outbox.post(answer)
+            self._send_queue.post(answer)
 
     def report(self) -> None:
         """Show the present."""
@@ -172,7 +174,7 @@ class Flying:
         report = Report(
             phase, self._broken, snapshot, pace, self._shown, exciting, flight, ended, hit
         )
-        self._outbox.show(report)
+        self._send_queue.show(report)
         if not self._broken:
             self.shown(snapshot, pace)
 

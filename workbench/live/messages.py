@@ -10,11 +10,14 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from workbench.link.backplane import Disconnect
+
 if TYPE_CHECKING:
-    from workbench.link.backplane import Published
+    from workbench.link.backplane import Published, ServerStatus
+    from workbench.link.server.config import ServerConfig
+    from workbench.link.server_messages import ControlState
     from workbench.link.topics import Topic
     from workbench.live.choice import Choice
-    from workbench.live.network_orders import NetworkOrder, NetworkView
     from workbench.plant.formats.xacro_arguments import XacroArgument
     from workbench.plant.vehicle import Vehicle
     from workbench.scenario.excitation import Excitation, Exciting
@@ -165,6 +168,35 @@ class StopExciting:
 
 
 @dataclass(frozen=True)
+class Serve:
+    """Start a server; the answer is its address."""
+
+    config: ServerConfig
+
+
+@dataclass(frozen=True)
+class KeepLog:
+    """Write all that happens from the flight's start on to a file; the answer is its path."""
+
+    path: str
+
+
+class Network(Enum):
+    """What needs no numbers."""
+
+    STOP_SERVING = "stop serving"
+    STOP_LOG = "stop the log"
+    """The answer is the log's path."""
+    TAKE_OVER = "take over"
+    """Let the operator fly, whoever does."""
+    GIVE_BACK = "give back"
+    """Let clients ask for control again."""
+
+
+NetworkOrder = Serve | KeepLog | Network | Disconnect
+
+
+@dataclass(frozen=True)
 class Order:
     """Something wanted; the answer has the same number."""
 
@@ -225,6 +257,27 @@ class Hit:
 
     time: float
     speed: float
+
+
+@dataclass(frozen=True)
+class NetworkView:
+    """How the network and the log do.
+
+    Attributes:
+        server: as it said last, None where none runs.
+        control: who flies, None until it was said.
+        said: why there is no server any more; "" else.
+        starts_again: whether the server has ended by itself and is being started again.
+        log: path of the log that is being written, "" without.
+        log_said: why the last log is not whole; "" else.
+    """
+
+    server: ServerStatus | None = None
+    control: ControlState | None = None
+    said: str = ""
+    log: str = ""
+    starts_again: bool = False
+    log_said: str = ""
 
 
 @dataclass(frozen=True)

@@ -7,20 +7,22 @@ from multiprocessing.connection import Connection
 
 from workbench.control.flight_mode import HOLD_HERE
 from workbench.link.authority import Effect
-from workbench.link.backplane import (
-    ControlState,
-    Disconnect,
-    Flight,
-    Hand,
-    Published,
-    Stage,
-)
+from workbench.link.backplane import Command, Disconnect, Flight, Gone, Published, Request
+from workbench.link.hello import ParameterRow
+from workbench.link.server_messages import ControlState, Hand, Stage
 from workbench.live.announcer import FAILURE, INFORMATION, RESERVE, WARNING, Announcer
-from workbench.live.desk import Desk, effect_action, in_landing
+from workbench.live.client_requests import ClientRequests, effect_action, in_landing
 from workbench.live.log_keeper import LogKeeper
-from workbench.live.messages import Answer, Refusal
-from workbench.live.network_orders import KeepLog, Network, NetworkOrder, NetworkView, Serve
-from workbench.live.server_keeper import ServerKeeper
+from workbench.live.messages import (
+    Answer,
+    KeepLog,
+    Network,
+    NetworkOrder,
+    NetworkView,
+    Refusal,
+    Serve,
+)
+from workbench.live.server_supervisor import ServerSupervisor
 from workbench.live.stream import NoStream, Stream
 from workbench.scenario.parameters import find_parameter
 from workbench.scenario.scenario import Action
@@ -29,17 +31,17 @@ from workbench.systems.bridge import Applied, Bridge
 
 BROADCAST_PERIOD = 1.0
 """Between two broadcasts of who flies [s]."""
-LONGEST_HEARING = 0.002
+LONGEST_TURN = 0.002
 """Of clients between two slices of 1/128 s [s of wall]."""
 OPERATOR = "operator"
 """Who acts at the screen, in the log."""
 
 
-class Later:
+class Deferred:
     """Stands for an answer that is given when it is known."""
 
 
-class NetworkStage:
+class FlightNetwork:
     """What a flight does for its network between two slices; it waits for nobody but the disk.
 
     Args:
@@ -61,12 +63,12 @@ class NetworkStage:
     ) -> None:
         self._session, self._bridge, self._log = session, bridge, log
         self._stream = stream
-        self._desk = Desk(session, bridge, self.did)
+        self._requests = ClientRequests(session, bridge, self.did)
         step = session.scenario.rates.physics_step
         bridge.scripted = frozenset(
             math.ceil(action.at / step - 1e-6) for action in session.scenario.script
         )
-        self._server = ServerKeeper(self._flight, lambda: session.time)
+        self._server = ServerSupervisor(self._flight, lambda: session.time)
         bridge.at_once = self._server.publish
         self._announcer = Announcer(session.topics, lambda: session.get(RESERVE))
         self.view = NetworkView()
@@ -82,7 +84,7 @@ class NetworkStage:
         return self._server.connections
 
     def order(self, number: int, wanted: NetworkOrder) -> object:
-        """Do what the operator wants, and return the answer, or a `Later`.
+        """Do what the operator wants, and return the answer, or a `Deferred`.
 
         Raises:
             WorkbenchError: if it cannot be done.
@@ -90,14 +92,14 @@ class NetworkStage:
         match wanted:
             case Serve(config):
                 self._server.serve(number, config)
-                answer: object = Later()
+                answer: object = Deferred()
             case KeepLog(path):
                 answer = self._log.start(path)
             case Network.STOP_LOG:
                 answer = self._log.stop()
             case Network.STOP_SERVING:
                 self._server.stop(number)
-                answer = Later()
+                answer = Deferred()
             case Network.TAKE_OVER:
                 self.operate()
                 answer = self._session.time
@@ -139,18 +141,22 @@ class NetworkStage:
         return self._log.done.actions
 
     @property
-    def patience(self) -> float:
+    def wait_time(self) -> float:
         """How long nothing is to be done here, whatever comes [s]."""
-        return self._server.patience
+        return self._server.wait_time
 
     def hear(self) -> None:
         """Do what clients ask for, for so long that the flight is not kept; the rest waits."""
-        end = time.perf_counter() + LONGEST_HEARING
-        for asked in self._server.heard():
-            reply = self._desk.answer(asked)  # type: ignore[arg-type]
+        end = time.perf_counter() + LONGEST_TURN
+        for record in self._server.heard():
+            match record:
+                case Command():
+                    self._bridge.command(record, self._session.time)
+                case Request():
+                    self._server.tell(self._requests.answer(record))
+                case Gone(peer):
+                    self._requests.gone(peer)
             self._tell_refused()
-            if reply:
-                self._server.tell(reply)
             if time.perf_counter() >= end:
                 break
         self._watch_server()
@@ -193,7 +199,7 @@ class NetworkStage:
         self._scripted = 0
         self._show_log()
         self._broadcast_due = 0.0
-        self._desk.broken = ""
+        self._requests.broken = ""
         self.event("the flight began anew")
         for name in sorted(changed):
             value = self._session.get(name)
@@ -203,7 +209,7 @@ class NetworkStage:
     def broke(self, said: str) -> None:
         """Let everybody know that the flight cannot go on."""
         self.flown()
-        self._desk.broken = said
+        self._requests.broken = said
         self.event(said, FAILURE)
 
     def close(self) -> None:
@@ -213,7 +219,7 @@ class NetworkStage:
 
     def _flight(self) -> Flight:
         rows = tuple(
-            (row.name, row.unit, row.minimum, row.maximum, row.default, row.help)
+            ParameterRow(row.name, row.unit, row.minimum, row.maximum, row.default, row.help)
             for row in map(find_parameter, self._session.parameters())
         )
         limits = self._bridge.authority.limits

@@ -8,7 +8,6 @@ import numpy as np
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.live.chase_camera import ChaseCamera
 from workbench.live.messages import Pace
 from workbench.session.snapshot import Snapshot
 
@@ -31,6 +30,15 @@ TRAIL_PERIOD = 0.25
 TRAIL_COLOUR = Rgba(1.0, 0.55, 0.0, 1.0)
 FARTHEST = 1e5
 """A drone farther off is lost, and a page's numbers with it [m]."""
+
+SIZES = 7.0
+"""Distance of the camera, in reaches of the drone's rotors."""
+NEAREST, FARTHEST = 1.0, 20.0
+"""Bounds of that [m]."""
+DIRECTION = np.array([-0.75, -0.55, 0.37])
+"""From the drone to the camera, in W: behind, to the right and above."""
+ORBIT = "/Cameras/default"
+"""Meshcat's name of the point around which the mouse turns its camera."""
 
 
 class Picture:
@@ -95,3 +103,23 @@ class Picture:
         elif now - self._late > CALM and self.period > SHORTEST:
             self.period = max(self.period / 2.0, SHORTEST)
             self._late = now
+
+
+class ChaseCamera:
+    """Keeps Meshcat's camera on the drone; the mouse may turn and move it.
+
+    Args:
+        meshcat: whose camera.
+        reach: from the drone's origin to its farthest rotor [m].
+    """
+
+    def __init__(self, meshcat: Meshcat, reach: float) -> None:
+        self._meshcat = meshcat
+        distance = float(np.clip(SIZES * reach, NEAREST, FARTHEST))
+        meshcat.SetCameraPose(distance * DIRECTION / np.linalg.norm(DIRECTION), np.zeros(3))
+
+    def follow(self, snapshot: Snapshot) -> None:
+        """Go where the drone is."""
+        p_WB = np.array(snapshot.p_WB)
+        self._meshcat.SetTransform(ORBIT, RigidTransform(p_WB))
+        self._meshcat.SetCameraTarget(p_WB)

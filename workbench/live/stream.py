@@ -7,7 +7,7 @@ from workbench.live.messages import Streamed
 
 
 class Offers(Protocol):
-    """What a stream needs of an outbox."""
+    """What a stream needs of an send_queue."""
 
     def offer(self, message: object) -> bool:
         """Send a message unless too many wait; return whether it will be sent."""
@@ -19,13 +19,13 @@ class Stream:
     A reader that stands still costs no memory: what it is too slow for is left out, and counted.
 
     Args:
-        outbox: where it goes.
+        send_queue: where it goes.
     """
 
     wanted = True
 
-    def __init__(self, outbox: Offers) -> None:
-        self._outbox = outbox
+    def __init__(self, send_queue: Offers) -> None:
+        self._send_queue = send_queue
         self._gathered: list[Published] = []
         self._lost = 0
 
@@ -38,7 +38,7 @@ class Stream:
         if not self._gathered:
             return
         gathered, self._gathered = tuple(self._gathered), []
-        if self._outbox.offer(Streamed(gathered, self._lost)):
+        if self._send_queue.offer(Streamed(gathered, self._lost)):
             self._lost = 0
         else:
             self._lost += len(gathered)

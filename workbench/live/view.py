@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from workbench.link.topics import Topic
-from workbench.live.messages import Hit, Pace, Phase, Report, Started, Starting, Told
-from workbench.live.network_orders import NetworkView
+from workbench.live.messages import Hit, NetworkView, Pace, Phase, Report, Started, Starting, Told
 from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.excitation import Exciting

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection
 from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
-from workbench.live.outbox import LogPoster, Outbox
+from workbench.live.send_queue import LogPoster, SendQueue
 from workbench.plant.formats.xacro_arguments import MissingArgumentsError
 
 LAST_WORDS = 2.0
@@ -24,21 +24,21 @@ LAST_WORDS = 2.0
 def main(connection: Connection) -> int:
     """Fly what the first message says, and return the exit code."""
     caller = os.getppid()
-    outbox = Outbox(connection)
+    send_queue = SendQueue(connection)
     try:
-        outbox.post(Starting("loading Drake"))
+        send_queue.post(Starting("loading Drake"))
         begin = _first(connection)
         if begin is not None:
-            _fly(begin, connection, outbox, lambda: os.getppid() == caller)
+            _fly(begin, connection, send_queue, lambda: os.getppid() == caller)
     except MissingArgumentsError as error:
-        outbox.post(Failed(str(error), error.arguments))
+        send_queue.post(Failed(str(error), error.arguments))
     except WorkbenchError as error:
-        outbox.post(Failed(str(error)))
+        send_queue.post(Failed(str(error)))
     except Exception as error:  # a fault of ours: the caller is to know
-        outbox.post(Failed(f"the flight's process failed: {type(error).__name__}: {error}"))
+        send_queue.post(Failed(f"the flight's process failed: {type(error).__name__}: {error}"))
         return 1
     finally:
-        outbox.close(LAST_WORDS)
+        send_queue.close(LAST_WORDS)
     return 0
 
 
@@ -51,7 +51,9 @@ def _first(connection: Connection) -> Begin | None:
     return begin if isinstance(begin, Begin) else None
 
 
-def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[[], bool]) -> None:
+def _fly(
+    begin: Begin, connection: Connection, send_queue: SendQueue, wanted: Callable[[], bool]
+) -> None:
     """Build the session and fly it.
 
     Raises:
@@ -67,12 +69,12 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
     from workbench.session.session import Session
     from workbench.systems.bridge import Bridge
 
-    outbox.post(Starting("building the diagram"))
+    send_queue.post(Starting("building the diagram"))
     logger = logging.getLogger("workbench")
     logger.setLevel(logging.INFO)
-    logger.addHandler(LogPoster(outbox, Told))
+    logger.addHandler(LogPoster(send_queue, Told))
     progress = logging.getLogger(PROGRESS_LOGGER)
-    progress.addHandler(LogPoster(outbox, Starting))
+    progress.addHandler(LogPoster(send_queue, Starting))
     progress.propagate = False
     with sentences("the flight could not be built"):
         # left to itself, Meshcat shows the flight to the whole network
@@ -84,15 +86,15 @@ def _fly(begin: Begin, connection: Connection, outbox: Outbox, wanted: Callable[
         # who hears every sample needs no arrays, which would fill the memory in hours
         flown = without_arrays(scenario) if begin.stream else scenario
         session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
-        outbox.post(Starting("flying the first step"))
+        send_queue.post(Starting("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
     url = meshcat.web_url() if meshcat else ""
     values = session.parameters()
-    outbox.post(Started(session.vehicle, values, url, scenario, session.topics))
-    stream = Stream(outbox) if begin.stream else NoStream()
-    flying = Flying(session, bridge, begin.settings, outbox, time.perf_counter, stream)
+    send_queue.post(Started(session.vehicle, values, url, scenario, session.topics))
+    stream = Stream(send_queue) if begin.stream else NoStream()
+    flying = Flying(session, bridge, begin.settings, send_queue, time.perf_counter, stream)
     if meshcat:
         reach = max(math.dist((0.0, 0.0, 0.0), rotor.p_BR) for rotor in session.vehicle.rotors)
         flying.shown = Picture(meshcat, session.draw, reach, time.perf_counter).show

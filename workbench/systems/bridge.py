@@ -17,7 +17,7 @@ from workbench.link.authority import (
     Authority,
     DeniedError,
     Effect,
-    Flown,
+    LimitedCommand,
     Limits,
 )
 from workbench.link.backplane import Command, Published, Refused, Sampled
@@ -46,7 +46,7 @@ class Applied:
 
     at: float
     by: str
-    what: Flown | Effect
+    what: LimitedCommand | Effect
     aborts: bool = False
 
 
@@ -80,8 +80,16 @@ class Bridge:
         for waiting in (self._commands, self._samples, self._applied, self._refused):
             waiting.clear()
 
-    def command(self, command: Command) -> None:
-        """Put a command into the mailbox; it is judged at the next update."""
+    def command(self, command: Command, now: float) -> None:
+        """Put a command of the holder into the mailbox; it is judged at the next update.
+
+        Nobody else fills the mailbox, so a flood of others displaces nothing.
+        """
+        try:
+            self.authority.check(command.peer, command.lease, now)
+        except DeniedError as error:
+            self.refuse(command, error)
+            return
         if len(self._commands) == MOST_COMMANDS:
             self._commands.pop()
         self._commands.append(command)
@@ -132,7 +140,7 @@ class Bridge:
             wish = commanded(wish, AT_REST[:3], 0.0)
             wish = requested(wish, Request[effect.name], 0.0, flying, state.serial)
             self._applied.append(Applied(at, self.authority.effect_by, effect))
-        last: Flown | None = None
+        last: LimitedCommand | None = None
         moves = False
         while self._commands:
             command = self._commands.popleft()

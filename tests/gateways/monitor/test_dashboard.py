@@ -7,16 +7,15 @@ import pytest
 from workbench.gateways.monitor.as_json import as_json
 from workbench.gateways.monitor.dashboard import control_line, dashboard, one_line
 from workbench.gateways.monitor.picture import Picture
-from workbench.link.answers import ControlStateSaid
-from workbench.link.backplane import Hand, Stage
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.sample import Sample
+from workbench.link.server_messages import ControlState, Hand, Stage
 
 TOPICS = {
     topic.name.rsplit("/", 1)[1]: topic
     for topic in drone_topics(Outfit(2, 200.0, 10.0, imu=200.0, gps=10.0, lidar=10.0, rays=100))
 }
-NOBODY = ControlStateSaid(Hand.NOBODY, 0, "", Stage.LIVE, 3.0, "nobody has asked")
+NOBODY = ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 3.0, "nobody has asked")
 
 
 def sample(name, *values):
@@ -105,10 +104,10 @@ def test_numbers_that_are_none_do_no_harm():
 @pytest.mark.parametrize(
     ("control", "mine", "said"),
     [
-        (ControlStateSaid(Hand.CLIENT, 3, "Ada", Stage.LIVE, 0.04, ""), False, "Ada, last command"),
-        (ControlStateSaid(Hand.CLIENT, 3, "", Stage.HOLD, 0.6, ""), False, "client 3 (hold), last"),
-        (ControlStateSaid(Hand.CLIENT, 3, "Ada", Stage.LIVE, 0.0, ""), True, "you, last command"),
-        (ControlStateSaid(Hand.OPERATOR, 0, "", Stage.LIVE, 0.0, "took over"), False, "operator"),
+        (ControlState(Hand.CLIENT, 3, "Ada", Stage.LIVE, 0.04, ""), False, "Ada, last command"),
+        (ControlState(Hand.CLIENT, 3, "", Stage.HOLD, 0.6, ""), False, "client 3 (hold), last"),
+        (ControlState(Hand.CLIENT, 3, "Ada", Stage.LIVE, 0.0, ""), True, "you, last command"),
+        (ControlState(Hand.OPERATOR, 0, "", Stage.LIVE, 0.0, "took over"), False, "operator"),
         (None, False, "not known yet"),
     ],
 )

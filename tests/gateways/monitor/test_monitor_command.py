@@ -16,7 +16,7 @@ import pytest
 
 from workbench.commands.cli import main
 from workbench.link.authentication import Tokens
-from workbench.link.operations import FlightOp, Login, ReleaseControlOp, RequestControlOp
+from workbench.link.operations import FlightOperation, Login, ReleaseControl, RequestControl
 
 POSITION = (1.25, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 COMMAND = [sys.executable, "-m", "workbench", "monitor"]
@@ -109,7 +109,7 @@ def test_the_screen_shows_the_flight_and_q_quits(flight, fakes, terminal):
     fakes.wait_until(lambda: "counts for 0.3 s" in screen.text)
     screen.press("q")
     assert screen.process.wait(20.0) == 0
-    assert said_of(RequestControlOp, flight) == []
+    assert said_of(RequestControl, flight) == []
 
 
 def test_keys_fly(flight, fakes, terminal):
@@ -123,11 +123,11 @@ def test_keys_fly(flight, fakes, terminal):
     screen.press("\x1bOA")  # up, as xterm sends it
     fakes.wait_until(lambda: any(values[4] == 1.0 for _, values in flight.commands))
     screen.press("t")
-    fakes.wait_until(lambda: said_of(FlightOp, flight))
+    fakes.wait_until(lambda: said_of(FlightOperation, flight))
     screen.press("Q")
     assert screen.process.wait(20.0) == 0
-    assert said_of(FlightOp, flight)[0].what == "take_off"
-    assert len(said_of(ReleaseControlOp, flight)) == 1
+    assert said_of(FlightOperation, flight)[0].what == "take_off"
+    assert len(said_of(ReleaseControl, flight)) == 1
 
 
 def test_fly_takes_control_at_the_start_and_ctrl_c_gives_it_back(flight, fakes, terminal):
@@ -135,11 +135,11 @@ def test_fly_takes_control_at_the_start_and_ctrl_c_gives_it_back(flight, fakes, 
     fakes.wait_until(lambda: "you fly" in screen.text and flight.commands)
     screen.process.send_signal(signal.SIGINT)
     assert screen.process.wait(20.0) == 0
-    assert len(said_of(ReleaseControlOp, flight)) == 1
+    assert len(said_of(ReleaseControl, flight)) == 1
 
 
 def test_fly_that_is_refused_is_a_sentence(server, fakes, terminal):
-    server.refuse(RequestControlOp, "held", "Ada flies")
+    server.refuse(RequestControl, "held", "Ada flies")
     screen = terminal([server.address, "--fly"])
     assert screen.process.wait(20.0) == 2
     fakes.wait_until(lambda: "workbench: refused: Ada flies" in screen.text)

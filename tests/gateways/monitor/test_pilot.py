@@ -4,7 +4,7 @@ import pytest
 
 from workbench.gateways.monitor.pilot import Pilot
 from workbench.link import Client
-from workbench.link.operations import FlightOp, ReleaseControlOp, RequestControlOp
+from workbench.link.operations import FlightOperation, ReleaseControl, RequestControl
 
 POSITION = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -39,15 +39,15 @@ def test_keys_take_control_fly_and_give_it_back(server, fakes):
             pilot.key(key)
         pilot.key("c")
         assert not pilot.flying
-    assert [each.what for each in said_of(FlightOp, server)] == ["take_off", "land", "stop"]
-    assert len(said_of(ReleaseControlOp, server)) == 1
+    assert [each.what for each in said_of(FlightOperation, server)] == ["take_off", "land", "stop"]
+    assert len(said_of(ReleaseControl, server)) == 1
 
 
 @pytest.mark.parametrize("key", ["t", "l", "x"])
 def test_an_operation_lets_go_of_the_sticks_before_it_waits(server, fakes, key):
     flown = []
     server.answer = lambda peer, operation: (
-        flown.append(server.commands[-1][1][2]) if isinstance(operation, FlightOp) else None
+        flown.append(server.commands[-1][1][2]) if isinstance(operation, FlightOperation) else None
     )
     with Client(server.address) as client:
         pilot = Pilot(client, Clock())
@@ -88,11 +88,11 @@ def test_without_control_nothing_is_sent(server):
         assert not pilot.key("z")
         pilot.release()
     assert server.commands == []
-    assert said_of(RequestControlOp, server) == []
+    assert said_of(RequestControl, server) == []
 
 
 def test_a_refusal_is_a_sentence(server):
-    server.refuse(RequestControlOp, "held", "Ada flies")
+    server.refuse(RequestControl, "held", "Ada flies")
     with Client(server.address) as client:
         pilot = Pilot(client, Clock())
         pilot.key("c")
@@ -109,5 +109,5 @@ def test_lost_control_is_said_and_not_taken_again(server, fakes):
         fakes.wait_until(lambda: pilot.tick() or not pilot.flying)
         assert pilot.said == "control was lost: the operator took over; press C to ask again"
         pilot.key("w")
-    assert len(said_of(RequestControlOp, server)) == 1
-    assert said_of(ReleaseControlOp, server) == []
+    assert len(said_of(RequestControl, server)) == 1
+    assert said_of(ReleaseControl, server) == []

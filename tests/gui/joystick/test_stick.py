@@ -13,7 +13,7 @@ from workbench.gui.joystick.piloting import NOTHING, Handling, Wish, heading_vel
 from workbench.gui.joystick.response import answered
 from workbench.gui.joystick.stick_curve import StickCurve
 from workbench.gui.joystick.sticks import MIDDLE, Stick, Sticks, within_circle
-from workbench.link.backplane import Hand
+from workbench.link.server_messages import Hand
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 

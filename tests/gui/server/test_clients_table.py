@@ -7,19 +7,14 @@ from PyQt6.QtCore import Qt
 
 from workbench.gui.server.clients_model import COLUMNS, ClientsModel
 from workbench.gui.server.clients_panel import ClientsPanel
-from workbench.link.backplane import (
-    ControlState,
-    Hand,
-    PeerStatus,
-    Role,
-    ServerStatus,
-    Stage,
-)
-from workbench.live.network_orders import NetworkView
+from workbench.link.backplane import ClientStatus, ServerStatus
+from workbench.link.operations import Role
+from workbench.link.server_messages import ControlState, Hand, Stage
+from workbench.live.messages import NetworkView
 
-ANNA = PeerStatus(1, "10.0.0.1:5001", "anna", "tcp", Role.COMMAND, 120.4, 0.012, 3, 1)
-BEN = PeerStatus(2, "10.0.0.2:5002", "", "websocket", Role.VIEW, 30.0, 12.0, 0, 0)
-CARL = PeerStatus(3, "10.0.0.3:5003", "carl", "tls", None, 0.0, float("inf"), 0, 0)
+ANNA = ClientStatus(1, "10.0.0.1:5001", "anna", "tcp", Role.COMMAND, 120.4, 0.012, 3, 1)
+BEN = ClientStatus(2, "10.0.0.2:5002", "", "websocket", Role.VIEW, 30.0, 12.0, 0, 0)
+CARL = ClientStatus(3, "10.0.0.3:5003", "carl", "tls", None, 0.0, float("inf"), 0, 0)
 
 
 def flies(peer, name, stage=Stage.LIVE):

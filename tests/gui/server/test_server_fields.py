@@ -21,8 +21,7 @@ from workbench.gui.server.server_state import Running, Wanted, server_state
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import ServerStatus
 from workbench.link.server.config import ServerConfig
-from workbench.live.messages import Phase
-from workbench.live.network_orders import NetworkView
+from workbench.live.messages import NetworkView, Phase
 from workbench.live.view import LiveView
 
 

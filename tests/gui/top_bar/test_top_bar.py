@@ -17,9 +17,10 @@ from workbench.gui.top_bar.chip import Chip
 from workbench.gui.top_bar.speed_box import SpeedBox, next_speed
 from workbench.gui.top_bar.top_bar import TopBar
 from workbench.gui.top_bar.wording import Said
-from workbench.link.backplane import ControlState, Hand, PeerStatus, Role, ServerStatus, Stage
-from workbench.live.messages import Pace, Phase
-from workbench.live.network_orders import NetworkView
+from workbench.link.backplane import ClientStatus, ServerStatus
+from workbench.link.operations import Role
+from workbench.link.server_messages import ControlState, Hand, Stage
+from workbench.live.messages import NetworkView, Pace, Phase
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Clearance
 
@@ -34,7 +35,7 @@ def with_snapshot(view, **changes):
 
 
 def client(number):
-    return PeerStatus(number, "here:1", "Ada", "tcp", Role.COMMAND, 60.0, 0.0, 0, 0)
+    return ClientStatus(number, "here:1", "Ada", "tcp", Role.COMMAND, 60.0, 0.0, 0, 0)
 
 
 def served(view, hand=Hand.NOBODY, stage=Stage.LIVE, clients=0):

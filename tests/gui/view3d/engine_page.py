@@ -17,8 +17,7 @@ from PyQt6.QtWidgets import QApplication
 
 from workbench.gui.view3d.view3d_panel import STATE, is_blank
 from workbench.gui.view3d.web_engine import load_web_view
-from workbench.live.chase_camera import ChaseCamera
-from workbench.live.picture import DRONE
+from workbench.live.picture import DRONE, ChaseCamera
 
 LIMIT = 120.0
 PLACE = "[...viewer.camera.position.toArray(), ...viewer.controls.target.toArray()]"

@@ -3,7 +3,7 @@
 import dataclasses
 
 from workbench.gui.recorder import log_name, size_text
-from workbench.live.network_orders import NetworkView
+from workbench.live.messages import NetworkView
 
 
 def test_a_screenshot_goes_to_the_folder_and_is_told(opened, qtbot, told, tmp_path):

@@ -7,23 +7,15 @@ from dataclasses import replace
 
 from workbench.link import drone_topics as topic
 from workbench.link.authority import HOLD_AFTER, Authority, DeniedError, Effect, Limits
-from workbench.link.backplane import (
-    Command,
-    Flight,
-    FlightOperation,
-    Gone,
-    Published,
-    Refused,
-    ReleaseControl,
-    Reply,
-    RequestControl,
-)
+from workbench.link.backplane import Command, Flight, Gone, Published, Refused, Reply, Request
 from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.operations import FlightOperation, ReleaseControl, RequestControl
 from workbench.link.server import web
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
-from workbench.link.server.terms import Terms
+from workbench.link.server.policy import Policy
+from workbench.link.server_messages import FlightDone, Granted, Nack, Released
 
 STEP = 0.02
 CLIMB = 10.0
@@ -101,10 +93,10 @@ class PlayedFlight:
 
     async def _serve(self):
         flight = Flight("dh_drone", tuple(self.topics.values()), (), LIMITS)
-        terms = Terms(flight, self.config.tokens(), self.config.allow_commands)
+        policy = Policy(flight, self.config.tokens(), self.config.allow_commands)
         # A lease lasts as long for the page, which goes by its own clock.
-        terms.__dict__["_limits"] = replace(terms._limits, hold_after=HOLD_AFTER / PACE)
-        self.hub = Hub(terms, Admission(16, 4), self._asked.append)
+        policy.__dict__["_limits"] = replace(policy._limits, hold_after=HOLD_AFTER / PACE)
+        self.hub = Hub(policy, Admission(16, 4), self._asked.append)
         page = await web.start(self.hub, self.config)
         self.url = page.address
         self._ready.set()
@@ -145,31 +137,32 @@ class PlayedFlight:
                     self.velocity, self.yaw_rate = flown.velocity, flown.yaw_rate
                     self.commands.append((self.now, *flown.velocity, flown.yaw_rate))
                     return None
-                case RequestControl(peer, id, name):
-                    lease = self.authority.request(peer, name, self.now)
-                    return Reply(
-                        peer, id, {"op": "request_control", "lease": lease, "expires": 0.5}
-                    )
-                case ReleaseControl(peer, id, lease):
-                    self.authority.release(peer, lease, self.now)
-                    return Reply(peer, id, {"op": "release_control"})
-                case FlightOperation(peer, id, lease, what):
-                    self.authority.check(peer, lease, self.now)
-                    if what == "land" and self.mode < 2:
-                        raise DeniedError("not_now", "the drone is on the ground")
-                    self.mode = {"arm": 1, "take_off": 2, "land": 7, "stop": 0}[what]
-                    self.done.append(what)
-                    reply = {"op": "flight", "what": what, "applied_ns": round(self.now * 1e9)}
-                    return Reply(peer, id, reply)
+                case Request(peer, operation):
+                    return Reply(peer, self._answer(peer, operation))
                 case Gone(peer):
                     self.authority.gone(peer)
         except DeniedError as denied:
             if isinstance(asked, Command):
                 return Refused(asked.peer, asked.seq, denied.code, str(denied))
-            return Reply(
-                asked.peer, asked.id, {"op": "nack", "code": denied.code, "said": str(denied)}
-            )
+            return Reply(asked.peer, Nack(denied.code, str(denied), asked.operation.id))
         return None
+
+    def _answer(self, peer, operation):
+        match operation:
+            case RequestControl(id, name):
+                return Granted(id, self.authority.request(peer, name, self.now), 0.5)
+            case ReleaseControl(id, lease):
+                self.authority.check(peer, lease, self.now)
+                self.authority.release(self.now)
+                return Released(id)
+            case FlightOperation(id, what, _, lease):
+                self.authority.check(peer, lease, self.now)
+                if what == "land" and self.mode < 2:
+                    raise DeniedError("not_now", "the drone is on the ground")
+                self.mode = {"arm": 1, "take_off": 2, "land": 7, "stop": 0}[what]
+                self.done.append(what)
+                return FlightDone(id, what, round(self.now * 1e9))
+        raise TypeError(operation)
 
     def _move(self):
         if self.mode == 2:

@@ -111,7 +111,7 @@ def test_the_token_is_asked_for_and_forgotten_with_the_tab(played, open_page, tm
         assert "token" not in other.url
         other.tap("#take", force=True)
         expect(other.locator("#said")).to_contain_text("only watches", timeout=LONG)
-        assert {peer.role.value for peer in flight.hub.status().peers} == {"view", "command"}
+        assert {peer.role.value for peer in flight.hub.status().clients} == {"view", "command"}
     finally:
         flight.close()
 
@@ -130,7 +130,7 @@ def test_a_page_from_elsewhere_is_refused(flight, networks, open_page, tmp_path)
         )
         assert said == "closed 1006"
         assert flight.hub.refusals.counts == {"origin": 1}
-        assert flight.hub.status().peers == ()
+        assert flight.hub.status().clients == ()
     finally:
         foreign.close()
 

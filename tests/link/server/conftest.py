@@ -18,9 +18,10 @@ import pytest
 
 from workbench.link.backplane import Flight, Published, ServerStatus, Stop
 from workbench.link.drone_topics import COMMAND, EVENTS, Outfit, drone_topics
+from workbench.link.hello import ParameterRow
 from workbench.link.server.admission import Admission
 from workbench.link.server.hub import Hub
-from workbench.link.server.terms import Terms
+from workbench.link.server.policy import Policy
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 
 OUTFIT = Outfit(rotors=4, fast=204.8, slow=10.24)
@@ -31,7 +32,7 @@ LIMIT = 20.0
 
 @functools.cache
 def make_flight():
-    rows = (("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
+    rows = (ParameterRow("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
     return Flight("x500", drone_topics(OUTFIT), rows, (8.0, 8.0, 0.4))
 
 
@@ -112,15 +113,15 @@ class FakeClient:
     def __init__(self, room, address):
         self.room = room
         self.transport = FakeTransport()
-        self.seat = room.hub.open(self.transport, address, "tcp")
+        self.session = room.hub.open(self.transport, address, "tcp")
         self._decoder = Decoder()
 
     def send(self, *frames):
         data = b"".join(f if isinstance(f, bytes) else f.to_bytes() for f in frames)
-        return self.room.hub.receive(self.seat, data)
+        return self.room.hub.receive(self.session, data)
 
     def go_on(self):
-        return self.room.hub.go_on(self.seat)
+        return self.room.hub.receive(self.session)
 
     def frames(self):
         """Return the frames that have come since the last call."""
@@ -148,18 +149,18 @@ class FakeClient:
 
     @property
     def is_in(self):
-        return not self.seat.gone
+        return not self.session.gone
 
 
 class Room:
     """A hub whose clock is told, and what it has told the flight."""
 
-    def __init__(self, clients=16, an_address=4, soon=lambda call: call(), **terms):
+    def __init__(self, clients=16, an_address=4, call_soon=lambda call: call(), **policy):
         self.now = 100.0
         self.told = []
-        self.terms = Terms(make_flight(), clients=clients, **terms)
+        self.policy = Policy(make_flight(), clients=clients, **policy)
         admission = Admission(clients, an_address)
-        self.hub = Hub(self.terms, admission, self.told.append, lambda: self.now, soon)
+        self.hub = Hub(self.policy, admission, self.told.append, lambda: self.now, call_soon)
 
     def connect(self, address="10.0.0.1:5000"):
         return FakeClient(self, address)

@@ -5,6 +5,7 @@ import struct
 
 from workbench.link.authentication import Tokens
 from workbench.link.backplane import Disconnect, Refused, Reply
+from workbench.link.server_messages import Nack, ParameterValues
 from workbench.link.wire import LARGEST, Kind
 
 STEPS = 8
@@ -45,7 +46,7 @@ def play(parts, seed):
     got = []
     for _ in range(STEPS):
         at = draw.randrange(3)
-        if bad[at] is None or bad[at].seat is None or not bad[at].is_in:
+        if bad[at] is None or bad[at].session is None or not bad[at].is_in:
             host = f"10.0.1.{at}:1"
             bad[at] = enter(parts, room, host)[0] if draw.random() < 0.5 else room.connect(host)
         else:
@@ -62,7 +63,7 @@ def play(parts, seed):
 def enter(parts, room, address):
     """Return a client that has logged in where that is needed, and its key."""
     client = room.connect(address)
-    if room.terms.tokens is None or client.seat is None:
+    if room.policy.tokens is None or client.session is None:
         return client, b""
     nonce = client.answer("hello")["nonce"]
     fields, key = parts.login_of("c" * 16, "command", nonce)
@@ -76,17 +77,17 @@ def act(parts, draw, room, client):
     if what == 0:
         client.transport.stuck = not client.transport.stuck
     elif what == 1:
-        room.hub.lost(client.seat)
+        room.hub.lost(client.session)
     elif what == 2:
         client.frames()
     elif what == 3:
-        number = client.seat.peer.number
+        number = client.session.number
         room.hub.hear(
             [
                 draw.choice(
                     (
-                        Reply(number, draw.randrange(9), {"op": "parameters", "values": {}}),
-                        Reply(number, 1, {"op": "nack", "code": "held", "said": "x" * 500}),
+                        Reply(number, ParameterValues(draw.randrange(9), {})),
+                        Reply(number, Nack("held", "x" * 500, 1)),
                         Refused(number, draw.randrange(9), "too_fast", "slower"),
                         Disconnect(number, "go"),
                     )
@@ -142,13 +143,13 @@ def wrong(parts, room, good, got, step):
         good.send(parts.operation("ping", 99))
         if good.said()[-1]["op"] != "pong":
             said.append("the good client is not answered")
-    for seat in room.hub._seats.values():
-        out = seat.peer.out
-        if out.overflowed or len(out._batches) > 2 or seat.peer._decoder.waiting > 2 * LARGEST:
+    for session in room.hub._sessions.values():
+        out = session.out
+        if out.overflowed or len(out._batches) > 2 or session._decoder.waiting > 2 * LARGEST:
             said.append("too much is kept")
-        if len(seat.transport.data) > 400_000:
+        if len(session.transport.data) > 400_000:
             said.append("too much is written to who does not read")
-    inside = sum(seat.peer.role is not None for seat in room.hub._seats.values())
-    if len(room.hub._seats) > 4 or room.hub._admission._inside.total() != inside:
+    inside = sum(session.role is not None for session in room.hub._sessions.values())
+    if len(room.hub._sessions) > 4 or room.hub._admission._inside.total() != inside:
         said.append("places are lost")
     return said

@@ -8,25 +8,33 @@ import pytest
 
 from workbench.link.backplane import (
     Command,
-    ControlState,
     Disconnect,
-    FlightOperation,
-    GetParameters,
     Gone,
-    Hand,
     Refused,
-    ReleaseControl,
     Reply,
-    RequestControl,
-    Role,
+    Request,
     ServerStatus,
-    SetParameters,
-    Stage,
     Stop,
 )
 from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
-from workbench.link.server.bucket import OPERATION_BURST, OPERATIONS
+from workbench.link.operations import (
+    FlightOperation,
+    GetParameters,
+    ReleaseControl,
+    RequestControl,
+    Role,
+    SetParameters,
+)
 from workbench.link.server.hub import TURN
+from workbench.link.server.rate_limiter import OPERATION_BURST, OPERATIONS
+from workbench.link.server_messages import (
+    ControlState,
+    FlightDone,
+    Hand,
+    ParameterValues,
+    Released,
+    Stage,
+)
 from workbench.link.wire import LARGEST_OPERATION, Flag, Kind
 from workbench.scenario.parameters import PARAMETERS
 
@@ -109,17 +117,17 @@ def test_a_command_reaches_the_flight_as_it_stood_in_its_frame(room, parts):
 @pytest.mark.parametrize(
     ("said", "asked"),
     [
-        ({"op": "request_control", "name": "me"}, RequestControl(1, 4, "me")),
-        ({"op": "request_control"}, RequestControl(1, 4, "client 1")),
-        ({"op": "release_control", "lease": 8}, ReleaseControl(1, 4, 8)),
+        ({"op": "request_control", "name": "me"}, RequestControl(4, "me")),
+        ({"op": "request_control"}, RequestControl(4, "client 1")),
+        ({"op": "release_control", "lease": 8}, ReleaseControl(4, 8)),
         (
             {"op": "flight", "what": "take_off", "height": 2.5, "lease": 8},
-            FlightOperation(1, 4, 8, "take_off", 2.5),
+            FlightOperation(4, "take_off", 2.5, 8),
         ),
-        ({"op": "parameters", "get": ["kp_x"]}, GetParameters(1, 4, ("kp_x",))),
+        ({"op": "parameters", "get": ["kp_x"]}, GetParameters(4, ("kp_x",))),
         (
             {"op": "parameters", "set": {"kp_x": 3}, "lease": 8},
-            SetParameters(1, 4, 8, {"kp_x": 3.0}),
+            SetParameters(4, {"kp_x": 3.0}, 8),
         ),
     ],
 )
@@ -127,9 +135,9 @@ def test_requests_reach_the_flight_and_its_reply_the_client(room, parts, said, a
     client, other = room.connect(), room.connect()
     client.frames(), other.frames()
     client.send(parts.operation(**said, id=4))
-    assert room.told == [asked]
-    room.hub.hear([Reply(1, 4, {"op": said["op"], "fine": True})])
-    assert client.said() == [{"op": said["op"], "fine": True, "id": 4}]
+    assert room.told == [Request(1, asked)]
+    room.hub.hear([Reply(1, FlightDone(4, "land", 5))])
+    assert client.said() == [{"op": "flight", "id": 4, "what": "land", "applied_ns": 5}]
     assert other.said() == []
 
 
@@ -143,12 +151,12 @@ def test_a_refusal_of_the_flight_is_a_nack_of_the_frame(room, parts):
 
 def test_a_reply_that_json_has_no_numbers_for_is_a_nack(room, parts):
     client = room.connect()
-    room.hub.hear([Reply(1, 4, {"op": "parameters", "values": {"a": float("nan")}})])
+    room.hub.hear([Reply(1, ParameterValues(4, {"a": float("nan")}))])
     assert client.answer("nack")["id"] == 4
 
 
 def test_what_is_for_a_client_that_has_gone_is_nothing(room, parts):
-    room.hub.hear([Reply(9, 1, {}), Refused(9, 1, "held", ""), Disconnect(9, "")])
+    room.hub.hear([Reply(9, Released(1)), Refused(9, 1, "held", ""), Disconnect(9, "")])
 
 
 def test_more_requests_than_16_wait_for_the_flight_in_vain(room, parts):
@@ -157,7 +165,7 @@ def test_more_requests_than_16_wait_for_the_flight_in_vain(room, parts):
         client.send(parts.operation("parameters", get=[], id=id))
     assert len(room.told) == 16
     assert client.answer("nack")["id"] == 17
-    room.hub.hear([Reply(1, 1, {"op": "parameters", "values": {}})])
+    room.hub.hear([Reply(1, ParameterValues(1, {}))])
     client.send(parts.operation("parameters", get=[], id=18))
     assert len(room.told) == 17
 
@@ -190,8 +198,8 @@ def test_where_commands_are_not_allowed_all_only_watch(parts):
 
 def test_the_flight_learns_at_once_that_a_client_has_gone(room):
     client = room.connect()
-    room.hub.lost(client.seat)
-    room.hub.lost(client.seat)
+    room.hub.lost(client.session)
+    room.hub.lost(client.session)
     assert room.told == [Gone(1)]
 
 
@@ -268,15 +276,15 @@ def test_the_clients_status_is_told_twice_a_second_and_on_change(room, parts):
     client.send(parts.operation("login", name="phone", role="view"))
     room.hub.tick()
     (status,) = room.asked(ServerStatus)
-    (peer,) = status.peers
+    (peer,) = status.clients
     assert (peer.peer, peer.address, peer.name) == (1, "10.0.0.9:7", "phone")
     assert (peer.transport, peer.role) == ("tcp", Role.VIEW)
     assert (peer.rate, peer.age, peer.dropped, peer.refused) == (0.0, 0.0, 0, 0)
     room.wait(2.0)
     assert 4 <= len(room.asked(ServerStatus)) - 1 <= 5
-    room.hub.lost(client.seat)
+    room.hub.lost(client.session)
     room.hub.tick()
-    assert room.asked(ServerStatus)[-1].peers == ()
+    assert room.asked(ServerStatus)[-1].clients == ()
 
 
 def test_the_status_tells_rate_and_age_of_what_was_acknowledged(room, parts, monkeypatch):
@@ -287,13 +295,13 @@ def test_the_status_tells_rate_and_age_of_what_was_acknowledged(room, parts, mon
     for step in range(1, 11):
         room.hub.hear([parts.published(step, range(1, 9), wall_ns=4_750_000_000)])
         client.acknowledge()
-    (peer,) = room.hub.status().peers
+    (peer,) = room.hub.status().clients
     assert (peer.rate, peer.age) == (82.0, 0.25), "hello and an answer were read too"
 
 
 def test_a_fault_of_the_servers_own_ends_one_connection_only(room, parts, monkeypatch, caplog):
     client, other = room.connect(), room.connect()
-    monkeypatch.setattr(client.seat.peer, "_take", lambda frame, now: 1 / 0)
+    monkeypatch.setattr(client.session, "_operate", lambda frame, now: 1 / 0)
     client.send(parts.operation("ping"))
     assert client.answer("error")["code"] == "internal"
     other.send(parts.operation("ping"))
@@ -337,8 +345,8 @@ def test_pieces_that_finish_no_frame_are_read_at_a_thousand_a_second(room, piece
 
 def test_a_client_that_has_its_last_words_coming_is_held_up_too(room, parts):
     client = room.connect()
-    client.seat.peer.last_due = room.now + 1.0
-    client.seat.peer.bye("goodbye")
+    client.session.last_due = room.now + 1.0
+    client.session.bye("goodbye")
     assert max(client.send(b"x") for _ in range(300)) > 0.0
     assert client.is_in
 
@@ -374,9 +382,9 @@ def test_eight_clients_get_eight_topics_without_a_gap(room, parts):
 def test_viewers_share_the_work_of_a_turn_and_who_flies_has_its_own(parts):
     """Work is counted, not timed: what nine greedy viewers are given between two turns."""
     turns = []
-    room = parts.Room(an_address=16, soon=turns.append)
+    room = parts.Room(an_address=16, call_soon=turns.append)
     pilot, *viewers = [room.connect() for _ in range(10)]
-    flies = ControlState(Hand.CLIENT, pilot.seat.peer.number, "Ada", Stage.LIVE, 0.0, "Ada flies")
+    flies = ControlState(Hand.CLIENT, pilot.session.number, "Ada", Stage.LIVE, 0.0, "Ada flies")
     room.hub.hear([flies])
     largest = parts.saying({"op": "ping", "deep": [{}] * 2035}, 1)
     assert LARGEST_OPERATION - 100 < len(largest.payload) <= LARGEST_OPERATION
@@ -431,7 +439,7 @@ def test_answers_of_the_flight_are_charged_as_well(room, parts):
     pause = 0.0
     for id in range(8):
         pause = max(pause, client.send(parts.operation("parameters", get=[], id=id)))
-        room.hub.hear([Reply(1, id, {"op": "parameters", "values": values})])
+        room.hub.hear([Reply(1, ParameterValues(id, values))])
     assert pause > 0.0
 
 
@@ -449,4 +457,4 @@ def test_who_is_silent_is_asked_and_gives_its_place_to_others_unless_it_answers(
     assert 9 <= asked <= 12
     assert silent.answer("error")["code"] == "slow"
     assert reading.is_in and pinging.is_in
-    assert room.hub.status().peers[0].rate == 0.0, "a question is no data"
+    assert room.hub.status().clients[0].rate == 0.0, "a question is no data"

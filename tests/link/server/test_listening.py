@@ -4,8 +4,8 @@ import socket
 
 import pytest
 
-from workbench.link.server import listening
-from workbench.link.server.listening import listen
+from workbench.link.server import acceptor
+from workbench.link.server.acceptor import listen
 
 
 def test_an_address_of_a_link_is_listened_at_with_its_number(monkeypatch):
@@ -13,14 +13,14 @@ def test_an_address_of_a_link_is_listened_at_with_its_number(monkeypatch):
     family = socket.AF_INET6
     bound = []
     monkeypatch.setattr(
-        listening.socket, "getaddrinfo", lambda *_, **__: [(family, 1, 6, "", found)]
+        acceptor.socket, "getaddrinfo", lambda *_, **__: [(family, 1, 6, "", found)]
     )
 
     def create(address, **_):
         bound.append(address)
         return socket.socket()
 
-    monkeypatch.setattr(listening.socket, "create_server", create)
+    monkeypatch.setattr(acceptor.socket, "create_server", create)
     listen("fe80::1%eth0", 7733).close()
     assert bound == [found]
 

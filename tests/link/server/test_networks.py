@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.link.server.networks import host_of, network_of
+from workbench.link.address import host_of, network_of
 
 
 def test_a_network_of_ipv6_is_one(case):

@@ -4,7 +4,7 @@ import pytest
 
 from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
 from workbench.link.server.outgoing import LONGEST_QUEUE, Outgoing
-from workbench.link.server.rings import Rings
+from workbench.link.server.sample_buffer import SampleBuffer
 from workbench.link.wire import HEADER, Flag, Kind
 
 PERIOD = 1.0 / 204.8
@@ -194,10 +194,10 @@ def test_the_rate_that_a_client_asks_for_is_that_of_each_topic(parts):
 
 
 def test_a_flight_that_begins_anew_goes_on_at_a_rate(parts):
-    rings = Rings(topics([1]), 20.0)
+    buffer = SampleBuffer(topics([1]), 20.0)
     for t_ns in (5_000_000_000, 5_010_000_000, 0, 10_000_000, 50_000_000):
-        rings.add(1, t_ns, 0, b"")
-    assert [sample.t_ns for sample in rings.take(9)] == [5_000_000_000, 0, 50_000_000]
+        buffer.add(1, t_ns, 0, b"")
+    assert [sample.t_ns for sample in buffer.take(9)] == [5_000_000_000, 0, 50_000_000]
 
 
 def test_in_a_long_batch_frames_between_ask_for_an_acknowledgement_too(parts):

@@ -15,18 +15,10 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
-from workbench.link.backplane import (
-    Command,
-    ControlState,
-    Gone,
-    Hand,
-    Reply,
-    RequestControl,
-    ServerFailed,
-    ServerStatus,
-    Stage,
-)
+from workbench.link.backplane import Command, Gone, Reply, Request, ServerFailed, ServerStatus
+from workbench.link.operations import RequestControl
 from workbench.link.server.config import ServerConfig
+from workbench.link.server_messages import ControlState, Granted, Hand, Stage
 
 ANY = ServerConfig(port=0)
 RESET = struct.pack("ii", 1, 0)
@@ -87,11 +79,11 @@ def test_it_says_where_it_listens_and_serves(serve, parts):
         client.send(parts.acknowledgement(frame.seq), parts.command(6))
         assert server.hear_of(Command).seq == 6
         client.send(parts.operation("request_control", 7, id=3, name="me"))
-        assert server.hear_of(RequestControl) == RequestControl(1, 3, "me")
-        server.flight.send(Reply(1, 3, {"op": "request_control", "lease": 5, "expires": 0.5}))
+        assert server.hear_of(Request) == Request(1, RequestControl(3, "me"))
+        server.flight.send(Reply(1, Granted(3, 5, 0.5)))
         assert client.answer("request_control")["lease"] == 5
-        status = server.hear_of(ServerStatus, lambda record: record.peers)
-        assert status.peers[0].address.startswith("127.0.0.1:")
+        status = server.hear_of(ServerStatus, lambda record: record.clients)
+        assert status.clients[0].address.startswith("127.0.0.1:")
     assert server.hear_of(Gone) == Gone(1)
 
 
@@ -190,7 +182,7 @@ def test_a_crowd_of_connections_leaves_nothing_behind(serve):
         for each in crowd:
             each.socket.close()
         wait_until(lambda: descriptors(server) == before)
-        server.hear_of(ServerStatus, lambda record: len(record.peers) == 1)
+        server.hear_of(ServerStatus, lambda record: len(record.clients) == 1)
 
 
 def test_a_client_beyond_the_places_is_told_so(serve):
@@ -267,8 +259,8 @@ def test_tls_serves_as_tcp_does(serve, parts, certificate):
         client.answer("subscribe")
         server.flight.send(parts.published(1))
         assert client.frame().topic == 1
-        status = server.hear_of(ServerStatus, lambda record: record.peers)
-        assert status.peers[0].transport == "tls"
+        status = server.hear_of(ServerStatus, lambda record: record.clients)
+        assert status.clients[0].transport == "tls"
         client.send(b"nonsense")
         assert client.rest()[-1]["code"] == "magic"
 

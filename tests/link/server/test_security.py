@@ -5,7 +5,8 @@ import struct
 import pytest
 
 from workbench.link.authentication import Tokens
-from workbench.link.backplane import Command, RequestControl, Role
+from workbench.link.backplane import Command, Request
+from workbench.link.operations import Role
 
 VIEW = "v" * 20
 COMMAND = "c" * 20
@@ -30,14 +31,14 @@ def enter(parts, room, role="command", address="10.0.0.1:5000"):
 def test_hello_asks_for_login(guarded):
     client = guarded.connect()
     assert client.answer("hello")["login"] is True
-    assert client.seat.peer.role is None
+    assert client.session.role is None
 
 
 @pytest.mark.parametrize("role", ["view", "command"])
 def test_the_right_proof_gives_the_role(guarded, parts, role):
     client, _ = enter(parts, guarded, role)
-    assert client.seat.peer.role is Role(role)
-    assert client.seat.peer.name == "me"
+    assert client.session.role is Role(role)
+    assert client.session.name == "me"
 
 
 def wrong(parts, nonce, case):
@@ -95,7 +96,7 @@ def test_before_login_all_else_ends_the_connection(guarded, parts, op):
     client.send(parts.operation(op, topics=["*"]))
     assert client.answer("error")["code"] == "login"
     assert not client.is_in
-    assert not guarded.asked(RequestControl)
+    assert not guarded.asked(Request)
 
 
 @pytest.mark.parametrize(
@@ -159,7 +160,7 @@ def test_what_commands_needs_a_proof(guarded, parts):
     client, key = enter(parts, guarded)
     client.send(parts.proven(parts.operation("request_control", 5, id=3), key))
     client.send(parts.proven(parts.command(6), key))
-    assert [type(each) for each in guarded.told] == [RequestControl, Command]
+    assert [type(each) for each in guarded.told] == [Request, Command]
     assert client.is_in
 
 
@@ -225,11 +226,11 @@ def test_who_only_watches_may_not_command(guarded, parts):
 
 def test_the_17th_client_is_refused_and_comes_in_when_another_goes(room):
     clients = [room.connect(f"10.0.{n}.1:5") for n in range(17)]
-    assert clients[16].seat is None
+    assert clients[16].session is None
     assert clients[16].answer("error")["code"] == "too_many"
     assert clients[16].transport.closed
-    room.hub.lost(clients[0].seat)
-    assert room.connect("10.0.99.1:5").seat
+    room.hub.lost(clients[0].session)
+    assert room.connect("10.0.99.1:5").session
 
 
 def test_who_has_not_logged_in_takes_no_place(guarded, parts):
@@ -238,7 +239,7 @@ def test_who_has_not_logged_in_takes_no_place(guarded, parts):
     inside = [enter(parts, guarded, address=f"10.0.{n}.1:9")[0] for n in range(16)]
     assert all(client.is_in for client in inside)
     for stranger in strangers:
-        guarded.hub.lost(stranger.seat)
+        guarded.hub.lost(stranger.session)
     assert guarded.hub._admission._inside.total() == 16
 
 
@@ -258,31 +259,31 @@ def test_a_login_without_a_place_left_is_refused(guarded, parts, address, others
     (said,) = late.said()
     assert (said["op"], said["code"]) == ("error", "too_many")
     assert not late.is_in
-    assert not guarded.asked(RequestControl)
-    guarded.hub.lost(inside[0].seat)
+    assert not guarded.asked(Request)
+    guarded.hub.lost(inside[0].session)
     assert enter(parts, guarded, address=address)[0].is_in
 
 
 def test_the_5th_client_from_an_address_is_refused(room):
     clients = [room.connect(f"10.0.0.1:{n}") for n in range(5)]
     assert clients[4].answer("error")["code"] == "too_many"
-    assert room.connect("10.0.0.2:1").seat
-    room.hub.lost(clients[2].seat)
-    assert room.connect("10.0.0.1:9").seat
+    assert room.connect("10.0.0.2:1").session
+    room.hub.lost(clients[2].session)
+    assert room.connect("10.0.0.1:9").session
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "[::1]", "[::ffff:127.0.0.1]"])
 def test_programs_of_this_machine_may_have_12_places(room, host):
     clients = [room.connect(f"{host}:{n}") for n in range(13)]
     assert clients[0].answer("hello")["limits"]["clients_an_address"] == 12
-    assert clients[11].seat
+    assert clients[11].session
     assert clients[12].answer("error")["code"] == "too_many"
-    assert room.connect("10.0.0.2:1").seat
+    assert room.connect("10.0.0.2:1").session
 
 
 def guess(parts, room, address="10.0.0.7:1"):
     client = room.connect(address)
-    if client.seat is None:
+    if client.session is None:
         return client.answer("error")["code"]
     client.send(parts.operation("login"))
     return client.answer("error")["code"]
@@ -291,7 +292,7 @@ def guess(parts, room, address="10.0.0.7:1"):
 def test_who_guesses_tokens_waits_longer_and_longer(guarded, parts):
     assert [guess(parts, guarded) for _ in range(4)] == ["bad_login"] * 4
     assert guess(parts, guarded) == "back_off"
-    assert guarded.connect("10.0.0.8:1").seat, "others may come in"
+    assert guarded.connect("10.0.0.8:1").session, "others may come in"
     guarded.now += 1.1
     assert guess(parts, guarded) == "bad_login"
     guarded.now += 1.1
@@ -343,7 +344,7 @@ def test_logging_in_twice_is_no_guess(request, parts, which):
             client.send(parts.operation("login", name="me"))
         client.send(parts.operation("login", 3, name="me"))
         assert client.answer("error")["code"] == "bad_login"
-    assert place.connect().seat
+    assert place.connect().session
 
 
 def test_a_good_login_clears_the_bad_ones(guarded, parts):
@@ -378,7 +379,7 @@ def test_what_is_no_frame_ends_the_connection_and_no_other(room, parts, code):
     assert said["code"] == code
     assert said["said"]
     assert client.transport.closed
-    assert not room.asked(RequestControl), "what comes after it is not read"
+    assert not room.asked(Request), "what comes after it is not read"
     assert room.hub.refusals.counts == {code: 1}
     assert "10.0.0.1:5000" in room.hub.refusals.log[-1]
     other.send(parts.operation("ping"))
@@ -405,7 +406,7 @@ def test_what_cannot_be_done_is_refused_and_the_connection_goes_on(room, parts, 
     assert {name: nack[name] for name in names} == names
     assert pong["op"] == "pong"
     assert room.told == []
-    assert room.hub.status().peers[0].refused == 1
+    assert room.hub.status().clients[0].refused == 1
 
 
 def test_a_kind_that_may_be_skipped_is_skipped(room, parts):
@@ -418,7 +419,7 @@ def test_the_log_of_refusals_is_short(room, parts):
     for n in range(100):
         client = room.connect(f"10.0.{n}.1:1")
         client.send(parts.operation("dance" * 9))
-        room.hub.lost(client.seat)
+        room.hub.lost(client.session)
     assert len(room.hub.refusals.log) == 20
     assert all(len(line) <= 200 for line in room.hub.refusals.log)
     assert room.hub.refusals.counts == {"unknown_op": 100}

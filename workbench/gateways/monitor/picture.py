@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from workbench.link import Client
-from workbench.link.answers import ControlStateSaid
-from workbench.link.backplane import Hand
 from workbench.link.sample import Sample
+from workbench.link.server_messages import ControlState, Hand
 from workbench.link.topics import PREFIX, Direction
 
 WINDOW = 1.0
@@ -36,7 +35,7 @@ class Picture:
     vehicle: str
     address: str
     trouble: str
-    control: ControlStateSaid | None
+    control: ControlState | None
     mine: bool
     rate: float
     age: float | None

@@ -1,7 +1,7 @@
 """Whether sticks count now, and if not, why: nothing starts to move that nobody has just moved."""
 
 from workbench.control.mode import FlightMode
-from workbench.link.backplane import Hand
+from workbench.link.server_messages import Hand
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 

@@ -16,7 +16,8 @@ from workbench.gui.joystick.stick_curve import StickCurve
 from workbench.gui.joystick.sticks import NEUTRAL, Stick, Sticks
 from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
-from workbench.link.backplane import Hand, Published
+from workbench.link.backplane import Published
+from workbench.link.server_messages import Hand
 from workbench.live.view import LiveView
 
 PERIOD = 16

@@ -5,7 +5,7 @@ from workbench.gui.joystick.flight_limits import Bite
 from workbench.gui.joystick.pilot import Device
 from workbench.gui.preferences import Preferences
 from workbench.gui.units import unit_for
-from workbench.link.backplane import ControlState, Hand
+from workbench.link.server_messages import ControlState, Hand
 from workbench.live.view import LiveView
 
 READY = "Ready: move a stick to fly, let go to stop and hold."

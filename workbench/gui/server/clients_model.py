@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from PyQt6.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt
 
-from workbench.link.backplane import ControlState, Hand, PeerStatus, Role, Stage
+from workbench.link.backplane import ClientStatus
+from workbench.link.operations import Role
+from workbench.link.server_messages import ControlState, Hand, Stage
 
 COLUMNS = (
     ("Client", "what it calls itself"),
@@ -39,7 +41,7 @@ class ClientRow:
     texts: tuple[str, ...]
 
 
-def client_row(peer: PeerStatus, control: ControlState | None) -> ClientRow:
+def client_row(peer: ClientStatus, control: ControlState | None) -> ClientRow:
     """Return a client as it is shown."""
     flies = control is not None and control.hand is Hand.CLIENT and control.peer == peer.peer
     does = _DOES.get(control.stage, "lost") if control and flies else "–"
@@ -71,7 +73,7 @@ class ClientsModel(QAbstractTableModel):
         super().__init__(parent)
         self._rows: list[ClientRow] = []
 
-    def show_clients(self, peers: Sequence[PeerStatus], control: ControlState | None) -> None:
+    def show_clients(self, peers: Sequence[ClientStatus], control: ControlState | None) -> None:
         """Show who is here now; who stays keeps its row."""
         present = {peer.peer for peer in peers}
         for index in reversed(range(len(self._rows))):

@@ -18,8 +18,8 @@ from workbench.gui.server.clients_model import COLUMNS, ClientsModel
 from workbench.gui.server.clients_table import ClientsTable
 from workbench.gui.style import dressed
 from workbench.link.authority import NOBODY_YET
-from workbench.link.backplane import ControlState, Hand
-from workbench.live.network_orders import NetworkView
+from workbench.link.server_messages import ControlState, Hand
+from workbench.live.messages import NetworkView
 
 
 class ClientsPanel(QWidget):
@@ -69,7 +69,7 @@ class ClientsPanel(QWidget):
 
     def show_network(self, network: NetworkView) -> None:
         """Show who is here and who flies."""
-        peers = network.server.peers if network.server else ()
+        peers = network.server.clients if network.server else ()
         chosen = self.chosen
         meant = None if chosen is None else self.model.peer_at(chosen)
         self.model.show_clients(peers, network.control)

@@ -20,7 +20,7 @@ from workbench.gui.server.server_form import ServerForm
 from workbench.gui.server.server_state import Running
 from workbench.gui.style import dressed, set_class
 from workbench.gui.workspace import Workspace
-from workbench.live.network_orders import NetworkView
+from workbench.live.messages import NetworkView
 from workbench.live.view import LiveView
 
 CLASSES = {Running.LISTENING: "value good", Running.FAILED: "value bad"}

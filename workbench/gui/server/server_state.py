@@ -53,7 +53,7 @@ def server_state(view: LiveView, flies: bool, wanted: Wanted, failure: str) -> S
     if wanted is Wanted.STOP:
         return ServerState(Running.STOPPING, "Clients are told goodbye.")
     if view.network.server is not None:
-        count = len(view.network.server.peers)
+        count = len(view.network.server.clients)
         clients = "nobody is connected" if not count else f"{count} connected"
         return ServerState(Running.LISTENING, f"at {view.network.server.address}; {clients}.")
     if view.network.starts_again:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from workbench.control.mode import FlightMode
-from workbench.link.backplane import Hand, Stage
+from workbench.link.server_messages import Hand, Stage
 from workbench.live.announcer import LOW_CHARGE, RESERVE
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
@@ -95,7 +95,7 @@ def link_said(view: LiveView) -> Said:
     server, control = view.network.server, view.network.control
     if server is None:
         return Said("no server", "link", MUTED, "no server runs: start one on the Server screen")
-    clients = len(server.peers)
+    clients = len(server.clients)
     count = "1 client" if clients == 1 else f"{clients} clients"
     full = f"server at {server.address}, {count}"
     if control is None or control.hand is Hand.NOBODY:

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from workbench.link.backplane import Published
-from workbench.link.server.pace import Pace
-from workbench.link.server.rings import Rings, Sample
+from workbench.link.server.sample_buffer import DataFrame, SampleBuffer
 from workbench.link.topics import Delivery, Topic
 from workbench.link.wire import HEADER, MAGIC, VERSION, Flag, Kind
 
@@ -28,6 +27,12 @@ ACKNOWLEDGED_EVERY = 32
 """In a long batch every so many frames ask too, as it may be long for a client that got slow."""
 LAST_SEQ = 2**32 - 2**20
 """A connection with so high a number is to be made anew: numbers only rise."""
+RATE_SPAN = 1.0
+"""Frames are counted over so long [s]."""
+LAST_BATCHES = 4
+"""Whose rate counts."""
+SHORTEST_BATCH = 1e-4
+"""No batch counts as read in less time [s]."""
 
 # Plain numbers: an enumeration's operations cost a microsecond, and there are many frames.
 _CONTROL = int(Kind.CONTROL)
@@ -62,19 +67,19 @@ class Outgoing:
         self.acknowledged_ns = 0
         self._answers: deque[bytes] = deque()
         self._question = b""
-        self._events: deque[Sample] = deque()
+        self._events: deque[DataFrame] = deque()
         self._event_topics: frozenset[int] = frozenset()
-        self._rings = Rings((), None)
+        self._states = SampleBuffer((), None)
         self._dropped_before = 0
         self._batches: deque[_Batch] = deque()
         self._acknowledged = 0
         self._heard = 0.0
-        self._pace = Pace()
+        self._reading = ReadRate()
 
     @property
     def dropped(self) -> int:
         """Samples that the client was too slow for."""
-        return self._dropped_before + self._rings.dropped
+        return self._dropped_before + self._states.dropped
 
     @property
     def overflowed(self) -> bool:
@@ -83,8 +88,10 @@ class Outgoing:
 
     def subscribe(self, topics: Sequence[Topic], rate: float | None) -> None:
         """Send these topics from now on, of state ones at most so many frames a second each."""
-        self._dropped_before += self._rings.dropped
-        self._rings = Rings((each for each in topics if each.delivery is Delivery.STATE), rate)
+        self._dropped_before += self._states.dropped
+        self._states = SampleBuffer(
+            (each for each in topics if each.delivery is Delivery.STATE), rate
+        )
         self._event_topics = frozenset(
             each.id for each in topics if each.delivery is Delivery.EVENT
         )
@@ -101,11 +108,11 @@ class Outgoing:
         """Keep what the client wants of this."""
         self.t_ns = t_ns = published.t_ns
         wall_ns = published.wall_ns
-        add = self._rings.add
+        add = self._states.add
         events = self._event_topics
         for topic, payload in published.payloads:
             if topic in events:
-                self._events.append(Sample(topic, t_ns, wall_ns, payload))
+                self._events.append(DataFrame(topic, t_ns, wall_ns, payload))
             else:
                 add(topic, t_ns, wall_ns, payload)
 
@@ -118,7 +125,7 @@ class Outgoing:
             self._add_frame(parts, _CONTROL, 0, _ACKNOWLEDGE, self.t_ns, self._question)
             self._question = b""
             self._batches.append(_Batch(self.seq, 0, now, 0))
-        if len(self._batches) < BATCHES and (self._events or self._rings.waiting):
+        if len(self._batches) < BATCHES and (self._events or self._states.waiting):
             self._add_batch(parts, now)
         return b"".join(parts)
 
@@ -132,13 +139,13 @@ class Outgoing:
         """Note the last frame that the client has processed; return whether that can be."""
         if not self._acknowledged < seq <= self.seq or not self._batches:
             return False
-        self._pace.acknowledged(seq - self._acknowledged, now)
+        self._reading.acknowledged(seq - self._acknowledged, now)
         self._acknowledged = seq
         self._heard = now
         while self._batches and self._batches[0].seq <= seq:
             batch = self._batches.popleft()
             if batch.frames:
-                self._pace.batch(batch.frames, now - batch.sent)
+                self._reading.batch(batch.frames, now - batch.sent)
             self.acknowledged_ns = max(self.acknowledged_ns, batch.wall_ns)
         return True
 
@@ -150,15 +157,15 @@ class Outgoing:
 
     def rate(self, now: float) -> float:
         """Return the frames that the client reads [1/s]."""
-        return self._pace.shown(now)
+        return self._reading.shown(now)
 
     def _add_batch(self, parts: list[bytes], now: float) -> None:
-        shown = self._pace.shown(now)
+        shown = self._reading.shown(now)
         most = max(SMALLEST_BATCH, int(BATCH_TIME * shown))
         # A client that is fast may have been sent little yet, so its last batch counts too.
-        keep = max(SMALLEST_BATCH, int(KEPT_TIME * shown), int(BATCH_TIME * self._pace.of_batch))
-        self._rings.thin(keep)
-        samples = [*self._events, *self._rings.take(most)]
+        keep = max(SMALLEST_BATCH, int(KEPT_TIME * shown), int(BATCH_TIME * self._reading.of_batch))
+        self._states.thin(keep)
+        samples = [*self._events, *self._states.take(most)]
         self._events.clear()
         left = len(samples)
         newest = 0
@@ -175,3 +182,39 @@ class Outgoing:
         self.seq += 1
         parts.append(HEADER.pack(MAGIC, VERSION, kind, topic, flags, self.seq, len(payload), t_ns))
         parts.append(payload)
+
+
+class ReadRate:
+    """How fast a client reads, by its acknowledgements; times are told [s]."""
+
+    def __init__(self) -> None:
+        self._batches: deque[float] = deque(maxlen=LAST_BATCHES)
+        self._counts: deque[tuple[float, int]] = deque()
+        self._sum = 0
+
+    @property
+    def of_batch(self) -> float:
+        """Frames a second of the fastest of the last batches, from its sending to its reading.
+
+        One late reading is a hiccup of the machine; who is slow is slow each time.
+        """
+        return max(self._batches, default=0.0)
+
+    def acknowledged(self, frames: int, now: float) -> None:
+        """Note frames that were read."""
+        self._counts.append((now, frames))
+        self._sum += frames
+        self._forget(now)
+
+    def batch(self, frames: int, seconds: float) -> None:
+        """Note how long it took until a batch was read."""
+        self._batches.append(frames / max(seconds, SHORTEST_BATCH))
+
+    def shown(self, now: float) -> float:
+        """Return the frames that were read in the last second [1/s]."""
+        self._forget(now)
+        return self._sum / RATE_SPAN
+
+    def _forget(self, now: float) -> None:
+        while self._counts and self._counts[0][0] < now - RATE_SPAN:
+            self._sum -= self._counts.popleft()[1]

@@ -15,10 +15,10 @@ from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Flight, ServerFailed
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
-from workbench.link.server.flight_side import FlightSide
+from workbench.link.server.flight_connection import FlightConnection
 from workbench.link.server.hub import TICK_PERIOD, Hub
+from workbench.link.server.policy import Policy
 from workbench.link.server.tcp import TcpListener
-from workbench.link.server.terms import Terms
 
 NAME = "drake-drone-workbench"
 FAREWELL = "the server stops"
@@ -53,46 +53,46 @@ async def serve(connection: Connection, config: ServerConfig, flight: Flight) ->
     Raises:
         WorkbenchError: if the token file is no good any more.
     """
-    terms = Terms(flight, config.tokens(), config.allow_commands, config.clients, _server())
-    side = FlightSide(connection)
+    policy = Policy(flight, config.tokens(), config.allow_commands, config.clients, _server())
+    flight_connection = FlightConnection(connection)
     hub = Hub(
-        terms,
+        policy,
         Admission(config.clients, config.clients_an_address),
-        side.tell,
-        soon=asyncio.get_running_loop().call_soon,
+        flight_connection.tell,
+        call_soon=asyncio.get_running_loop().call_soon,
     )
-    side.start(hub.hear, hub.stopped.set)
+    flight_connection.start(hub.hear, hub.stopped.set)
     asyncio.get_running_loop().set_exception_handler(
         lambda _, what: hub.failed(str(what.get("message")), what.get("exception"))
     )
     try:
-        async with contextlib.AsyncExitStack() as doors:
-            await _open(doors, hub, config)
+        async with contextlib.AsyncExitStack() as stack:
+            await _open(stack, hub, config)
             await _run(hub)
             hub.stop(FAREWELL)
     except WorkbenchError as error:
-        side.tell(ServerFailed(str(error)))
+        flight_connection.tell(ServerFailed(str(error)))
     except Exception as error:  # a fault of ours: the flight is to know
-        side.tell(ServerFailed(f"the server failed: {type(error).__name__}: {error}"))
+        flight_connection.tell(ServerFailed(f"the server failed: {type(error).__name__}: {error}"))
         raise
     finally:
-        await side.close()
+        await flight_connection.close()
 
 
-async def _open(doors: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig) -> None:
+async def _open(stack: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig) -> None:
     """Listen, and serve the page if it is wanted.
 
     Raises:
         WorkbenchError: if it is not possible to listen there.
     """
     listener = TcpListener(config.host, config.port, hub, config.tls())
-    doors.push_async_callback(listener.close)
+    stack.push_async_callback(listener.close)
     hub.address = listener.address
     if config.web:
         from workbench.link.server import web  # loads what only the page needs
 
         page = await web.start(hub, config)
-        doors.push_async_callback(page.close)
+        stack.push_async_callback(page.close)
         hub.page = page.address
 
 

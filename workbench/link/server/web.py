@@ -1,7 +1,13 @@
-"""The page for phones: its files over HTTP, and the link in a WebSocket."""
+"""The page for phones: its files over HTTP, and the link in a WebSocket.
+
+A page of anybody can make a browser connect to a WebSocket of this machine; its Origin tells. A
+name that an attacker points to this machine makes the attacker's page look like ours; the Host
+tells.
+"""
 
 import base64
 import hashlib
+import ipaddress
 from collections.abc import Mapping
 from importlib import resources
 from typing import NamedTuple
@@ -9,14 +15,12 @@ from typing import NamedTuple
 from aiohttp import HttpVersion11, web
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.address import Address
+from workbench.link.address import Address, is_loopback
 from workbench.link.page_address import page_address
+from workbench.link.server.acceptor import Acceptor, listen
 from workbench.link.server.config import ServerConfig
-from workbench.link.server.door import Door
 from workbench.link.server.hub import Hub
-from workbench.link.server.listening import listen
-from workbench.link.server.origin import is_own_host, is_own_origin
-from workbench.link.server.tcp_connection import TcpConnection
+from workbench.link.server.tcp import TcpConnection
 from workbench.link.server.web_socket import WebSocketConnection
 
 TYPES = {
@@ -93,7 +97,7 @@ class Page:
         self._tls = config.tls()
         self._scheme = "https" if self._tls else "http"
         self._files = page_files()
-        self._door: Door | None = None
+        self._acceptor: Acceptor | None = None
         self._server: web.Server | None = None
         self._open: set[TcpConnection] = set()
 
@@ -117,15 +121,15 @@ class Page:
             max_field_size=LONGEST_HEADER,
             max_headers=MOST_HEADERS,
         )
-        self._door = Door(listener, lambda _: server(), self._hub.refusals.add, self._tls)
-        self.port = self._door.address.port
+        self._acceptor = Acceptor(listener, lambda _: server(), self._hub.refusals.add, self._tls)
+        self.port = self._acceptor.address.port
         self.address = page_address(self._host, self.port, self._scheme).url
 
     async def close(self) -> None:
         """Listen no more, and end what is open."""
-        if self._door is None or self._server is None:
+        if self._acceptor is None or self._server is None:
             return
-        await self._door.close()
+        await self._acceptor.close()
         self._server.pre_shutdown()
         await self._server.shutdown(timeout=2.0)
 
@@ -195,3 +199,55 @@ def page_files() -> Mapping[str, File]:
 def plain(status: int, said: str, more: Mapping[str, str] | None = None) -> web.Response:
     """Return a sentence as an answer."""
     return web.Response(status=status, text=said + "\n", headers=STRICT | dict(more or {}))
+
+
+def is_own_host(asked: str, local: str, named: str) -> bool:
+    """Return whether a request is addressed to this machine as it listens.
+
+    Args:
+        asked: the Host of the request, with or without a port.
+        local: address of this machine that the connection came to.
+        named: the host that the server was told to listen at.
+    """
+    host = _host_in(asked).lower()
+    if not host:
+        return False
+    try:
+        return _plain(host) == _plain(local)
+    except ValueError:
+        return host == named.lower() or (host == "localhost" and is_loopback(local))
+
+
+def is_own_origin(origin: str, asked: str, scheme: str) -> bool:
+    """Return whether a WebSocket is asked for by the page that this server gave.
+
+    Args:
+        origin: of the request, as the browser says; only browsers cannot lie here.
+        asked: the Host of the request.
+        scheme: http or https, of the connection.
+    """
+    return origin.lower() == f"{scheme}://{asked.lower()}"
+
+
+def _host_in(asked: str) -> str:
+    """Return the name or address in a Host, without port and brackets; "" if it is none."""
+    if asked.startswith("["):
+        name, bracket, rest = asked[1:].partition("]")
+        understood = bool(bracket) and (not rest or rest.startswith(":"))
+        port = rest[1:]
+    else:
+        name, colon, port = asked.partition(":")
+        understood = not colon or bool(port)
+    if not understood or (port and not (port.isascii() and port.isdigit())):
+        return ""
+    return name
+
+
+def _plain(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    """Return an address; of IPv4 within IPv6, that of IPv4.
+
+    Raises:
+        ValueError: if it is a name.
+    """
+    address = ipaddress.ip_address(text.partition("%")[0])
+    return getattr(address, "ipv4_mapped", None) or address

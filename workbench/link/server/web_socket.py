@@ -6,7 +6,7 @@ from enum import IntEnum
 
 from workbench.link.codes import ErrorCode
 from workbench.link.server.hub import Hub
-from workbench.link.server.tcp_connection import TcpConnection
+from workbench.link.server.tcp import TcpConnection
 from workbench.link.wire import HEADER, LARGEST, SKIPPABLE, Decoder, Frame, WireError
 
 LARGEST_MESSAGE = HEADER.size + LARGEST

@@ -1,22 +1,36 @@
-"""What the server says: operations as records, for it to write and for a client to read."""
+"""What the server says: messages as records, for it to write and for a client to read.
+
+The flight answers with the same records, see `backplane.Reply`.
+"""
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from enum import Enum
 from typing import ClassVar
 
-from workbench.link.backplane import ControlState, Hand, Role, Stage
 from workbench.link.drone_topics import LONGEST_NAME
-from workbench.link.hello import Hello, read_hello
-from workbench.link.json_fields import (
-    LARGEST_ID,
-    LONGEST_TOPIC,
-    JsonFields,
-)
-from workbench.link.operations import FLIGHT_OPERATIONS
+from workbench.link.hello import LARGEST_PEER, Hello, read_hello
+from workbench.link.json_fields import LARGEST_ID, LONGEST_TOPIC, JsonFields
+from workbench.link.operations import FLIGHT_OPERATIONS, Role
 from workbench.link.strict_json import read_json, write_json
 
-LARGEST_PEER = 2**63 - 1
+
+class Hand(Enum):
+    """Who flies."""
+
+    NOBODY = "nobody"
+    CLIENT = "client"
+    OPERATOR = "operator"
+
+
+class Stage(Enum):
+    """How far the ladder of a silent holder has gone."""
+
+    LIVE = "live"
+    HOLD = "hold"
+    LOST = "lost"
+    LAND = "land"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +70,7 @@ class Released:
 
 
 @dataclass(frozen=True, slots=True)
-class ParametersSaid:
+class ParameterValues:
     """Live parameters as they now are; `applied_ns` is when they were set, simulated [ns]."""
 
     op: ClassVar[str] = "parameters"
@@ -66,7 +80,7 @@ class ParametersSaid:
 
 
 @dataclass(frozen=True, slots=True)
-class Flown:
+class FlightDone:
     """A flight operation was done at a simulated time [ns]."""
 
     op: ClassVar[str] = "flight"
@@ -76,8 +90,17 @@ class Flown:
 
 
 @dataclass(frozen=True, slots=True)
-class ControlStateSaid:
-    """Who commands, see `backplane.ControlState`; `age` is infinite where nobody ever did [s]."""
+class ControlState:
+    """Who commands, broadcast at 1 Hz of simulated time and on change.
+
+    Attributes:
+        hand: who.
+        peer: the holder's connection, 0 if it is no client.
+        name: what the holder calls itself.
+        stage: how far its silence has led.
+        age: of the last command that was applied [s], infinite where nobody flies.
+        reason: why it came to this, in words.
+    """
 
     op: ClassVar[str] = "control_state"
     hand: Hand
@@ -125,7 +148,7 @@ class Error:
 
 
 @dataclass(frozen=True, slots=True)
-class ByeSaid:
+class Goodbye:
     """The server stops, or the client has said goodbye."""
 
     op: ClassVar[str] = "bye"
@@ -139,43 +162,36 @@ class Unknown:
     op: str
 
 
-Said = (
+ServerMessage = (
     Hello
     | LoggedIn
     | Subscribed
     | Granted
     | Released
-    | ParametersSaid
-    | Flown
-    | ControlStateSaid
+    | ParameterValues
+    | FlightDone
+    | ControlState
     | Pong
     | Nack
     | Error
-    | ByeSaid
+    | Goodbye
     | Unknown
 )
 
 
-def control_state_said(state: ControlState) -> ControlStateSaid:
-    """Return what all clients are told of who commands."""
-    return ControlStateSaid(
-        state.hand, state.peer, state.name, state.stage, state.age, state.reason
-    )
-
-
-def write_said(said: Said) -> bytes:
+def write_message(message: ServerMessage) -> bytes:
     """Return the payload of a control frame that says it."""
-    if isinstance(said, Hello):
-        return write_json({"op": "hello"} | said.values())
-    found: dict[str, object] = {"op": said.op}
-    for each in fields(said):
-        value = getattr(said, each.name)
+    if isinstance(message, Hello):
+        return write_json({"op": "hello"} | message.values())
+    found: dict[str, object] = {"op": message.op}
+    for each in fields(message):
+        value = getattr(message, each.name)
         if value is not None:
             found[each.name] = _plain(value)
     return write_json(found)
 
 
-def read_said(payload: bytes) -> Said:
+def read_message(payload: bytes) -> ServerMessage:
     """Return what the server says.
 
     Args:
@@ -194,10 +210,8 @@ def read_said(payload: bytes) -> Said:
 def _plain(value: object) -> object:
     """Return a field's value as it stands in JSON."""
     match value:
-        case Role() | Hand() | Stage():
+        case Enum():
             return value.value
-        case tuple():
-            return list(value)
         case Mapping():
             return dict(value)
         case float() if not math.isfinite(value):
@@ -205,12 +219,12 @@ def _plain(value: object) -> object:
     return value
 
 
-def _control_state(found: JsonFields) -> ControlStateSaid:
-    return ControlStateSaid(
-        hand=Hand(found.choice("hand", tuple(each.value for each in Hand))),
+def _control_state(found: JsonFields) -> ControlState:
+    return ControlState(
+        hand=found.member("hand", Hand),
         peer=found.integer("peer", 0, LARGEST_PEER),
         name=found.text("name", LONGEST_NAME),
-        stage=Stage(found.choice("stage", tuple(each.value for each in Stage))),
+        stage=found.member("stage", Stage),
         age=found.number("age") if "age" in found else math.inf,
         reason=found.sentence("reason"),
     )
@@ -225,25 +239,25 @@ def _nack(found: JsonFields) -> Nack:
     )
 
 
-_READERS: dict[str, Callable[[JsonFields], Said]] = {
+_READERS: dict[str, Callable[[JsonFields], ServerMessage]] = {
     "hello": read_hello,
-    "login": lambda f: LoggedIn(f.id, Role(f.choice("role", tuple(r.value for r in Role)))),
+    "login": lambda f: LoggedIn(f.id, f.member("role", Role)),
     "subscribe": lambda f: Subscribed(f.id, f.names("topics", LONGEST_TOPIC)),
     "request_control": lambda f: Granted(
         f.id, f.integer("lease", 1, LARGEST_ID), f.number("expires", 0.0)
     ),
     "release_control": lambda f: Released(f.id),
-    "parameters": lambda f: ParametersSaid(
+    "parameters": lambda f: ParameterValues(
         f.id,
         f.numbers("values"),
         f.integer("applied_ns", 0, LARGEST_PEER) if "applied_ns" in f else None,
     ),
-    "flight": lambda f: Flown(
+    "flight": lambda f: FlightDone(
         f.id, f.choice("what", FLIGHT_OPERATIONS), f.integer("applied_ns", 0, LARGEST_PEER)
     ),
     "control_state": _control_state,
     "pong": lambda f: Pong(f.id, f.integer("t_ns", 0, LARGEST_PEER)),
     "nack": _nack,
     "error": lambda f: Error(f.text("code", LONGEST_NAME), f.sentence("said")),
-    "bye": lambda f: ByeSaid(f.sentence("said") if "said" in f else ""),
+    "bye": lambda f: Goodbye(f.sentence("said") if "said" in f else ""),
 }

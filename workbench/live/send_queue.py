@@ -11,7 +11,7 @@ MOST_OFFERED = 100
 """Messages that wait, beyond which no further one is taken that may be left out."""
 
 
-class Outbox:
+class SendQueue:
     """A queue in front of a connection, emptied by a thread.
 
     Messages are sent in their order. Of what is only shown the newest counts: one that was not
@@ -28,7 +28,7 @@ class Outbox:
         self._shown: bytes | None = None
         self._closing = False
         self._change = threading.Condition()
-        self._thread = threading.Thread(target=self._empty, name="outbox", daemon=True)
+        self._thread = threading.Thread(target=self._empty, name="send queue", daemon=True)
         self._thread.start()
 
     def post(self, message: object) -> None:
@@ -97,14 +97,14 @@ class LogPoster(logging.Handler):
     """Sends what is logged.
 
     Args:
-        outbox: that sends it.
+        queue: that sends it.
         message: makes a message of a sentence.
     """
 
-    def __init__(self, outbox: Outbox, message: Callable[[str], object]) -> None:
+    def __init__(self, queue: SendQueue, message: Callable[[str], object]) -> None:
         super().__init__(logging.INFO)
-        self._outbox = outbox
+        self._queue = queue
         self._message = message
 
     def emit(self, record: logging.LogRecord) -> None:
-        self._outbox.post(self._message(record.getMessage()))
+        self._queue.post(self._message(record.getMessage()))

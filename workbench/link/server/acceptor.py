@@ -6,21 +6,24 @@ does, so strangers cost so many descriptors and no more.
 
 import asyncio
 import contextlib
+import errno
 import socket
 import ssl
 from collections.abc import Callable
 
-from workbench.link.address import Address
+from workbench.common.errors import WorkbenchError
+from workbench.link.address import Address, network_of
 from workbench.link.codes import ErrorCode
-from workbench.link.server.networks import network_of
 
+WAITING = 512
+"""Connections that the system keeps until they are accepted."""
 MOST = 128
 """Connections at once."""
 MOST_OF_A_NETWORK = 32
 """Of one address (of IPv6, one network of 64 bits); a browser opens half a dozen for a page."""
 AT_ONCE = 2
 """Connections that are accepted before anything else is done: each takes about a millisecond until
-its client has heard hello."""
+its client has received hello."""
 REST = 0.2
 """Until accepting is tried again when the system has no more descriptors [s]."""
 HANDSHAKE_TIME = 3.0
@@ -34,7 +37,7 @@ UNHEARD_MS = 10_000
 """Until the system gives up on what the other side does not confirm."""
 
 
-class Door:
+class Acceptor:
     """Accepts connections within the running loop, until it is closed.
 
     Args:
@@ -134,3 +137,33 @@ def _set_up(end: socket.socket) -> None:
         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, ASK_EVERY)
         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, ASK_TIMES)
         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, UNHEARD_MS)
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens and never waits: one, also where a name has several addresses.
+
+    Raises:
+        WorkbenchError: if it is not possible to listen there.
+    """
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, *_, address = found[0]
+        # All of the address: that of a link counts only with its number.
+        listener = socket.create_server(address, family=family, backlog=WAITING)
+    except socket.gaierror as error:
+        raise WorkbenchError(f"'{host}' is no host of this machine: {error.strerror}") from error
+    except (OSError, OverflowError, UnicodeError) as error:
+        raise WorkbenchError(_reason(error, host, port)) from error
+    listener.setblocking(False)
+    return listener
+
+
+def _reason(error: Exception, host: str, port: int) -> str:
+    match getattr(error, "errno", None):
+        case errno.EADDRINUSE:
+            return f"port {port} at {host} is in use: end the program that has it, or take another"
+        case errno.EADDRNOTAVAIL:
+            return f"{host} is no address of this machine: listen at one that is, or at 0.0.0.0"
+        case errno.EACCES:
+            return f"port {port} at {host} is reserved: take one above 1023"
+    return f"it is not possible to listen at {host}:{port}: {error}"

@@ -7,26 +7,28 @@ import struct
 
 import pytest
 
-from workbench.link.answers import (
-    ByeSaid,
+from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.hello import Hello, Limits, ParameterRow
+from workbench.link.json_fields import BadOperation
+from workbench.link.operations import Role
+from workbench.link.server_messages import (
+    ControlState,
     Error,
-    Flown,
+    FlightDone,
+    Goodbye,
     Granted,
+    Hand,
     LoggedIn,
     Nack,
-    ParametersSaid,
+    ParameterValues,
     Pong,
     Released,
+    Stage,
     Subscribed,
     Unknown,
-    control_state_said,
-    read_said,
-    write_said,
+    read_message,
+    write_message,
 )
-from workbench.link.backplane import ControlState, Hand, Role, Stage
-from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.hello import Hello, Limits, parameter_rows
-from workbench.link.json_fields import BadOperation
 from workbench.link.strict_json import read_json
 from workbench.link.wire import WireError
 
@@ -39,7 +41,7 @@ HELLO = Hello(
     login=True,
     limits=Limits(8.0, 3.0, 0.4),
     topics=drone_topics(Outfit(4, 200, 8, 200, 5, 10, 8, {"a": [[1.5, 2]]}, [("W", "B")])),
-    parameters=parameter_rows([("kp_velocity_x", "1/s", 0.0, 50.0, 6.0, "gain")]),
+    parameters=(ParameterRow("kp_velocity_x", "1/s", 0.0, 50.0, 6.0, "gain"),),
 )
 STATE = ControlState(Hand.CLIENT, 3, "joystick", Stage.HOLD, 0.7, "silent for 0.5 s")
 SAID = [
@@ -48,36 +50,33 @@ SAID = [
     Subscribed(2, ("/dh_drone/imu",)),
     Granted(3, 2**32 - 1, 0.5),
     Released(4),
-    ParametersSaid(5, {"kp_velocity_x": 6.0}),
-    ParametersSaid(5, {}),
-    Flown(6, "land", 2**62),
-    control_state_said(STATE),
+    ParameterValues(5, {"kp_velocity_x": 6.0}),
+    ParameterValues(5, {}),
+    FlightDone(6, "land", 2**62),
+    STATE,
     Pong(7, 123),
     Nack("held", "another flies", id=8),
     Nack("scaled", "too fast", seq=0),
     Nack("bad_value", "no", id=0),
     Error("slow", "nothing was acknowledged for 5 s"),
-    ByeSaid("the server stops"),
+    Goodbye("the server stops"),
 ]
 
 
 def test_what_is_written_is_read(case):
     for said in SAID:
         with case(said):
-            assert read_said(write_said(said)) == said
+            assert read_message(write_message(said)) == said
 
 
 def test_each_says_its_operation(case):
     for said in SAID:
         with case(said):
-            assert read_json(write_said(said))["op"] == said.op
+            assert read_json(write_message(said))["op"] == said.op
 
 
 def test_all_of_the_state_of_control_is_told():
-    said = control_state_said(STATE)
-    for each in dataclasses.fields(STATE):
-        assert getattr(said, each.name) == getattr(STATE, each.name)
-    assert read_json(write_said(said)) == {
+    assert read_json(write_message(STATE)) == {
         "op": "control_state",
         "hand": "client",
         "peer": 3,
@@ -89,35 +88,35 @@ def test_all_of_the_state_of_control_is_told():
 
 
 def test_an_age_without_end_is_null():
-    never = dataclasses.replace(control_state_said(STATE), age=math.inf)
-    assert read_json(write_said(never))["age"] is None
-    assert read_said(write_said(never)).age == math.inf
+    never = dataclasses.replace(STATE, age=math.inf)
+    assert read_json(write_message(never))["age"] is None
+    assert read_message(write_message(never)).age == math.inf
 
 
 def test_what_a_later_server_says_is_passed_over():
-    assert read_said(b'{"op":"weather","rain":true}') == Unknown("weather")
-    assert read_said(b'{"op":"pong","id":1,"t_ns":2,"load":0.5}') == Pong(1, 2)
-    assert read_said(b'{"op":"nack","code":"moody","said":"no","id":1}').code == "moody"
+    assert read_message(b'{"op":"weather","rain":true}') == Unknown("weather")
+    assert read_message(b'{"op":"pong","id":1,"t_ns":2,"load":0.5}') == Pong(1, 2)
+    assert read_message(b'{"op":"nack","code":"moody","said":"no","id":1}').code == "moody"
 
 
 def test_what_a_terminal_might_obey_is_not_passed_on():
-    said = read_said(b'{"op":"error","code":"x","said":"a\\u001b[2Jb\\n"}')
+    said = read_message(b'{"op":"error","code":"x","said":"a\\u001b[2Jb\\n"}')
     assert said.said == "a?[2Jb?"
 
 
 def test_a_sentence_without_end_is_cut():
-    assert read_said(write_said(Error("x", "a" * 60_000))).said == "a" * 1024
+    assert read_message(write_message(Error("x", "a" * 60_000))).said == "a" * 1024
 
 
 def test_each_field_is_asked_for_with_its_type(case):
     for said in SAID:
         with case(said):
-            plain = read_json(write_said(said))
+            plain = read_json(write_message(said))
             for key in set(plain) - {"op"}:
                 for wrong in ([[]], {"x": []}, True if key != "login" else 1):
                     broken = json.dumps(plain | {key: wrong}).encode()
                     with pytest.raises(BadOperation):
-                        read_said(broken)
+                        read_message(broken)
 
 
 def test_hello_must_be_complete(case):
@@ -126,7 +125,7 @@ def test_hello_must_be_complete(case):
             values = {"op": "hello"} | HELLO.values()
             del values[key]
             with pytest.raises(BadOperation, match=f'hello: "{key}"'):
-                read_said(json.dumps(values).encode())
+                read_message(json.dumps(values).encode())
 
 
 def test_a_false_hello_is_refused_with_its_reason(case):
@@ -142,13 +141,13 @@ def test_a_false_hello_is_refused_with_its_reason(case):
     ]:
         with case(change, said):
             with pytest.raises(BadOperation) as error:
-                read_said(json.dumps({"op": "hello"} | HELLO.values() | change).encode())
+                read_message(json.dumps({"op": "hello"} | HELLO.values() | change).encode())
             assert said in error.value.said
 
 
 def test_a_client_needs_nothing_but_hello_to_decode():
     """As a stranger would: `struct` and the definition's own words."""
-    said = json.loads(write_said(HELLO))
+    said = json.loads(write_message(HELLO))
     for topic, definition in zip(HELLO.topics, said["topics"], strict=True):
         assert struct.calcsize(definition["struct"]) == topic.packer.size
         count = sum(1 if f["type"] == "char" else f["count"] for f in definition["fields"])
@@ -157,4 +156,4 @@ def test_a_client_needs_nothing_but_hello_to_decode():
 
 def test_what_is_no_json_is_no_answer():
     with pytest.raises(WireError):
-        read_said(b"hello")
+        read_message(b"hello")

@@ -5,15 +5,15 @@ import json
 import pytest
 
 from workbench.link.authentication import Tokens
-from workbench.link.hello import Hello, Limits, parameter_rows
-from workbench.link.server import terms as module
-from workbench.link.server.terms import Terms
+from workbench.link.hello import Hello, Limits
+from workbench.link.server import policy as module
+from workbench.link.server.policy import Policy
 
 
 @pytest.mark.parametrize("tokens", [None, Tokens("v" * 16, "c" * 16)])
 def test_hello_says_what_is_each_clients_own_and_what_is_all_clients(parts, tokens):
     flight = parts.make_flight()
-    terms = Terms(flight, tokens, clients=9, server="s", session="5e")
+    policy = Policy(flight, tokens, clients=9, server="s", session="5e")
     for peer, nonce, places in ((1, "00" * 16, 4), (2**40, "ff" * 16, 12)):
         level, climb, turn = flight.limits
         limits = Limits(level, climb, turn, clients=9, clients_an_address=places)
@@ -26,15 +26,15 @@ def test_hello_says_what_is_each_clients_own_and_what_is_all_clients(parts, toke
             tokens is not None,
             limits,
             flight.topics,
-            parameter_rows(flight.parameters),
+            flight.parameters,
         )
-        said = json.loads(terms.hello(peer, nonce, places))
+        said = json.loads(policy.hello(peer, nonce, places))
         assert said == {"op": "hello"} | json.loads(json.dumps(hello.values()))
 
 
 def test_what_all_clients_are_told_is_written_once(parts, monkeypatch):
-    terms = Terms(parts.make_flight())
-    terms.hello(1, "00" * 16, 4)
+    policy = Policy(parts.make_flight())
+    policy.hello(1, "00" * 16, 4)
     written = []
     write = module.write_json
 
@@ -43,5 +43,5 @@ def test_what_all_clients_are_told_is_written_once(parts, monkeypatch):
         return written[-1]
 
     monkeypatch.setattr(module, "write_json", note)
-    assert len(terms.hello(2, "11" * 16, 4)) > 2000
+    assert len(policy.hello(2, "11" * 16, 4)) > 2000
     assert sum(map(len, written)) < 1000

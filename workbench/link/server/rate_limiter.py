@@ -1,4 +1,4 @@
-"""How much a client may send: beyond it the server reads later, so that a flood waits outside."""
+"""How much a client may send: beyond that the server reads later, so a flood waits outside."""
 
 from workbench.link.wire import LARGEST_OPERATION
 
@@ -16,8 +16,8 @@ LEAST_PAUSE = 0.02
 """A pause costs a timer, so short ones are made longer [s]."""
 
 
-class Bucket:
-    """Fills with time and is emptied by what comes.
+class RateLimiter:
+    """Three token buckets, of frames, bytes and operations: time fills them, input empties them.
 
     Args:
         now: by any clock that only rises [s]; so in the methods.
@@ -30,7 +30,7 @@ class Bucket:
         self._filled = now
 
     def take(self, size: int, now: float) -> None:
-        """Take the bytes that have come, even if there are less in it."""
+        """Take the bytes that have come, even below zero."""
         passed = now - self._filled
         self._filled = now
         self._frames = min(FRAME_BURST, self._frames + FRAMES * passed)
@@ -38,11 +38,11 @@ class Bucket:
         self._operations = min(OPERATION_BURST, self._operations + OPERATIONS * passed)
 
     def take_frame(self) -> None:
-        """Take a frame, or what came and was none, even if there is none in it."""
+        """Take a frame, or what came and was none, even below zero."""
         self._frames -= 1.0
 
     def take_operation(self, size: int) -> None:
-        """Take the bytes of an operation, or of the answer to one, even if there are less in it."""
+        """Take the bytes of an operation, or of the answer to one, even below zero."""
         self._operations -= size
 
     def give_back(self) -> None:

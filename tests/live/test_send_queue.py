@@ -4,7 +4,7 @@ from multiprocessing import Pipe
 
 import pytest
 
-from workbench.live.outbox import Outbox
+from workbench.live.send_queue import SendQueue
 
 ENOUGH = 30.0
 """No test waits so long unless it fails [s]."""
@@ -30,7 +30,7 @@ def received(connection, last):
 
 
 def test_messages_arrive_in_their_order(pipe):
-    outbox = Outbox(pipe[0])
+    outbox = SendQueue(pipe[0])
     for number in range(1000):
         outbox.post(number)
     assert received(pipe[1], 999) == list(range(1000))
@@ -38,7 +38,7 @@ def test_messages_arrive_in_their_order(pipe):
 
 
 def test_of_what_is_shown_to_nobody_only_the_newest_is_kept(pipe):
-    outbox = Outbox(pipe[0])
+    outbox = SendQueue(pipe[0])
     outbox.post(LARGE)
     for number in range(10_000):
         outbox.show(number)
@@ -49,7 +49,7 @@ def test_of_what_is_shown_to_nobody_only_the_newest_is_kept(pipe):
 
 
 def test_what_is_shown_before_a_message_arrives_before_it(pipe):
-    outbox = Outbox(pipe[0])
+    outbox = SendQueue(pipe[0])
     outbox.post(LARGE)
     outbox.show("old")
     outbox.show("before")
@@ -60,7 +60,7 @@ def test_what_is_shown_before_a_message_arrives_before_it(pipe):
 
 
 def test_a_message_is_copied_when_it_is_posted(pipe):
-    outbox = Outbox(pipe[0])
+    outbox = SendQueue(pipe[0])
     message = ["then"]
     outbox.post(LARGE)
     outbox.post(message)
@@ -70,18 +70,18 @@ def test_a_message_is_copied_when_it_is_posted(pipe):
 
 
 def test_closing_sends_what_waits_and_ends_although_nobody_reads(pipe):
-    outbox = Outbox(pipe[0])
+    outbox = SendQueue(pipe[0])
     outbox.post("last")
     outbox.close(ENOUGH)
     assert received(pipe[1], "last")
-    outbox = Outbox(pipe[0])
+    outbox = SendQueue(pipe[0])
     outbox.post(LARGE)
     outbox.close(0.01)
     pipe[1].close()
 
 
 def test_a_reader_that_is_gone_is_no_failure(pipe):
-    outbox = Outbox(pipe[0])
+    outbox = SendQueue(pipe[0])
     pipe[1].close()
     for number in range(100):
         outbox.post(number)

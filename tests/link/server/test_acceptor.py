@@ -7,9 +7,8 @@ import time
 
 import pytest
 
-from workbench.link.server import door
-from workbench.link.server.door import Door
-from workbench.link.server.listening import listen
+from workbench.link.server import acceptor
+from workbench.link.server.acceptor import Acceptor, listen
 
 LIMIT = 20.0
 """Generous: nothing here is a matter of time [s]."""
@@ -28,13 +27,13 @@ class Guest(asyncio.Protocol):
 
 
 class House:
-    """A door with who came in, and clients that knock."""
+    """An acceptor with who came in, and clients that connect."""
 
     def __init__(self):
         self.inside = []
         self.refused = []
         self.knocking = []
-        self.door = Door(
+        self.acceptor = Acceptor(
             listen("127.0.0.1", 0),
             lambda address: Guest(address, self.inside),
             lambda code, said: self.refused.append((code, said)),
@@ -42,7 +41,7 @@ class House:
         )
 
     def knock(self, source):
-        end = socket.create_connection(self.door.address, LIMIT, (source, 0))
+        end = socket.create_connection(self.acceptor.address, LIMIT, (source, 0))
         self.knocking.append(end)
         return end
 
@@ -53,7 +52,7 @@ class House:
             await asyncio.sleep(0.01)
 
     async def close(self):
-        await self.door.close()
+        await self.acceptor.close()
         for guest in self.inside:
             guest.transport.abort()
         for end in self.knocking:
@@ -73,7 +72,7 @@ def run(scenario):
 
 
 def test_an_address_has_so_many_and_gets_more_when_some_go(monkeypatch):
-    monkeypatch.setattr(door, "MOST_OF_A_NETWORK", 3)
+    monkeypatch.setattr(acceptor, "MOST_OF_A_NETWORK", 3)
 
     async def scenario(house):
         ends = [house.knock("127.0.0.2") for _ in range(5)]
@@ -94,7 +93,7 @@ def test_an_address_has_so_many_and_gets_more_when_some_go(monkeypatch):
 
 
 def test_there_are_so_many_in_all(monkeypatch):
-    monkeypatch.setattr(door, "MOST", 4)
+    monkeypatch.setattr(acceptor, "MOST", 4)
 
     async def scenario(house):
         for n in range(6):

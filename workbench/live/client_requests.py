@@ -6,17 +6,22 @@ from dataclasses import replace
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.flight_mode import HOLD_HERE, hears, in_the_air
 from workbench.control.mode import FlightMode, Request
+from workbench.link import backplane
 from workbench.link.authority import HOLD_AFTER, DeniedError, Effect
-from workbench.link.backplane import (
-    Asked,
-    Command,
+from workbench.link.operations import (
     FlightOperation,
     GetParameters,
-    Gone,
     ReleaseControl,
-    Reply,
     RequestControl,
     SetParameters,
+)
+from workbench.link.server_messages import (
+    FlightDone,
+    Granted,
+    Nack,
+    ParameterValues,
+    Released,
+    ServerMessage,
 )
 from workbench.scenario.parameters import checked
 from workbench.scenario.scenario import REQUESTS, Action
@@ -25,11 +30,8 @@ from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 from workbench.systems.pilot import urgency
 
-Operation = dict[str, object]
-Did = Callable[[Action, str], None]
 
-
-class Desk:
+class ClientRequests:
     """Carries out what clients ask for.
 
     Args:
@@ -41,83 +43,68 @@ class Desk:
         broken: why the flight cannot go on, "" while it can.
     """
 
-    def __init__(self, session: Session, bridge: Bridge, did: Did) -> None:
+    def __init__(
+        self, session: Session, bridge: Bridge, did: Callable[[Action, str], None]
+    ) -> None:
         self._session, self._bridge, self._did = session, bridge, did
         self.broken = ""
         self._values: dict[str, float] = {}  # to look all of them up takes milliseconds
         self._seen = -1
 
-    def settle(self) -> None:
+    def apply_effects(self) -> None:
         """Do what a change of hands asks for before anything else is done: hold."""
         while effect := self._bridge.authority.effect_due(self._session.time):
             action = effect_action(effect)
             self._session.act(action)
             self._did(action, self._bridge.authority.effect_by)
 
-    def answer(self, asked: Asked) -> Reply | None:
-        """Do what is asked for, and return what to say; None where nothing is to be said now."""
-        if isinstance(asked, Command):
-            self._put(asked)
-            return None
-        if isinstance(asked, Gone):
-            self._bridge.authority.gone(asked.peer)
-            self.settle()
-            return None
+    def gone(self, peer: int) -> None:
+        """Take control from a client whose connection has ended, if it has it."""
+        self._bridge.authority.gone(peer)
+        self.apply_effects()
+
+    def answer(self, request: backplane.Request) -> backplane.Reply:
+        """Do what is asked for, and return what to say."""
+        operation = request.operation
         try:
             with sentences("the flight cannot do that"):
-                operation = self._operation(asked)
-                self.settle()
+                answer = self._carry_out(request)
+                self.apply_effects()
         except DeniedError as error:
-            operation = {"op": "nack", "code": error.code, "said": str(error)}
+            answer = Nack(error.code, str(error), operation.id)
         except WorkbenchError as error:
-            code = "bad_value" if isinstance(asked, SetParameters) else "not_now"
-            operation = {"op": "nack", "code": code, "said": str(error)}
-        return Reply(asked.peer, asked.id, operation)
+            code = "bad_value" if isinstance(operation, SetParameters) else "not_now"
+            answer = Nack(code, str(error), operation.id)
+        return backplane.Reply(request.peer, answer)
 
-    def _operation(
-        self,
-        asked: RequestControl | ReleaseControl | FlightOperation | SetParameters | GetParameters,
-    ) -> Operation:
+    def _carry_out(self, request: backplane.Request) -> ServerMessage:
         authority, now = self._bridge.authority, self._session.time
-        if self.broken and not isinstance(asked, GetParameters | ReleaseControl):
+        operation = request.operation
+        if self.broken and not isinstance(operation, GetParameters | ReleaseControl):
             raise DeniedError("not_now", f"{self.broken}: the operator is to reset the flight")
-        match asked:
-            case RequestControl():
+        if isinstance(operation, ReleaseControl | FlightOperation | SetParameters):
+            authority.check(request.peer, operation.lease, now)
+        match operation:
+            case RequestControl(id, name):
                 self._is_free()
-                lease = authority.request(asked.peer, asked.name, now)
-                return {"op": "request_control", "lease": lease, "expires": HOLD_AFTER}
-            case ReleaseControl():
-                authority.release(asked.peer, asked.lease, now)
-                return {"op": "release_control"}
-            case GetParameters():
-                return {"op": "parameters", "values": self._get(asked.names)}
-            case FlightOperation():
-                authority.check(asked.peer, asked.lease, now)
-                action = Action(request=asked.what, height=asked.height)
-                if asked.what == "hold":
+                return Granted(id, authority.request(request.peer, name, now), HOLD_AFTER)
+            case ReleaseControl(id):
+                authority.release(now)
+                return Released(id)
+            case GetParameters(id, names):
+                return ParameterValues(id, self._get(names))
+            case FlightOperation(id, what, height):
+                action = Action(request=what, height=height)
+                if what == "hold":
                     action = effect_action(Effect.HOLD)
                 action = in_landing(action, self._session, self._bridge)
-                self._listens(asked.what, action)
+                self._listens(what, action)
                 self._act(action, now)
-                return {"op": "flight", "what": asked.what, "applied_ns": round(now * 1e9)}
-            case SetParameters():
-                authority.check(asked.peer, asked.lease, now)
-                self._get(tuple(asked.values))  # all are there, or none is set
-                self._act(Action(set=checked(asked.values)), now)
-                values = self._get(tuple(asked.values))
-                return {"op": "parameters", "values": values, "applied_ns": round(now * 1e9)}
-
-    def _put(self, command: Command) -> None:
-        """Let a command wait for its update, where the rest of what may be wrong is found.
-
-        Nobody but the holder fills the mailbox, so a flood of others displaces nothing.
-        """
-        try:
-            self._bridge.authority.check(command.peer, command.lease, self._session.time)
-        except DeniedError as error:
-            self._bridge.refuse(command, error)
-        else:
-            self._bridge.command(command)
+                return FlightDone(id, what, round(now * 1e9))
+            case SetParameters(id, values):
+                self._get(tuple(values))  # all are there, or none is set
+                self._act(Action(set=checked(values)), now)
+                return ParameterValues(id, self._get(tuple(values)), round(now * 1e9))
 
     def _is_free(self) -> None:
         """Refuse control where the drone would not do as it is told.

@@ -14,8 +14,8 @@ EARLY = 0.01
 """A sample may come so much of a period early where a client wants less than there are."""
 
 
-class Sample(NamedTuple):
-    """A frame of data, but for its number; times in ns."""
+class DataFrame(NamedTuple):
+    """A frame of data without its number; times in ns."""
 
     topic: int
     t_ns: int
@@ -23,8 +23,8 @@ class Sample(NamedTuple):
     payload: bytes
 
 
-class Rings:
-    """A ring a topic; when it is full its oldest sample goes.
+class SampleBuffer:
+    """One ring buffer for each topic; when it is full, its oldest sample is dropped.
 
     Args:
         topics: of state, that the client wants.
@@ -36,7 +36,7 @@ class Rings:
     """
 
     def __init__(self, topics: Iterable[Topic], rate: float | None) -> None:
-        self._rings: dict[int, deque[Sample]] = {
+        self._rings: dict[int, deque[DataFrame]] = {
             topic.id: deque(maxlen=max(LEAST_KEPT, math.ceil(KEPT * topic.rate)))
             for topic in topics
         }
@@ -62,7 +62,7 @@ class Rings:
             self.dropped += 1
         else:
             self.waiting += 1
-        ring.append(Sample(topic, t_ns, wall_ns, payload))
+        ring.append(DataFrame(topic, t_ns, wall_ns, payload))
 
     def thin(self, keep: int) -> None:
         """Drop the oldest samples where more wait than a client can be expected to read soon.
@@ -79,9 +79,9 @@ class Rings:
                 self.dropped += 1
                 self.waiting -= 1
 
-    def take(self, most: int) -> list[Sample]:
+    def take(self, most: int) -> list[DataFrame]:
         """Return the oldest samples, as many as may be, a topic after the other in turns."""
-        taken: list[Sample] = []
+        taken: list[DataFrame] = []
         count = len(self._order)
         most = min(most, self.waiting)
         at = self._first

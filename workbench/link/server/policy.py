@@ -1,4 +1,4 @@
-"""What is the same for all clients of a server."""
+"""The policy of a server: what it tells all clients, and what it allows them."""
 
 import secrets
 from collections.abc import Sequence
@@ -7,11 +7,12 @@ from functools import cached_property
 
 from workbench.common.errors import unknown_name
 from workbench.link.authentication import Tokens
-from workbench.link.backplane import Flight, Role
+from workbench.link.backplane import Flight
 from workbench.link.codes import NackCode
 from workbench.link.drone_topics import COMMAND
-from workbench.link.hello import Hello, Limits, parameter_rows
+from workbench.link.hello import Hello, Limits
 from workbench.link.json_fields import BadOperation
+from workbench.link.operations import Role
 from workbench.link.strict_json import write_json
 from workbench.link.topics import Direction, Topic
 
@@ -19,8 +20,8 @@ SESSION_BYTES = 8
 
 
 @dataclass(frozen=True)
-class Terms:
-    """What is the same for all clients of a server.
+class Policy:
+    """What a server tells all clients, and what it allows them.
 
     Attributes:
         flight: what is flown.
@@ -100,7 +101,7 @@ class Terms:
 
     @cached_property
     def _hello(self) -> bytes:
-        """What the first frame says to all, written once: whoever knocks can ask for one."""
+        """What the first frame says to all, written once: anybody can ask for one."""
         hello = Hello(
             server=self.server,
             session=self.session,
@@ -110,7 +111,7 @@ class Terms:
             login=self.tokens is not None,
             limits=self._limits,
             topics=self.flight.topics,
-            parameters=parameter_rows(self.flight.parameters),
+            parameters=self.flight.parameters,
         )
         own = ("peer", "nonce", "limits")
         return write_json({name: each for name, each in hello.values().items() if name not in own})

@@ -1,0 +1,435 @@
+"""One client of the server: what it may do, what its bytes ask for, and whether it is in time.
+
+Nothing here waits.
+"""
+
+import math
+from typing import Protocol
+
+from workbench.link.address import host_of
+from workbench.link.authentication import is_proven, is_same, login_proof, new_nonce, session_key
+from workbench.link.backplane import ClientStatus, Command, Request, ToFlight
+from workbench.link.codes import ErrorCode, NackCode
+from workbench.link.json_fields import BadOperation
+from workbench.link.operations import (
+    COMMANDING,
+    Bye,
+    FlightRequest,
+    Login,
+    Operation,
+    Ping,
+    RequestControl,
+    Role,
+    Subscribe,
+    read_operation,
+)
+from workbench.link.server.admission import Admission
+from workbench.link.server.outgoing import LAST_SEQ, Outgoing
+from workbench.link.server.policy import Policy
+from workbench.link.server.rate_limiter import RateLimiter
+from workbench.link.server_messages import (
+    Error,
+    Goodbye,
+    LoggedIn,
+    Nack,
+    Pong,
+    ServerMessage,
+    Subscribed,
+    write_message,
+)
+from workbench.link.wire import (
+    LARGEST,
+    LARGEST_BEFORE_LOGIN,
+    LARGEST_OPERATION,
+    Decoder,
+    Frame,
+    Kind,
+    WireError,
+)
+
+MOST_REQUESTS = 16
+"""Without an answer of the flight."""
+FRAME_WORK = 128
+"""What a frame takes besides its operation [bytes of operations]."""
+LABOUR = 512
+"""What an operation takes besides its reading, or a command that the flight has to refuse: it goes
+to the flight and back, makes subscriptions, or looks for what may have been meant. The same unit;
+a ping is for free."""
+LOGIN_TIME = 3.0
+"""Until login [s]."""
+SILENT_TIME = 5.0
+"""Until what was asked to be acknowledged is [s]."""
+QUIET_TIME = 5.0
+"""Without a frame of a client, until it is asked whether it is there [s]."""
+BLOCKED_TIME = 2.0
+"""While nothing that was written goes out [s]."""
+ROOM = 32 * 1024
+"""Bytes that may wait in a transport before more is written."""
+
+
+class BadLoginError(Exception):
+    """A login that proves nothing."""
+
+
+class Transport(Protocol):
+    """A connection by TCP, TLS or WebSocket; after `close` or `abort` all methods do nothing."""
+
+    @property
+    def unsent(self) -> int:
+        """Bytes that were written here and not yet taken by the system, about."""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes: whole frames, in their order."""
+
+    def close(self) -> None:
+        """End the connection when all that was written is out, or after a second at most.
+
+        What still comes in is dropped.
+        """
+
+    def abort(self) -> None:
+        """End it at once."""
+
+
+class ClientSession:
+    """One client and its connection; times are told, by any clock that only rises [s].
+
+    Args:
+        number: never used twice.
+        transport: its connection.
+        address: host and port.
+        kind: tcp, tls or websocket.
+        decoder: of what it sends.
+        policy: that holds for all clients.
+        admission: who gets a place; this one has one as soon as it has a role.
+        tell: sends a record to the flight without waiting.
+        t_ns: the flight's newest time [ns].
+        now: when it came.
+
+    Attributes:
+        number: see above.
+        transport: see above.
+        host: of the address.
+        name: what it calls itself.
+        role: what it may do, None before login.
+        nonce: for its login.
+        out: what goes to it.
+        last: what it is told last; None while it stays.
+        last_due: when it is told so.
+        asked: when it was last asked whether it is there.
+        flies: whether it has control, as the flight said last.
+        gone: whether it has left.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        transport: Transport,
+        address: str,
+        kind: str,
+        decoder: Decoder,
+        policy: Policy,
+        admission: Admission,
+        tell: ToFlight,
+        t_ns: int,
+        now: float,
+    ) -> None:
+        self.number = number
+        self.transport = transport
+        self.host = host_of(address)
+        self.name = ""
+        self.role = policy.open_role
+        self.nonce = new_nonce()
+        self.out = Outgoing(t_ns)
+        self.last: ServerMessage | None = None
+        self.last_due = now
+        self.asked = -math.inf
+        self.flies = False
+        self.gone = False
+        self._address, self._kind = address, kind
+        self._policy, self._admission, self._tell = policy, admission, tell
+        self._limiter = RateLimiter(now)
+        self._decoder = decoder
+        decoder.largest = LARGEST if self.role else LARGEST_BEFORE_LOGIN
+        decoder.largest_operation = LARGEST_OPERATION
+        self._key: bytes | None = None
+        self._proven = 0
+        self._requests = 0
+        self._worked = 0
+        self._logged_in = False
+        self._refused = 0
+        self._since = self._heard = self._moved = now
+        self._unsent = 0
+
+    def feed(self, data: bytes, now: float) -> None:
+        """Keep what it has sent, any piece of it, until `work` is called."""
+        self._limiter.take(len(data), now)
+        self._decoder.keep(data)
+
+    def work(self, now: float) -> int:
+        """Do what the next frame asks for.
+
+        Returns:
+            what it took, about [bytes of operations]; 0 if there is no frame that may be dealt
+            with now.
+        """
+        if self.last is not None or self.pause(now) > 0.0:
+            return 0
+        try:
+            frame = self._decoder.next()
+            if frame is None:
+                return 0
+            self._heard = now
+            self._worked = FRAME_WORK
+            self._limiter.take_frame()
+            if frame.kind == Kind.CONTROL:
+                self._charge(len(frame.payload))  # before it is read: that is what it costs
+                self._operate(frame, now)
+            elif frame.kind == Kind.DATA and self._is_in():
+                self._command(frame)
+            elif (
+                frame.kind == Kind.ACKNOWLEDGEMENT
+                and self._is_in()
+                and self.out.acknowledge(frame.seq, now)
+            ):
+                self._limiter.give_back()
+        except WireError as error:
+            self.end(ErrorCode(error.code), str(error))
+        return self._worked
+
+    def count_fragment(self) -> None:
+        """Count a piece that finished no frame: pieces of a byte, and of none, are not for free."""
+        self._limiter.take_frame()
+
+    def pause(self, now: float) -> float:
+        """Return how long to read nothing from it, 0 for not at all [s]."""
+        self._limiter.take(0, now)
+        return self._limiter.pause()
+
+    def reply(self, answer: ServerMessage) -> None:
+        """Send the flight's answer to a request."""
+        self._requests = max(0, self._requests - 1)
+        if isinstance(answer, Nack):
+            self._note(answer.code, answer.said)
+        try:
+            payload = write_message(answer)
+        except ValueError as error:  # a number that is not finite
+            id = getattr(answer, "id", None)
+            payload = write_message(Nack(NackCode.BAD_VALUE, f"the answer: {error}", id))
+        self._limiter.take_operation(len(payload))
+        self.out.answer(payload)
+
+    def refuse(self, code: str, said: str, id: int | None = None, seq: int | None = None) -> None:
+        """Say that something was not done."""
+        self._note(code, said)
+        self.out.answer(write_message(Nack(str(code), said, id, seq)))
+
+    def end(self, code: ErrorCode, said: str) -> None:
+        """Say why the connection ends."""
+        if self.last is None:
+            self._note(code, said)
+            self.last = Error(code, said)
+
+    def bye(self, said: str) -> None:
+        """Say that the connection ends as it should."""
+        if self.last is None:
+            self.last = Goodbye(said)
+
+    def flush(self, now: float) -> bool:
+        """Write what may go out now; return whether the last message was sent with that."""
+        if self.last is None:
+            while self.transport.unsent < ROOM and (data := self.out.take(now)):
+                self.transport.write(data)
+            if self.out.overflowed:
+                waits = "too many events and answers wait to be read"
+                self.end(ErrorCode.OVERFLOW, f"{waits}: read faster, or subscribe to less")
+        if self.last is None or now < self.last_due:
+            return False
+        self.transport.write(self.out.last(write_message(self.last)))
+        self.transport.close()
+        return True
+
+    def check_times(self, now: float) -> None:
+        """End the connection of a client that takes too long."""
+        waiting = self.transport.unsent
+        if not waiting or waiting < self._unsent:
+            self._moved = now
+        self._unsent = waiting
+        if self.role is None and now - self._since > LOGIN_TIME:
+            self.end(ErrorCode.LOGIN, f"there was no login within {LOGIN_TIME:g} s")
+        elif self.out.silence(now) > SILENT_TIME:
+            said = f"nothing was acknowledged for {SILENT_TIME:g} s: acknowledge each batch"
+            self.end(ErrorCode.SLOW, said)
+        elif now - self._moved > BLOCKED_TIME:
+            self.end(ErrorCode.SLOW, f"nothing was read for {BLOCKED_TIME:g} s")
+        elif self.out.seq > LAST_SEQ:
+            self.bye("the numbers of frames are used up: connect again")
+
+    def is_quiet(self, now: float) -> bool:
+        """Return whether it is time to ask a client that says nothing whether it is there."""
+        if self.role is None or self.out.silence(now) > 0.0:
+            return False
+        return now - max(self._heard, self.asked) >= QUIET_TIME
+
+    def status(self, now: float, wall_ns: int) -> ClientStatus:
+        """Return what the operator sees of it."""
+        sampled = self.out.acknowledged_ns
+        return ClientStatus(
+            peer=self.number,
+            address=self._address,
+            name=self.name,
+            transport=self._kind,
+            role=self.role,
+            rate=self.out.rate(now),
+            age=max(0.0, 1e-9 * (wall_ns - sampled)) if sampled else 0.0,
+            dropped=self.out.dropped,
+            refused=self._refused,
+        )
+
+    def _charge(self, work: int) -> None:
+        """Count what it makes us do [bytes of operations]."""
+        self._worked += work
+        self._limiter.take_operation(work)
+
+    def _note(self, code: str, said: str) -> None:
+        self._refused += 1
+        who = f"{self._address} ({self.name})" if self.name else self._address
+        self._admission.refusals.add(code, f"{who}: {code}: {said}")
+
+    def _is_in(self) -> bool:
+        if self.role is None:
+            self.end(ErrorCode.LOGIN, "log in first: hello says that this server asks for it")
+        return self.role is not None
+
+    def _command(self, frame: Frame) -> None:
+        """Send a velocity on to the flight, which decides on it."""
+        topic = self._policy.command
+        if topic is None or frame.topic != topic.id:
+            said = f"topic {frame.topic} is none that a client sends"
+            self.refuse(NackCode.UNKNOWN_TOPIC, said, seq=frame.seq)
+        elif len(frame.payload) != topic.packer.size:
+            said = f"{topic.name} has {topic.packer.size} bytes, the frame has {len(frame.payload)}"
+            self.refuse(NackCode.BAD_SIZE, said, seq=frame.seq)
+        elif (hindrance := self._policy.hindrance(self.role)) is not None:
+            self.refuse(NackCode.NOT_ALLOWED, hindrance, seq=frame.seq)
+        elif self._proves(frame):
+            lease, axes, v_x, v_y, v_z, yaw_rate = topic.packer.unpack(frame.payload)
+            if not self.flies:
+                self._charge(LABOUR)
+            velocity = (v_x, v_y, v_z)
+            self._tell(Command(self.number, frame.seq, frame.t_ns, lease, axes, velocity, yaw_rate))
+
+    def _proves(self, frame: Frame) -> bool:
+        """Return whether a frame comes from who has logged in; else the connection ends."""
+        if self._key is None:
+            return True
+        if not is_proven(frame, self._key):
+            found = "is wrong" if frame.proof else "is missing"
+            self.end(ErrorCode.PROOF, f"the proof of frame {frame.seq}, which commands, {found}")
+            return False
+        if frame.seq <= self._proven:
+            self.end(
+                ErrorCode.SEQ,
+                f"frame {frame.seq} came after frame {self._proven}: numbers must rise",
+            )
+            return False
+        self._proven = frame.seq
+        return True
+
+    def _operate(self, frame: Frame, now: float) -> None:
+        """Do what an operation asks for."""
+        try:
+            operation = read_operation(frame.payload)
+            match operation:
+                case Bye():
+                    self.bye("goodbye")
+                case Login():
+                    self._log_in(operation, now)
+                case _ if not self._is_in():
+                    pass
+                case Ping(id):
+                    self.out.answer(write_message(Pong(id, self.out.t_ns)))
+                case _:
+                    self._charge(LABOUR)
+                    self._request(operation, frame)
+        except BadOperation as error:
+            self._charge(LABOUR)
+            if self.role is None:
+                self.end(ErrorCode.LOGIN, f"log in first: {error.said}")
+            else:
+                self.refuse(error.code, error.said, error.id)
+
+    def _log_in(self, login: Login, now: float) -> None:
+        if self._logged_in:
+            self.end(ErrorCode.BAD_LOGIN, "this client has logged in already")
+            return
+        # Others of its address may have guessed since it came.
+        rejection = self._admission.wait(self.host, now)
+        if rejection is not None:
+            self.end(*rejection)
+            return
+        try:
+            role, key = check_login(login, self._policy, self.nonce)
+        except BadLoginError as error:
+            self.last_due = now + self._admission.bad_login(self.host, now)
+            self.end(ErrorCode.BAD_LOGIN, str(error))
+            return
+        if self.role is None:
+            self._admission.good_login(self.host)
+            rejection = self._admission.enter(self.host)
+            if rejection is not None:
+                self.end(*rejection)
+                return
+        self.role, self._key = role, key
+        self._logged_in = True
+        self.name = login.name
+        self._decoder.largest = LARGEST
+        self.out.answer(write_message(LoggedIn(login.id, self.role)))
+
+    def _request(self, operation: Operation, frame: Frame) -> None:
+        """Subscribe, or ask the flight."""
+        if isinstance(operation, Subscribe):
+            topics = self._policy.topics(operation.topics, operation.id)
+            self.out.subscribe(topics, operation.rate)
+            names = tuple(topic.name for topic in topics)
+            self.out.answer(write_message(Subscribed(operation.id, names)))
+            return
+        if isinstance(operation, COMMANDING):
+            said = self._policy.hindrance(self.role)
+            if said is not None:
+                self.refuse(NackCode.NOT_ALLOWED, said, operation.id)
+                return
+            if not self._proves(frame):
+                return
+        if self._requests >= MOST_REQUESTS:
+            said = f"{self._requests} requests wait for the flight's answer: wait for them first"
+            self.refuse(NackCode.NOT_NOW, said, operation.id)
+            return
+        self._requests += 1
+        if isinstance(operation, RequestControl):
+            self.name = operation.name or self.name
+            operation = RequestControl(operation.id, self.name or f"client {self.number}")
+        assert isinstance(operation, FlightRequest)  # all others are dealt with above
+        self._tell(Request(self.number, operation))
+
+
+def check_login(login: Login, policy: Policy, nonce: str) -> tuple[Role, bytes | None]:
+    """Return what a client may do, and the key of its frames' proofs, None where none are asked.
+
+    Args:
+        login: what it says.
+        policy: of the server.
+        nonce: that it was given.
+
+    Raises:
+        BadLoginError: if it does not know the token.
+    """
+    if policy.tokens is None:
+        return (Role.VIEW if login.role is Role.VIEW else policy.best_role), None
+    if login.role is None or not login.nonce or not login.proof:
+        raise BadLoginError("login needs role, nonce and proof: this server has tokens")
+    token = policy.tokens.of(login.role)
+    if not is_same(login.proof, login_proof(token, login.role, nonce, login.nonce)):
+        raise BadLoginError(f"the proof is not that of the token of role {login.role.value}")
+    role = login.role if policy.allow_commands else Role.VIEW
+    return role, session_key(token, nonce, login.nonce)
