@@ -16,10 +16,10 @@ OWN, FIRM = Branch("own", {}), Branch("firm", {"kp_velocity_x": 8.0})
 
 @pytest.fixture(scope="module")
 def flight():
-    """A flight at 0.5 s, and the instant it is at."""
+    """A flight at 0.5 s, and the checkpoint it is at."""
     session = Session(SCENARIO)
     session.tick(0.5)
-    return session, session.instant()
+    return session, session.checkpoint()
 
 
 @pytest.fixture(scope="module")
@@ -28,8 +28,8 @@ def about():
 
 
 def test_a_branch_of_its_own_gains_is_what_the_flight_does_to_the_bit(flight, about, answer):
-    session, instant = flight
-    own, firm = answer(Fork(instant, (OWN, FIRM), 1.0), about).branches
+    session, checkpoint = flight
+    own, firm = answer(Fork(checkpoint, (OWN, FIRM), 1.0), about).branches
     session.tick(1.0)
     flown = session.recording()
     assert (own.name, firm.name) == ("own", "firm")
@@ -43,16 +43,16 @@ def test_a_branch_of_its_own_gains_is_what_the_flight_does_to_the_bit(flight, ab
 
 
 def test_a_step_comes_on_top_of_what_is_asked_for(flight, about, answer):
-    _, instant = flight
-    (own,) = answer(Fork(instant, (OWN,), 3.0, Step("y", 0.5, 3.0)), about).branches
+    _, checkpoint = flight
+    (own,) = answer(Fork(checkpoint, (OWN,), 3.0, Step("y", 0.5, 3.0)), about).branches
     assert own.velocity[-1] == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
 
 
 def test_bad_gains_and_a_stop_are_sentences(flight, about, answer, caller):
-    _, instant = flight
+    _, checkpoint = flight
     bad = Branch("bad", {"kp_roll": float("nan")})
     with pytest.raises(WorkbenchError, match="kp_roll is 'nan': give it a number"):
-        answer(Fork(instant, (OWN, bad), 1.0), about)
+        answer(Fork(checkpoint, (OWN, bad), 1.0), about)
     caller.stopped = 1
     with pytest.raises(WorkbenchError, match="stopped"):
-        answer(Fork(instant, (OWN,), 1.0), about)
+        answer(Fork(checkpoint, (OWN,), 1.0), about)

@@ -62,9 +62,9 @@ def assert_is(flown, recording) -> None:
 
 
 def test_a_branch_with_the_flights_own_gains_is_what_the_flight_then_does(forker, flight):
-    instant = pickle.loads(pickle.dumps(flight.instant()))
+    checkpoint = pickle.loads(pickle.dumps(flight.checkpoint()))
     own = {name: flight.get(name) for name in ("kp_roll", "kp_velocity_x", "max_tilt")}
-    none, same = forker.fly(instant, [Branch("flown", {}), Branch("same", own)], 2.0)
+    none, same = forker.fly(checkpoint, [Branch("flown", {}), Branch("same", own)], 2.0)
     flight.tick(2.0)
     for branch in (none, same):
         assert len(branch.time) == 256
@@ -75,9 +75,11 @@ def test_a_branch_with_the_flights_own_gains_is_what_the_flight_then_does(forker
 
 
 def test_a_branch_flies_with_its_gains_from_the_instant_on(forker, flight):
-    instant = flight.instant()
-    (branch,) = forker.fly(instant, [Branch("soft", {"kp_roll": 20.0, "kp_velocity_x": 1.0})], 1.0)
-    (other,) = forker.fly(instant, [Branch("as it is", {})], 1.0)
+    checkpoint = flight.checkpoint()
+    (branch,) = forker.fly(
+        checkpoint, [Branch("soft", {"kp_roll": 20.0, "kp_velocity_x": 1.0})], 1.0
+    )
+    (other,) = forker.fly(checkpoint, [Branch("as it is", {})], 1.0)
     flight.set("kp_roll", 20.0)
     flight.set("kp_velocity_x", 1.0)
     flight.tick(1.0)
@@ -87,7 +89,7 @@ def test_a_branch_flies_with_its_gains_from_the_instant_on(forker, flight):
 
 @pytest.mark.parametrize("axis", ["x", "y", "z", "yaw"])
 def test_a_step_goes_on_top_of_what_is_asked_for(forker, flight, axis):
-    (branch,) = forker.fly(flight.instant(), [Branch("", {})], 0.7, Step(axis, 0.25))
+    (branch,) = forker.fly(flight.checkpoint(), [Branch("", {})], 0.7, Step(axis, 0.25))
     asked = {"x": 0.8, "y": 0.0, "z": 0.0, "yaw": 0.0}
     asked[axis] += 0.25
     flight.command([asked["x"], asked["y"], asked["z"]], asked["yaw"])
@@ -96,10 +98,10 @@ def test_a_step_goes_on_top_of_what_is_asked_for(forker, flight, axis):
 
 
 def test_a_fork_leaves_nothing_behind_for_the_next_one(forker, flight):
-    instant = flight.instant()
-    first = forker.fly(instant, [Branch("a", {})], 0.5)
-    forker.fly(instant, [Branch("b", {"kp_roll": 1.0, "rotor_1": 0.6})], 2.0, Step("z", 3.0))
-    again = forker.fly(instant, [Branch("a", {})], 0.5)
+    checkpoint = flight.checkpoint()
+    first = forker.fly(checkpoint, [Branch("a", {})], 0.5)
+    forker.fly(checkpoint, [Branch("b", {"kp_roll": 1.0, "rotor_1": 0.6})], 2.0, Step("z", 3.0))
+    again = forker.fly(checkpoint, [Branch("a", {})], 0.5)
     for field in dataclasses.fields(first[0]):
         one, other = getattr(first[0], field.name), getattr(again[0], field.name)
         assert np.array_equal(one, other), field.name
@@ -109,7 +111,7 @@ def test_what_diverges_is_lost_and_cut_there_and_the_others_fly_on(forker, fligh
     """Without a rotor and without damping nothing stays upright for long."""
     wild = {"kd_roll": 0.0, "kd_pitch": 0.0, "rotor_1": 0.0}
     branches = [Branch("wild", wild), Branch("as it is", {})]
-    lost, flown = forker.fly(flight.instant(), branches, 3.0)
+    lost, flown = forker.fly(flight.checkpoint(), branches, 3.0)
     assert lost.lost.startswith("the flight is lost at t = ")
     assert 0 < len(lost.time) < 384
     assert np.isfinite(lost.velocity).all()
@@ -128,7 +130,7 @@ def test_a_flight_that_breaks_off_says_so(forker, flight, monkeypatch):
 
     whole = Session.tick
     monkeypatch.setattr(Session, "tick", tick)
-    broken, again = forker.fly(flight.instant(), [Branch("a", {}), Branch("b", {})], 3.0)
+    broken, again = forker.fly(flight.checkpoint(), [Branch("a", {}), Branch("b", {})], 3.0)
     assert broken.lost == "the flight broke off after 2 s: so it was told"
     assert again.lost == broken.lost
     assert 2.0 < broken.time[-1] < 2.3
@@ -142,20 +144,20 @@ def test_what_no_flight_may_have_is_refused_before_anything_is_flown(forker, fli
         pytest.fail("the first branch is flown")
 
     with pytest.raises(WorkbenchError, match="kp_rol|max_tilt"):
-        forker.fly(flight.instant(), [Branch("a", {}), Branch("b", gains)], 1.0, stop=flown)
+        forker.fly(flight.checkpoint(), [Branch("a", {}), Branch("b", gains)], 1.0, stop=flown)
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, math.nan, math.inf, LONGEST + 1.0])
 def test_a_time_that_cannot_be_flown_is_refused(forker, flight, duration):
     with pytest.raises(WorkbenchError, match="cannot fork a flight for"):
-        forker.fly(flight.instant(), [Branch("a", {})], duration)
+        forker.fly(flight.checkpoint(), [Branch("a", {})], duration)
 
 
 def test_a_step_on_no_axis_or_of_no_size_is_refused(forker, flight):
     with pytest.raises(WorkbenchError, match="unknown axis 'roll'"):
-        forker.fly(flight.instant(), [Branch("a", {})], 1.0, Step("roll", 1.0))
+        forker.fly(flight.checkpoint(), [Branch("a", {})], 1.0, Step("roll", 1.0))
     with pytest.raises(WorkbenchError, match="finite"):
-        forker.fly(flight.instant(), [Branch("a", {})], 1.0, Step("x", math.nan))
+        forker.fly(flight.checkpoint(), [Branch("a", {})], 1.0, Step("x", math.nan))
 
 
 def test_it_stops_when_told_and_returns_what_is_complete(forker, flight):
@@ -166,7 +168,7 @@ def test_it_stops_when_told_and_returns_what_is_complete(forker, flight):
         return len(asked) > 6
 
     branches = [Branch(name, {}) for name in "abc"]
-    flown = forker.fly(flight.instant(), branches, 1.0, stop=stop)
+    flown = forker.fly(flight.checkpoint(), branches, 1.0, stop=stop)
     assert [each.name for each in flown] == ["a"]
     assert len(asked) == 7
 
@@ -181,7 +183,7 @@ def test_walls_are_there_in_a_fork_and_sensors_are_not():
     )
     flight = Session(scenario)
     flight.tick(0.8)
-    (branch,) = fly_fork(scenario, flight.instant(), [Branch("as it is", {})], 2.5)
+    (branch,) = fly_fork(scenario, flight.checkpoint(), [Branch("as it is", {})], 2.5)
     flight.tick(2.5)
     assert_is(branch, flight.recording())
     assert branch.velocity[-1, 0] < 1.0  # it brakes

@@ -117,7 +117,7 @@ def test_what_flies_is_what_was_typed(window, qtbot, workspace, monkeypatch):
 
     class Live:
         def __getattr__(self, name):
-            return lambda *args: name == "instant" or ordered.append((name, *args))
+            return lambda *args: name == "checkpoint" or ordered.append((name, *args))
 
     monkeypatch.setattr(
         workspace.flight, "order", lambda give, done=None, refused=None: give(Live())

@@ -92,10 +92,9 @@ def test_no_answer_is_a_sentence(server):
         None if isinstance(operation, GetParameters) else usual(peer, operation)
     )
     with Client(server.address) as client:
-        inner = client._client
-        waiting = inner.request(lambda id: GetParameters(id), ParameterValues, limit=0.05)
+        waiting = client.request(lambda id: GetParameters(id), ParameterValues, limit=0.05)
         with pytest.raises(WorkbenchError, match=r"gave no answer within 0.05 s"):
-            client.call(waiting)
+            client.loop.call(waiting)
         assert client.ping() == 5.0
 
 
@@ -172,7 +171,7 @@ def break_loop():
 def test_nobody_waits_for_a_thread_that_has_ended(server):
     client = Client(server.address)
     with pytest.raises(WorkbenchError, match="thread has ended"), client, client.control() as c:
-        client.post(break_loop)
+        client.loop.post(break_loop)
         assert list(client) == []
         for use in (client.ping, lambda: c.velocity(0.0, 0.0, 0.0), client.parameters):
             with pytest.raises(WorkbenchError, match="thread has ended"):
@@ -186,7 +185,7 @@ def test_who_waits_for_an_answer_hears_that_the_thread_has_ended(server):
     def never(peer, operation):
         if not isinstance(operation, GetParameters):
             return usual(peer, operation)
-        client.post(break_loop)
+        client.loop.post(break_loop)
         return None
 
     server.usual = never

@@ -66,7 +66,7 @@ def test_waiting_requests_end_with_the_connection(server):
 
 
 def test_a_slow_program_gets_the_newest_and_knows_what_it_missed(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.inbox.PATIENCE", -1.0)
+    monkeypatch.setattr("workbench.link.sample.LONGEST_WAIT", -1.0)
     with Client(server.address) as client:
         for number in range(1, 101):
             server.publish(number, velocity_data=VELOCITY)
@@ -93,14 +93,14 @@ def test_something_else_listening_is_a_sentence(server):
 
 
 def test_a_silent_server_is_a_sentence(server, monkeypatch):
-    monkeypatch.setattr("workbench.link.line.LIMIT", 0.1)
+    monkeypatch.setattr("workbench.link.connection.GREETING_LIMIT", 0.1)
     server.greet = lambda peer: None
     with pytest.raises(WorkbenchError, match=r"sends no greeting within 0.1 s: .*TLS\?"):
         Client(server.address).__enter__()
 
 
 def test_a_server_that_falls_silent_is_left(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.line.QUIET", 0.1)
+    monkeypatch.setattr("workbench.link.connection.QUIET", 0.1)
     with Client(server.address) as client:
         server.answer = lambda peer, operation: None
         server.usual = lambda peer, operation: None

@@ -8,8 +8,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
-from workbench.link.client_control import Control
-from workbench.link.control import AsyncControl
+from workbench.link.control import AsyncControl, Control
 from workbench.link.operations import (
     Ping,
     ReleaseControl,
@@ -44,7 +43,7 @@ def test_control_begins_neutral_repeats_itself_and_is_released(server, fakes):
 
 
 def test_the_time_is_asked_for_where_no_states_come(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.line.QUIET", 3600.0)  # for which it asks too
+    monkeypatch.setattr("workbench.link.connection.QUIET", 3600.0)  # for which it asks too
     with Client(server.address, topics=()) as client, client.control():
         server.t_ns = 9_000_000_000  # nobody publishes it
         fakes.wait_until(lambda: server.commands and server.commands[-1][0] == 9_000_000_000)

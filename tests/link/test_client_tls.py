@@ -72,7 +72,7 @@ def test_a_server_without_tls_is_a_sentence(server):
 
 
 def test_a_client_without_tls_is_told_to_think_of_it(tls_server, monkeypatch):
-    monkeypatch.setattr("workbench.link.line.LIMIT", 0.2)
+    monkeypatch.setattr("workbench.link.connection.GREETING_LIMIT", 0.2)
     with pytest.raises(WorkbenchError, match="does it want TLS"):
         Client(tls_server.address).__enter__()
 

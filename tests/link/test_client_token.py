@@ -1,8 +1,7 @@
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.authentication import write_tokens
-from workbench.link.client_token import read_token
+from workbench.link.authentication import read_token, write_tokens
 from workbench.link.operations import Role
 
 

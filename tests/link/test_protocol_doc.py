@@ -230,18 +230,19 @@ def test_the_files_that_the_page_names_are_there():
 
 def test_the_figures_of_the_server_are_told():
     from workbench.link.operations import FASTEST, SLOWEST, TAKE_OFF_HEIGHT
-    from workbench.link.server import admission, bucket, outgoing, peer, seat
+    from workbench.link.server import admission, outgoing, rate_limiter
+    from workbench.link.server import client_session as session
 
     told = " ".join(PAGE.split())
     for sentence in (
-        f"within {seat.LOGIN_TIME:g} s",
-        f"no login for {seat.LOGIN_TIME:g} s",
-        f"acknowledged for {seat.SILENT_TIME:g} s, or written for {seat.BLOCKED_TIME:g} s",
+        f"within {session.LOGIN_TIME:g} s",
+        f"no login for {session.LOGIN_TIME:g} s",
+        f"acknowledged for {session.SILENT_TIME:g} s, or written for {session.BLOCKED_TIME:g} s",
         f"{outgoing.LONGEST_QUEUE} may wait",
         f"read in {outgoing.BATCH_TIME:g} s, {outgoing.SMALLEST_BATCH} frames at least",
-        f"{peer.MOST_REQUESTS} requests wait for an answer",
-        f"More than {bucket.FRAMES:,.0f} frames or {bucket.BYTES / 1e6:g} MB a second",
-        f"Up to {bucket.FRAME_BURST:g} frames may come at once",
+        f"{session.MOST_REQUESTS} requests wait for an answer",
+        f"More than {rate_limiter.FRAMES:,.0f} frames or {rate_limiter.BYTES / 1e6:g} MB a second",
+        f"Up to {rate_limiter.FRAME_BURST:g} frames may come at once",
         f"{SLOWEST:g} to {FASTEST:.0f}; events come all the same",
         f"[m], {TAKE_OFF_HEIGHT:g} if left out",
         f"of at most {HEADER.size + LARGEST} bytes",

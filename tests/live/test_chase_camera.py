@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from workbench.live.picture import FARTHEST, NEAREST, ORBIT, ChaseCamera
+from workbench.live.picture import CAMERA_FARTHEST, CAMERA_NEAREST, ORBIT, ChaseCamera
 from workbench.session.session import Session
 
 
@@ -33,7 +33,9 @@ def test_the_drone_is_where_it_looks_and_what_the_mouse_turns_around():
     assert snapshot.p_WB[0] > 1.0
 
 
-@pytest.mark.parametrize(("reach", "distance"), [(0.001, NEAREST), (0.3, 2.1), (50.0, FARTHEST)])
+@pytest.mark.parametrize(
+    ("reach", "distance"), [(0.001, CAMERA_NEAREST), (0.3, 2.1), (50.0, CAMERA_FARTHEST)]
+)
 def test_it_stands_as_far_off_as_the_drone_is_large(reach, distance):
     camera = Camera()
     ChaseCamera(camera, reach)

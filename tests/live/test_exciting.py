@@ -16,8 +16,8 @@ from workbench.live.messages import (
     Answer,
     Excite,
     FlyOn,
+    GetCheckpoint,
     GetFlown,
-    GetInstant,
     Hold,
     KeepLog,
     Network,
@@ -32,7 +32,7 @@ from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.excitation import Excitation, Shape
 from workbench.scenario.scenario import Action, FigureEight, Rates, Scenario, Start, load_scenario
-from workbench.session.checkpoint import Instant
+from workbench.session.checkpoint import Checkpoint
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -182,7 +182,7 @@ def test_what_is_flown_depends_on_the_order_alone_not_on_the_pace(excitation):
         bench.fly(1.6 / speed)
         bench.fly_to(2.0)
         flown.append(bench)
-    states = [bench.obey(GetInstant()).value for bench in flown]
+    states = [bench.obey(GetCheckpoint()).value for bench in flown]
     for bench, state in zip(flown, states, strict=True):
         # how the time was cut is no state of the flight
         assert dataclasses.replace(state, due=2.0) == dataclasses.replace(states[0], due=2.0)
@@ -362,7 +362,7 @@ def test_a_flight_that_breaks_ends_it(monkeypatch):
     assert bench.shown.phase is Phase.BROKEN
     assert bench.shown.exciting is None
     assert "reset it first" in bench.obey(Excite(SQUARE)).said
-    assert "reset it first" in bench.obey(GetInstant()).said
+    assert "reset it first" in bench.obey(GetCheckpoint()).said
 
 
 @pytest.mark.parametrize("mode", ["off", "taking off", "landing"])
@@ -413,10 +413,10 @@ def test_an_instant_in_the_middle_of_it_is_what_the_flight_is():
     bench = Bench()
     bench.obey(Excite(SQUARE))
     bench.fly_to(0.35)
-    instant = bench.obey(GetInstant()).value
-    assert isinstance(instant, Instant)
-    assert instant.velocity == (0.0, 0.6, 0.0)
-    assert instant == bench.session.instant()
+    checkpoint = bench.obey(GetCheckpoint()).value
+    assert isinstance(checkpoint, Checkpoint)
+    assert checkpoint.velocity == (0.0, 0.6, 0.0)
+    assert checkpoint == bench.session.checkpoint()
 
 
 def test_replays_are_saved_as_scenarios(tmp_path):
@@ -545,7 +545,7 @@ def test_a_live_flight_is_excited_shows_it_and_hands_out_instants():
         assert (shown.excitation, shown.began, shown.round) == (SQUARE, began, 1)
         flight.fly_on(1.0).result(ENOUGH)
         assert flight.latest().exciting.round == 3
-        instant = flight.instant().result(ENOUGH)
+        checkpoint = flight.checkpoint().result(ENOUGH)
         flight.fly_on(0.5).result(ENOUGH)
         flight.stop_exciting().result(ENOUGH)
         assert flight.latest().exciting is None
@@ -555,8 +555,8 @@ def test_a_live_flight_is_excited_shows_it_and_hands_out_instants():
         with pytest.raises(WorkbenchError, match="period is 100 s"):
             wrong.result(ENOUGH)
     fork = Session()  # it knows nothing of the excitation: 0.1 s later comes the next edge
-    fork.begin_from(instant)
+    fork.begin_from(checkpoint)
     fork.tick(0.1)
-    same = flown.between(instant.time, fork.time)
+    same = flown.between(checkpoint.time, fork.time)
     assert len(same.time) > 10
     assert fork.recording().p_WB.tobytes() == same.p_WB.tobytes()

@@ -1,4 +1,4 @@
-"""A flight that goes on from an instant equals the flight that it was taken from, to the bit."""
+"""A flight that goes on from a checkpoint equals the flight that it was taken from, to the bit."""
 
 import dataclasses
 import pickle
@@ -19,14 +19,14 @@ from workbench.scenario.scenario import (
     Start,
     VehicleConfig,
 )
-from workbench.session.checkpoint import Instant
+from workbench.session.checkpoint import Checkpoint
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 STEP = Rates().physics_step
 AFTER = 2.0
-"""Flown from the instant on [s]."""
+"""Flown from the checkpoint on [s]."""
 
 STEERED = [Action(at=0.2, velocity=[1.0, -0.5, 0.3], yaw_rate=0.3), Action(at=2.0, yaw_rate=-0.2)]
 GUSTY = Action(set={"turbulence": 5.0, "wind_x": 2.0, "wind_y": -1.0})
@@ -77,9 +77,9 @@ def flown_to(scenario: Scenario, time: float) -> Session:
     return session
 
 
-def sent(instant: Instant) -> Instant:
+def sent(checkpoint: Checkpoint) -> Checkpoint:
     """Return it as another process receives it."""
-    return pickle.loads(pickle.dumps(instant))
+    return pickle.loads(pickle.dumps(checkpoint))
 
 
 def assert_equal_from(time: float, flight: Recording, fork: Recording) -> None:
@@ -110,19 +110,19 @@ OFTEN = (
 )
 def test_a_flight_goes_on_from_an_instant_to_the_bit(scenario, time):
     flight, fork = flown_to(scenario, time), Session(scenario)
-    instant = flight.instant()
-    fork.begin_from(sent(instant))
-    assert fork.instant() == instant
+    checkpoint = flight.checkpoint()
+    fork.begin_from(sent(checkpoint))
+    assert fork.checkpoint() == checkpoint
     assert fork.time == flight.time
     for session in (flight, fork):
         session.tick(AFTER)
-    assert_equal_from(instant.time, flight.recording(), fork.recording())
-    assert fork.instant() == flight.instant()
-    assert fork.instant() != instant
+    assert_equal_from(checkpoint.time, flight.recording(), fork.recording())
+    assert fork.checkpoint() == flight.checkpoint()
+    assert fork.checkpoint() != checkpoint
 
 
 def test_what_a_case_is_named_after_is_so():
-    """The instants above lie where they are said to."""
+    """The checkpoints above lie where they are said to."""
     modes = {
         "while the rotors spool up": FlightMode.ARMED,
         "in take-off": FlightMode.TAKING_OFF,
@@ -139,26 +139,26 @@ def test_what_a_case_is_named_after_is_so():
 def test_a_session_goes_on_from_instants_again_and_again_and_from_its_start():
     scenario = Scenario(script=STEERED)
     flight, fork = flown_to(scenario, 1.0), Session(scenario)
-    instant = flight.instant()
+    checkpoint = flight.checkpoint()
     flight.tick(0.3)
-    later = flight.instant()
-    fork.begin_from(instant)
+    later = flight.checkpoint()
+    fork.begin_from(checkpoint)
     fork.tick(1.1)
     fork.set("kp_roll", 10.0)
-    fork.begin_from(instant)
+    fork.begin_from(checkpoint)
     fork.tick(0.3)
-    assert fork.instant() == later
+    assert fork.checkpoint() == later
     fork.reset()
     fork.tick(1.0)
-    assert fork.instant() == instant
+    assert fork.checkpoint() == checkpoint
 
 
 def test_what_the_pilot_asks_for_is_in_the_instant():
     session = Session()
     session.command([0.5, 0.0, -0.25], 0.125)
-    instant = session.instant()
-    assert instant.velocity == (0.5, 0.0, -0.25)
-    assert instant.yaw_rate == 0.125
+    checkpoint = session.checkpoint()
+    assert checkpoint.velocity == (0.5, 0.0, -0.25)
+    assert checkpoint.yaw_rate == 0.125
 
 
 def test_parameters_are_those_of_the_instant():
@@ -166,7 +166,7 @@ def test_parameters_are_those_of_the_instant():
     fork.set("kd_roll", 3.0)
     for name, value in (("kp_roll", 77.0), ("rotor_3", 0.5), ("wind_y", 4.0), ("max_speed", 3.0)):
         flight.set(name, value)
-    fork.begin_from(flight.instant())
+    fork.begin_from(flight.checkpoint())
     for name in ("kp_roll", "rotor_3", "wind_y", "max_speed", "kd_roll"):
         assert fork.get(name) == flight.get(name), name
 
@@ -174,7 +174,7 @@ def test_parameters_are_those_of_the_instant():
 def test_nothing_before_the_instant_is_recorded():
     flight, fork = flown_to(Scenario(), 0.5), Session()
     fork.tick(2.0)
-    fork.begin_from(flight.instant())
+    fork.begin_from(flight.checkpoint())
     assert list(fork.recording().time) == [0.5]
 
 
@@ -182,10 +182,10 @@ def test_a_session_with_a_bridge_and_sensors_may_go_on_too():
     scenario = Scenario(script=STEERED, sensors=SensorsConfig(use=["imu"]))
     flight, fork = flown_to(scenario, 1.0), Session(scenario, bridge=Bridge())
     fork.tick(0.5)
-    fork.begin_from(flight.instant())
+    fork.begin_from(flight.checkpoint())
     for session in (flight, fork):
         session.tick(1.0)
-    assert fork.instant() == flight.instant()
+    assert fork.checkpoint() == flight.checkpoint()
     assert all(sampled.published.t_ns >= 1_000_000_000 for sampled in fork.drain())
     assert fork.reading("imu").stamp == flight.reading("imu").stamp
 
@@ -196,6 +196,6 @@ def test_a_session_with_a_bridge_and_sensors_may_go_on_too():
 def test_an_instant_of_another_flight_is_refused(other):
     session = Session(other)
     with pytest.raises(WorkbenchError, match="one of another flight"):
-        session.begin_from(Session().instant())
+        session.begin_from(Session().checkpoint())
     session.tick(0.1)
     assert session.time == 0.1 - 0.1 % STEP

@@ -1,4 +1,4 @@
-"""How a flight goes on from an instant, each branch with gains of its own."""
+"""How a flight goes on from a checkpoint, each branch with gains of its own."""
 
 from workbench.analysis.questions import Fork
 from workbench.analysis.replies import Forked
@@ -7,9 +7,9 @@ from workbench.analysis.work import Work, Working
 
 
 def fork(subject: Subject, question: Fork, work: Work) -> Working:
-    """Answer how the flight goes on from an instant with each branch's values, to the bit."""
+    """Answer how the flight goes on from a checkpoint with each branch's values, to the bit."""
     flown = subject.forker.fly(
-        question.instant,
+        question.checkpoint,
         question.branches,
         question.duration,
         question.step,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from workbench.design.branches import Branch
 
 if TYPE_CHECKING:
-    from workbench.session.checkpoint import Instant
+    from workbench.session.checkpoint import Checkpoint
 
 Gains = Mapping[str, float]
 """Values of the controller's parameters by name, those that differ from the scenario's or all."""
@@ -88,16 +88,16 @@ class Tune:
 
 @dataclass(frozen=True)
 class Fork:
-    """How does the flight go on from an instant, with each branch? Answered by `Forked`.
+    """How does the flight go on from a checkpoint, with each branch? Answered by `Forked`.
 
     Attributes:
-        instant: from which it goes on.
+        checkpoint: from which it goes on.
         branches: to be flown.
         duration: to be flown [s].
         step: that is commanded at once, as a step from what is asked for now; None lets it fly on.
     """
 
-    instant: Instant
+    checkpoint: Checkpoint
     branches: tuple[Branch, ...]
     duration: float
     step: Step | None = None

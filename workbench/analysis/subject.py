@@ -71,7 +71,7 @@ class Subject:
 
     @cached_property
     def forker(self) -> "Forker":
-        """What flies on from an instant of the scenario's flight; it takes half a second to build.
+        """What flies on from a checkpoint of the scenario's flight; building it takes half a second.
 
         Raises:
             WorkbenchError: if the scenario cannot be built.

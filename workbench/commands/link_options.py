@@ -57,7 +57,7 @@ def link_options(args: argparse.Namespace, flies: bool) -> LinkOptions:
         WorkbenchError: if the token file is no good, or the address is none.
     """
     from workbench.link.address import parse_address
-    from workbench.link.client_token import read_token
+    from workbench.link.authentication import read_token
     from workbench.link.operations import Role
 
     address = parse_address(args.address)

@@ -1,4 +1,4 @@
-"""How a flight may go on from an instant; no Drake, so that screens may have it."""
+"""How a flight may go on from a checkpoint; no Drake, so that screens may have it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ class Branch:
 
     Attributes:
         name: of the branch.
-        gains: values of live parameters that are set at the instant, by name.
+        gains: values of live parameters that are set at the checkpoint, by name.
     """
 
     name: str
@@ -25,7 +25,7 @@ class FlownBranch:
 
     Attributes:
         name: of the branch.
-        time: simulated (N) [s]; the first is the instant's, or the next at which is recorded.
+        time: simulated (N) [s]; the first is the checkpoint's, or the next at which is recorded.
         velocity: in W (N, 3) [m/s].
         yaw_rate: (N) [rad/s].
         position: in W (N, 3) [m].

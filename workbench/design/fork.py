@@ -1,4 +1,4 @@
-"""A forked flight: how it goes on from an instant, with each of several sets of gains."""
+"""A forked flight: how it goes on from a checkpoint, with each of several sets of gains."""
 
 import dataclasses
 import math
@@ -14,7 +14,7 @@ from workbench.scenario.axes import AXES
 from workbench.scenario.parameters import checked
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SensorsConfig
-from workbench.session.checkpoint import Instant
+from workbench.session.checkpoint import Checkpoint
 from workbench.session.session import Session
 
 LONGEST = 120.0
@@ -54,16 +54,16 @@ class Forker:
 
     def fly(
         self,
-        instant: Instant,
+        checkpoint: Checkpoint,
         branches: Sequence[Branch],
         duration: float,
         step: Step | None = None,
         stop: Callable[[], bool] | None = None,
     ) -> tuple[FlownBranch, ...]:
-        """Fly every branch from an instant on.
+        """Fly every branch from a checkpoint on.
 
         Args:
-            instant: of a flight of the scenario.
+            checkpoint: of a flight of the scenario.
             branches: to be flown.
             duration: of each [s].
             step: commanded at once, on top of what is asked for; None lets it fly on.
@@ -72,7 +72,7 @@ class Forker:
 
         Raises:
             WorkbenchError: if a gain is unknown or out of range, before anything is flown, or if
-                the instant is of another flight.
+                the checkpoint is of another flight.
         """
         if not 0.0 < duration <= LONGEST:
             raise WorkbenchError(
@@ -81,24 +81,24 @@ class Forker:
         values = [checked(branch.gains) for branch in branches]
         flown = []
         for branch, gains in zip(branches, values, strict=True):
-            self._begin(instant, gains, step)
+            self._begin(checkpoint, gains, step)
             lost = self._fly_on(duration, stop or _never)
             if lost is None:
                 break
             flown.append(self._flown(branch.name, lost))
         return tuple(flown)
 
-    def _begin(self, instant: Instant, gains: Mapping[str, float], step: Step | None) -> None:
+    def _begin(self, checkpoint: Checkpoint, gains: Mapping[str, float], step: Step | None) -> None:
         """Be where the flight was, with a branch's gains."""
         session = self._session
-        session.begin_from(instant)
+        session.begin_from(checkpoint)
         for name, value in gains.items():
             session.set(name, value)
         if step is None:
             return
         if step.axis not in AXES:
             raise unknown_name("axis", step.axis, AXES)
-        asked = [*instant.velocity, instant.yaw_rate]
+        asked = [*checkpoint.velocity, checkpoint.yaw_rate]
         asked[AXES.index(step.axis)] += step.amplitude
         session.command(asked[:3], asked[3])
 
@@ -133,14 +133,14 @@ class Forker:
 
 def fly_fork(
     scenario: Scenario,
-    instant: Instant,
+    checkpoint: Checkpoint,
     branches: Sequence[Branch],
     duration: float,
     step: Step | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> tuple[FlownBranch, ...]:
-    """Fly every branch from an instant on, once; see `Forker`, which is quicker the second time."""
-    return Forker(scenario).fly(instant, branches, duration, step, stop)
+    """Fly every branch from a checkpoint on, once; `Forker` is quicker the second time."""
+    return Forker(scenario).fly(checkpoint, branches, duration, step, stop)
 
 
 def _never() -> bool:

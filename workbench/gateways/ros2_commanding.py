@@ -7,7 +7,7 @@ from collections.abc import Callable
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_orders import Operation, Order, Unclear, Velocity
 from workbench.link import AsyncClient
-from workbench.link.direct_control import AsyncDirectControl
+from workbench.link.control import AsyncDirectControl
 from workbench.link.operations import TAKE_OFF_HEIGHT
 
 ASK_AGAIN = 1.0

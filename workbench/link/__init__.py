@@ -3,20 +3,15 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from workbench.link.async_client import AsyncClient
-    from workbench.link.client import Client
+    from workbench.link.client import AsyncClient, Client
 
 __all__ = ["AsyncClient", "Client"]
 
 
 def __getattr__(name: str) -> object:
     # Loaded when asked for: the server and the flight import this room without them.
-    if name == "Client":
-        from workbench.link.client import Client
+    if name in __all__:
+        from workbench.link import client
 
-        return Client
-    if name == "AsyncClient":
-        from workbench.link.async_client import AsyncClient
-
-        return AsyncClient
+        return getattr(client, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,22 +1,229 @@
-"""The controls of a program: what it said last is repeated for it, for a while."""
+"""Control of the drone: the lease, commands and requests of who flies.
+
+`AsyncDirectControl` sends each command once, `AsyncControl` repeats the last one for a while; the
+other two call them from a plain program.
+"""
 
 import asyncio
+import contextlib
+import functools
 import math
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Coroutine
+from functools import partial
+from typing import Any, Concatenate, ParamSpec, Self, TypeVar
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.direct_control import NEUTRAL, Asked, AsyncDirectControl
+from workbench.link.background_loop import BackgroundLoop
+from workbench.link.client_core import ClientCore
+from workbench.link.codes import NackCode
+from workbench.link.connection import Connection
+from workbench.link.drone_topics import AXES
+from workbench.link.operations import (
+    TAKE_OFF_HEIGHT,
+    FlightOperation,
+    Ping,
+    ReleaseControl,
+    RequestControl,
+    SetParameters,
+)
+from workbench.link.server_messages import (
+    ControlState,
+    FlightDone,
+    Granted,
+    Hand,
+    Nack,
+    ParameterValues,
+    Released,
+    ServerMessage,
+    Stage,
+)
 
-if TYPE_CHECKING:
-    from workbench.link.async_client import AsyncClient
-
+RELEASE_LIMIT = 1.0
+FIELDS = ("lease", "axes", "v_x", "v_y", "v_z", "yaw_rate")
 PERIOD = 0.05
 """The last command is repeated so often [s]."""
 PERIOD_NS = 100_000_000
 """And at least so often in simulated time [ns], for a flight that is faster than the clock."""
 HOLD = 2.0
 """A velocity is repeated for so long, unless more is asked for [s]."""
+
+Velocity = tuple[float, float, float, float]
+NEUTRAL: Velocity = (0.0, 0.0, 0.0, 0.0)
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class AsyncDirectControl:
+    """The controls, as an asynchronous context manager; see `AsyncClient.direct_control`.
+
+    Attributes:
+        lost: why control is gone, "" while it is not.
+        scaled: why the last velocity was flown smaller than asked, "" if it was not.
+    """
+
+    def __init__(self, client: ClientCore) -> None:
+        self.lost = ""
+        self.scaled = ""
+        self._client = client
+        self._connection: Connection | None = None
+        self._lease = 0
+        self._commanded = NEUTRAL
+        self._sent_ns = 0
+        self._refused = ""
+        self._before = 0
+        self._told_until = 0
+
+    async def __aenter__(self) -> "AsyncDirectControl":
+        topic = self._client.connection.protocol.command_topic
+        if topic is None or tuple(field.name for field in topic.fields) != FIELDS:
+            raise WorkbenchError("this server takes no commands that this client knows")
+        await self._client.request_time()  # which a command carries
+        granted = await self._client.request(
+            lambda id: RequestControl(id, self._client.name), Granted
+        )
+        self._connection = self._client.connection
+        self._lease = granted.lease
+        self._before = self._connection.protocol.seq
+        self._client.follow(self)
+        self._send()  # the first command of a holder must be neutral
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        self._client.follow(None)
+        try:
+            if not self.lost:
+                # Whoever goes needs no answer: without one the lease runs out by itself.
+                with contextlib.suppress(WorkbenchError):
+                    await self._client.request(
+                        lambda id: ReleaseControl(id, self._lease), Released, RELEASE_LIMIT
+                    )
+        finally:
+            self._lease, self.lost = 0, self.lost or "it was released"
+
+    def velocity(self, x: float, y: float, z: float, yaw_rate: float = 0.0) -> None:
+        """Fly at a velocity in W [m/s] and turn [rad/s].
+
+        It is sent once. Say it at least five times a second: after 0.5 s of silence, simulated,
+        the drone holds its place and control is lost.
+
+        Raises:
+            WorkbenchError: if control was lost, a number is not finite, or the last velocity was
+                refused.
+        """
+        self.steer(self.checked(x, y, z, yaw_rate))
+
+    async def take_off(self, height: float = TAKE_OFF_HEIGHT) -> float:
+        """Take off to a height above the ground [m]; return when that was begun, simulated [s].
+
+        Raises:
+            WorkbenchError: if it is refused; so in the next four.
+        """
+        return await self._fly("take_off", height)
+
+    async def land(self) -> float:
+        """Land where the drone is; return when that was begun, simulated [s]."""
+        return await self._fly("land")
+
+    async def arm(self) -> float:
+        """Let the rotors idle; return when that was begun, simulated [s]."""
+        return await self._fly("arm")
+
+    async def stop(self) -> float:
+        """Stop the rotors, wherever the drone is; return when that was, simulated [s]."""
+        return await self._fly("stop")
+
+    async def hold(self) -> float:
+        """Brake and hold the place, also in a take-off or a landing; return when that was begun."""
+        return await self._fly("hold")
+
+    async def set(self, **values: float) -> dict[str, float]:
+        """Set live parameters by name, all or none, and return them as they now are.
+
+        Raises:
+            WorkbenchError: if one is unknown or outside its limits.
+        """
+        self.check()
+        answer = await self._client.request(
+            lambda id: SetParameters(id, values, self._lease), ParameterValues
+        )
+        return dict(answer.values)
+
+    def check(self) -> None:
+        """See whether control is still ours.
+
+        Raises:
+            WorkbenchError: if it is not.
+        """
+        if self.lost:
+            raise WorkbenchError(f"control was lost: {self.lost}; ask again for it")
+        if not self._lease:
+            raise WorkbenchError("nobody asked for control: write `with client.control() as c:`")
+
+    def checked(self, x: float, y: float, z: float, yaw_rate: float) -> Velocity:
+        """Return a velocity that may be sent; see `velocity`."""
+        self.check()
+        if self._refused:
+            refused, self._refused = self._refused, ""
+            self._told_until = self._connection.protocol.seq if self._connection else 0
+            raise WorkbenchError(f"the velocity was refused: {refused}; the drone holds its place")
+        velocity = (float(x), float(y), float(z), float(yaw_rate))
+        if not all(math.isfinite(number) and abs(number) < 1e30 for number in velocity):
+            raise WorkbenchError(
+                f"the velocity {velocity} is no velocity: all must be finite numbers"
+            )
+        return velocity
+
+    def steer(self, velocity: Velocity) -> None:
+        """Send a velocity."""
+        self._commanded = velocity
+        self.scaled = ""
+        self._send()
+
+    def receive(self, message: ServerMessage) -> None:
+        """Take note of what concerns control."""
+        match message:
+            case ControlState(hand, peer, _, stage, _, reason):
+                if (hand, peer, stage) != (Hand.CLIENT, self._client.peer, Stage.LIVE):
+                    self.lose(reason)
+            case Nack(_, _, _, int(seq)) if seq <= self._before:
+                pass  # of an older lease
+            case Nack(NackCode.SCALED, sentence, _, int()):
+                self.scaled = sentence
+            case Nack(NackCode.NOT_HOLDER, sentence, _, int()):
+                self.lose(sentence)
+            case Nack(NackCode.NEUTRAL_FIRST, _, _, int()):  # the first one came to nothing
+                self._send(NEUTRAL)
+            case Nack(NackCode.STALE, _, _, int()):
+                pass  # the next one acts on a newer state
+            case Nack(_, sentence, _, int(seq)) if seq > self._told_until:
+                self._refused, self._commanded = sentence, NEUTRAL
+
+    def lose(self, reason: str) -> None:
+        """Let control be gone."""
+        self.lost = self.lost or reason
+
+    def keep_up(self) -> None:
+        """Notice that a newer state came."""
+
+    def _send(self, velocity: Velocity | None = None) -> None:
+        connection = self._connection
+        if connection is None or self.lost or connection.end is not None:
+            return
+        if not connection.fresh:  # the next one is to carry the present time
+            connection.send(Ping())
+        topic = connection.protocol.command_topic
+        assert topic is not None  # looked at before control was asked for
+        self._sent_ns = connection.protocol.newest_ns or 0
+        connection.command(topic.pack((self._lease, AXES, *(velocity or self._commanded))))
+
+    async def _fly(self, what: str, height: float = TAKE_OFF_HEIGHT) -> float:
+        self.check()
+        answer = await self._client.request(
+            lambda id: FlightOperation(id, what, height, self._lease), FlightDone
+        )
+        return answer.applied_ns / 1e9
 
 
 class AsyncControl(AsyncDirectControl):
@@ -26,7 +233,7 @@ class AsyncControl(AsyncDirectControl):
     still repeats. So a velocity lapses, and the drone then holds its place.
     """
 
-    def __init__(self, client: "AsyncClient") -> None:
+    def __init__(self, client: ClientCore) -> None:
         super().__init__(client)
         self._lapses_at = math.inf
         self._repeating: asyncio.Task[None] | None = None
@@ -62,10 +269,10 @@ class AsyncControl(AsyncDirectControl):
         """
         self.steer_until(self.checked(x, y, z, yaw_rate), lapse_time(hold))
 
-    def steer_until(self, asked: Asked, lapses_at: float) -> None:
+    def steer_until(self, velocity: Velocity, lapses_at: float) -> None:
         """Send a velocity, and repeat it until a time of the monotonic clock [s]."""
         self._lapses_at = lapses_at
-        self.steer(asked)
+        self.steer(velocity)
 
     def lose(self, reason: str) -> None:
         """Let control be gone."""
@@ -74,19 +281,19 @@ class AsyncControl(AsyncDirectControl):
 
     def keep_up(self) -> None:
         """Repeat the command where simulated time runs faster than the clock."""
-        line = self._line
-        if line and (line.conversation.newest_ns or 0) - self._asked_ns >= PERIOD_NS:
-            self._say_again()
+        connection = self._connection
+        if connection and (connection.protocol.newest_ns or 0) - self._sent_ns >= PERIOD_NS:
+            self._repeat_once()
 
     async def _repeat(self) -> None:
         """Say again what was said last, as a silence means that nobody is there."""
         while True:
             await asyncio.sleep(PERIOD)
-            self._say_again()
+            self._repeat_once()
 
-    def _say_again(self) -> None:
+    def _repeat_once(self) -> None:
         if time.monotonic() >= self._lapses_at:
-            self._asked = NEUTRAL
+            self._commanded = NEUTRAL
         self._send()
 
     def _stop_repeating(self) -> None:
@@ -110,3 +317,66 @@ def lapse_time(hold: float) -> float:
             f"a velocity cannot be held for {hold} s: give a time above 0, or math.inf"
         )
     return time.monotonic() + hold
+
+
+def _blocking(
+    method: Callable[Concatenate[AsyncDirectControl, P], Coroutine[Any, Any, T]],
+) -> Callable[Concatenate["DirectControl", P], T]:
+    """Return a method that runs `method` in the client's thread and waits for its result."""
+
+    @functools.wraps(method)
+    def call(self: "DirectControl", *args: P.args, **kwargs: P.kwargs) -> T:
+        return self._loop.call(method(self._control, *args, **kwargs))
+
+    return call
+
+
+class DirectControl:
+    """The controls, as a context manager; see `Client.direct_control`."""
+
+    def __init__(self, control: AsyncDirectControl, loop: BackgroundLoop) -> None:
+        self._control = control
+        self._loop = loop
+
+    def __enter__(self) -> Self:
+        self._loop.call(self._control.__aenter__())
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._loop.call(self._control.__aexit__())
+
+    @property
+    def lost(self) -> str:
+        """Why control is gone, "" while it is not."""
+        return self._control.lost
+
+    @property
+    def scaled(self) -> str:
+        """Why the last velocity was flown smaller than asked, "" if it was not."""
+        return self._control.scaled
+
+    def velocity(self, x: float, y: float, z: float, yaw_rate: float = 0.0) -> None:
+        """Fly at a velocity; see `AsyncDirectControl.velocity`."""
+        self._loop.post(partial(self._control.steer, self._control.checked(x, y, z, yaw_rate)))
+
+    take_off = _blocking(AsyncDirectControl.take_off)
+    land = _blocking(AsyncDirectControl.land)
+    arm = _blocking(AsyncDirectControl.arm)
+    stop = _blocking(AsyncDirectControl.stop)
+    hold = _blocking(AsyncDirectControl.hold)
+    set = _blocking(AsyncDirectControl.set)
+
+
+class Control(DirectControl):
+    """The controls, as a context manager; see `Client.control`."""
+
+    def __init__(self, control: AsyncControl, loop: BackgroundLoop) -> None:
+        super().__init__(control, loop)
+        self._repeated = control
+
+    def velocity(
+        self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
+    ) -> None:
+        """Fly at a velocity for a while, then hold the place; see `AsyncControl.velocity`."""
+        velocity = self._repeated.checked(x, y, z, yaw_rate)
+        self._loop.post(partial(self._repeated.steer_until, velocity, lapse_time(hold)))

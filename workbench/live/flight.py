@@ -24,8 +24,8 @@ from workbench.live.messages import (
     Failed,
     Flown,
     FlyOn,
+    GetCheckpoint,
     GetFlown,
-    GetInstant,
     GetParameter,
     GetReading,
     Hold,
@@ -46,7 +46,7 @@ from workbench.live.process import DYING, ChildProcess
 from workbench.live.view import LiveView
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.scenario import FARTHEST, Action, Gust, Push, Scenario
-from workbench.session.checkpoint import Instant
+from workbench.session.checkpoint import Checkpoint
 from workbench.session.pilot_numbers import finite
 from workbench.systems.sensors.readings import Reading
 
@@ -273,9 +273,12 @@ class LiveFlight:
         """Ask for all that was flown since the start, and the scenario that flies it again."""
         return self._order(GetFlown)
 
-    def instant(self) -> Future[Instant]:
+    def checkpoint(self) -> Future[Checkpoint]:
         """Ask for all that decides how the flight goes on, see `Session.begin_from`."""
-        return self._order(GetInstant)
+        return self._order(GetCheckpoint)
+
+    instant = checkpoint
+    """The name of `checkpoint` in earlier versions."""
 
     def serve(self, config: ServerConfig | None = None) -> Future[str]:
         """Let clients watch and fly; the answer is the address where it listens."""

@@ -19,8 +19,8 @@ from workbench.live.messages import (
     Excite,
     Flown,
     FlyOn,
+    GetCheckpoint,
     GetFlown,
-    GetInstant,
     GetParameter,
     GetReading,
     Hit,
@@ -203,8 +203,8 @@ class Flying:
                 self._clock.resume(self._now())
             case FlyOn(duration):
                 self._fly_on(duration)
-            case GetInstant():
-                return self._session.instant()
+            case GetCheckpoint():
+                return self._session.checkpoint()
             case Excite(excitation):
                 return self._excite(excitation)
             case StopExciting():

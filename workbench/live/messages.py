@@ -148,11 +148,11 @@ class GetFlown:
 
 
 @dataclass(frozen=True)
-class GetInstant:
+class GetCheckpoint:
     """Tell all that decides how the flight goes on."""
 
 
-Question = GetParameter | GetReading | GetFlown | GetInstant
+Question = GetParameter | GetReading | GetFlown | GetCheckpoint
 
 
 @dataclass(frozen=True)

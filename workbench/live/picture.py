@@ -33,7 +33,7 @@ FARTHEST = 1e5
 
 SIZES = 7.0
 """Distance of the camera, in reaches of the drone's rotors."""
-NEAREST, FARTHEST = 1.0, 20.0
+CAMERA_NEAREST, CAMERA_FARTHEST = 1.0, 20.0
 """Bounds of that [m]."""
 DIRECTION = np.array([-0.75, -0.55, 0.37])
 """From the drone to the camera, in W: behind, to the right and above."""
@@ -115,7 +115,7 @@ class ChaseCamera:
 
     def __init__(self, meshcat: Meshcat, reach: float) -> None:
         self._meshcat = meshcat
-        distance = float(np.clip(SIZES * reach, NEAREST, FARTHEST))
+        distance = float(np.clip(SIZES * reach, CAMERA_NEAREST, CAMERA_FARTHEST))
         meshcat.SetCameraPose(distance * DIRECTION / np.linalg.norm(DIRECTION), np.zeros(3))
 
     def follow(self, snapshot: Snapshot) -> None:

@@ -21,7 +21,7 @@ class SystemState:
 
 
 @dataclass(frozen=True)
-class Instant:
+class Checkpoint:
     """Everything that decides how a flight goes on, as plain numbers.
 
     What only looks at the flight, as sensors, the recorder and who publishes do, is no part of it.

@@ -26,7 +26,7 @@ from workbench.scenario.parameters import (
 )
 from workbench.scenario.scenario import Scenario, Start
 from workbench.scenario.vehicle_parameters import check_parameters
-from workbench.session.checkpoint import Instant, SystemState
+from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
 from workbench.systems.flight_computer import SHARES
 from workbench.systems.pilot import Wish
@@ -47,7 +47,7 @@ class LiveContext:
         bench: Workbench,
         scenario: Scenario,
         values: Mapping[str, float] | None = None,
-        instant: Instant | None = None,
+        checkpoint: Checkpoint | None = None,
     ) -> None:
         """Begin a flight.
 
@@ -55,11 +55,11 @@ class LiveContext:
             bench: what flies.
             scenario: its start and seed are used.
             values: of parameters by name; those of faults are set, the others stay as built.
-            instant: from which the flight goes on, if it does not begin at the start.
+            checkpoint: from which the flight goes on, if it does not begin at the start.
 
         Raises:
             WorkbenchError: if Drake cannot begin, a fault is ordered of what is not there, or the
-                instant is one of another flight.
+                checkpoint is one of another flight.
         """
         self._bench = bench
         self._period = scenario.rates.control_period
@@ -73,9 +73,9 @@ class LiveContext:
         faults = {row.name: row.default for row in rows}
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         begin = InitializeParams()
-        if instant:
-            write_states(bench, root, instant.systems)
-            root.SetTime(instant.time)
+        if checkpoint:
+            write_states(bench, root, checkpoint.systems)
+            root.SetTime(checkpoint.time)
             # what happens at the start did; what is due at the present time is still to come
             begin.suppress_initialization_events = True
         with sentences("the flight could not begin"):

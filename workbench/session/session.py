@@ -29,7 +29,7 @@ from workbench.scenario.parameters import find_parameter
 from workbench.scenario.scenario import REQUESTS, Action, Scenario
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 from workbench.session.built_flight import build_flight
-from workbench.session.checkpoint import Instant
+from workbench.session.checkpoint import Checkpoint
 from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.session.observation import observe
 from workbench.session.pilot_numbers import check_height, finite, place_above
@@ -80,10 +80,10 @@ class Session:
         """Begin again from the scenario's start, with the values it was built with."""
         self._begin(None)
 
-    def instant(self) -> Instant:
+    def checkpoint(self) -> Checkpoint:
         """Return the present as something to go on from, here or in another process."""
         v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
-        return Instant(
+        return Checkpoint(
             time=self.time,
             steps=self._steps,
             due=self._due,
@@ -93,15 +93,18 @@ class Session:
             systems=self._live.states(),
         )
 
-    def begin_from(self, instant: Instant) -> None:
-        """Go on from an instant of a flight of the same scenario, to the bit as that does.
+    instant = checkpoint
+    """The name of `checkpoint` in earlier versions."""
+
+    def begin_from(self, checkpoint: Checkpoint) -> None:
+        """Go on from a checkpoint of a flight of the same scenario, to the bit as that does.
 
         Nothing before it is recorded here. Sensors, which may be others, begin anew.
 
         Raises:
-            WorkbenchError: if it is an instant of a flight of something else.
+            WorkbenchError: if it is a checkpoint of a flight of something else.
         """
-        self._begin(instant)
+        self._begin(checkpoint)
 
     @property
     def diagram(self) -> Diagram:
@@ -337,14 +340,14 @@ class Session:
         if action.push is not None:
             self.push(action.push.force, action.push.point, action.push.duration)
 
-    def _begin(self, instant: Instant | None) -> None:
-        """Begin at an instant, at the start where there is none."""
+    def _begin(self, checkpoint: Checkpoint | None) -> None:
+        """Begin at a checkpoint, at the start where there is none."""
         if self._bridge and self._bench.telemetry:
             self._bridge.reset()
             self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
-        self._live = LiveContext(self._bench, self.scenario, self._values, instant)
-        self._steps, self._due = (instant.steps, instant.due) if instant else (0, 0.0)
-        self._script.rewind(instant.acted if instant else 0)
+        self._live = LiveContext(self._bench, self.scenario, self._values, checkpoint)
+        self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
+        self._script.rewind(checkpoint.acted if checkpoint else 0)
         self._tell_limits()
 
     def _tell_limits(self) -> None:

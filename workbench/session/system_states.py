@@ -33,7 +33,8 @@ def write_states(bench: Workbench, root: Context, states: Mapping[str, SystemSta
     here = read_states(bench, root)
     if _shapes(here) != _shapes(states):
         raise WorkbenchError(
-            "the instant is one of another flight: go on with the scenario that it was taken from"
+            "the checkpoint is one of another flight: go on with the scenario that it was taken "
+            "from"
         )
     for path, system in _deciding(bench):
         if path not in states or states[path] == here[path]:

@@ -54,7 +54,7 @@ def test_both_sets_go_on_from_the_present_instant(card, offline, gains, trial, q
     gains.propose("kp_pitch", 300.0)
     press(qtbot, card.button)
     fork = offline.analysis.of(Fork)[-1]
-    assert fork.instant == "answer to instant"
+    assert fork.checkpoint == "answer to checkpoint"
     assert [each.name for each in fork.branches] == ["now", "proposed"]
     assert fork.branches[0].gains == trial.flown
     assert fork.branches[1].gains["kp_pitch"] == 300.0

@@ -8,7 +8,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gateways.monitor.picture import number
 from workbench.gateways.monitor.sticks import Sticks
 from workbench.link import Client
-from workbench.link.client_control import DirectControl
+from workbench.link.control import DirectControl
 
 
 class Pilot:

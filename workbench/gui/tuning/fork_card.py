@@ -19,7 +19,7 @@ from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
-from workbench.session.checkpoint import Instant
+from workbench.session.checkpoint import Checkpoint
 
 NOW = "now"
 PROPOSED = "proposed"
@@ -107,16 +107,16 @@ class ForkCard(Card):
             return
         self._other = Branch(self._name(), self._other_gains())
         self._set_busy(True)
-        self._flight.order(lambda live: live.instant(), self._ask, self._refuse)
+        self._flight.order(lambda live: live.checkpoint(), self._ask, self._refuse)
 
-    def _ask(self, instant: Instant) -> None:
+    def _ask(self, checkpoint: Checkpoint) -> None:
         step = self._trial.step if self.with_step.isChecked() else None
         self._axis = step.axis if step is not None else self._axis
         duration = self.duration.si
         if step is not None:
             step = Step(step.axis, step.amplitude, duration)
         branches = (Branch(NOW, self._trial.flown), self._other)
-        self._asked = Fork(instant, branches, duration, step)
+        self._asked = Fork(checkpoint, branches, duration, step)
         self._analysis.ask(self._asked)
 
     def _hear(self, forked: Forked) -> None:

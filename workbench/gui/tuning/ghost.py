@@ -12,7 +12,7 @@ from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.tuning.fork_curves import velocity
 from workbench.gui.tuning.trial import Trial
-from workbench.session.checkpoint import Instant
+from workbench.session.checkpoint import Checkpoint
 
 NAME = "next five seconds"
 AHEAD = 5.0
@@ -74,11 +74,11 @@ class Ghost(QObject):
             self._again = True
         elif self._seen and self._trial.step is not None and self._may_ask():
             self._busy, self._again = True, False
-            self._flight.order(lambda live: live.instant(), self._ask, lambda said: self._rest())
+            self._flight.order(lambda live: live.checkpoint(), self._ask, lambda said: self._rest())
 
-    def _ask(self, instant: Instant) -> None:
+    def _ask(self, checkpoint: Checkpoint) -> None:
         branch = Branch(NAME, self._trial.proposed)
-        self._asked = Fork(instant, (branch,), AHEAD)
+        self._asked = Fork(checkpoint, (branch,), AHEAD)
         self._analysis.ask(self._asked)
 
     def _hear(self, forked: Forked) -> None:

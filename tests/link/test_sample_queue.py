@@ -3,8 +3,7 @@ import threading
 import pytest
 
 from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.inbox import DEEPEST, PATIENCE, Inbox
-from workbench.link.sample import Sample
+from workbench.link.sample import DEEPEST, LONGEST_WAIT, Sample, SampleQueue
 
 TOPICS = {topic.name.rsplit("/", 1)[1]: topic for topic in drone_topics(Outfit(4, 200.0, 10.0))}
 STATES = [TOPICS[name] for name in ("time_data", "position_data", "velocity_data", "rotors")]
@@ -32,78 +31,78 @@ def clock():
 
 
 def test_a_reader_who_keeps_up_gets_all_in_the_order_of_arrival(clock):
-    inbox = Inbox(clock)
+    queue = SampleQueue(clock)
     expected = []
     for number in range(200):
-        inbox.put(burst(number))
+        queue.put(burst(number))
         expected += [(topic.name, number) for topic in STATES]
         clock.now += 0.005
         if number % 20 == 19:  # looks up ten times a second
-            while taken := inbox.take():
+            while taken := queue.take():
                 assert (taken.topic, taken.t_ns) == expected.pop(0)
     assert not expected
-    assert inbox.dropped == 0
+    assert queue.dropped == 0
 
 
 def test_a_slow_reader_gets_what_is_new_and_each_topic_as_often(clock):
-    inbox = Inbox(clock)
+    queue = SampleQueue(clock)
     seen = {topic.name: [] for topic in STATES}
     for number in range(4000):  # 20 s of bursts, 10 samples read a second of 800
-        inbox.put(burst(number))
+        queue.put(burst(number))
         clock.now += 0.005
         if number % 20 == 19:
-            taken = inbox.take()
+            taken = queue.take()
             seen[taken.topic].append(taken.t_ns)
-            assert (number - taken.t_ns) * 0.005 <= PATIENCE + 0.005
+            assert (number - taken.t_ns) * 0.005 <= LONGEST_WAIT + 0.005
     assert {len(numbers) for numbers in seen.values()} == {50}
     assert all(numbers == sorted(numbers) for numbers in seen.values())
     waiting = 0
-    while inbox.take():
+    while queue.take():
         waiting += 1
-    assert inbox.dropped == 4 * 4000 - 200 - waiting
-    assert waiting <= 4 * (PATIENCE / 0.005 + 2)
+    assert queue.dropped == 4 * 4000 - 200 - waiting
+    assert waiting <= 4 * (LONGEST_WAIT / 0.005 + 2)
 
 
 def test_the_newest_stays_however_old_it_is(clock):
-    inbox = Inbox(clock)
-    inbox.put(burst(1))
+    queue = SampleQueue(clock)
+    queue.put(burst(1))
     clock.now += 3600.0
-    assert inbox.take().t_ns == 1
-    assert inbox.dropped == 0
+    assert queue.take().t_ns == 1
+    assert queue.dropped == 0
 
 
 def test_events_do_not_age_but_are_bounded(clock):
-    inbox = Inbox(clock)
+    queue = SampleQueue(clock)
     for number in range(10):
-        inbox.put([sample(TOPICS["events"], number)])
+        queue.put([sample(TOPICS["events"], number)])
         clock.now += 1.0
-    assert [inbox.take().t_ns for _ in range(10)] == list(range(10))
-    inbox.put([sample(TOPICS["events"], number) for number in range(DEEPEST + 5)])
-    assert inbox.take().t_ns == 5
-    assert inbox.dropped == 5
+    assert [queue.take().t_ns for _ in range(10)] == list(range(10))
+    queue.put([sample(TOPICS["events"], number) for number in range(DEEPEST + 5)])
+    assert queue.take().t_ns == 5
+    assert queue.dropped == 5
 
 
 def test_the_newest_of_a_topic_is_there_read_or_not(clock):
-    inbox = Inbox(clock)
-    assert inbox.newest(STATES[0].name) is None
-    inbox.put(burst(1) + burst(2))
-    inbox.take()
-    assert inbox.newest(STATES[0].name).t_ns == 2
+    queue = SampleQueue(clock)
+    assert queue.newest(STATES[0].name) is None
+    queue.put(burst(1) + burst(2))
+    queue.take()
+    assert queue.newest(STATES[0].name).t_ns == 2
 
 
 def test_waiting_ends_with_a_sample_or_with_the_inbox():
-    inbox = Inbox()
+    queue = SampleQueue()
     taken = []
 
     def read():
-        while (got := inbox.wait()) is not None:
+        while (got := queue.wait()) is not None:
             taken.append(got.t_ns)
 
     reader = threading.Thread(target=read)
     reader.start()
-    inbox.put([sample(STATES[0], 7)])
-    inbox.put([sample(STATES[0], 8)])
-    inbox.close()
+    queue.put([sample(STATES[0], 7)])
+    queue.put([sample(STATES[0], 8)])
+    queue.close()
     reader.join(20.0)
     assert not reader.is_alive()
     assert taken == [7, 8]

@@ -1,12 +1,24 @@
-"""A client's side of one connection, without sockets: bytes in, bytes and news out."""
+"""A client's side of one connection, without sockets: bytes in, bytes, samples and messages out."""
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.link.authentication import login_proof, new_nonce, prove, session_key
-from workbench.link.drone_topics import COMMAND
+from workbench.link.drone_topics import COMMAND, LONGEST_NAME
 from workbench.link.hello import Hello
 from workbench.link.json_fields import BadOperation
-from workbench.link.operations import COMMANDING, Login, Operation, Subscribe, write_operation
+from workbench.link.operations import (
+    COMMANDING,
+    FASTEST,
+    SLOWEST,
+    Login,
+    Operation,
+    Role,
+    Subscribe,
+    write_operation,
+)
 from workbench.link.sample import Sample
 from workbench.link.server_messages import (
     Error,
@@ -18,21 +30,40 @@ from workbench.link.server_messages import (
     Subscribed,
     read_message,
 )
-from workbench.link.topics import Topic
+from workbench.link.topics import PREFIX, Topic
 from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
-from workbench.link.wishes import Wishes
 
 LOGIN_ID = 1
 SUBSCRIBE_ID = 2
-"""Requests of the conversation's own; those of others come after."""
+"""Requests of the protocol's own; those of others come after."""
 ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
 """As a plain number: a flag takes microseconds to combine, at each frame."""
+ALL = "*"
 NO_SERVER = "the first frame is not HELLO: that is no server of this protocol"
 
 
 @dataclass(frozen=True)
+class ClientOptions:
+    """What a client wants, checked before anything is sent.
+
+    Attributes:
+        name: what it calls itself.
+        token: of its role; empty where it has none.
+        role: what it wants to do.
+        topics: names, or "*" for all.
+        rate: largest frames a second of each topic; None for all there are [1/s].
+    """
+
+    name: str = ""
+    token: str = field(default="", repr=False)
+    role: Role = Role.COMMAND
+    topics: tuple[str, ...] = (ALL,)
+    rate: float | None = None
+
+
+@dataclass(frozen=True)
 class End:
-    """Why a conversation ended.
+    """Why a connection ended.
 
     Attributes:
         code: a word, as in an error frame.
@@ -43,8 +74,8 @@ class End:
     said: str
 
 
-class Conversation:
-    """Greets, logs in, subscribes; then takes samples in and passes on what is asked.
+class ClientProtocol:
+    """Greets, logs in, subscribes; then takes samples in and sends what is asked.
 
     Attributes:
         hello: what the server said first, None until then.
@@ -52,18 +83,18 @@ class Conversation:
         end: why it is over, None while it is not.
         newest_ns: simulated time of the newest state [ns], None before the first.
         samples: what arrived; whoever takes it empties it.
-        said: answers, refusals and states of control, in their order; likewise.
+        messages: answers, refusals and states of control, in their order; likewise.
         seq: number of the last frame that was sent.
     """
 
-    def __init__(self, wishes: Wishes) -> None:
+    def __init__(self, options: ClientOptions) -> None:
         self.hello: Hello | None = None
         self.ready = False
         self.end: End | None = None
         self.newest_ns: int | None = None
         self.samples: list[Sample] = []
-        self.said: list[ServerMessage] = []
-        self._wishes = wishes
+        self.messages: list[ServerMessage] = []
+        self._options = options
         self._decoder = Decoder()
         self._topics: dict[int, Topic] = {}
         self._outgoing = bytearray()
@@ -91,22 +122,22 @@ class Conversation:
         self._last_id += 1
         return self._last_id
 
-    def ask(self, operation: Operation) -> None:
+    def send(self, operation: Operation) -> None:
         """Send an operation, with a proof where one is due."""
         frame = Frame(Kind.CONTROL, 0, 0, 0, 0, write_operation(operation))
-        self._send(frame, commanding=isinstance(operation, COMMANDING))
+        self._send_frame(frame, commanding=isinstance(operation, COMMANDING))
 
     def command(self, payload: bytes) -> None:
         """Send a command that acts on the newest state; `seq` is its number."""
         frame = Frame(Kind.DATA, COMMAND, 0, 0, self.newest_ns or 0, payload)
-        self._send(frame, commanding=True)
+        self._send_frame(frame, commanding=True)
 
     @property
     def command_topic(self) -> Topic | None:
         """The definition of a command, None where the server takes none."""
         return self._topics.get(COMMAND)
 
-    def _send(self, frame: Frame, commanding: bool = False) -> None:
+    def _send_frame(self, frame: Frame, commanding: bool = False) -> None:
         self.seq += 1
         numbered = replace(frame, seq=self.seq)
         proven = prove(numbered, self._key) if self._key and commanding else numbered
@@ -114,7 +145,7 @@ class Conversation:
 
     def _take(self, frame: Frame) -> None:
         if frame.kind == Kind.CONTROL:
-            self._hear(read_message(frame.payload))
+            self._receive(read_message(frame.payload))
         elif self.hello is None:
             self._finish("hello", NO_SERVER)
         elif frame.kind == Kind.DATA:
@@ -122,15 +153,15 @@ class Conversation:
         if frame.flags & ACKNOWLEDGE:
             self._outgoing += Frame(Kind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b"").to_bytes()
 
-    def _hear(self, said: ServerMessage) -> None:
-        """Act on what concerns the conversation itself; pass on the rest."""
-        match said:
+    def _receive(self, message: ServerMessage) -> None:
+        """Act on what concerns the connection itself; pass on the rest."""
+        match message:
             case Error(code, sentence):
                 self._finish(code, f"the server ended the connection: {sentence}")
             case Goodbye(sentence):
                 self._finish("bye", f"the server said goodbye: {sentence or 'it stops'}")
             case Hello() if self.hello is None:
-                self._greet(said)
+                self._greet(message)
             case _ if self.hello is None:
                 self._finish("hello", NO_SERVER)
             case LoggedIn() if not self.ready:
@@ -140,30 +171,30 @@ class Conversation:
             case Nack(code, sentence) if not self.ready:
                 self._finish(code, f"the server refused: {sentence}")
             case _:
-                if isinstance(said, Pong):  # tells the time where no states come
-                    self.newest_ns = said.t_ns
-                self.said.append(said)
+                if isinstance(message, Pong):  # tells the time where no states come
+                    self.newest_ns = message.t_ns
+                self.messages.append(message)
 
     def _greet(self, hello: Hello) -> None:
         self.hello = hello
         self._topics = {topic.id: topic for topic in hello.topics}
-        wishes = self._wishes
-        if hello.login and not wishes.token:
+        options = self._options
+        if hello.login and not options.token:
             self._finish(
                 "login", "the server wants a token: give the one for your role from its token file"
             )
         elif hello.login:
             nonce = new_nonce()
-            self._key = session_key(wishes.token, hello.nonce, nonce)
-            proof = login_proof(wishes.token, wishes.role, hello.nonce, nonce)
-            self.ask(Login(LOGIN_ID, wishes.name, wishes.role, nonce, proof))
-        elif wishes.name:
-            self.ask(Login(LOGIN_ID, wishes.name))
+            self._key = session_key(options.token, hello.nonce, nonce)
+            proof = login_proof(options.token, options.role, hello.nonce, nonce)
+            self.send(Login(LOGIN_ID, options.name, options.role, nonce, proof))
+        elif options.name:
+            self.send(Login(LOGIN_ID, options.name))
         else:
             self._subscribe()
 
     def _subscribe(self) -> None:
-        self.ask(Subscribe(SUBSCRIBE_ID, self._wishes.topics, self._wishes.rate))
+        self.send(Subscribe(SUBSCRIBE_ID, self._options.topics, self._options.rate))
 
     def _finish(self, code: str, said: str) -> None:
         self.end = self.end or End(code, said)
@@ -181,3 +212,32 @@ class Conversation:
             )
         self.newest_ns = frame.t_ns
         self.samples.append(Sample(topic, frame.t_ns, frame.payload))
+
+
+def make_options(
+    name: str, token: str, role: Role | str | None, topics: Sequence[str], rate: float | None
+) -> ClientOptions:
+    """Return the options that a user's arguments mean.
+
+    Raises:
+        WorkbenchError: if one of them cannot be.
+    """
+    if not name.isprintable() or len(name.encode()) > LONGEST_NAME:
+        raise WorkbenchError(
+            f"the name {name[:LONGEST_NAME]!r} is none: at most {LONGEST_NAME} bytes that can be "
+            "printed"
+        )
+    if rate is not None and not (math.isfinite(rate) and SLOWEST <= rate <= FASTEST):
+        raise WorkbenchError(f"the rate {rate} is not within {SLOWEST:g} .. {FASTEST:g} a second")
+    if isinstance(topics, str):
+        topics = (topics,)
+    try:
+        wanted = Role.COMMAND if role is None else Role(role)
+    except ValueError:
+        raise unknown_name("role", str(role), (each.value for each in Role)) from None
+    return ClientOptions(name, token, wanted, tuple(full_name(topic) for topic in topics), rate)
+
+
+def full_name(topic: str) -> str:
+    """Return a topic's name with the part that all have in common."""
+    return topic if topic == ALL or topic.startswith("/") else PREFIX + topic

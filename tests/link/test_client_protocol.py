@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.link.conversation import Conversation
+from workbench.link.client_protocol import ClientOptions, ClientProtocol
 from workbench.link.drone_topics import VELOCITY, Outfit, drone_topics
 from workbench.link.hello import Hello, Limits
 from workbench.link.operations import Ping, Subscribe, read_operation
@@ -16,7 +16,6 @@ from workbench.link.server_messages import (
     write_message,
 )
 from workbench.link.wire import Decoder, Flag, Frame, Kind
-from workbench.link.wishes import Wishes
 
 TOPICS = drone_topics(Outfit(rotors=4, fast=200.0, slow=10.0))
 HELLO = Hello("fake", "ab", 3, "x", "0" * 32, False, Limits(8.0, 8.0, 0.4), TOPICS, ())
@@ -30,62 +29,62 @@ def data(topic, payload, seq=2, t_ns=7, flags=0, kind=Kind.DATA):
     return Frame(kind, topic, flags, seq, t_ns, payload).to_bytes()
 
 
-def sent(conversation):
-    return list(Decoder().feed(conversation.take_outgoing()))
+def sent(protocol):
+    return list(Decoder().feed(protocol.take_outgoing()))
 
 
-def begun(wishes=None):
-    conversation = Conversation(wishes or Wishes())
-    conversation.receive(control(HELLO) + control(Subscribed(2, ()), 2))
-    assert conversation.ready
-    return conversation
+def begun(options=None):
+    protocol = ClientProtocol(options or ClientOptions())
+    protocol.receive(control(HELLO) + control(Subscribed(2, ()), 2))
+    assert protocol.ready
+    return protocol
 
 
 def test_bytes_may_come_one_at_a_time():
-    conversation = Conversation(Wishes())
+    protocol = ClientProtocol(ClientOptions())
     stream = control(HELLO) + control(Subscribed(2, ())) + data(VELOCITY, bytes(24))
     for at in range(len(stream)):
-        conversation.receive(stream[at : at + 1])
-    assert conversation.ready and len(conversation.samples) == 1
-    assert conversation.newest_ns == 7
-    assert [read_operation(frame.payload) for frame in sent(conversation)] == [Subscribe(2)]
+        protocol.receive(stream[at : at + 1])
+    assert protocol.ready and len(protocol.samples) == 1
+    assert protocol.newest_ns == 7
+    assert [read_operation(frame.payload) for frame in sent(protocol)] == [Subscribe(2)]
 
 
 def test_the_last_of_a_batch_is_acknowledged_by_its_number():
-    conversation = begun()
-    conversation.take_outgoing()
-    conversation.receive(
+    protocol = begun()
+    protocol.take_outgoing()
+    protocol.receive(
         data(VELOCITY, bytes(24), 10) + data(VELOCITY, bytes(24), 11, flags=Flag.ACKNOWLEDGE)
     )
-    (frame,) = sent(conversation)
+    (frame,) = sent(protocol)
     assert (frame.kind, frame.seq, frame.payload) == (Kind.ACKNOWLEDGEMENT, 11, b"")
 
 
 def test_what_a_newer_server_says_besides_is_passed_over():
-    conversation = begun()
-    conversation.receive(data(999, b"abc", 3, flags=Flag.ACKNOWLEDGE))
-    conversation.receive(data(0, b"abc", 4, kind=0x85))
-    conversation.receive(control(Unknown("dance"), 5))
-    assert conversation.end is None and conversation.samples == []
-    assert [frame.seq for frame in sent(conversation) if frame.kind == 2] == [3]
+    protocol = begun()
+    protocol.receive(data(999, b"abc", 3, flags=Flag.ACKNOWLEDGE))
+    protocol.receive(data(0, b"abc", 4, kind=0x85))
+    protocol.receive(control(Unknown("dance"), 5))
+    assert protocol.end is None and protocol.samples == []
+    assert [frame.seq for frame in sent(protocol) if frame.kind == 2] == [3]
 
 
 def test_numbers_of_frames_rise():
-    conversation = begun()
-    conversation.take_outgoing()
+    protocol = begun()
+    protocol.take_outgoing()
     for _ in range(3):
-        conversation.ask(Ping(conversation.new_id()))
-    numbers = [frame.seq for frame in sent(conversation)]
+        protocol.send(Ping(protocol.new_id()))
+    numbers = [frame.seq for frame in sent(protocol)]
     assert numbers == sorted(set(numbers)) and numbers[0] > 0
 
 
 def test_the_time_is_that_of_the_last_state_or_of_a_pong():
-    conversation = begun()
-    assert conversation.newest_ns is None
-    conversation.receive(data(VELOCITY, bytes(24), t_ns=123))
-    assert conversation.newest_ns == 123
-    conversation.receive(control(Pong(3, 456)))
-    assert conversation.newest_ns == 456
+    protocol = begun()
+    assert protocol.newest_ns is None
+    protocol.receive(data(VELOCITY, bytes(24), t_ns=123))
+    assert protocol.newest_ns == 123
+    protocol.receive(control(Pong(3, 456)))
+    assert protocol.newest_ns == 456
 
 
 @pytest.mark.parametrize(
@@ -100,26 +99,26 @@ def test_the_time_is_that_of_the_last_state_or_of_a_pong():
     ],
 )
 def test_what_ends_it_is_a_sentence(stream, code, said):
-    conversation = begun()
-    conversation.receive(data(VELOCITY, bytes(24)) + stream)
-    assert conversation.end.code == code
-    assert said in conversation.end.said
-    assert len(conversation.samples) == 1  # what came before counts
-    conversation.receive(control(Error("internal", "later")))
-    assert conversation.end.code == code
+    protocol = begun()
+    protocol.receive(data(VELOCITY, bytes(24)) + stream)
+    assert protocol.end.code == code
+    assert said in protocol.end.said
+    assert len(protocol.samples) == 1  # what came before counts
+    protocol.receive(control(Error("internal", "later")))
+    assert protocol.end.code == code
 
 
 @pytest.mark.parametrize(
     "stream", [data(VELOCITY, bytes(24)), control(Pong(1, 2)), control(Subscribed(2, ()))]
 )
 def test_hello_comes_first(stream):
-    conversation = Conversation(Wishes())
-    conversation.receive(stream)
-    assert conversation.end.code == "hello"
+    protocol = ClientProtocol(ClientOptions())
+    protocol.receive(stream)
+    assert protocol.end.code == "hello"
 
 
 def test_a_refused_subscription_ends_it():
-    conversation = Conversation(Wishes(topics=("/x",)))
-    conversation.receive(control(HELLO))
-    conversation.receive(control(Nack("unknown_topic", "there is no /x", id=2)))
-    assert "there is no /x" in conversation.end.said
+    protocol = ClientProtocol(ClientOptions(topics=("/x",)))
+    protocol.receive(control(HELLO))
+    protocol.receive(control(Nack("unknown_topic", "there is no /x", id=2)))
+    assert "there is no /x" in protocol.end.said

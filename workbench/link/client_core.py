@@ -1,0 +1,303 @@
+"""What both clients are: a connection that is kept, samples, and requests with their answers."""
+
+import asyncio
+import random
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeVar
+
+from workbench.common.errors import WorkbenchError
+from workbench.link.address import parse_address
+from workbench.link.client_protocol import full_name, make_options
+from workbench.link.client_tls import make_trust
+from workbench.link.connection import Connection, RefusedError, open_connection
+from workbench.link.hello import Hello
+from workbench.link.operations import GetParameters, Operation, Ping, Role
+from workbench.link.sample import Sample, SampleQueue
+from workbench.link.server_messages import (
+    ControlState,
+    Nack,
+    ParameterValues,
+    Pong,
+    ServerMessage,
+)
+
+FIRST_PAUSE = 0.1
+LONGEST_PAUSE = 5.0
+"""Between attempts to connect again; each is twice the one before [s]."""
+REQUEST_LIMIT = 5.0
+"""An answer that is not there by then does not come [s]."""
+
+T = TypeVar("T")
+
+
+class Follower(Protocol):
+    """Who is told what the server says of control."""
+
+    def receive(self, message: ServerMessage) -> None:
+        """Take note of a message."""
+
+    def lose(self, reason: str) -> None:
+        """Take note that the connection is lost."""
+
+    def keep_up(self) -> None:
+        """Take note that a newer state came."""
+
+
+class ClientCore:
+    """A client of a drone's server; `Client` and `AsyncClient` are two ways to call it.
+
+    A lost connection is made again, with growing pauses, and subscribed to again; control is
+    never taken again by itself. A program that reads too slowly gets the newest of each topic.
+
+    Args:
+        address: of the server, HOST:PORT.
+        name: what others see of the client, at most 48 bytes.
+        token: of the role, from the server's token file; none where it needs none.
+        role: view or command (the default) - what the token is for.
+        tls: True if the system's authorities vouch for the server, the path of a file of
+            certificates, or `sha256:` and the fingerprint of its certificate; None for no TLS.
+        topics: names, as `velocity_data`, or "*" for all.
+        rate: largest samples a second of each topic; None for all there are [1/s].
+        reconnect: whether to connect again when the connection is lost.
+
+    Raises:
+        WorkbenchError: if an argument is wrong; on entering, if the server cannot be reached or
+            refuses.
+
+    Attributes:
+        name: what others see of the client.
+        control_state: who flies, None until the server said so.
+        trouble: why there is no connection at present, "" while there is one.
+    """
+
+    def __init__(
+        self,
+        address: str = "127.0.0.1:7733",
+        *,
+        name: str = "",
+        token: str = "",
+        role: Role | str | None = None,
+        tls: str | bool | None = None,
+        topics: Sequence[str] = ("*",),
+        rate: float | None = None,
+        reconnect: bool = True,
+    ) -> None:
+        self._address = parse_address(address)
+        self._options = make_options(name, token, role, topics, rate)
+        self._trust = make_trust(tls)
+        self._reconnect = reconnect
+        self.name = name
+        self.control_state: ControlState | None = None
+        self.trouble = "the client is not open"
+        self._samples = SampleQueue()
+        self._failure: WorkbenchError | None = None
+        self._connection: Connection | None = None
+        self._follower: Follower | None = None
+        self._answers: dict[int, asyncio.Future[ServerMessage]] = {}
+        self._arrived = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+
+    @property
+    def hello(self) -> Hello:
+        """What the server said of itself, its topics, limits and parameters."""
+        if self._connection is None or self._connection.protocol.hello is None:
+            raise WorkbenchError("the client is not open: write `with Client(...) as client:`")
+        return self._connection.protocol.hello
+
+    @property
+    def peer(self) -> int:
+        """The number by which the server knows this connection."""
+        return self.hello.peer
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a connection at present."""
+        return not self.trouble
+
+    @property
+    def received(self) -> int:
+        """Samples that have arrived."""
+        return self._samples.arrived
+
+    @property
+    def dropped(self) -> int:
+        """Samples that this program was too slow for."""
+        return self._samples.dropped
+
+    def latest(self, topic: str) -> Sample | None:
+        """Return a topic's newest sample, None before the first."""
+        return self._samples.newest(full_name(topic))
+
+    def raise_failure(self) -> None:
+        """Raise what ended the client by itself, if anything did; as iterating does."""
+        if self._failure is not None:
+            raise self._failure
+
+    # What the controls need.
+
+    @property
+    def connection(self) -> Connection:
+        """The connection.
+
+        Raises:
+            WorkbenchError: if there is none at present.
+        """
+        if self._connection is None or self.trouble:
+            raise WorkbenchError(f"not connected: {self.trouble}")
+        return self._connection
+
+    async def request(
+        self, make: Callable[[int], Operation], wanted: type[T], limit: float = REQUEST_LIMIT
+    ) -> T:
+        """Ask for something, and return the answer.
+
+        Args:
+            make: makes the operation with an id.
+            wanted: type of the answer.
+            limit: how long to wait [s].
+
+        Raises:
+            WorkbenchError: if it is refused, or no answer comes.
+        """
+        connection = self.connection
+        operation = make(connection.protocol.new_id())
+        future: asyncio.Future[ServerMessage] = asyncio.get_running_loop().create_future()
+        self._answers[operation.id] = future
+        try:
+            connection.send(operation)
+            async with asyncio.timeout(limit):
+                answer = await future
+        except TimeoutError:
+            raise WorkbenchError(
+                f"{self._address} gave no answer within {limit:g} s: the flight may be busy"
+            ) from None
+        finally:
+            del self._answers[operation.id]
+        if isinstance(answer, Nack):
+            raise WorkbenchError(f"refused: {answer.said}")
+        if not isinstance(answer, wanted):
+            raise WorkbenchError(f"{self._address} answered with something else: {answer}")
+        return answer
+
+    async def request_parameters(self, *names: str) -> dict[str, float]:
+        """Return live parameters by name; all if none is named.
+
+        Raises:
+            WorkbenchError: if one is unknown.
+        """
+        answer = await self.request(lambda id: GetParameters(id, names), ParameterValues)
+        return dict(answer.values)
+
+    async def request_time(self) -> float:
+        """Ask whether the server is there, and return its simulated time [s]."""
+        return (await self.request(Ping, Pong)).t_ns / 1e9
+
+    def follow(self, follower: Follower | None) -> None:
+        """Tell a follower what the server says of control, from now on."""
+        self._follower = follower
+
+    # The connection.
+
+    async def open(self) -> None:
+        """Connect, and keep the connection.
+
+        Raises:
+            WorkbenchError: if the server cannot be reached, or refuses.
+        """
+        connection = await open_connection(self._address, self._trust, self._options)
+        self._begin(connection)
+        self._task = asyncio.create_task(self._run(connection), name="link client")
+
+    async def close(self) -> None:
+        """End the connection."""
+        try:
+            if self._task is not None:
+                self._task.cancel()
+                await asyncio.wait([self._task])  # which lets a cancellation of ours through
+                if not self._task.cancelled():
+                    self._task.result()
+        finally:
+            self._finish(None)
+
+    def _begin(self, connection: Connection) -> None:
+        self._connection = connection
+        self.trouble = ""
+        self._deliver(connection)
+
+    async def _run(self, connection: Connection) -> None:
+        """Attend to the connection, and make a new one when it ends."""
+        try:
+            while True:
+                try:
+                    while connection.end is None:
+                        await connection.read()
+                        self._deliver(connection)
+                    self._lose(connection)
+                finally:
+                    await connection.close()
+                connection = await self._connect_again()
+                self._begin(connection)
+        except WorkbenchError as error:
+            self._finish(error)
+        except Exception as error:  # a fault of ours: nobody is to wait for ever
+            self._finish(WorkbenchError(f"the client failed: {type(error).__name__}: {error}"))
+            raise
+
+    async def _connect_again(self) -> Connection:
+        pause = FIRST_PAUSE
+        while True:
+            # Not all clients of a server that was away come back at once.
+            await asyncio.sleep(pause * random.uniform(0.5, 1.0))
+            try:
+                return await open_connection(self._address, self._trust, self._options)
+            except RefusedError as error:
+                self.trouble = str(error)
+                if not error.retried:
+                    raise
+            pause = min(2.0 * pause, LONGEST_PAUSE)
+
+    def _deliver(self, connection: Connection) -> None:
+        """Hand what has arrived to whom it concerns."""
+        protocol = connection.protocol
+        if protocol.samples:
+            self._samples.put(protocol.samples)
+            protocol.samples.clear()
+            self._arrived.set()
+            if self._follower is not None:
+                self._follower.keep_up()
+        for message in protocol.messages:
+            if isinstance(message, ControlState):
+                self.control_state = message
+            if self._follower is not None:
+                self._follower.receive(message)
+            answer = self._answers.get(getattr(message, "id", None) or 0)
+            if answer is not None and not answer.done():
+                answer.set_result(message)
+        protocol.messages.clear()
+
+    def _lose(self, connection: Connection) -> None:
+        """Let everybody know that the connection is gone.
+
+        Raises:
+            WorkbenchError: if it is not to be made again.
+        """
+        assert connection.end is not None
+        error = RefusedError(connection.end.code, f"{self._address}: {connection.end.said}")
+        self.trouble = str(error)
+        self.control_state = None
+        if self._follower is not None:
+            self._follower.lose(self.trouble)
+        for answer in self._answers.values():
+            if not answer.done():
+                answer.set_exception(WorkbenchError(self.trouble))
+        if not (self._reconnect and error.retried):
+            raise error
+
+    def _finish(self, failure: WorkbenchError | None) -> None:
+        """End: nobody waits any longer."""
+        self._failure = failure
+        self.trouble = str(failure) if failure else "the client was closed"
+        self._samples.close()
+        self._arrived.set()
+        if self._connection is not None:  # left open where the client was closed before it ran
+            self._connection.abort()

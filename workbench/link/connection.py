@@ -1,0 +1,232 @@
+"""A client's connection: how it comes to be, why it does not, and the protocol over its streams."""
+
+import asyncio
+import contextlib
+import errno
+import socket
+import ssl
+import time
+
+from workbench.common.errors import WorkbenchError
+from workbench.link.address import Address
+from workbench.link.client_protocol import ClientOptions, ClientProtocol, End
+from workbench.link.client_tls import Trust
+from workbench.link.operations import Bye, Operation, Ping
+
+LIMIT = 5.0
+"""A connection that is not there by then does not come [s]."""
+GREETING_LIMIT = 5.0
+"""A greeting that is not there by then does not come [s]."""
+CHUNK = 256 * 1024
+QUIET = 2.0
+"""After so long a silence a client asks whether the server is there [s]; after another, it goes."""
+FRESH = 0.2
+"""After so long without a state a client at the controls asks for the time [s]."""
+MOST_UNSENT = 64 * 1024
+"""Bytes that may wait to be sent; a command beyond is late already, and is not sent."""
+
+RETRIED = {"lost", "bye", "slow", "overflow", "too_many", "back_off", "internal"}
+"""Ends after which it is worth to connect again; the others would end likewise."""
+
+
+class Connection:
+    """A connection to the server in use.
+
+    Attributes:
+        protocol: what was said.
+    """
+
+    def __init__(
+        self, options: ClientOptions, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        self.protocol = ClientProtocol(options)
+        self._reader = reader
+        self._writer = writer
+        self._end: End | None = None
+        self._pinged = False
+        self._told = -FRESH
+
+    @property
+    def fresh(self) -> bool:
+        """Whether the simulated time that is known is the present one."""
+        return time.monotonic() - self._told < FRESH
+
+    @property
+    def end(self) -> End | None:
+        """Why it is over, None while it is not."""
+        return self.protocol.end or self._end
+
+    async def read(self) -> None:
+        """Take in what comes next, or find that nothing comes any more."""
+        try:
+            async with asyncio.timeout(QUIET):
+                data = await self._reader.read(CHUNK)
+        except TimeoutError:
+            self._on_silence()
+            return
+        except OSError as error:
+            self._end = End("lost", f"the connection broke: {error.strerror or error}")
+            return
+        self._pinged = False
+        if data:
+            known = self.protocol.newest_ns
+            self.protocol.receive(data)
+            if self.protocol.newest_ns != known:
+                self._told = time.monotonic()
+            self._flush()
+        else:
+            self._end = End("lost", "the server closed the connection")
+
+    def send(self, operation: Operation) -> None:
+        """Send an operation."""
+        self.protocol.send(operation)
+        self._flush()
+
+    def command(self, payload: bytes) -> None:
+        """Send a command, unless those before it have not left yet."""
+        if self._writer.transport.get_write_buffer_size() < MOST_UNSENT:
+            self.protocol.command(payload)
+            self._flush()
+
+    async def close(self) -> None:
+        """Say goodbye, if somebody is there to hear it, and end."""
+        if self.end is None:
+            self.send(Bye())
+            self._end = End("closed", "the client was closed")
+            self._writer.close()
+        else:
+            self.abort()
+        # Whether the other side took leave properly does not matter any more.
+        with contextlib.suppress(OSError, TimeoutError):
+            async with asyncio.timeout(1.0):
+                await self._writer.wait_closed()
+        self.abort()
+
+    def abort(self) -> None:
+        """End at once, without a word."""
+        self._writer.transport.abort()
+
+    def _on_silence(self) -> None:
+        if self._pinged:
+            self._end = End("lost", f"the server was silent for {2.0 * QUIET:g} s")
+            return
+        self._pinged = True
+        self.send(Ping())
+
+    def _flush(self) -> None:
+        data = self.protocol.take_outgoing()
+        if data and not self._writer.is_closing():
+            self._writer.write(data)
+
+
+async def open_connection(address: Address, trust: Trust, options: ClientOptions) -> Connection:
+    """Return a connection that is past its greeting.
+
+    Raises:
+        RefusedError: if there is no connection, or the server refuses.
+    """
+    try:
+        connection = Connection(options, *await connect(address, trust))
+    except WorkbenchError as error:
+        raise RefusedError("lost", str(error)) from None
+    try:
+        async with asyncio.timeout(GREETING_LIMIT):
+            while not connection.protocol.ready and connection.end is None:
+                await connection.read()
+    except TimeoutError:
+        await connection.close()
+        raise RefusedError(
+            "lost",
+            f"{address} sends no greeting within {GREETING_LIMIT:g} s: is it a server of drones, "
+            "and does it want TLS?",
+        ) from None
+    except BaseException:
+        await connection.close()
+        raise
+    if connection.end is not None:
+        await connection.close()
+        raise RefusedError(
+            connection.end.code, f"{address}: {connection.end.said}{_hint(connection.end, options)}"
+        )
+    return connection
+
+
+class RefusedError(WorkbenchError):
+    """A connection that did not come to be.
+
+    Attributes:
+        retried: whether it may later.
+    """
+
+    def __init__(self, code: str, said: str) -> None:
+        super().__init__(said)
+        self.retried = code in RETRIED
+
+
+def _hint(end: End, options: ClientOptions) -> str:
+    """Return what to do about an end, where the server cannot know it."""
+    if end.code == "bad_login":
+        return f"; is the token that of the role '{options.role.value}'?"
+    return ""
+
+
+async def connect(
+    address: Address, trust: Trust
+) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """Return the streams of a connection to a server.
+
+    Args:
+        address: where it listens.
+        trust: whether by TLS, and what is accepted.
+
+    Raises:
+        WorkbenchError: if nobody listens, the name is unknown, or TLS does not come about.
+    """
+    try:
+        async with asyncio.timeout(LIMIT):
+            reader, writer = await asyncio.open_connection(
+                address.host,
+                address.port,
+                ssl=trust.context,
+                server_hostname=address.host if trust.context else None,
+            )
+    except TimeoutError:
+        raise WorkbenchError(
+            f"{address} does not answer within {LIMIT:g} s: is the host right, does a firewall "
+            "stand between, and does that server speak TLS as asked for?"
+        ) from None
+    except OSError as error:
+        raise WorkbenchError(_why_not(address, error)) from None
+    try:
+        if trust.context:
+            trust.check(writer.get_extra_info("ssl_object").getpeercert(binary_form=True))
+        tune(writer)
+    except BaseException:
+        writer.transport.abort()
+        raise
+    return reader, writer
+
+
+def tune(writer: asyncio.StreamWriter) -> None:
+    """Send at once, however little it is: a command that waits for company is an old one."""
+    writer.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+
+def _why_not(address: Address, error: OSError) -> str:
+    """Return the sentence for an error of the system or of TLS."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return (
+            f"{address}: the server's certificate is not trusted ({error.verify_message}): give "
+            "the file of its authority, or its fingerprint"
+        )
+    if isinstance(error, ssl.SSLError):
+        return f"{address} does not speak TLS ({error.reason}): leave TLS out, or check the port"
+    if isinstance(error, socket.gaierror):
+        return f"the host '{address.host}' is unknown: check its name, or write its address"
+    # Where a name has several addresses, asyncio sums their failures up without a number.
+    if error.errno == errno.ECONNREFUSED or "Connect call failed" in str(error):
+        return (
+            f"nobody listens at {address}: start a server there with `workbench serve`, or check "
+            "host and port"
+        )
+    return f"{address} cannot be reached: {error.strerror or error}"
