@@ -193,13 +193,14 @@ class Client:
     def __init__(self, served: Served, name: str = "") -> None:
         self._served = served
         self._decoder = Decoder()
+        self._kept = Decoder()
         self._seq = 0
         self.name = name
         self.unsent = 0
         self.lease = 0
         self.said: list[dict] = []
         self.parameters: list[tuple[bytes, float]] = []
-        self.session = served.hub.open(self, f"127.0.0.1:{id(self) % 65536}", "tcp")
+        self.session = served.hub.open(self, f"127.0.0.1:{id(self) % 65536}", "tcp", self._kept)
         self.peer = self.said[0]["peer"]
 
     # What the hub has of its connection.
@@ -261,6 +262,8 @@ class Client:
     def _send(self, kind: Kind, topic: int, payload: bytes, t_ns: int) -> None:
         self._seq += 1
         data = Frame(kind, topic, 0, self._seq, t_ns, payload).to_bytes()
-        while pause := self._served.hub.receive(self.session, data):  # a flood is read later
+        self._kept.keep(data)
+        size: int | None = len(data)
+        while pause := self._served.hub.receive(self.session, size):  # a flood is read later
             self._served.waited += pause
-            data = b""
+            size = None

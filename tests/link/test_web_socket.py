@@ -225,10 +225,10 @@ def test_what_carries_nothing_counts_as_well(what, monkeypatch):
         paused = []
         receive = hub.receive
 
-        def note(session, data=None):
-            if data is None:
+        def note(session, size=None):
+            if size is None:
                 paused.append(session)
-            return receive(session, data)
+            return receive(session, size)
 
         monkeypatch.setattr(hub, "receive", note)
         async with served.join(page, client) as link:

@@ -1,4 +1,4 @@
-"""An outbox over a real pipe; where nobody reads, it must neither wait nor grow."""
+"""A send queue over a real pipe; where nobody reads, it must neither wait nor grow."""
 
 from multiprocessing import Pipe
 
@@ -30,60 +30,60 @@ def received(connection, last):
 
 
 def test_messages_arrive_in_their_order(pipe):
-    outbox = SendQueue(pipe[0])
+    queue = SendQueue(pipe[0])
     for number in range(1000):
-        outbox.post(number)
+        queue.post(number)
     assert received(pipe[1], 999) == list(range(1000))
-    outbox.close(ENOUGH)
+    queue.close(ENOUGH)
 
 
 def test_of_what_is_shown_to_nobody_only_the_newest_is_kept(pipe):
-    outbox = SendQueue(pipe[0])
-    outbox.post(LARGE)
+    queue = SendQueue(pipe[0])
+    queue.post(LARGE)
     for number in range(10_000):
-        outbox.show(number)
+        queue.show(number)
     found = received(pipe[1], 9999)
     assert found[0] == LARGE
     assert len(found) == 2
-    outbox.close(ENOUGH)
+    queue.close(ENOUGH)
 
 
 def test_what_is_shown_before_a_message_arrives_before_it(pipe):
-    outbox = SendQueue(pipe[0])
-    outbox.post(LARGE)
-    outbox.show("old")
-    outbox.show("before")
-    outbox.post("answer")
-    outbox.show("after")
+    queue = SendQueue(pipe[0])
+    queue.post(LARGE)
+    queue.show("old")
+    queue.show("before")
+    queue.post("answer")
+    queue.show("after")
     assert received(pipe[1], "after")[1:] == ["before", "answer", "after"]
-    outbox.close(ENOUGH)
+    queue.close(ENOUGH)
 
 
 def test_a_message_is_copied_when_it_is_posted(pipe):
-    outbox = SendQueue(pipe[0])
+    queue = SendQueue(pipe[0])
     message = ["then"]
-    outbox.post(LARGE)
-    outbox.post(message)
+    queue.post(LARGE)
+    queue.post(message)
     message[0] = "now"
     assert received(pipe[1], ["then"])
-    outbox.close(ENOUGH)
+    queue.close(ENOUGH)
 
 
 def test_closing_sends_what_waits_and_ends_although_nobody_reads(pipe):
-    outbox = SendQueue(pipe[0])
-    outbox.post("last")
-    outbox.close(ENOUGH)
+    queue = SendQueue(pipe[0])
+    queue.post("last")
+    queue.close(ENOUGH)
     assert received(pipe[1], "last")
-    outbox = SendQueue(pipe[0])
-    outbox.post(LARGE)
-    outbox.close(0.01)
+    queue = SendQueue(pipe[0])
+    queue.post(LARGE)
+    queue.close(0.01)
     pipe[1].close()
 
 
 def test_a_reader_that_is_gone_is_no_failure(pipe):
-    outbox = SendQueue(pipe[0])
+    queue = SendQueue(pipe[0])
     pipe[1].close()
     for number in range(100):
-        outbox.post(number)
-        outbox.show(number)
-    outbox.close(ENOUGH)
+        queue.post(number)
+        queue.show(number)
+    queue.close(ENOUGH)

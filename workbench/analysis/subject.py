@@ -71,7 +71,7 @@ class Subject:
 
     @cached_property
     def forker(self) -> "Forker":
-        """What flies on from a checkpoint of the scenario's flight; building it takes half a second.
+        """What flies on from a checkpoint of the scenario's flight; built in half a second.
 
         Raises:
             WorkbenchError: if the scenario cannot be built.

@@ -133,14 +133,14 @@ class Forker:
 
 def fly_fork(
     scenario: Scenario,
-    checkpoint: Checkpoint,
+    instant: Checkpoint,  # the argument keeps the name that callers may have written
     branches: Sequence[Branch],
     duration: float,
     step: Step | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> tuple[FlownBranch, ...]:
     """Fly every branch from a checkpoint on, once; `Forker` is quicker the second time."""
-    return Forker(scenario).fly(checkpoint, branches, duration, step, stop)
+    return Forker(scenario).fly(instant, branches, duration, step, stop)
 
 
 def _never() -> bool:

@@ -100,19 +100,19 @@ class Flying:
         self.shown: Callable[[Snapshot, Pace], None] = lambda snapshot, pace: None
         self._next_report = now()
 
-    def run(self, inbox: Connection, wanted: Callable[[], bool]) -> None:
+    def run(self, connection: Connection, wanted: Callable[[], bool]) -> None:
         """Fly until told to close, or until the caller is gone.
 
         Args:
-            inbox: orders.
+            connection: orders.
             wanted: whether the caller is still there.
         """
         self.report()
         with closing(self._network):
             while wanted():
-                wait([inbox, *self._network.connections], self.wait())
+                wait([connection, *self._network.connections], self.wait())
                 try:
-                    orders = list(_received(inbox))
+                    orders = list(_received(connection))
                 except (EOFError, OSError):
                     return
                 self.obey([order for order in orders if isinstance(order, Order)])
@@ -285,9 +285,9 @@ class Flying:
         return Flown(self._session.recording(), self._session.samples(), again)
 
 
-def _received(inbox: Connection) -> Iterator[object]:
+def _received(connection: Connection) -> Iterator[object]:
     """Yield what has arrived, up to a bound; EOFError if the other side is gone."""
     for _ in range(MOST_ORDERS):
-        if not inbox.poll():
+        if not connection.poll():
             return
-        yield inbox.recv()
+        yield connection.recv()

@@ -1,16 +1,8 @@
 """Everything that a flight publishes, sample by sample, on its way to who draws it."""
 
-from typing import Protocol
-
 from workbench.link.backplane import Published
 from workbench.live.messages import Streamed
-
-
-class Offers(Protocol):
-    """What a stream needs of an send_queue."""
-
-    def offer(self, message: object) -> bool:
-        """Send a message unless too many wait; return whether it will be sent."""
+from workbench.live.send_queue import SendQueue
 
 
 class Stream:
@@ -24,7 +16,7 @@ class Stream:
 
     wanted = True
 
-    def __init__(self, send_queue: Offers) -> None:
+    def __init__(self, send_queue: SendQueue) -> None:
         self._send_queue = send_queue
         self._gathered: list[Published] = []
         self._lost = 0

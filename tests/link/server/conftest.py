@@ -113,12 +113,14 @@ class FakeClient:
     def __init__(self, room, address):
         self.room = room
         self.transport = FakeTransport()
-        self.session = room.hub.open(self.transport, address, "tcp")
+        self.kept = Decoder()
+        self.session = room.hub.open(self.transport, address, "tcp", self.kept)
         self._decoder = Decoder()
 
     def send(self, *frames):
         data = b"".join(f if isinstance(f, bytes) else f.to_bytes() for f in frames)
-        return self.room.hub.receive(self.session, data)
+        self.kept.keep(data)
+        return self.room.hub.receive(self.session, len(data))
 
     def go_on(self):
         return self.room.hub.receive(self.session)

@@ -14,7 +14,7 @@ LIMIT = 20.0
 """Generous: nothing here is a matter of time [s]."""
 
 
-class Guest(asyncio.Protocol):
+class Accepted(asyncio.Protocol):
     """Keeps its connection open."""
 
     def __init__(self, address, inside):
@@ -26,23 +26,23 @@ class Guest(asyncio.Protocol):
         self.inside.append(self)
 
 
-class House:
+class Station:
     """An acceptor with who came in, and clients that connect."""
 
     def __init__(self):
         self.inside = []
         self.refused = []
-        self.knocking = []
+        self.connecting = []
         self.acceptor = Acceptor(
             listen("127.0.0.1", 0),
-            lambda address: Guest(address, self.inside),
+            lambda address: Accepted(address, self.inside),
             lambda code, said: self.refused.append((code, said)),
             None,
         )
 
-    def knock(self, source):
+    def connect(self, source):
         end = socket.create_connection(self.acceptor.address, LIMIT, (source, 0))
-        self.knocking.append(end)
+        self.connecting.append(end)
         return end
 
     async def until(self, condition):
@@ -53,41 +53,41 @@ class House:
 
     async def close(self):
         await self.acceptor.close()
-        for guest in self.inside:
-            guest.transport.abort()
-        for end in self.knocking:
+        for accepted in self.inside:
+            accepted.transport.abort()
+        for end in self.connecting:
             end.close()
         await asyncio.sleep(0)
 
 
 def run(scenario):
-    async def housed():
-        house = House()
+    async def set_up():
+        station = Station()
         try:
-            await scenario(house)
+            await scenario(station)
         finally:
-            await house.close()
+            await station.close()
 
-    asyncio.run(housed())
+    asyncio.run(set_up())
 
 
 def test_an_address_has_so_many_and_gets_more_when_some_go(monkeypatch):
     monkeypatch.setattr(acceptor, "MOST_OF_A_NETWORK", 3)
 
-    async def scenario(house):
-        ends = [house.knock("127.0.0.2") for _ in range(5)]
-        await house.until(lambda: len(house.refused) == 2 and len(house.inside) == 3)
-        assert house.refused == [("too_many", "127.0.0.2: too many connections at once")] * 2
+    async def scenario(station):
+        ends = [station.connect("127.0.0.2") for _ in range(5)]
+        await station.until(lambda: len(station.refused) == 2 and len(station.inside) == 3)
+        assert station.refused == [("too_many", "127.0.0.2: too many connections at once")] * 2
         for end in ends[3:]:
             with contextlib.suppress(ConnectionResetError):
                 assert end.recv(1) == b""
-        house.knock("127.0.0.3")
-        await house.until(lambda: len(house.inside) == 4)
-        house.inside[0].transport.abort()
+        station.connect("127.0.0.3")
+        await station.until(lambda: len(station.inside) == 4)
+        station.inside[0].transport.abort()
         await asyncio.sleep(0)
-        house.knock("127.0.0.2")
-        await house.until(lambda: len(house.inside) == 5)
-        assert len(house.refused) == 2
+        station.connect("127.0.0.2")
+        await station.until(lambda: len(station.inside) == 5)
+        assert len(station.refused) == 2
 
     run(scenario)
 
@@ -95,10 +95,10 @@ def test_an_address_has_so_many_and_gets_more_when_some_go(monkeypatch):
 def test_there_are_so_many_in_all(monkeypatch):
     monkeypatch.setattr(acceptor, "MOST", 4)
 
-    async def scenario(house):
+    async def scenario(station):
         for n in range(6):
-            house.knock(f"127.0.0.{n + 2}")
-        await house.until(lambda: len(house.refused) == 2 and len(house.inside) == 4)
+            station.connect(f"127.0.0.{n + 2}")
+        await station.until(lambda: len(station.refused) == 2 and len(station.inside) == 4)
 
     run(scenario)
 
@@ -113,19 +113,19 @@ def test_there_are_so_many_in_all(monkeypatch):
     ],
 )
 def test_the_system_notices_when_the_other_side_is_no_more(level, option, least, most):
-    async def scenario(house):
-        house.knock("127.0.0.1")
-        await house.until(lambda: house.inside)
-        end = house.inside[0].transport.get_extra_info("socket")
+    async def scenario(station):
+        station.connect("127.0.0.1")
+        await station.until(lambda: station.inside)
+        end = station.inside[0].transport.get_extra_info("socket")
         assert least <= end.getsockopt(level, option) <= most
 
     run(scenario)
 
 
 def test_who_comes_in_is_known_by_its_address():
-    async def scenario(house):
-        end = house.knock("127.0.0.5")
-        await house.until(lambda: house.inside)
-        assert house.inside[0].address == f"127.0.0.5:{end.getsockname()[1]}"
+    async def scenario(station):
+        end = station.connect("127.0.0.5")
+        await station.until(lambda: station.inside)
+        assert station.inside[0].address == f"127.0.0.5:{end.getsockname()[1]}"
 
     run(scenario)

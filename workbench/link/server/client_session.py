@@ -99,7 +99,7 @@ class ClientSession:
         transport: its connection.
         address: host and port.
         kind: tcp, tls or websocket.
-        decoder: of what it sends.
+        decoder: keeps what it sends.
         policy: that holds for all clients.
         admission: who gets a place; this one has one as soon as it has a role.
         tell: sends a record to the flight without waiting.
@@ -161,10 +161,9 @@ class ClientSession:
         self._since = self._heard = self._moved = now
         self._unsent = 0
 
-    def feed(self, data: bytes, now: float) -> None:
-        """Keep what it has sent, any piece of it, until `work` is called."""
-        self._limiter.take(len(data), now)
-        self._decoder.keep(data)
+    def count_bytes(self, size: int, now: float) -> None:
+        """Count what it has sent."""
+        self._limiter.take(size, now)
 
     def work(self, now: float) -> int:
         """Do what the next frame asks for.

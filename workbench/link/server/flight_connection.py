@@ -62,7 +62,10 @@ class FlightConnection:
         """Send a record when the flight reads; a newer one may take its place before that."""
         match record:
             case Command():
-                self._coalesce(record)
+                if (older := self._superseded(record.peer)) is None:
+                    self._waiting.append(record)
+                else:
+                    self._waiting[older] = record
             case Gone(peer):
                 self._forget(peer)
                 if peer in self._known:
@@ -120,17 +123,16 @@ class FlightConnection:
         elif self._channel.has_more:
             self._loop.call_soon(self._read)
 
-    def _coalesce(self, command: Command) -> None:
-        """Let a command wait, in the place of the client's last one if that is not its first.
+    def _superseded(self, peer: int) -> int | None:
+        """Return the place of a client's last command if a newer one may take it, else None.
 
         The first one stays, as it may be the neutral one that a new holder begins with; and none
         comes before a request that it was sent after.
         """
-        own = [at for at, each in enumerate(self._waiting) if _is_of(each, command.peer)]
+        own = [at for at, each in enumerate(self._waiting) if _is_of(each, peer)]
         if len(own) > 1 and all(isinstance(self._waiting[at], Command) for at in own[-2:]):
-            self._waiting[own[-1]] = command
-        else:
-            self._waiting.append(command)
+            return own[-1]
+        return None
 
     def _forget(self, peer: int) -> None:
         """Leave out the commands of a client that is gone; what it asked for last still counts.

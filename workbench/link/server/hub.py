@@ -86,7 +86,7 @@ class Hub:
         self._told = clock()
 
     def open(
-        self, transport: Transport, address: str, kind: str, decoder: Decoder | None = None
+        self, transport: Transport, address: str, kind: str, decoder: Decoder
     ) -> ClientSession | None:
         """Say hello to a client; None if it is refused, which it was told then.
 
@@ -94,7 +94,7 @@ class Hub:
             transport: where the answers go.
             address: host and port of the client.
             kind: websocket, for instance.
-            decoder: of what it sends; one of plain frames if it is left out.
+            decoder: keeps what it sends, see `receive`.
         """
         now = self._clock()
         host = host_of(address)
@@ -112,7 +112,7 @@ class Hub:
             transport,
             address,
             kind,
-            decoder or Decoder(),
+            decoder,
             self.policy,
             self._admission,
             self._tell,
@@ -127,12 +127,12 @@ class Hub:
         self._changed = True
         return session
 
-    def receive(self, session: ClientSession, data: bytes | None = None) -> float:
-        """Take what a client has sent, and do what it asks for.
+    def receive(self, session: ClientSession, size: int | None = None) -> float:
+        """Do what a client asks for, by what its decoder keeps.
 
         Args:
             session: of the client.
-            data: that came; None after a pause, to go on with what came before.
+            size: bytes that have just come; None after a pause, when none have.
 
         Returns:
             how long to read nothing more from it [s]; then this is to be called again.
@@ -140,11 +140,11 @@ class Hub:
         if session.gone:
             return 0.0
         now = self._clock()
-        if data is not None:
-            session.feed(data, now)
+        if size is not None:
+            session.count_bytes(size, now)
         role, name = session.role, session.name
         try:
-            if not self._work(session, now) and data is not None:
+            if not self._work(session, now) and size is not None:
                 session.count_fragment()
         except Exception as error:  # a fault of ours must not reach the others
             self.failed(f"client {session.number}", error)

@@ -31,16 +31,16 @@ class SampleBuffer:
         rate: largest frames a second of each, None for all there are [1/s of simulated time].
 
     Attributes:
-        waiting: samples in all rings.
+        waiting: samples in all buffers.
         dropped: samples that went without being sent.
     """
 
     def __init__(self, topics: Iterable[Topic], rate: float | None) -> None:
-        self._rings: dict[int, deque[DataFrame]] = {
+        self._buffers: dict[int, deque[DataFrame]] = {
             topic.id: deque(maxlen=max(LEAST_KEPT, math.ceil(KEPT * topic.rate)))
             for topic in topics
         }
-        self._order = list(self._rings.values())
+        self._order = list(self._buffers.values())
         self._first = 0
         self._period = 0 if rate is None else round((1.0 - EARLY) * 1e9 / rate)
         self._last: dict[int, int] = {}
@@ -49,8 +49,8 @@ class SampleBuffer:
 
     def add(self, topic: int, t_ns: int, wall_ns: int, payload: bytes) -> None:
         """Keep a sample, if the client wants it."""
-        ring = self._rings.get(topic)
-        if ring is None:
+        buffer = self._buffers.get(topic)
+        if buffer is None:
             return
         if self._period:
             last = self._last.get(topic)
@@ -58,11 +58,11 @@ class SampleBuffer:
             if last is not None and 0 <= t_ns - last < self._period:
                 return
             self._last[topic] = t_ns
-        if len(ring) == ring.maxlen:
+        if len(buffer) == buffer.maxlen:
             self.dropped += 1
         else:
             self.waiting += 1
-        ring.append(DataFrame(topic, t_ns, wall_ns, payload))
+        buffer.append(DataFrame(topic, t_ns, wall_ns, payload))
 
     def thin(self, keep: int) -> None:
         """Drop the oldest samples where more wait than a client can be expected to read soon.
@@ -71,11 +71,11 @@ class SampleBuffer:
         """
         if self.waiting <= keep:
             return
-        filled = [ring for ring in self._order if ring]
+        filled = [buffer for buffer in self._order if buffer]
         share = max(1, keep // len(filled))
-        for ring in filled:
-            while len(ring) > share:
-                ring.popleft()
+        for buffer in filled:
+            while len(buffer) > share:
+                buffer.popleft()
                 self.dropped += 1
                 self.waiting -= 1
 
@@ -86,10 +86,10 @@ class SampleBuffer:
         most = min(most, self.waiting)
         at = self._first
         while len(taken) < most:
-            ring = self._order[at]
+            buffer = self._order[at]
             at = at + 1 if at + 1 < count else 0
-            if ring:
-                taken.append(ring.popleft())
+            if buffer:
+                taken.append(buffer.popleft())
         self._first = at
         self.waiting -= len(taken)
         return taken

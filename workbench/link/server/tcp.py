@@ -80,7 +80,8 @@ class TcpConnection(asyncio.Protocol):
             if self._dropped > MOST_DROPPED:
                 self.abort()
             return
-        self._pause(self._hub.receive(self._session, data))
+        self._decoder.keep(data)
+        self._pause(self._hub.receive(self._session, len(data)))
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._closing = True
