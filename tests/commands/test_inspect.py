@@ -10,7 +10,7 @@ from workbench.commands.cli import main
 from workbench.dynamics.air.settings import calm_air
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
-from workbench.plant.rotors import NOT_FLOWN
+from workbench.scenario.parameters import find_parameter
 
 URDF = """<robot name="plate"><link name="base">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.05"/></inertial>
@@ -101,11 +101,12 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
         "resistance": 0.02,
         "open_circuit_voltage": [[0.0, 9.0], [1.0, 12.0]],
     }
-    assert data["not_flown"] == [*NOT_FLOWN, "battery"]
+    assert data["not_flown"] == []
+    assert data["battery_duration"] == find_parameter("battery_duration").default
     assert main(["inspect", str(path)]) == 0
     said = capsys.readouterr().out
-    assert "read, and not flown yet" in said
-    assert "12 V full" in said
+    for words in ("1e-06 N per rad/s", "11 (r/4h)²", "0.0001 N s", "12 V full"):
+        assert words in said
     assert data["ground_clearance"] == vehicle.ground_clearance
 
 

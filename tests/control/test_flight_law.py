@@ -15,6 +15,7 @@ from workbench.control.flight_law import (
     packed_update,
     rotor_commands,
     unpacked,
+    yaw_moment,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.control.guidance import Guidance
@@ -60,6 +61,31 @@ def test_commands_are_law_mixer_and_root_in_a_row(vehicle, gains, random_signals
         signals = random_signals(rng)
         wanted = commands_in_a_row(vehicle, signals, gains)
         assert commands(signals, gains, constants) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_the_law_inverts_a_thrust_curve_with_a_linear_part(vehicle, gains, random_signals):
+    """It asks for the same thrusts as of rotors without, by speeds that make them."""
+    rng = np.random.default_rng(9)
+    rotors = []
+    for rotor in vehicle.rotors:
+        # as strong at most
+        linear = 0.2 * rotor.motor_constant * rotor.max_rot_velocity
+        square = 0.8 * rotor.motor_constant
+        rotors.append(
+            dataclasses.replace(rotor, motor_constant=square, linear_motor_constant=linear)
+        )
+    curved = dataclasses.replace(vehicle, rotors=tuple(rotors))
+    constants, plain = law_constants(curved), law_constants(vehicle)
+    assert constants.max_thrusts == pytest.approx(plain.max_thrusts, rel=1e-12)
+    constants = constants._replace(idle_thrusts=plain.idle_thrusts, drag=plain.drag)
+    for _ in range(50):
+        signals = random_signals(rng)
+        speeds = np.array(commands(signals, gains, constants))
+        made = rotors[0].motor_constant * speeds**2 + rotors[0].linear_motor_constant * speeds
+        plainly = np.array(commands(signals, gains, plain))
+        wanted = vehicle.rotors[0].motor_constant * plainly**2
+        assert made == pytest.approx(wanted, rel=1e-9)
+        assert yaw_moment(speeds, constants) == pytest.approx(yaw_moment(plainly, plain))
 
 
 def test_hovering_in_place_takes_the_hover_speeds(vehicle, gains):
@@ -198,7 +224,7 @@ def drag_wrench(state, speeds, pressure, rotors):
     """Return the wrench of drag alone in still air."""
     bare = [dataclasses.replace(rotor, motor_constant=0.0) for rotor in rotors]
     still, whole, none = [0.0] * 4, [1.0] * 4, [0.0] * 3
-    motion = (rotation(state[0:4]), state[7:10], state[10:13])
+    motion = (rotation(state[0:4]), state[7:10], state[10:13], state[6])
     rows = rotor_rows(bare, 0.0)
     return np.array(vehicle_wrench(*motion, speeds, still, whole, none, pressure, none, rows))
 

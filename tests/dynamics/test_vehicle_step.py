@@ -12,7 +12,14 @@ from pydrake.multibody.tree import BodyIndex
 
 from workbench.dynamics.rigid_body import rigid_body, rotation
 from workbench.dynamics.rotor_response import step_rotor
-from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle, vehicle_wrench
+from workbench.dynamics.vehicle_step import (
+    ANSWER,
+    FULL,
+    ROW,
+    rotor_rows,
+    step_vehicle,
+    vehicle_wrench,
+)
 
 MOTOR_CONSTANT = 8.54858e-06
 MOMENT_CONSTANT = 0.016
@@ -30,6 +37,7 @@ def wrench_of(rotors, speeds, w_B=NONE, slopes=None, shares=None) -> np.ndarray:
         rotation([1.0, 0.0, 0.0, 0.0]),
         w_B,
         NONE,
+        10.0,
         speeds,
         slopes or [0.0] * len(rotors),
         shares or [1.0] * len(rotors),
@@ -84,6 +92,101 @@ def test_a_weak_rotor_gives_its_share_and_one_that_has_stopped_all_while_it_runs
     assert found == pytest.approx(whole[0] + 0.25 * whole[1] + whole[2] + 1e-3 * whole[3])
 
 
+def level(rotor, height=10.0, climb=0.0, R_WB=None, speed=700.0) -> np.ndarray:
+    """Return force and moment about the origin of a rotor of a body that climbs, in B."""
+    return np.array(
+        vehicle_wrench(
+            R_WB or rotation([1.0, 0.0, 0.0, 0.0]),
+            NONE,
+            [0.0, 0.0, climb],
+            height,
+            [speed],
+            [0.0],
+            [1.0],
+            NONE,
+            0.0,
+            NONE,
+            rotor_rows([rotor], STEP),
+        )
+    )
+
+
+def test_a_climb_costs_thrust_and_a_descent_gives_it(vehicle):
+    """k w v along the axis, whose moment is about the hub's arm; drag torque is as at rest."""
+    rotor = dataclasses.replace(vehicle.rotors[0], rotor_drag_coefficient=0.0)
+    slow = dataclasses.replace(rotor, inflow_coefficient=2e-4)
+    for climb in (5.0, -3.0):
+        lost = 2e-4 * 700.0 * climb
+        x, y, _ = rotor.p_BR
+        change = level(slow, climb=climb) - level(rotor, climb=climb)
+        assert change == pytest.approx([0, 0, -lost, -y * lost, x * lost, 0], abs=1e-12)
+
+
+def test_near_the_ground_a_rotor_lifts_more(vehicle):
+    """By c (r / 4h)², h being the hub's height, 4/15 at most, and not where it points down."""
+    rotor = dataclasses.replace(
+        vehicle.rotors[0],
+        ground_effect_coefficient=11.4,
+        propeller_radius=0.12,
+        rotor_drag_coefficient=0.0,
+    )
+    thrust = rotor.motor_constant * 700.0**2
+    for height in (0.05, 0.1, 0.3, 1.0, 20.0):
+        hub = height + rotor.p_BR[2]
+        share = min(11.4 * (0.12 / (4.0 * hub)) ** 2, 4.0 / 15.0)
+        assert level(rotor, height)[2] == pytest.approx(thrust * (1.0 + share), rel=1e-12)
+    assert level(rotor, 0.05)[2] == pytest.approx(thrust * 19.0 / 15.0)
+    assert level(rotor, 0.0, speed=0.0)[2] == 0.0
+    upside_down = rotation([0.0, 1.0, 0.0, 0.0])
+    assert level(rotor, 0.3, R_WB=upside_down)[2] == pytest.approx(thrust, rel=1e-12)
+
+
+def test_thrust_with_a_linear_part_is_that_of_the_curve(vehicle):
+    """2e-3 w besides k w², and drag torque follows it."""
+    rotor = vehicle.rotors[0]
+    curved = dataclasses.replace(rotor, linear_motor_constant=2e-3)
+    thrust = rotor.motor_constant * 700.0**2 + 2e-3 * 700.0
+    found = level(curved)
+    assert found[2] == pytest.approx(thrust, rel=1e-12)
+    turning = -rotor.direction * rotor.moment_constant
+    assert found[5] == pytest.approx(turning * thrust, rel=1e-12)
+    assert curved.max_thrust == pytest.approx(level(curved, speed=curved.max_rot_velocity)[2])
+
+
+def test_a_weak_battery_lets_rotors_reach_less(vehicle):
+    """Command and limit times the voltage: 0.95 without load, less 0.02 at four rotors' power."""
+    rows = rotor_rows(vehicle.rotors, STEP)
+    body = rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed()
+    for command in (500.0, 5000.0):
+        speeds = np.full(4, 400.0)
+        share = np.nan
+        for _ in range(1024):
+            power = sum((r.motor_constant * 400.0**2) ** 1.5 for r in vehicle.rotors)
+            now = sum((r.motor_constant * speeds[0] ** 2) ** 1.5 for r in vehicle.rotors)
+            share = 0.95 - 0.02 * now / power
+            after = np.zeros(4)
+            step_vehicle(
+                [1.0, *[0.0] * 12],
+                [0.0] * 6,
+                speeds,
+                [command] * 4,
+                [1.0] * 4,
+                NONE,
+                [0.0] * 6,
+                0.0,
+                (0.95, 0.02 / power),
+                body,
+                rows,
+                STEP,
+                np.zeros(4),
+                np.zeros(4),
+                after,
+            )
+            speeds = after
+        most = min(command, vehicle.rotors[0].max_rot_velocity)
+        assert speeds == pytest.approx([share * most] * 4, abs=1e-6)
+
+
 def test_body_and_rotors_keep_their_angular_momentum(vehicle):
     """Without thrust and drag, whatever the rotors are commanded: 5 s, tumbling, axes that lean.
 
@@ -131,6 +234,7 @@ def test_body_and_rotors_keep_their_angular_momentum(vehicle):
             NONE,
             [0.0] * 6,
             0.0,
+            FULL,
             packed,
             rows,
             STEP,
@@ -181,6 +285,7 @@ def test_a_step_carries_derivatives(vehicle):
             [1.0, -2.0, 0.5],
             [0.1] * 6,
             0.02,
+            FULL,
             body,
             rows,
             STEP,
@@ -217,6 +322,7 @@ def test_a_rotor_keeps_within_its_limits(vehicle, command):
             NONE,
             [0.0] * 6,
             0.0,
+            FULL,
             body,
             rows,
             STEP,
@@ -227,4 +333,4 @@ def test_a_rotor_keeps_within_its_limits(vehicle, command):
         speeds = after
     limit = vehicle.rotors[0].max_rot_velocity
     assert speeds == pytest.approx([min(max(command, 0.0), limit)] * 4, abs=1e-6)
-    assert step_rotor(limit, limit, rows[0][15:24])[2] == pytest.approx(limit)
+    assert step_rotor(limit, limit, rows[0][ANSWER:ROW])[2] == pytest.approx(limit)

@@ -10,14 +10,21 @@ their axes a, which turn at d ω against the body (d is +1 counter-clockwise abo
 I has the rotors at a standstill in it. Every rotor gives, at its hub, whose velocity through the
 air has the part u across the axis,
 
-- thrust k ω² a,
-- drag torque -d c k ω² a,
+- thrust (T (1 + g) - f ω s) a with T = k ω² + l ω, s the hub's velocity through the air along a,
+  and g = e (r / 4 h)² at the height h of the hub, where a points upwards; no more than 4/15,
+- drag torque -d c T a,
 - RotorS' rotor drag -D ω u and rolling moment -R ω u (Furrer et al., RotorS, 2016, section 2.1),
 
 and the body, at the centre of mass, drag of half ρ A |v| v. A rotor's speed follows its command by
 a lag of first order whose two time constants blend around rest, as docs/descriptions.md says::
 
     dω/dt = u / τ_up + (e - u) / τ_down      e = command - ω      u = (e + sqrt(e² + b²) - b) / 2
+
+A battery of the charge q (from 1 to 0) and the capacity C has the voltage U(q) without load. The
+drone hovers for the duration D with it, drawing the current C / D and the power P_h; power is the
+sum of T^1.5::
+
+    dq/dt = -P / P_h / D      command = asked (U(q) - R C / D P / P_h) / U(1)
 
 All of it is one state, integrated by the fourth-order Runge-Kutta method.
 """
@@ -54,6 +61,12 @@ class ReferenceVehicle:
     drag_coefficients: np.ndarray
     rolling_coefficients: np.ndarray
     rotor_inertias: np.ndarray
+    linear_coefficients: np.ndarray
+    inflow_coefficients: np.ndarray
+    ground_coefficients: np.ndarray
+    radii: np.ndarray
+    battery: dict | None
+    battery_duration: float
     drag_area: float
     air_density: float
     gravity: float
@@ -82,10 +95,20 @@ class ReferenceVehicle:
             drag_coefficients=each("rotor_drag_coefficient"),
             rolling_coefficients=each("rolling_moment_coefficient"),
             rotor_inertias=each("inertia"),
+            linear_coefficients=each("linear_motor_constant"),
+            inflow_coefficients=each("inflow_coefficient"),
+            ground_coefficients=each("ground_effect_coefficient"),
+            radii=each("propeller_radius"),
+            battery=found["battery"],
+            battery_duration=found["battery_duration"],
             drag_area=found["drag_area"],
             air_density=found["air_density"],
             gravity=found["gravity"],
         )
+
+    def thrusts(self, speeds: np.ndarray) -> np.ndarray:
+        """Return the thrusts at rest far from the ground (..., n) [N]."""
+        return self.thrust_coefficients * speeds**2 + self.linear_coefficients * speeds
 
 
 @dataclass(frozen=True)
@@ -136,8 +159,29 @@ def speed_rates(vehicle: ReferenceVehicle, speeds: np.ndarray, commands: np.ndar
     return rising / vehicle.up + (error - rising) / vehicle.down
 
 
+def drawn(vehicle: ReferenceVehicle, speeds: np.ndarray) -> float:
+    """Return the power at rotor speeds (n) over that of hover."""
+    hover = (vehicle.thrusts(vehicle.hover_speeds) ** 1.5).sum()
+    return float((vehicle.thrusts(speeds) ** 1.5).sum() / hover)
+
+
+def voltage_share(vehicle: ReferenceVehicle, charge: float, speeds: np.ndarray) -> float:
+    """Return the battery's voltage under load over that of the full one without load."""
+    if vehicle.battery is None:
+        return 1.0
+    charges, voltages = np.array(vehicle.battery["open_circuit_voltage"]).T
+    current = vehicle.battery["capacity"] / vehicle.battery_duration * drawn(vehicle, speeds)
+    voltage = np.interp(charge, charges, voltages) - vehicle.battery["resistance"] * current
+    return float(voltage / voltages[-1])
+
+
 def air_loads(
-    vehicle: ReferenceVehicle, air_B: np.ndarray, w_B: np.ndarray, speeds: np.ndarray
+    vehicle: ReferenceVehicle,
+    air_B: np.ndarray,
+    w_B: np.ndarray,
+    speeds: np.ndarray,
+    up_B: np.ndarray,
+    height: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return force and moment about the centre of mass that the air makes, in B.
 
@@ -146,13 +190,19 @@ def air_loads(
         air_B: velocity of the centre of mass through the air [m/s].
         w_B: angular velocity [rad/s].
         speeds: of the rotors (n) [rad/s].
+        up_B: upwards (3).
+        height: of the centre of mass above the ground [m].
     """
     arms = vehicle.hubs - vehicle.com
-    thrusts = vehicle.thrust_coefficients * speeds**2
+    thrusts = vehicle.thrusts(speeds)
     hub_air = air_B + arms @ cross_matrix(w_B).T
     along = (hub_air * vehicle.axes).sum(axis=1)
     across = hub_air - along[:, None] * vehicle.axes
-    pulls = thrusts[:, None] * vehicle.axes
+    nearness = vehicle.ground_coefficients * (vehicle.radii / 4.0) ** 2
+    nearness = np.minimum(nearness / (height + arms @ up_B) ** 2, 4.0 / 15.0)
+    nearness = np.where(vehicle.axes @ up_B > 0.0, nearness, 0.0)
+    pushes = thrusts * (1.0 + nearness) - vehicle.inflow_coefficients * speeds * along
+    pulls = pushes[:, None] * vehicle.axes
     pulls -= (vehicle.drag_coefficients * speeds)[:, None] * across
     moment = np.cross(arms, pulls).sum(axis=0)
     moment -= (vehicle.turns * vehicle.moment_coefficients * thrusts) @ vehicle.axes
@@ -165,17 +215,22 @@ def air_loads(
 def derivatives(
     vehicle: ReferenceVehicle, x: np.ndarray, commands: np.ndarray, wind_W: np.ndarray
 ) -> np.ndarray:
-    """Return d/dt of q_WB, place of the centre of mass, w_WB_B, its velocity in W, and speeds."""
-    q, w, v_W, speeds = x[0:4], x[7:10], x[10:13], x[13:]
+    """Return d/dt of a state.
+
+    It is q_WB, place of the centre of mass, w_WB_B, its velocity in W, rotor speeds, and charge.
+    """
+    q, w, v_W, speeds, charge = x[0:4], x[7:10], x[10:13], x[13:-1], x[-1]
     R_WB = rotation(q)
-    force, moment = air_loads(vehicle, R_WB.T @ (v_W - wind_W), w, speeds)
+    force, moment = air_loads(vehicle, R_WB.T @ (v_W - wind_W), w, speeds, R_WB[2], x[6])
+    commands = voltage_share(vehicle, charge, speeds) * commands
     rates = speed_rates(vehicle, speeds, commands)
     turned = vehicle.rotor_inertias * vehicle.turns
     spin, spun_up = (turned * speeds) @ vehicle.axes, (turned * rates) @ vehicle.axes
     moment = moment - spun_up - cross_matrix(w) @ (vehicle.inertia @ w + spin)
     dv = R_WB @ force / vehicle.mass - [0.0, 0.0, vehicle.gravity]
     dw = np.linalg.solve(vehicle.inertia, moment)
-    return np.concatenate([quaternion_rate(q, w), v_W, dw, dv, rates])
+    used = drawn(vehicle, speeds) / vehicle.battery_duration
+    return np.concatenate([quaternion_rate(q, w), v_W, dw, dv, rates, [-used]])
 
 
 def fly(
@@ -213,7 +268,7 @@ def fly(
     q = q / np.sqrt(q @ q)
     R_WB = rotation(q)
     arm = R_WB @ vehicle.com
-    x = np.concatenate([q, p + arm, R_WB.T @ w_W, v + np.cross(w_W, arm), speeds])
+    x = np.concatenate([q, p + arm, R_WB.T @ w_W, v + np.cross(w_W, arm), speeds, [1.0]])
     command = begins[0]
     samples = [x]
     for index in range(count):
@@ -237,7 +292,7 @@ def _flight(
     for x in samples:
         R_WB = rotation(x[0:4])
         arm, w_W = R_WB @ vehicle.com, R_WB @ x[7:10]
-        rows.append((x[4:7] - arm, x[0:4], x[10:13] - np.cross(w_W, arm), w_W, x[13:]))
+        rows.append((x[4:7] - arm, x[0:4], x[10:13] - np.cross(w_W, arm), w_W, x[13:-1]))
     p, q, v, w, speeds = (np.array(part) for part in zip(*rows, strict=True))
     return ReferenceFlight(time, p, q, v, w, speeds)
 

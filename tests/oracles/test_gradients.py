@@ -1,5 +1,7 @@
 """Derivatives that the flight core carries, against central differences of the plain one."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
@@ -10,6 +12,7 @@ from workbench.control.guidance import Guidance, Reference
 from workbench.control.pd import Gains
 from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import vehicle_gains
+from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 
 STEP = 1e-6
@@ -54,6 +57,12 @@ class Core:
 @pytest.fixture(scope="module")
 def core(description):
     return Core(description)
+
+
+@pytest.fixture(scope="module")
+def effects():
+    here = Path(__file__).parent
+    return Core(read_description(here / "uneven_quad.urdf", rotors=here / "effects.rotors.yaml"))
 
 
 def differences(function, at: np.ndarray) -> np.ndarray:
@@ -102,6 +111,17 @@ def test_derivatives_by_state(core, seed):
     carried = core.carried(InitializeAutoDiff(state), reference, core.gains)
     wanted = differences(lambda x: core.derivatives(x, reference), state)
     assert np.abs(wanted).max() > 10.0
+    agree(jacobian(carried, 21), wanted)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:3])
+def test_derivatives_by_state_with_all_effects(effects, seed):
+    """A metre above the ground, with a thrust curve, inflow, and a battery that sags."""
+    state, reference = in_flight(effects, seed)
+    state[6] -= 8.0
+    carried = effects.carried(InitializeAutoDiff(state), reference, effects.gains)
+    wanted = differences(lambda x: effects.derivatives(x, reference), state)
+    assert np.abs(wanted[10:13, 6]).max() > 0.1
     agree(jacobian(carried, 21), wanted)
 
 

@@ -4,12 +4,15 @@ The reference knows the vehicle from what `workbench inspect --json` prints, and
 commands that were flown; so these also show that the two are enough to fly the same elsewhere.
 """
 
+import copy
+import dataclasses
 import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from reference_flight import (
     ReferenceVehicle,
     air_loads,
@@ -42,9 +45,9 @@ ANGLE = math.radians(0.5)
 def printed(capsys):
     """Return a vehicle as the reference reads it from what is printed."""
 
-    def read(model: str) -> ReferenceVehicle:
+    def read(model: str, *options: str) -> ReferenceVehicle:
         capsys.readouterr()
-        assert main(["inspect", model, "--json"]) == 0
+        assert main(["inspect", model, *options, "--json"]) == 0
         return ReferenceVehicle.from_json(capsys.readouterr().out)
 
     return read
@@ -56,7 +59,7 @@ def flown(tmp_path):
 
     def fly_commands(vehicle, start, time, speeds, duration=DURATION, **rates):
         table = tmp_path / "commands.csv"
-        thrusts = vehicle.thrust_coefficients * speeds**2
+        thrusts = vehicle.thrusts(speeds)
         np.savetxt(table, np.column_stack([time, thrusts]), delimiter=",", fmt="%.17g")
         return fly_open_loop(Scenario(duration=duration, rates=Rates(**rates), **start), table)
 
@@ -237,6 +240,53 @@ def test_a_payload_is_picked_up_and_dropped_as_in_the_reference(printed, model):
         speeds, began = leg.rotor_speeds[-1], began + duration
 
 
+EFFECTS = {
+    "linear": ("linear_motor_constant",),
+    "inflow": ("inflow_coefficient",),
+    "ground": ("ground_effect_coefficient", "propeller_radius"),
+    "battery": (),
+}
+"""Keys of what rotors may have, by effect; that of the battery is its own."""
+
+
+def test_each_effect_is_the_references(printed, flown, tmp_path, case):
+    """Alone and all together; with a coefficient off by an eighth it is another flight."""
+    whole = yaml.safe_load((Path(__file__).parent / "effects.rotors.yaml").read_text())
+    for wanted in (*((effect,) for effect in EFFECTS), tuple(EFFECTS)):
+        with case(wanted):
+            file = copy.deepcopy(whole)
+            for effect in EFFECTS.keys() - set(wanted):
+                for key in EFFECTS[effect]:
+                    del file["defaults"][key]
+            if "battery" not in wanted:
+                del file["battery"]
+            sidecar = tmp_path / "rotors.yaml"
+            sidecar.write_text(yaml.safe_dump(file))
+            vehicle = printed(UNEVEN, "--rotors", str(sidecar))
+            start = started(UNEVEN, (3.0, -2.0, 4.0), velocity=[1.0, -1.0, 5.0])
+            start["vehicle"].rotors = str(sidecar)
+            start["start"].position = [0.0, 0.0, 7.0]
+            time, commands = smooth_commands(vehicle, 5)
+            recording = flown(vehicle, start, time, commands, 2.0)
+            assert recording.p_WB[:, 2].min() > 1.0
+            given = (first_state(recording), commands[0], time, commands, 2.0)
+            reference = fly(vehicle, *given, sample=PERIOD)
+            place, angle = differences(recording, reference)
+            assert place < 1e-3 and angle < ANGLE / 10
+            for effect in wanted:
+                other = fly(off(vehicle, effect), *given, sample=PERIOD)
+                assert differences(recording, other)[0] > 2e-3, effect
+
+
+def off(vehicle, effect: str) -> ReferenceVehicle:
+    """Return a vehicle whose coefficient of an effect is an eighth too large."""
+    if effect == "battery":
+        battery = vehicle.battery | {"resistance": 1.125 * vehicle.battery["resistance"]}
+        return dataclasses.replace(vehicle, battery=battery)
+    name = f"{effect}_coefficients"
+    return dataclasses.replace(vehicle, **{name: 1.125 * getattr(vehicle, name)})
+
+
 class MujocoBody:
     """The vehicle in MuJoCo: a floating body, and the rotors as bodies that turn on hinges.
 
@@ -285,7 +335,7 @@ class MujocoBody:
 
     def rates(self, vehicle, x, commands, wind_W):
         """Return what `reference_flight.derivatives` does."""
-        q, p, w, v_W, speeds = np.split(x, [4, 7, 10, 13])
+        q, p, w, v_W, speeds, _ = np.split(x, [4, 7, 10, 13, -1])
         R_WB = rotation(q)
         rotor_rates = speed_rates(vehicle, speeds, commands)
         arm = R_WB @ self.com
@@ -295,7 +345,7 @@ class MujocoBody:
         data.qvel[3:6] = w
         data.qvel[6:] = vehicle.turns * speeds
         self.mujoco.mj_forward(model, data)
-        force, moment = air_loads(vehicle, R_WB.T @ (v_W - wind_W), w, speeds)
+        force, moment = air_loads(vehicle, R_WB.T @ (v_W - wind_W), w, speeds, R_WB[2], p[2])
         applied = np.zeros(model.nv)
         self.mujoco.mj_applyFT(model, data, R_WB @ force, R_WB @ moment, p, 1, applied)
         M = np.zeros((model.nv, model.nv))
@@ -306,7 +356,7 @@ class MujocoBody:
         dw = a[3:6]
         turning = np.cross(dw, self.com) + np.cross(w, np.cross(w, self.com))
         dv = a[0:3] + R_WB @ turning
-        return np.concatenate([quaternion_rate(q, w), v_W, dw, dv, rotor_rates])
+        return np.concatenate([quaternion_rate(q, w), v_W, dw, dv, rotor_rates, [0.0]])
 
 
 @VEHICLES

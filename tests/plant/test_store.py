@@ -13,10 +13,17 @@ from pydrake.systems.framework import DiagramBuilder
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.plant.rotors import NOT_FLOWN
 from workbench.plant.store import safe_name, stored_files
 
 DRONES = Path(__file__).parent.parent / "drones"
+STATED = (
+    "inertia",
+    "inflow_coefficient",
+    "ground_effect_coefficient",
+    "propeller_radius",
+    "linear_motor_constant",
+)
+"""Of a rotor, where it is."""
 INERTIAL = (
     """<inertial><mass value="0.01"/><inertia ixx="1e-6" iyy="3e-5" izz="3e-5"/></inertial>"""
 )
@@ -47,7 +54,7 @@ def assert_same(one, other):
         assert after.max_thrust == before.max_thrust
         assert after.moment_constant == before.moment_constant
         assert after.time_constant_down == before.time_constant_down
-        for name in ("inertia", *NOT_FLOWN):
+        for name in STATED:
             assert getattr(after, name) == getattr(before, name)
     assert (other.battery is None) == (one.battery is None)
     if one.battery:

@@ -46,6 +46,22 @@ def test_upright_rotors_have_the_bodys_own_frame_to_the_bit(dh_vehicle):
     assert frame.roll_pitch_yaw(angles) == angles
 
 
+def test_a_thrust_curve_with_a_linear_part_counts_everywhere(dh_vehicle):
+    """In hover, idling, and in how much thrust a change of speed makes."""
+    rotors = tuple(
+        dataclasses.replace(rotor, linear_motor_constant=1e-3) for rotor in dh_vehicle.rotors
+    )
+    frame = thrust_frame(dataclasses.replace(dh_vehicle, rotors=rotors))
+    k, most = rotors[0].motor_constant, rotors[0].max_rot_velocity
+    speeds = frame.hover_speeds
+    assert k * speeds**2 + 1e-3 * speeds == pytest.approx(frame.hover_thrusts, rel=1e-12)
+    strong = dataclasses.replace(dh_vehicle, rotors=rotors, mass=10.0 * dh_vehicle.mass)
+    idle = k * (0.1 * most) ** 2 + 1e-3 * 0.1 * most
+    assert thrust_frame(strong).idle_thrusts == pytest.approx([idle] * 4, rel=1e-12)
+    drag = rotors[0].moment_constant * (2.0 * k * speeds[0] + 1e-3)
+    assert frame.spin_up_time == pytest.approx(rotors[0].inertia / drag)
+
+
 def test_rotors_that_lean_against_each_other_lift_upright(dh_vehicle):
     frame = thrust_frame(inward(dh_vehicle, (0.0, 0.0, 0.0)))
     assert np.array_equal(frame.R_BT, np.eye(3))

@@ -1,9 +1,13 @@
 """Oracle: a hover that lasts its duration; power that goes with thrust to the 3/2."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from workbench.dynamics.vehicle_step import loaded, power_share
+from workbench.plant.battery import BatteryPack
 from workbench.systems.battery import PERIOD, Battery
 
 DURATION = 40.0
@@ -46,6 +50,33 @@ def test_duration_is_live(vehicle):
     assert 1.0 - charge_after(vehicle, 5.0, duration=80.0) == pytest.approx(
         0.5 * (1.0 - charge_after(vehicle, 5.0))
     )
+
+
+def test_voltage_follows_charge_and_current(vehicle):
+    """36 kC in 40 s of hover are 900 A, which take 0.9 V at 1 mOhm."""
+    pack = BatteryPack(36e3, 1e-3, ((0.0, 9.0), (0.5, 11.1), (1.0, 12.6)))
+    powered = dataclasses.replace(vehicle, battery=pack)
+    battery = Battery(vehicle=powered, duration=DURATION)
+    context = battery.CreateDefaultContext()
+    constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
+    hover = constants * vehicle.hover_speeds**2
+    for charge, voltage in ((1.0, 12.6), (0.5, 11.1), (0.25, 10.05), (0.0, 9.0)):
+        context.SetDiscreteState([charge])
+        supply = battery.GetOutputPort("supply").Eval(context)
+        assert supply[0] == pytest.approx(voltage / 12.6)
+        for part, current in ((1.0, 900.0), (2.0, 900.0 * 2.0**1.5)):
+            power = sum(power_share(part * thrust) for thrust in hover)
+            loaded_voltage = 12.6 * loaded(supply, power)
+            assert loaded_voltage == pytest.approx(voltage - 1e-3 * current)
+    assert loaded(supply, 1e9) == 0.0
+
+
+def test_a_battery_without_a_voltage_takes_nothing_from_the_rotors(vehicle):
+    battery = Battery(vehicle=vehicle, duration=DURATION)
+    context = battery.CreateDefaultContext()
+    context.SetDiscreteState([0.1])
+    supply = battery.GetOutputPort("supply").Eval(context)
+    assert loaded(supply, 1e9) == 1.0
 
 
 def test_charge_never_falls_below_empty(vehicle):

@@ -1,5 +1,6 @@
 """Oracle: the table as written."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -36,6 +37,14 @@ def test_thrusts_become_the_speeds_that_make_them(write, vehicle, header):
     assert constants * commands.speeds**2 == pytest.approx(
         np.array([[1.0, 2.0, 3.0, 4.0], [4.0, 3.0, 2.0, 1.0]])
     )
+
+
+def test_a_thrust_curve_with_a_linear_part_is_inverted(write, vehicle):
+    rotors = tuple(dataclasses.replace(r, linear_motor_constant=2e-3) for r in vehicle.rotors)
+    curved = dataclasses.replace(vehicle, rotors=rotors)
+    (speeds,) = load_rotor_commands(write("0,1,2,3,4\n"), curved).speeds
+    made = rotors[0].motor_constant * speeds**2 + 2e-3 * speeds
+    assert made == pytest.approx([1.0, 2.0, 3.0, 4.0])
 
 
 def test_a_row_holds_until_the_next_and_the_last_for_ever(write, vehicle):

@@ -13,7 +13,7 @@ from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.settings import AirSettings, calm_air
 from workbench.dynamics.air.update import push_at, wind_at
 from workbench.dynamics.rigid_body import rigid_body
-from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle
+from workbench.dynamics.vehicle_step import FULL, rotor_rows, step_vehicle
 from workbench.plant.multibody import add_plant
 from workbench.scenario.parameters import parameters_of
 from workbench.systems import vehicle_dynamics as module
@@ -86,6 +86,7 @@ def pure(spinning, vehicle, state, memory, commands, settings, number=0):
         wind,
         push_at(time, state, settings, STEP),
         0.5 * settings[17] * settings[18],
+        FULL,
         rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed(),
         rotor_rows(spinning.rotors, STEP),
         STEP,

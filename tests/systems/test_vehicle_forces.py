@@ -130,7 +130,7 @@ def test_its_forces_are_the_pure_ones_turned(forces, turning):
             for u, w, rotor in zip(commands, speeds, turning.rotors, strict=True)
         ]
         R_WB = rotation(state[:4])
-        motion = (R_WB, state[7:10], state[10:13])
+        motion = (R_WB, state[7:10], state[10:13], state[6])
         pressure = 0.5 * AREA * DENSITY
         wrench = vehicle_wrench(*motion, speeds, slopes, [1.0] * 4, wind, pressure, CENTRE, rows)
         R = np.array(R_WB).reshape(3, 3)
@@ -148,9 +148,9 @@ def test_area_and_density_are_live(forces):
     context = fixed(forces, *drawn(2))
     port = forces.GetOutputPort("forces")
     before = port.Eval(context).copy()
-    context.get_mutable_numeric_parameter(0).SetFromVector([2 * AREA, DENSITY])
+    context.get_mutable_numeric_parameter(0).SetFromVector([2 * AREA, DENSITY, 0.0])
     wider = port.Eval(context).copy()
-    context.get_mutable_numeric_parameter(0).SetFromVector([AREA, 2 * DENSITY])
+    context.get_mutable_numeric_parameter(0).SetFromVector([AREA, 2 * DENSITY, 0.0])
     assert np.abs(wider - before).max() > 0.1
     assert port.Eval(context) == pytest.approx(wider)
 

@@ -91,10 +91,9 @@ def _write(description: "Description", folder: Path) -> list[Path]:
 
 def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -> dict[str, Any]:
     """Return the vehicle in the field's plain words: all that its plant flies with, and more."""
-    from workbench.commands.inspect_text import not_flown
     from workbench.plant.drag import AIR_DENSITY, drag_area
     from workbench.plant.gravity import GRAVITY
-    from workbench.plant.rotors import NOT_FLOWN
+    from workbench.scenario.parameters import find_parameter
 
     hover = vehicle.hover_speeds
     return {
@@ -125,13 +124,17 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
                 "rotor_drag_coefficient": rotor.rotor_drag_coefficient,
                 "rolling_moment_coefficient": rotor.rolling_moment_coefficient,
                 "inertia": rotor.inertia,
-                **{name: getattr(rotor, name) for name in NOT_FLOWN},
+                "inflow_coefficient": rotor.inflow_coefficient,
+                "ground_effect_coefficient": rotor.ground_effect_coefficient,
+                "propeller_radius": rotor.propeller_radius,
+                "linear_motor_constant": rotor.linear_motor_constant,
                 "hover_speed": float(speed),
             }
             for rotor, speed in zip(vehicle.rotors, hover, strict=True)
         ],
         "battery": vehicle.battery,
-        "not_flown": not_flown(vehicle),
+        "battery_duration": find_parameter("battery_duration").default,
+        "not_flown": [],  # all that is read flies; programs may look the key up
         "sensors": [
             {
                 "type": sensor.type,

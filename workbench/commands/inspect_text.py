@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 from workbench.commands.printing import print_table
 from workbench.plant.drag import drag_area
 from workbench.plant.remarks import HEADINGS, Remark
-from workbench.plant.rotors import NOT_FLOWN
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
@@ -25,7 +24,6 @@ def print_description(
             print(f"  {doubt}")
     print(f"\nrotors ({len(vehicle.rotors)})")
     print_table(_rotors(vehicle), left=(0,))
-    _print_not_flown(vehicle)
     if vehicle.sensors:
         print(f"\nsensors ({len(vehicle.sensors)})")
         print_table(_sensors(vehicle), left=(0, 1, 2))
@@ -40,30 +38,6 @@ def print_parts(description: "Description") -> None:
     print_table([("mass", f"{sum(masses):.5g} kg"), ("rotors", str(len(description.rotors)))])
     _print_frames(description)
     _print_remarks(description)
-
-
-def not_flown(vehicle: "Vehicle") -> list[str]:
-    """Return the names of constants that are stated and that no flight uses yet."""
-    names = [name for name in NOT_FLOWN if any(getattr(each, name) for each in vehicle.rotors)]
-    return names + (["battery"] if vehicle.battery else [])
-
-
-def _print_not_flown(vehicle: "Vehicle") -> None:
-    """Print what is stated and that no flight uses yet; of rotors the first one's."""
-    names = not_flown(vehicle)
-    if not names:
-        return
-    print("\nread, and not flown yet")
-    rows = [
-        (name.replace("_", " "), f"{getattr(vehicle.rotors[0], name):.4g} {unit}")
-        for name, unit in NOT_FLOWN.items()
-        if name in names
-    ]
-    if vehicle.battery:
-        points = vehicle.battery.open_circuit_voltage
-        text = f"{vehicle.battery.capacity:.4g} C, {points[-1][1]:.4g} V full, {points[0][1]:.4g} V"
-        rows.append(("battery", f"{text} empty, {vehicle.battery.resistance:.3g} ohm"))
-    print_table(rows, left=(0, 1))
 
 
 def _print_frames(description: "Description") -> None:
@@ -102,6 +76,7 @@ def _body(vehicle: "Vehicle") -> list[tuple[str, str]]:
             f"{drag_area(vehicle.mass):.4g} m² of coefficient times area, estimated from the mass",
         ),
         ("rotor drag", _rotor_drag(vehicle)),
+        *_stated(vehicle),
         ("ground clearance", f"{vehicle.ground_clearance:.3f} m from {vehicle.base_link}"),
     ]
 
@@ -118,6 +93,22 @@ def _rotor_drag(vehicle: "Vehicle") -> str:
         return "not stated"
     each = found[0] if len(set(found)) == 1 else "; ".join(found)
     return f"{each} per rad/s of the rotor and m/s across its axis"
+
+
+def _stated(vehicle: "Vehicle") -> Iterator[tuple[str, str]]:
+    """Yield rows about what few descriptions state; of rotors the first one's constants."""
+    rotor = vehicle.rotors[0]
+    if rotor.linear_motor_constant:
+        yield "linear thrust", f"{rotor.linear_motor_constant:.4g} N s, besides that over ω²"
+    if rotor.inflow_coefficient:
+        yield "inflow", f"{rotor.inflow_coefficient:.4g} N per rad/s and m/s along the axis, lost"
+    if rotor.ground_effect_coefficient:
+        coefficient, radius = rotor.ground_effect_coefficient, rotor.propeller_radius
+        yield "ground effect", f"{coefficient:.4g} (r/4h)² of thrust, r = {radius:.4g} m"
+    if vehicle.battery:
+        points = vehicle.battery.open_circuit_voltage
+        text = f"{vehicle.battery.capacity:.4g} C, {points[-1][1]:.4g} V full, {points[0][1]:.4g} V"
+        yield "battery", f"{text} empty, {vehicle.battery.resistance:.3g} ohm"
 
 
 def _rotors(vehicle: "Vehicle") -> list[tuple[str, ...]]:

@@ -29,7 +29,7 @@ Signal = Any
 SOURCES = ("control", "dynamics", "plant/gravity.py")
 """What the compiled law stands in, below `workbench/`."""
 SPIN_UP = Gains._fields.index("spin_up_feedforward")
-BODY, ROTOR = 18, 11
+BODY, ROTOR = 18, 12
 """Numbers that the law knows of the body, and of each rotor, see `packed`."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
@@ -41,8 +41,9 @@ class LawConstants(NamedTuple):
     Mass [kg]; inertia xx, xy, xz, yy, yz, zz [kg·m²]; orientation w, x, y, z of the frame T that
     the vehicle hovers upright in, and place of the centre of mass in B [m]; drag as in
     `plant.drag.DragRates`; allocation from a wrench to thrusts and effects of thrusts on the
-    wrench, n rows of 4 each; idle and largest thrusts [N] and motor constants [N·s²], n each; and
-    by how much spin-up torque leads drag torque in yaw [s].
+    wrench, n rows of 4 each; idle and largest thrusts [N], motor constants [N·s²] and halves of
+    the rotors' `linear_speed` [rad/s], n each; and by how much spin-up torque leads drag torque in
+    yaw [s].
     Inertia, allocation and effects are for T, see `plant.thrust_frame`.
     """
 
@@ -56,6 +57,7 @@ class LawConstants(NamedTuple):
     idle_thrusts: Any
     max_thrusts: Any
     motor_constants: Any
+    half_linear_speeds: Any
     spin_up_time: float
 
 
@@ -88,13 +90,19 @@ def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstan
         idle_thrusts=frame.idle_thrusts.tolist(),
         max_thrusts=max_thrusts,
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
+        half_linear_speeds=[0.5 * rotor.linear_speed for rotor in vehicle.rotors],
         spin_up_time=frame.spin_up_time,
     )
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (18) of the body and (n, 11) of the rotors."""
-    columns = (constants.idle_thrusts, constants.max_thrusts, constants.motor_constants)
+    """Return constants as two arrays, (18) of the body and (n, 12) of the rotors."""
+    columns = (
+        constants.idle_thrusts,
+        constants.max_thrusts,
+        constants.motor_constants,
+        constants.half_linear_speeds,
+    )
     place = (*constants.q_BT, *constants.p_BoBcm_B)
     body = np.array(
         [constants.mass, *constants.inertia, *place, *constants.drag, constants.spin_up_time]
@@ -117,6 +125,7 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
         rotors[:, 8],
         rotors[:, 9],
         rotors[:, 10],
+        rotors[:, 11],
         body[17],
     )
 
@@ -212,7 +221,8 @@ def yaw_moment(commands: Signal, constants: LawConstants) -> Scalar:
     """Return the yaw moment that commanded speeds (n) make by drag, once reached [N·m]."""
     moment = 0.0
     for i in range(len(constants.effects)):
-        thrust = constants.motor_constants[i] * commands[i] * commands[i]
+        linear_speed = 2.0 * constants.half_linear_speeds[i]
+        thrust = constants.motor_constants[i] * commands[i] * (commands[i] + linear_speed)
         moment = moment + constants.effects[i][3] * thrust
     return moment
 
@@ -275,7 +285,12 @@ def rotor_commands(
         for i in range(n):
             commands[i] = constants.idle_thrusts[i] if shares[i] > 0.0 else 0.0
     for i in range(n):
-        commands[i] = speed_command(commands[i], constants.motor_constants[i], guidance[MOTORS])
+        commands[i] = speed_command(
+            commands[i],
+            constants.motor_constants[i],
+            constants.half_linear_speeds[i],
+            guidance[MOTORS],
+        )
     return wanted
 
 

@@ -11,8 +11,10 @@ from workbench.dynamics.air.settings import AirSettings
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 from workbench.plant.payload import payload_of
+from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameters_of
+from workbench.systems.battery import Battery
 from workbench.systems.vehicle_dynamics import VehicleDynamics
 
 
@@ -77,3 +79,23 @@ def add_airframe(
     )
     builder.Connect(dynamics.GetOutputPort("state"), state)
     return Airframe(dynamics, plant, scene_graph)
+
+
+def add_battery(
+    builder: DiagramBuilder, airframe: Airframe, vehicle: Vehicle, duration: float
+) -> Battery:
+    """Add the battery of an airframe, which weakens its rotors where the description states one.
+
+    Args:
+        builder: the diagram being built.
+        airframe: that it feeds.
+        vehicle: as the law knows it: with its hover the battery lasts the duration.
+        duration: of a hover on the full battery [s].
+    """
+    battery = builder.AddNamedSystem("battery", Battery(vehicle=vehicle, duration=duration))
+    dynamics = airframe.dynamics
+    thrusts = "static_thrusts" if dynamics.HasOutputPort("static_thrusts") else "thrusts"
+    builder.Connect(dynamics.GetOutputPort(thrusts), battery.GetInputPort("thrusts"))
+    if dynamics.HasInputPort("supply"):
+        builder.Connect(battery.GetOutputPort("supply"), dynamics.GetInputPort("supply"))
+    return battery

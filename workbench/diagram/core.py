@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from workbench.control.pd import Gains
-from workbench.diagram.airframe import Airframe, add_airframe
+from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
@@ -18,6 +18,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import parameters_of
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
+from workbench.systems.battery import voltage_drop
 from workbench.systems.controller import CascadedController_
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.vehicle_forces import VehicleForces, VehicleForces_
@@ -102,8 +103,7 @@ def _add_continuous_vehicle(
         VehicleForces_[float](
             description=description,
             p_BoBcm_B=laden(make_vehicle(description), payload).p_BoBcm_B,
-            drag_area=gains["drag_area"],
-            air_density=gains["air_density"],
+            **live_numbers(vehicle, gains),
         ),
     )
     builder.Connect(plant.get_state_output_port(), forces.GetInputPort("state"))
@@ -122,6 +122,8 @@ def add_sampled_core(
 ) -> tuple[Airframe, FlightComputer]:
     """Add the same core as it flies: stepped vehicle and sampled controller."""
     airframe = add_airframe(builder, description.undrawn(), gains, physics_step=rates.physics_step)
+    if vehicle.battery:
+        add_battery(builder, airframe, vehicle, gains["battery_duration"])
     return airframe, add_computer(builder, airframe, vehicle, gains, rates)
 
 
@@ -175,6 +177,17 @@ def _delayed(
     delay = builder.AddNamedSystem(name, DiscreteTimeDelay(period, periods - 1, port.size()))
     builder.Connect(port, delay.get_input_port())
     return delay.get_output_port()
+
+
+def live_numbers(vehicle: Vehicle, gains: Mapping[str, float]) -> dict[str, float]:
+    """Return numeric parameter 0 of `VehicleForces`, by name and in order."""
+    return {
+        "drag_area": gains["drag_area"],
+        "air_density": gains["air_density"],
+        "voltage_drop": (
+            voltage_drop(vehicle, gains["battery_duration"]) if vehicle.battery else 0.0
+        ),
+    }
 
 
 def parameter_values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:

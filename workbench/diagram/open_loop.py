@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from workbench.diagram.airframe import Airframe, add_airframe
+from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.dynamics.air.settings import calm_air
 from workbench.plant.description import Description
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
+from workbench.scenario.parameters import find_parameter
 from workbench.scenario.scenario import Rates
 from workbench.systems.moving_obstacles import add_moving_obstacles
 from workbench.systems.recorder import Recorder, add_recorder
@@ -33,6 +34,8 @@ def make_open_loop(
 ) -> OpenLoop:
     """Return the airframe with a table of rotor commands in the controller's place, and recorder.
 
+    There is a battery where the description states one.
+
     Rotors take their commands at every physics step, as a table's rows may begin at any time. Of a
     world there is what stands still; what moves touches nothing.
     """
@@ -42,6 +45,8 @@ def make_open_loop(
         builder, description.undrawn(), calm, physics_step=rates.physics_step, world=world
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
+    if vehicle.battery:
+        add_battery(builder, airframe, vehicle, find_parameter("battery_duration").default)
     playback = builder.AddNamedSystem("rotor_playback", make_rotor_playback(commands))
     builder.Connect(playback.get_output_port(), airframe.commands)
     recorder = add_recorder(

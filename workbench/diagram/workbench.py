@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.control.flight_mode import Settings
-from workbench.diagram.airframe import Airframe, add_airframe
+from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
@@ -23,7 +23,6 @@ from workbench.plant.vehicle import Vehicle
 from workbench.plant.vehicle_frames import frames_in_world
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.scenario import Rates
-from workbench.systems.battery import Battery
 from workbench.systems.bridge import Bridge
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.frame_poses import FramePoses
@@ -117,16 +116,13 @@ def make_workbench(
             wall_period=_wall_period(rates) if world.names else None,
         ),
     )
-    battery = builder.AddNamedSystem(
-        "battery", Battery(vehicle=vehicle, duration=gains["battery_duration"])
-    )
+    battery = add_battery(builder, airframe, vehicle, gains["battery_duration"])
     builder.Connect(reference, computer.GetInputPort("reference"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
     builder.Connect(airframe.state, modes.GetInputPort("state"))
     builder.Connect(reference, modes.GetInputPort("reference"))
     builder.Connect(pilot.GetOutputPort("request"), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
-    builder.Connect(airframe.dynamics.GetOutputPort("thrusts"), battery.GetInputPort("thrusts"))
     signals = airframe.signals(computer.GetOutputPort("commands")) | {
         "reference": reference,
         "mode": modes.GetOutputPort("mode"),

@@ -1,8 +1,9 @@
 """How a rotor answers its command: pure functions of scalars, as the control law is.
 
 The speed w follows the command u with dw/dt = (u - w) / time constant, faster up than down, as
-Gazebo's motor model has it; thrust is motor_constant w². The two time constants meet smoothly at
-u = w, where a linear model of hover needs one rate: with the error e = u - w,
+Gazebo's motor model has it; thrust is motor_constant w (w + linear_speed), see `plant.rotors`. The
+two time constants meet smoothly at u = w, where a linear model of hover needs one rate: with the
+error e = u - w,
 
     dw/dt = e s / up + e (1 - s) / down,  s = (1 + (e² / (e² + BLEND²))^(3/2) sign e) / 2
 
@@ -51,9 +52,18 @@ def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
 
 
 @register_jitable
-def speed_command(thrust: Scalar, motor_constant: Scalar, motors: Scalar) -> Scalar:
-    """Return the speed [rad/s] that makes a thrust [N]; `motors` 0 is off, see `Guidance`."""
-    return motors * (thrust / motor_constant) ** 0.5
+def speed_command(thrust: Scalar, motor_constant: Scalar, half: Scalar, motors: Scalar) -> Scalar:
+    """Return the speed [rad/s] that makes a thrust [N].
+
+    It is the root of motor_constant w (w + 2 half) = thrust that is not negative.
+
+    Args:
+        thrust: wanted [N].
+        motor_constant: see `plant.rotors.Rotor` [N·s²].
+        half: of the rotor's `linear_speed` [rad/s].
+        motors: 0 is off, see `Guidance`.
+    """
+    return motors * ((half * half + thrust / motor_constant) ** 0.5 - half)
 
 
 @register_jitable(forceinline=True)

@@ -2,16 +2,33 @@
 
 One source runs with floats, converts to AutoDiffXd, and compiles with numba. A rotor at p_BR with
 the unit axis n turns with the speed w; J is the moment of inertia of what turns about n, and d is
-+1 where it turns counter-clockwise. It acts on the body with
++1 where it turns counter-clockwise. With T = motor_constant w² + linear_motor_constant w, it acts
+on the body with
 
-    thrust            motor_constant w² n, at p_BR
-    drag torque       -d moment_constant motor_constant w² n
+    thrust            (T (1 + g) - inflow_coefficient w u) n, at p_BR
+    drag torque       -d moment_constant T n
     spin-up torque    -d J (dw/dt) n
     gyroscopic moment -w_WB x h, with its angular momentum h = d J w n
 
 (Mahony, Kumar and Corke, "Multirotor Aerial Vehicles", IEEE Robotics & Automation Magazine, 2012,
 equations 4 to 8; the inertia of the body has the rotors in it), and with the air's drag, see
 `air.drag`.
+
+Inflow: u is the hub's velocity through the air along n. The loss of thrust over w u is `k_z` of
+RotorPy (Folk, Paulos and Kumar, "RotorPy", 2023) and `drag_coeff_z` of gym-pybullet-drones, after
+Forster, "System Identification of the Crazyflie 2.0 Nano Quadrocopter", ETH Zurich, 2015.
+
+Ground effect: g = c (r / 4h)² at the height h of the hub above the ground, where n points upwards.
+It is what Cheeseman and Bennett, "The Effect of the Ground on a Helicopter Rotor in Forward
+Flight", ARC R&M 3021, 1955, have to first order, with c for several rotors over a body (Shi et al.,
+"Neural Lander", ICRA 2019). As in gym-pybullet-drones, g is 4/15 at most. The drag torque knows of
+neither, as in both simulators.
+
+A rotor that is commanded to turn with the speed w goes to s w, with s for the battery's voltage
+under load over that of the full battery without load, and so does its largest speed. Speed
+controllers of hobby motors set a share of the voltage, no speed: thrust at a command goes with s²
+in ArduPilot's simulator (SIM_Motor.cpp, `voltage_scale`), and flight controllers that make up for
+it divide their outputs by s (`vbat_sag_compensation` of Betaflight). Our law does not.
 """
 
 from collections.abc import Sequence
@@ -21,7 +38,15 @@ import numpy as np
 from numba.extending import register_jitable
 
 from workbench.dynamics.air.drag import Wrench, body_drag, cross, with_rotor_drag
-from workbench.dynamics.rigid_body import Six, State, accelerations, into_body, middle, moved
+from workbench.dynamics.rigid_body import (
+    Six,
+    State,
+    accelerations,
+    into_body,
+    middle,
+    moved,
+    rotation,
+)
 from workbench.dynamics.rotor_response import CONSTANTS, rotor_constants, step_rotor, within
 from workbench.plant.rotors import Rotor
 
@@ -33,10 +58,18 @@ THRUST = 8
 """Place in a rotor's row of force and moment over squared speed (6)."""
 MOMENTUM = 14
 """Place of angular momentum over speed."""
-ANSWER = 15
+LINEAR, CONSTANT, INFLOW, GROUND = range(15, 19)
+"""Places of the linear speed, see `plant.rotors.Rotor`, and of what a change of thrust takes."""
+ANSWER = 19
 """Place of what `rotor_response.rotor_constants` has (7)."""
 ROW = ANSWER + CONSTANTS
-"""Size of a rotor's row, 22."""
+"""Size of a rotor's row, 26."""
+MOST_GROUND_EFFECT = 4.0 / 15.0
+"""Of thrust."""
+FULL = (1.0, 0.0)
+"""A supply whose voltage is always that of the full battery, see `voltage_share`."""
+_TINY = 1e-30
+"""Added where a root of 0 would have no derivative."""
 
 Load = tuple[Scalar, ...]
 """What acts on a body, in B (9): force [N], moment about its origin [N·m], and the rotors' angular
@@ -44,11 +77,13 @@ momentum [N·m·s], whose gyroscopic moment is not in the moment yet."""
 
 
 def rotor_rows(rotors: Sequence[Rotor], step: float) -> np.ndarray:
-    """Return a row of 22 for each rotor, all vectors in B.
+    """Return a row of 26 for each rotor, all vectors in B.
 
     Hub [m] and axis (6); drag and rolling-moment coefficient (2); force and moment about the
     origin over squared speed (6) [N·s², N·m·s²]; angular momentum along the axis over speed
-    [kg·m²]; and its answer over a step [s], see `rotor_response.rotor_constants` (7).
+    [kg·m²]; linear speed [rad/s], motor constant [N·s²], inflow coefficient, and share of ground
+    effect times squared height [m²]; and its answer over a step [s], see
+    `rotor_response.rotor_constants` (7).
     """
     return np.array([_row(rotor, step) for rotor in rotors])
 
@@ -64,6 +99,10 @@ def _row(rotor: Rotor, step: float) -> list[float]:
         *(rotor.motor_constant * axis),
         *(rotor.motor_constant * moment),
         rotor.direction * rotor.inertia,
+        rotor.linear_speed,
+        rotor.motor_constant,
+        rotor.inflow_coefficient,
+        rotor.ground_effect_coefficient * (rotor.propeller_radius / 4.0) ** 2,
         *rotor_constants(rotor, step),
     ]
 
@@ -81,6 +120,8 @@ def given(share: Scalar) -> Scalar:
 def with_thrust(load: Load, speed: Scalar, slope: Scalar, share: Scalar, rotor: Signal) -> Load:
     """Return a load with thrust, drag torque, spin-up torque and angular momentum of a rotor.
 
+    The thrust is that in still air far from the ground, see `thrust_change`.
+
     Args:
         load: see `Load`.
         speed: of the rotor [rad/s].
@@ -91,7 +132,7 @@ def with_thrust(load: Load, speed: Scalar, slope: Scalar, share: Scalar, rotor: 
     f_x, f_y, f_z, m_x, m_y, m_z, h_x, h_y, h_z = load
     n_x, n_y, n_z = rotor[3:6]
     e_x, e_y, e_z, t_x, t_y, t_z = rotor[THRUST:MOMENTUM]
-    square = share * speed * speed
+    square = share * speed * (speed + rotor[LINEAR])
     spin_up = rotor[MOMENTUM] * slope
     momentum = rotor[MOMENTUM] * speed
     return (
@@ -105,6 +146,125 @@ def with_thrust(load: Load, speed: Scalar, slope: Scalar, share: Scalar, rotor: 
         h_y + momentum * n_y,
         h_z + momentum * n_z,
     )
+
+
+@register_jitable(forceinline=True)
+def static_thrust(speed: Scalar, share: Scalar, rotor: Signal) -> Scalar:
+    """Return a rotor's thrust at rest far from the ground [N]; see `with_thrust`."""
+    return share * rotor[CONSTANT] * (speed * (speed + rotor[LINEAR]))
+
+
+@register_jitable(forceinline=True)
+def thrust_change(
+    v_B: Signal,
+    w_B: Signal,
+    up_B: Signal,
+    height: Scalar,
+    speed: Scalar,
+    share: Scalar,
+    rotor: Signal,
+) -> Scalar:
+    """Return by how much inflow and ground change a rotor's thrust [N].
+
+    Args:
+        v_B: velocity of the origin relative to the air, in B (3) [m/s].
+        w_B: angular velocity in B (3) [rad/s].
+        up_B: upwards in B (3).
+        height: of the origin above the ground [m].
+        speed: of the rotor [rad/s].
+        share: of its thrust that it gives.
+        rotor: its row, see `rotor_rows`.
+    """
+    p_x, p_y, p_z = rotor[0:3]
+    n_x, n_y, n_z = rotor[3:6]
+    linear, constant, inflow, ground = rotor[LINEAR:ANSWER]
+    u_x, u_y, u_z = up_B
+    s_x, s_y, s_z = cross(w_B, (p_x, p_y, p_z))
+    along = (s_x + v_B[0]) * n_x + (s_y + v_B[1]) * n_y + (s_z + v_B[2]) * n_z
+    hub = height + u_x * p_x + u_y * p_y + u_z * p_z
+    square = hub * hub
+    least = ground / MOST_GROUND_EFFECT + _TINY
+    if square < least:
+        square = least
+    near = ground / square
+    if u_x * n_x + u_y * n_y + u_z * n_z <= 0.0:
+        near = 0.0
+    return share * speed * (near * constant * (speed + linear) - inflow * along)
+
+
+@register_jitable(forceinline=True)
+def with_thrust_change(wrench: Wrench, change: Scalar, rotor: Signal) -> Wrench:
+    """Return a wrench about the origin in B (6) with a change of a rotor's thrust [N]."""
+    f_x, f_y, f_z, m_x, m_y, m_z = wrench
+    n_x, n_y, n_z = rotor[3:6]
+    c_x = change * n_x
+    c_y = change * n_y
+    c_z = change * n_z
+    t_x, t_y, t_z = cross(rotor[0:3], (c_x, c_y, c_z))
+    return f_x + c_x, f_y + c_y, f_z + c_z, m_x + t_x, m_y + t_y, m_z + t_z
+
+
+def rotor_thrusts(
+    state: Signal, speeds: Signal, shares: Signal, wind_W: Signal, rotors: Signal
+) -> list[Scalar]:
+    """Return the thrusts of rotors (n) [N].
+
+    Args:
+        state: of the body (13), see `rigid_body.State`.
+        speeds: of the rotors (n) [rad/s].
+        shares: of their thrust that they give (n).
+        wind_W: velocity of the air in W (3) [m/s].
+        rotors: n rows, see `rotor_rows`.
+    """
+    R_WB = rotation(state[0:4])
+    w_B = into_body(R_WB, state[7:10])
+    v_B = into_body(R_WB, [v - air for v, air in zip(state[10:13], wind_W, strict=True)])
+    return [
+        static_thrust(speed, share, row)
+        + thrust_change(v_B, w_B, R_WB[6:9], state[6], speed, share, row)
+        for speed, share, row in zip(speeds, shares, rotors, strict=True)
+    ]
+
+
+@register_jitable
+def changes_thrust(rotor: Signal) -> bool:
+    """Return whether inflow or ground change the thrust of a rotor, given its row."""
+    return bool(rotor[INFLOW] != 0.0 or rotor[GROUND] != 0.0)
+
+
+@register_jitable(forceinline=True)
+def power_share(thrust: Scalar) -> Scalar:
+    """Return a thrust [N] to the 3/2, with which a rotor's power goes, see `battery.Battery`."""
+    return thrust * (thrust + _TINY) ** 0.5
+
+
+@register_jitable(forceinline=True)
+def loaded(supply: Signal, power: Scalar) -> Scalar:
+    """Return the voltage under load over that of the full battery without load.
+
+    Args:
+        supply: voltage without load, and what it falls by over power, both over the full one's
+            without load [1, N^-3/2].
+        power: sum of the rotors' `power_share` [N^3/2].
+    """
+    share = supply[0] - supply[1] * power
+    if share < 0.0:
+        share = 0.0
+    return share
+
+
+@register_jitable
+def voltage_share(speeds: Signal, shares: Signal, supply: Signal, rotors: Signal) -> Scalar:
+    """Return `loaded` of what rotors draw that turn with speeds (n) [rad/s].
+
+    The arguments are those of `vehicle_wrench` and `loaded`.
+    """
+    power = 0.0
+    if supply[1] > 0.0:
+        for i in range(len(rotors)):
+            thrust = static_thrust(speeds[i], given(shares[i]), rotors[i])
+            power = power + power_share(thrust)
+    return loaded(supply, power)
 
 
 @register_jitable(forceinline=True)
@@ -125,6 +285,7 @@ def vehicle_wrench(
     R_WB: Signal,
     w_WB_W: Signal,
     v_WB_W: Signal,
+    height: Scalar,
     speeds: Signal,
     slopes: Signal,
     shares: Signal,
@@ -139,6 +300,7 @@ def vehicle_wrench(
         R_WB: orientation, row by row (9).
         w_WB_W: angular velocity in W (3) [rad/s].
         v_WB_W: velocity of the origin in W (3) [m/s].
+        height: of the origin above the ground [m].
         speeds: of the rotors (n) [rad/s].
         slopes: of their speeds (n) [rad/s²].
         shares: of their thrust that rotors give, see `given` (n).
@@ -153,8 +315,19 @@ def vehicle_wrench(
     for i in range(len(rotors)):
         row = rotors[i]
         load = with_thrust(load, speeds[i], slopes[i], given(shares[i]), row)
-        load = with_rotor_drag(load[0:6], v_B, w_B, speeds[i], row) + load[6:9]
+        wrench = with_rotor_drag(load[0:6], v_B, w_B, speeds[i], row)
+        if changes_thrust(row):
+            share = given(shares[i])
+            change = thrust_change(v_B, w_B, R_WB[6:9], height, speeds[i], share, row)
+            wrench = with_thrust_change(wrench, change, row)
+        load = wrench + load[6:9]
     return whole_wrench(load, w_B)
+
+
+@register_jitable(forceinline=True)
+def middle_height(height: Scalar, climb: Scalar, acceleration: Scalar, step: float) -> Scalar:
+    """Return the height at the middle of a step [m], from height, climb rate and its slope."""
+    return height + 0.5 * step * (climb + 0.25 * step * acceleration)
 
 
 @register_jitable
@@ -167,6 +340,7 @@ def step_vehicle(
     wind_W: Signal,
     push_W: Signal,
     pressure: Scalar,
+    supply: Signal,
     body: Signal,
     rotors: Signal,
     step: float,
@@ -185,6 +359,7 @@ def step_vehicle(
         wind_W: velocity of the air in W (3) [m/s].
         push_W: a further force in W and moment about the origin in W (6) [N, N·m].
         pressure: see `vehicle_wrench`.
+        supply: of the battery, see `loaded`.
         body: see `rigid_body.RigidBody` (16).
         rotors: n rows, see `rotor_rows`.
         step: its length [s].
@@ -192,14 +367,16 @@ def step_vehicle(
         slopes: n places for their slopes [rad/s²].
         next_speeds: n places for speeds at its end [rad/s].
     """
+    voltage = voltage_share(speeds, shares, supply, rotors)
     for i in range(len(rotors)):
         constants = rotors[i][ANSWER:ROW]
-        command = within(commands[i], constants[0])
+        command = voltage * within(commands[i], constants[0])
         middles[i], slopes[i], next_speeds[i] = step_rotor(command, speeds[i], constants)
     R_WB, w_W, v_W = middle(state, last, step)
     p_BoBcm_B = body[13:16]
+    height = middle_height(state[6], state[12], last[5], step)
     wrench = vehicle_wrench(
-        R_WB, w_W, v_W, middles, slopes, shares, wind_W, pressure, p_BoBcm_B, rotors
+        R_WB, w_W, v_W, height, middles, slopes, shares, wind_W, pressure, p_BoBcm_B, rotors
     )
     f_x, f_y, f_z, m_x, m_y, m_z = wrench
     p_x, p_y, p_z = into_body(R_WB, push_W[0:3])

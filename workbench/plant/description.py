@@ -44,7 +44,7 @@ class Description:
         rotors: in the order in which every thrust or speed vector of the project lists them.
         sensors: those that are used.
         remarks: what was repaired, assumed, missing or left unused.
-        battery: where it is stated; no flight uses it yet.
+        battery: where it is stated; its voltage weakens the rotors.
     """
 
     source: Path

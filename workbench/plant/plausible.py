@@ -164,8 +164,9 @@ def _of_spinning(vehicle: Vehicle, rotor: Rotor) -> str:
 
 
 def _diameter(rotor: Rotor) -> float:
-    """Return about how large a rotor's propeller is [m]."""
-    return propeller_diameter(rotor.motor_constant)
+    """Return about how large a rotor's propeller is [m], by its thrust at the largest speed."""
+    linear = rotor.linear_motor_constant / rotor.max_rot_velocity
+    return propeller_diameter(rotor.motor_constant + linear)
 
 
 def _longest_arm(vehicle: Vehicle) -> Rotor:

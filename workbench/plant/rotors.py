@@ -20,15 +20,6 @@ PROPELLER_DENSITY = 0.75
 """Mass of a propeller of two blades over the cube of its diameter [kg/m³]: 12 g at 10 in."""
 
 
-NOT_FLOWN = {
-    "inflow_coefficient": "N per rad/s and m/s",
-    "ground_effect_coefficient": "",
-    "propeller_radius": "m",
-    "linear_motor_constant": "N s",
-}
-"""Constants that are read, shown and stored, and that no flight uses yet; with their units."""
-
-
 @dataclass(frozen=True)
 class Rotor:
     """One rotor, with the constants of Gazebo's motor model.
@@ -53,13 +44,14 @@ class Rotor:
         inertia: about the spin axis, of all that turns [kg·m²]; 0 where nothing states it.
         inflow_coefficient: thrust lost, over speeds of the rotor and of the hub through the air
             along the axis [N / (rad/s · m/s)]; `k_z` of RotorPy, `drag_coeff_z` of
-            gym-pybullet-drones.
+            gym-pybullet-drones. See `dynamics.vehicle_step`.
         ground_effect_coefficient: c of the share c (r / 4h)² by which thrust grows at the height h
             above the ground, r being the propeller's radius; `gnd_eff_coeff` of
-            gym-pybullet-drones.
+            gym-pybullet-drones. See `dynamics.vehicle_step`.
         propeller_radius: r of the ground effect [m].
         linear_motor_constant: thrust over speed, besides that over squared speed [N·s]: for a
-            measured curve that is not exactly quadratic.
+            measured curve that is not exactly quadratic, as those of the UIUC propeller data base,
+            whose coefficient of thrust grows with the speed.
     """
 
     name: str
@@ -85,7 +77,16 @@ class Rotor:
     @property
     def max_thrust(self) -> float:
         """Thrust at the largest speed [N]."""
-        return self.motor_constant * self.max_rot_velocity**2
+        most = self.max_rot_velocity
+        return self.motor_constant * most**2 + self.linear_motor_constant * most
+
+    @property
+    def linear_speed(self) -> float:
+        """Speed at which the linear part of thrust is as large as the squared one [rad/s].
+
+        With w for the speed, thrust is motor_constant w (w + linear_speed).
+        """
+        return self.linear_motor_constant and self.linear_motor_constant / self.motor_constant
 
     @property
     def lifts(self) -> bool:

@@ -66,13 +66,19 @@ class ThrustFrame:
     @property
     def hover_speeds(self) -> np.ndarray:
         """Rotor speeds that hold the vehicle still, (n) [rad/s]."""
-        return np.sqrt(self.hover_thrusts / [rotor.motor_constant for rotor in self.rotors])
+        constants = np.array([rotor.motor_constant for rotor in self.rotors])
+        half = 0.5 * np.array([rotor.linear_speed for rotor in self.rotors])
+        speeds: np.ndarray = np.sqrt(half**2 + self.hover_thrusts / constants) - half
+        return speeds
 
     @property
     def idle_thrusts(self) -> np.ndarray:
         """Least thrusts of rotors that turn, (n) [N]; 0 for those that do not lift."""
         most = np.array([rotor.max_thrust for rotor in self.rotors])
-        return np.minimum(IDLE_SPEED_SHARE**2 * most, IDLE_HOVER_SHARE * self.hover_thrusts)
+        linear = np.array([r.linear_motor_constant * r.max_rot_velocity for r in self.rotors])
+        # the linear part falls with the speed, all else with its square
+        idle = IDLE_SPEED_SHARE**2 * most + IDLE_SPEED_SHARE * (1.0 - IDLE_SPEED_SHARE) * linear
+        return np.minimum(idle, IDLE_HOVER_SHARE * self.hover_thrusts)
 
     @property
     def spin_up_time(self) -> float:
@@ -88,7 +94,7 @@ class ThrustFrame:
                 * rotor.axis_B[2]
                 * rotor.inertia
                 * share
-                / (2.0 * rotor.motor_constant * speed)
+                / (2.0 * rotor.motor_constant * speed + rotor.linear_motor_constant)
                 for rotor, speed, share in turning
                 if speed > 0.0
             )

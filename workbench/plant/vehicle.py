@@ -44,7 +44,7 @@ class Vehicle:
         rotors: in the order in which every thrust or speed vector of the project lists them.
         sensors: those declared that are used, as declared.
         frames: all links, base link first.
-        battery: where it is stated; no flight uses it yet.
+        battery: where it is stated; its voltage weakens the rotors.
         ground_clearance: height of the base link's origin above the ground at rest, upright [m].
     """
 

@@ -111,7 +111,10 @@ class Recording:
 
     @property
     def moment_B(self) -> np.ndarray:
-        """Moment of all rotors about the centre of mass in B, (N, 3) [N·m]."""
+        """Moment of all rotors about the centre of mass in B, (N, 3) [N·m].
+
+        Drag torques are those of the thrusts that are recorded, inflow and ground effect included.
+        """
         return self._wrench_B()[:, 3:]
 
     @property

@@ -1,5 +1,13 @@
-"""The battery: charge falls with the power the rotors draw."""
+"""The battery: charge falls with the power the rotors draw, and voltage with charge and current.
 
+The voltage without load follows from the charge as the description states it, and under load it is
+lower by resistance times current, as in gz-sim's LinearBatteryPlugin. The current is what empties
+the capacity as fast as the charge falls: capacity P / P_hover / duration, see `Battery`. So
+capacity, resistance and the duration of a hover are all that must be known, and no efficiency of
+motors. What the voltage does to the rotors stands in `dynamics.vehicle_step`.
+"""
+
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.plant.vehicle import Vehicle
@@ -15,22 +23,23 @@ class Battery(LeafSystem):
     thrust^(3/2) over rotors, d(charge)/dt = -P / P_hover / duration.
 
     Input port:
-        thrusts (n) [N].
-    Output port:
+        thrusts (n): of the rotors at rest far from the ground [N].
+    Output ports:
         charge (1), 1 full, 0 empty.
+        supply (2): see `vehicle_step.loaded`.
     Numeric parameter 0: duration in hover [s].
     """
 
     def __init__(self, *, vehicle: Vehicle, duration: float) -> None:
         super().__init__()
         n = len(vehicle.rotors)
-        constants = [rotor.motor_constant for rotor in vehicle.rotors]
-        self._hover_power = sum(
-            (k * w * w) ** 1.5 for k, w in zip(constants, vehicle.hover_speeds, strict=True)
-        )
+        self._hover_power = hover_power(vehicle)
+        self._curve, self._drop = voltage_curve(vehicle), voltage_drop(vehicle, 1.0)
         self.DeclareNumericParameter(BasicVector([duration]))
         self._thrusts = self.DeclareVectorInputPort("thrusts", n)
         self.DeclareStateOutputPort("charge", self.DeclareDiscreteState([1.0]))
+        needs = {self.xd_ticket(), self.all_parameters_ticket()}
+        self.DeclareVectorOutputPort("supply", 2, self._calc_supply, needs)
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -39,3 +48,39 @@ class Battery(LeafSystem):
         power = sum(thrust**1.5 for thrust in self._thrusts.Eval(context).tolist())
         used = PERIOD * power / self._hover_power / duration
         discrete_state.set_value([max(0.0, charge - used)])
+
+    def _calc_supply(self, context: Context, output: BasicVector) -> None:
+        charge = context.get_discrete_state(0).CopyToVector()[0]
+        duration = context.get_numeric_parameter(0).CopyToVector()[0]
+        open_circuit = np.interp(charge, self._curve[:, 0], self._curve[:, 1])
+        output.SetFromVector([open_circuit, self._drop / duration])
+
+
+def hover_power(vehicle: Vehicle) -> float:
+    """Return the sum of the rotors' thrusts to the 3/2 in hover [N^3/2]."""
+    turning = zip(vehicle.rotors, vehicle.hover_speeds, strict=True)
+    return float(sum((r.motor_constant * w * (w + r.linear_speed)) ** 1.5 for r, w in turning))
+
+
+def voltage_curve(vehicle: Vehicle) -> np.ndarray:
+    """Return charge, and voltage without load over that of the full battery, in rows (m, 2)."""
+    if vehicle.battery is None:
+        return np.array([[0.0, 1.0], [1.0, 1.0]])
+    points = np.array(vehicle.battery.open_circuit_voltage)
+    points[:, 1] /= points[-1, 1]
+    return points
+
+
+def voltage_drop(vehicle: Vehicle, duration: float) -> float:
+    """Return what the voltage falls by over the rotors' power, see `vehicle_step.loaded` [N^-3/2].
+
+    Args:
+        vehicle: whose battery it is; 0 where none is stated.
+        duration: of a hover on the full battery [s].
+    """
+    pack = vehicle.battery
+    if pack is None:
+        return 0.0
+    hover_current = pack.capacity / duration
+    full = pack.open_circuit_voltage[-1][1]
+    return pack.resistance * hover_current / full / hover_power(vehicle)

@@ -11,6 +11,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
+from workbench.dynamics.rotor_response import speed_command
 from workbench.plant.vehicle import Vehicle
 
 MOST_BYTES = 500_000_000
@@ -25,7 +26,8 @@ class RotorCommands:
 
     Attributes:
         time: (M) when a row begins to hold, rising from 0 [s].
-        speeds: (M, n) rotor speeds whose thrust, at rest, is the table's [rad/s].
+        speeds: (M, n) rotor speeds whose thrust is the table's, at rest, far from the ground and
+            on a full battery without load [rad/s].
     """
 
     time: np.ndarray
@@ -58,8 +60,10 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
                 f"{path}:{line}: time goes from {before:g} s to {now:g} s: let it rise by "
                 f"{LEAST_HOLD:g} s or more, up to {LONGEST:g} s"
             )
-    constants = [rotor.motor_constant for rotor in vehicle.rotors]
-    return RotorCommands(time=time, speeds=np.sqrt(table[:, 1:] / constants))
+    constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
+    half = 0.5 * np.array([rotor.linear_speed for rotor in vehicle.rotors])
+    speeds = speed_command(table[:, 1:], constants, half, 1.0)
+    return RotorCommands(time=time, speeds=speeds)
 
 
 def make_rotor_playback(commands: RotorCommands) -> TrajectorySource:

@@ -1,6 +1,7 @@
 """The vehicle in its world, stepped: rigid body, rotors, air and contact as one LeafSystem."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
@@ -10,7 +11,17 @@ from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES, push_at, wind_at
 from workbench.dynamics.rigid_body import rigid_body
-from workbench.dynamics.vehicle_step import ROW, given, rotor_rows, step_vehicle
+from workbench.dynamics.vehicle_step import (
+    CONSTANT,
+    FULL,
+    LINEAR,
+    ROW,
+    changes_thrust,
+    given,
+    rotor_rows,
+    rotor_thrusts,
+    step_vehicle,
+)
 from workbench.plant.contact import Contact
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -33,8 +44,8 @@ TOUCHED = -1.0
 """In place of a number of steps: it touched something in the step before."""
 DONE, NEAR, BROKEN = range(3)
 """What came of a step, see `advance`."""
-ROTORS = 2
-"""Place of the rotors in the constants of `advance`."""
+SUPPLY, ROTORS = 2, 4
+"""Places of the battery's supply, and of the rotors, in the constants of `advance`."""
 TURBULENCE, AREA, DENSITY = (
     AirSettings._fields.index(name) for name in ("turbulence", "drag_area", "air_density")
 )
@@ -52,8 +63,8 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         time: now [s].
         commands: speeds that the rotors are to reach (n) [rad/s].
         values: of numeric parameter 0.
-        constants: the physics step [s]; the step to do [s]; and a row a rotor for that step, see
-            `dynamics.rotor_rows`.
+        constants: the physics step [s]; the step to do [s]; the battery's supply (2), see
+            `vehicle_step.loaded`; and a row a rotor for that step, see `vehicle_step.rotor_rows`.
         state: of the body (13).
         memory: see `MEMORY`.
 
@@ -83,6 +94,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         air,
         push_at(time, state, values, period),
         0.5 * values[DENSITY] * values[AREA],
+        constants[SUPPLY:ROTORS],
         body,
         rotors,
         step,
@@ -111,13 +123,17 @@ class VehicleDynamics(LeafSystem):
     In the air a step is of second order, see `rigid_body`; where the vehicle touches something,
     Drake's contact solver does it, see `plant.contact`. Which one follows from the state alone.
 
-    Input port:
+    Input ports:
         commands (n): speeds that the rotors are to reach [rad/s]; what they cannot do is cut.
+        supply (2): of the battery, see `vehicle_step.loaded`; there where the description states
+            one, and where nothing is connected its voltage is always the full one.
     Output ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         speeds (n): of the rotors [rad/s].
         wind (3): velocity of the air at the vehicle, in W [m/s].
         thrusts (n): of the rotors [N].
+        static_thrusts (n): what they would be at rest far from the ground, which drag torque and
+            power follow [N]; there where inflow or ground change thrusts.
         acceleration (6): angular, and of the origin, in W, mean of the step before [rad/s², m/s²].
     Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, shares of
     their thrust that the rotors give (n), all of it to begin with, and the body that flies (16),
@@ -146,19 +162,25 @@ class VehicleDynamics(LeafSystem):
     ) -> None:
         super().__init__()
         self._vehicle = make_vehicle(description)
-        n = self._n = len(description.rotors)
+        rotors = description.rotors
+        if not world.ground:
+            rotors = tuple(replace(rotor, ground_effect_coefficient=0.0) for rotor in rotors)
+        n = self._n = len(rotors)
         self._step = step
         self._constants, self._present = (
-            np.concatenate([[step, length], rotor_rows(description.rotors, length).ravel()])
+            np.concatenate([[step, length], FULL, rotor_rows(rotors, length).ravel()])
             for length in (step, 0.0)
         )
-        self._motor_constants = np.array([rotor.motor_constant for rotor in description.rotors])
+        self._rows = rotor_rows(rotors, step)
+        self._changes = any(changes_thrust(row) for row in self._rows)
         touchable = world.ground or bool(world.names)
         self._contact = Contact(description, world, step) if touchable else None
         body = self._body(payload)
         self.DeclareNumericParameter(BasicVector([*settings, 0.0, *[1.0] * n, *body]))
         self.DeclareNumericParameter(BasicVector(list(payload)))
         self._commands = self.DeclareVectorInputPort("commands", n)
+        stated = description.battery is not None
+        self._supply = self.DeclareVectorInputPort("supply", 2) if stated else None
         self.DeclareStateOutputPort("state", self.DeclareDiscreteState(13))
         self.DeclareDiscreteState(SPEEDS + 2 * n)
         for name, size, calc in (
@@ -168,6 +190,10 @@ class VehicleDynamics(LeafSystem):
             ("acceleration", 6, self._calc_acceleration),
         ):
             self.DeclareVectorOutputPort(name, size, calc, {self.xd_ticket()})
+        if self._changes:
+            self.DeclareVectorOutputPort(
+                "static_thrusts", n, self._calc_static_thrusts, {self.xd_ticket()}
+            )
         self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
@@ -214,7 +240,7 @@ class VehicleDynamics(LeafSystem):
             context.get_time(),
             self._commands.Eval(context),
             context.get_numeric_parameter(0).get_value(),
-            self._constants,
+            self._supplied(context, self._constants),
             state,
             memory,
         )
@@ -250,8 +276,16 @@ class VehicleDynamics(LeafSystem):
         memory = context.get_discrete_state(MEMORY).value().copy()
         memory[AWAY] = 1.0
         values = context.get_numeric_parameter(0).get_value()
-        compiled_advance(context.get_time(), commands, values, self._present, state, memory)
+        constants = self._supplied(context, self._present)
+        compiled_advance(context.get_time(), commands, values, constants, state, memory)
         return memory[LAST:WIND]
+
+    def _supplied(self, context: Context, constants: np.ndarray) -> np.ndarray:
+        """Return constants of `advance` with what the battery supplies now."""
+        if self._supply and self._supply.HasValue(context):
+            constants = constants.copy()
+            constants[SUPPLY:ROTORS] = self._supply.Eval(context)
+        return constants
 
     def _calc_acceleration(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(MEMORY).get_value()[LAST:WIND])
@@ -263,7 +297,18 @@ class VehicleDynamics(LeafSystem):
     def _calc_wind(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(MEMORY).get_value()[WIND:EDDY])
 
-    def _calc_thrusts(self, context: Context, output: BasicVector) -> None:
+    def _calc_static_thrusts(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state(MEMORY).get_value()
         speeds, shares = memory[SPEEDS : SPEEDS + self._n], memory[SPEEDS + self._n :]
-        output.SetFromVector(shares * self._motor_constants * speeds**2)
+        constants, linear = self._rows[:, CONSTANT], self._rows[:, LINEAR]
+        output.SetFromVector(shares * constants * (speeds * (speeds + linear)))
+
+    def _calc_thrusts(self, context: Context, output: BasicVector) -> None:
+        if not self._changes:
+            self._calc_static_thrusts(context, output)
+            return
+        state = context.get_discrete_state(BODY).get_value()
+        memory = context.get_discrete_state(MEMORY).get_value()
+        speeds, shares = memory[SPEEDS : SPEEDS + self._n], memory[SPEEDS + self._n :]
+        wind = memory[WIND:EDDY]
+        output.SetFromVector(rotor_thrusts(state, speeds, shares, wind, self._rows))

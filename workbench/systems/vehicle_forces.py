@@ -9,11 +9,15 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.dynamics.rigid_body import rotation
 from workbench.dynamics.rotor_response import speed_slope
-from workbench.dynamics.vehicle_step import ANSWER, ROW, rotor_rows, vehicle_wrench
+from workbench.dynamics.vehicle_step import (
+    ANSWER,
+    ROW,
+    rotor_rows,
+    rotor_thrusts,
+    vehicle_wrench,
+    voltage_share,
+)
 from workbench.plant.description import Description
-
-DRAG = 0
-"""Numeric parameter: drag area [m²] and density of the air [kg/m³]."""
 
 
 # A template is filled where it is first used: Drake looks through the stack for whose it is, which
@@ -30,7 +34,8 @@ def VehicleForces_(T: Any) -> Any:
         forces (6): moment about the origin [N·m] and force [N] in W, for the plant's port
             `applied_generalized_force`.
         thrusts (n) [N] and speeds (n) [rad/s].
-    Numeric parameter 0: drag area of the body [m²] and density of the air [kg/m³].
+    Numeric parameter 0: drag area of the body [m²], density of the air [kg/m³], and what the
+    battery's voltage falls by over power, see `vehicle_step.loaded`; its charge is full.
     """
 
     class Impl(LeafSystem_[T]):
@@ -41,32 +46,34 @@ def VehicleForces_(T: Any) -> Any:
             p_BoBcm_B: tuple[float, float, float],
             drag_area: float,
             air_density: float,
+            voltage_drop: float = 0.0,
             converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
-            self._given = (description, p_BoBcm_B, drag_area, air_density)
+            self._given = (description, p_BoBcm_B, drag_area, air_density, voltage_drop)
             self._p_BoBcm_B = p_BoBcm_B
             self._rows = rotor_rows(description.rotors, 0.0).tolist()
-            self._motor_constants = [rotor.motor_constant for rotor in description.rotors]
             n = len(self._rows)
-            self.DeclareNumericParameter(BasicVector_[T]([T(drag_area), T(air_density)]))
+            live = (drag_area, air_density, voltage_drop)
+            self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in live]))
             self._state = self.DeclareVectorInputPort("state", 13)
             self._commands = self.DeclareVectorInputPort("commands", n)
             self._wind = self.DeclareVectorInputPort("wind", 3)
             self.DeclareContinuousState(n)
             needs = {self.all_input_ports_ticket(), self.all_parameters_ticket(), self.xc_ticket()}
             self.DeclareVectorOutputPort("forces", 6, self._calc_forces, needs)
-            self.DeclareVectorOutputPort("thrusts", n, self._calc_thrusts, {self.xc_ticket()})
+            self.DeclareVectorOutputPort("thrusts", n, self._calc_thrusts, needs)
             self.DeclareVectorOutputPort("speeds", n, self._calc_speeds, {self.xc_ticket()})
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            description, p_BoBcm_B, area, density = other._given
+            description, p_BoBcm_B, area, density, drop = other._given
             Impl._construct(
                 self,
                 description=description,
                 p_BoBcm_B=p_BoBcm_B,
                 drag_area=area,
                 air_density=density,
+                voltage_drop=drop,
                 converter=converter,
             )
 
@@ -78,20 +85,22 @@ def VehicleForces_(T: Any) -> Any:
 
         def _slopes(self, context: Any) -> list[Any]:
             """Return the slopes of the rotors' speeds (n) [rad/s²]."""
-            commands = self._commands.Eval(context).tolist()
-            turning = zip(commands, self._speeds(context), self._rows, strict=True)
-            return [speed_slope(u, w, row[ANSWER:ROW]) for u, w, row in turning]
+            commands, speeds = self._commands.Eval(context).tolist(), self._speeds(context)
+            drop = context.get_numeric_parameter(0).GetAtIndex(2)
+            voltage = voltage_share(speeds, [1.0] * len(speeds), (1.0, drop), self._rows)
+            turning = zip(commands, speeds, self._rows, strict=True)
+            return [speed_slope(voltage * u, w, row[ANSWER:ROW]) for u, w, row in turning]
 
         def _calc_forces(self, context: Any, output: Any) -> None:
-            state = self._state.Eval(context).tolist()
-            wind = self._wind.Eval(context).tolist() if self._wind.HasValue(context) else [0.0] * 3
-            area, density = context.get_numeric_parameter(DRAG).CopyToVector().tolist()
+            state, wind = self._state.Eval(context).tolist(), self._wind_W(context)
+            area, density, _ = context.get_numeric_parameter(0).CopyToVector().tolist()
             R_WB = rotation(state[0:4])
             speeds = self._speeds(context)
             f_x, f_y, f_z, m_x, m_y, m_z = vehicle_wrench(
                 R_WB,
                 state[7:10],
                 state[10:13],
+                state[6],
                 speeds,
                 self._slopes(context),
                 [1.0] * len(speeds),
@@ -104,9 +113,14 @@ def VehicleForces_(T: Any) -> Any:
             moment = [a * m_x + b * m_y + c * m_z for a, b, c in rows]
             output.SetFromVector(moment + [a * f_x + b * f_y + c * f_z for a, b, c in rows])
 
+        def _wind_W(self, context: Any) -> list[Any]:
+            return self._wind.Eval(context).tolist() if self._wind.HasValue(context) else [0.0] * 3
+
         def _calc_thrusts(self, context: Any, output: Any) -> None:
-            turning = zip(self._motor_constants, self._speeds(context), strict=True)
-            output.SetFromVector([k * w * w for k, w in turning])
+            state, wind = self._state.Eval(context).tolist(), self._wind_W(context)
+            speeds = self._speeds(context)
+            whole = [1.0] * len(speeds)
+            output.SetFromVector(rotor_thrusts(state, speeds, whole, wind, self._rows))
 
         def _calc_speeds(self, context: Any, output: Any) -> None:
             output.SetFromVector(self._speeds(context))

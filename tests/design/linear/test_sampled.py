@@ -56,6 +56,9 @@ def period_matrix(study, model) -> np.ndarray:
         in_dynamics.SetDiscreteState(MEMORY, memory)
         computer.begin(in_computer, commands, filtered)
         root.SetTime(0.0)
+        if diagram.HasSubsystemNamed("battery"):  # more than full: it stays full for the period
+            battery = diagram.GetSubsystemByName("battery")
+            battery.GetMyMutableContextFromRoot(root).SetDiscreteState([1.1])
         simulator.Initialize()  # the update at 0 stands in the first period
         simulator.AdvanceTo(rates.control_period)
         reached = in_dynamics.get_discrete_state(MEMORY).value()
@@ -68,7 +71,7 @@ def period_matrix(study, model) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
     before = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ trim.vdot_WB
     filtered = filtered_of(trim, study._rate)
-    start = [trim.state, [0.0] * 3, before, trim.speeds, trim.speeds, filtered]
+    start = [trim.state, [0.0] * 3, before, trim.speeds, trim.commands, filtered]
     values = np.concatenate(start)
     seeds = np.zeros((30, 29))
     seeds[0:4, 0:3] = quaternion_rows(trim.q_WB)
@@ -81,6 +84,13 @@ def period_matrix(study, model) -> np.ndarray:
     q_after = after(values)[:4]
     angles = np.linalg.pinv(quaternion_rows(q_after)) @ rows[0:4]
     return np.vstack([angles, rows[4:]])
+
+
+@pytest.mark.parametrize("text", ["hover", "vx=5,vy=-2,vz=2"])
+def test_so_it_is_with_all_effects(effects_study, text):
+    model = effects_study.sampled(parse_point(text))
+    wanted = period_matrix(effects_study, model)
+    assert np.abs(model.A - wanted).max() < 1e-6 * np.abs(wanted).max()
 
 
 @pytest.mark.parametrize(

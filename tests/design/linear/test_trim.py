@@ -45,6 +45,22 @@ def test_a_steady_flight_stays_as_it_is(study, core, text):
     assert found[17:] == pytest.approx(np.zeros(4), abs=1e-9)
 
 
+@pytest.mark.parametrize("text", ["hover", "vx=6,vz=-1", "vz=3"])
+def test_so_does_one_with_all_effects(effects_study, text):
+    """Commands are larger than speeds by what the battery sags; climbing takes faster rotors."""
+    vehicle = effects_study.vehicle
+    core = make_flight_core(effects_study._flown, vehicle, effects_study.gains)
+    trim = effects_study.trim(parse_point(text))
+    found = slopes(core, trim)
+    assert found[7:13] == pytest.approx(np.zeros(6), abs=1e-7)
+    assert found[13:17] == pytest.approx(np.zeros(4), abs=5e-5)
+    shares = trim.speeds / trim.commands
+    assert shares == pytest.approx([shares[0]] * 4, rel=1e-12)
+    assert 0.85 < shares[0] < 0.95
+    if text == "vz=3":
+        assert trim.speeds.sum() > 1.03 * vehicle.hover_speeds.sum()
+
+
 def test_a_turn_leans_inwards_as_a_pendulum_does(study):
     """Level at speed v with yaw rate r the drag-free lean is atan(v r / g)."""
     trim = study.trim(OperatingPoint(velocity=(3.0, 0.0, 0.0), yaw_rate=0.35))

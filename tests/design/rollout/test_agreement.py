@@ -22,6 +22,7 @@ PUBLISHED = {
     "gym_pybullet_drones/cf2x.urdf": {},
     "px4_gazebo_models/x500/model.sdf": {},
 }
+EFFECTS = [TESTS / "oracles" / name for name in ("uneven_quad.urdf", "effects.rotors.yaml")]
 VELOCITY, ANGULAR_VELOCITY = 1e-3, 5e-3
 """Asked of an engine whose winners are then flown on the diagram [m/s, rad/s]."""
 ROUNDING = 1e-9
@@ -86,6 +87,20 @@ def test_so_do_drones_with_a_payload(name, known):
     found = agreement(Scenario(vehicle=config), trials, duration=3.0)
     assert_agrees(found)
     assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
+
+
+def test_so_does_a_drone_with_all_effects():
+    """From 50 m, and near the ground; the battery empties, and what it supplies falls."""
+    config = VehicleConfig(str(EFFECTS[0]), rotors=str(EFFECTS[1]))
+    found = compare(config, 6, 9)
+    assert_agrees(found)
+    low = [
+        Trial({"max_height": 100.0}, Start(position=[0.0, 0.0, height]), (*level, 0.3))
+        for height, *level in ((3.0, 1.0, 0.5, 0.2), (6.0, -4.0, 2.0, -0.5), (2.0, 0.0, 0.0, 0.0))
+    ]
+    found = agreement(Scenario(vehicle=config), low)
+    assert not found.lost.any()
+    assert found.velocity.max() < ROUNDING
 
 
 @pytest.mark.slow

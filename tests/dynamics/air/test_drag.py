@@ -61,7 +61,7 @@ def drag_wrench(state, speeds, wind, pressure, p_cm, rotors):
     still = [0.0] * len(rotors)
     whole = [1.0] * len(rotors)
     R_WB = rotation(state[0:4])
-    motion = (R_WB, state[7:10], state[10:13])
+    motion = (R_WB, state[7:10], state[10:13], state[6])
     return vehicle_wrench(*motion, speeds, still, whole, wind, pressure, p_cm, rotors)
 
 

@@ -7,7 +7,7 @@ from pydrake.systems.framework import Diagram
 from workbench.control.loop_points import CLOSED, COUNT, INJECTIONS
 from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
 from workbench.design.linear.autodiff import constants, gradient
-from workbench.design.linear.derivatives import DRAG, HELD, HOLD_X, REFERENCE, STATE
+from workbench.design.linear.derivatives import HELD, HOLD_X, REFERENCE, STATE
 from workbench.design.linear.model import LinearModel, Trim
 from workbench.design.linear.names import (
     filtered,
@@ -19,7 +19,8 @@ from workbench.design.linear.names import (
     yaw_moment,
 )
 from workbench.design.linear.trim import guidance_of, reference_of
-from workbench.diagram.core import parameter_values
+from workbench.diagram.core import live_numbers, parameter_values
+from workbench.plant.vehicle import Vehicle
 from workbench.systems.controller import GAINS, PROBES
 
 
@@ -28,9 +29,11 @@ class ContinuousDerivatives:
 
     Args:
         core: from `make_flight_core`.
+        vehicle: as its law knows it.
     """
 
-    def __init__(self, core: Diagram) -> None:
+    def __init__(self, core: Diagram, vehicle: Vehicle) -> None:
+        self._vehicle = vehicle
         self._diagram = core.ToAutoDiffXd()
         self._root = self._diagram.CreateDefaultContext()
         self._controller = self._diagram.GetSubsystemByName("controller")
@@ -56,7 +59,8 @@ class ContinuousDerivatives:
         self._fix("guidance", guidance_of(trim), HOLD_X, held)
         self._set(GAINS, constants(parameter_values("controller", gains).values()))
         air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
-        air.get_mutable_numeric_parameter(0).SetFromVector(constants(gains[d] for d in DRAG))
+        live = live_numbers(self._vehicle, gains).values()
+        air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
         probes = np.zeros((len(CLOSED), states + inputs))
         probes[INJECTIONS:] = at_inputs[REFERENCE + HELD :]
         self._set(PROBES, InitializeAutoDiff(np.array(CLOSED), probes))

@@ -14,9 +14,16 @@ from workbench.control.loop_points import CLOSED, COUNT, INJECTIONS, SIGNALS
 from workbench.control.pd import Gains
 from workbench.design.linear.attitude import reduced, state_seeds
 from workbench.design.linear.autodiff import gradient, whole
-from workbench.diagram.core import parameter_values
+from workbench.diagram.core import live_numbers, parameter_values
 from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
-from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle, vehicle_wrench
+from workbench.dynamics.vehicle_step import (
+    FULL,
+    rotor_rows,
+    rotor_thrusts,
+    step_vehicle,
+    vehicle_wrench,
+    voltage_share,
+)
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, laden, payload_of
@@ -32,8 +39,6 @@ HELD = 3
 LAST = 6
 """Angular acceleration, and acceleration of the origin, in the middle of the step before, in W."""
 FILTERED = 3
-DRAG = ("drag_area", "air_density")
-"""Parameters of the body's drag."""
 HOLD_X = Guidance._fields.index("p_x")
 Result = TypeVar("Result")
 
@@ -72,9 +77,9 @@ class Derivatives:
     Its functions, each of which remembers its last call: `update(state, filtered, before,
     reference, guidance) -> Update`, `settled_update`, which is the same for a law that reckons with
     no spin-up torque, as there is none in a steady flight; `step(state, last, speeds, commands) ->
-    Step`, and
-    `acceleration(state, speeds)`, which returns wdot and vdot (6) and their derivatives by state
-    and speeds (12 + n).
+    Step`; `acceleration(state, speeds)`, which returns wdot and vdot (6) and their derivatives by
+    state and speeds (12 + n); and `steady_commands(speeds)`, which returns the commands that keep
+    rotors at speeds (n), and their derivatives. The battery, where one is stated, is full.
 
     Args:
         description: what flies, without its payload.
@@ -96,12 +101,13 @@ class Derivatives:
         self._physics_step = rates.physics_step
         self._whole = [1.0] * len(self._rows)
         self._estimate = sampled_estimate(rates.control_period)
-        self.motor_constants = np.array([rotor.motor_constant for rotor in description.rotors])
-        self._pressure = math.nan
+        self._vehicle = vehicle
+        self._pressure, self._supply = math.nan, FULL
         self.update = LastCall(self._update)
         self.settled_update = LastCall(self._settled_update)
         self.step = LastCall(self._step)
         self.acceleration = LastCall(self._acceleration)
+        self.steady_commands = LastCall(self._steady_commands)
         self.set_gains(gains)
 
     def set_gains(self, gains: Mapping[str, float]) -> None:
@@ -119,11 +125,14 @@ class Derivatives:
         self._settled = self._gains[:SPIN_UP] + [0.0]
         self.update.forget()
         self.settled_update.forget()
-        pressure = 0.5 * gains["drag_area"] * gains["air_density"]
-        if pressure != self._pressure:
-            self._pressure = pressure
+        live = live_numbers(self._vehicle, gains)
+        pressure = 0.5 * live["drag_area"] * live["air_density"]
+        battery = (1.0, live["voltage_drop"])
+        if pressure != self._pressure or battery != self._supply:
+            self._pressure, self._supply = pressure, battery
             self.step.forget()
             self.acceleration.forget()
+            self.steady_commands.forget()
 
     def _carry(self, payload: Payload) -> None:
         """Take a payload into what flies, and into what the law knows."""
@@ -208,6 +217,7 @@ class Derivatives:
             [0.0] * 3,
             [0.0] * 6,
             self._pressure,
+            self._supply,
             self._body,
             self._rows,
             self._physics_step,
@@ -234,6 +244,7 @@ class Derivatives:
             R_WB,
             known[7:10],
             known[10:13],
+            known[6],
             _seeded(speeds, seeds[STATE:]),
             [0.0] * n,
             self._whole,
@@ -254,6 +265,22 @@ class Derivatives:
             p_BoBcm_B,
         )
         return ExtractValue(whole(found)).ravel(), gradient(found, STATE + n)
+
+    def _steady_commands(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the commands that keep rotors at speeds, and their derivatives (n, n)."""
+        n = len(self._rows)
+        turning = _seeded(speeds, np.eye(n))
+        share = voltage_share(turning, self._whole, self._supply, self._rows)
+        found = [speed / share for speed in turning]
+        return ExtractValue(whole(found)).ravel(), gradient(found, n)
+
+    def thrusts_by(self, state: np.ndarray, speeds: np.ndarray) -> np.ndarray:
+        """Return the derivatives of thrusts by state and speeds (n, 12 + n)."""
+        seeds = np.eye(STATE + len(self._rows))
+        known = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
+        turning = _seeded(speeds, seeds[STATE:])
+        found = rotor_thrusts(known, turning, self._whole, [0.0] * 3, self._rows)
+        return gradient(found, len(seeds))
 
 
 def _seeded(values: np.ndarray, rows: np.ndarray) -> list[Any]:

@@ -31,6 +31,7 @@ class Trim:
         w_WB: angular velocity in W [rad/s].
         vdot_WB: acceleration in W [m/s²].
         speeds: of the rotors (n) [rad/s].
+        commands: speeds that they are commanded (n) [rad/s], larger where the battery sags.
         reference: velocity [m/s] and yaw rate [rad/s] that the pilot asks for (4).
     """
 
@@ -41,6 +42,7 @@ class Trim:
     w_WB: np.ndarray
     vdot_WB: np.ndarray
     speeds: np.ndarray
+    commands: np.ndarray
     reference: np.ndarray
 
     @property

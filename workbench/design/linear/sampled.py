@@ -64,7 +64,7 @@ def sampled_model(
         raise WorkbenchError("a turn cannot be linearised with a delayed controller: leave one out")
     n = trim.speeds.size
     update = derivatives.update(
-        trim.state, filtered_of(trim, rate), trim.speeds, reference_of(trim), guidance_of(trim)
+        trim.state, filtered_of(trim, rate), trim.commands, reference_of(trim), guidance_of(trim)
     )
     sizes = (STATE, LAST, n, *[n] * waiting, FILTERED, *[STATE] * late)
     at = np.cumsum([0, *sizes])
@@ -113,7 +113,8 @@ def sampled_model(
         turn[vectors, vectors] = heading_turn(angle, count)
     A, B = turn @ A, turn @ B
     thrusts = np.zeros((n, size))
-    thrusts[:, speed] = np.diag(2.0 * derivatives.motor_constants * trim.speeds)
+    thrusts_by = derivatives.thrusts_by(trim.state, trim.speeds)
+    thrusts[:, s], thrusts[:, speed] = thrusts_by[:, :STATE], thrusts_by[:, STATE:]
     C = np.vstack([np.eye(STATE, size), signals, thrusts, whole[speed]])
     D = np.zeros((C.shape[0], inputs))
     D[STATE : STATE + COUNT] = signals_in

@@ -10,18 +10,19 @@ from workbench.common.errors import sentences
 from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
 from workbench.design.linear.autodiff import constants, gradient
 from workbench.design.linear.continuous import ContinuousDerivatives
-from workbench.design.linear.derivatives import DRAG, STATE, Derivatives, LastCall
+from workbench.design.linear.derivatives import STATE, Derivatives, LastCall
 from workbench.design.linear.model import LinearModel, Trim
 from workbench.design.linear.names import motion, numbered
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.sampled import sampled_model
 from workbench.design.linear.trim import find_trim
-from workbench.diagram.core import make_flight_core, make_vehicle_core
+from workbench.diagram.core import live_numbers, make_flight_core, make_vehicle_core
 from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, payload_of
 from workbench.plant.variation import varied
+from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import checked
 from workbench.scenario.scenario import Scenario, check_scenario
@@ -35,9 +36,11 @@ class VehicleDerivatives:
 
     Args:
         core: from `make_vehicle_core`.
+        vehicle: as its law knows it.
     """
 
-    def __init__(self, core: Diagram) -> None:
+    def __init__(self, core: Diagram, vehicle: Vehicle) -> None:
+        self._vehicle = vehicle
         self._diagram = core.ToAutoDiffXd()
         self._root = self._diagram.CreateDefaultContext()
 
@@ -49,13 +52,14 @@ class VehicleDerivatives:
             gains: parameter values by name; those of the air are used.
         """
         air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
-        air.get_mutable_numeric_parameter(0).SetFromVector(constants(gains[d] for d in DRAG))
+        live = live_numbers(self._vehicle, gains).values()
+        air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
         n = trim.speeds.size
         seeds = np.eye(STATE + 2 * n)
         rows = np.vstack([state_seeds(trim.q_WB) @ seeds[:STATE], seeds[STATE : STATE + n]])
         values = np.concatenate([trim.state, trim.speeds])
         self._root.SetContinuousState(InitializeAutoDiff(values, rows))
-        commands = InitializeAutoDiff(trim.speeds, seeds[STATE + n :])
+        commands = InitializeAutoDiff(trim.commands, seeds[STATE + n :])
         self._diagram.GetInputPort("commands").FixValue(self._root, commands)
         slopes = gradient(self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), len(seeds))
         slopes = np.vstack([reduced(trim.q_WB) @ slopes[:13], slopes[13:]])
@@ -161,12 +165,16 @@ class LinearStudy:
     def _vehicle_with(self, payload: np.ndarray) -> VehicleDerivatives:
         """Return the vehicle with a payload, see `Payload` (8)."""
         values = {**self.gains, **Payload(*payload.tolist())._asdict()}
-        return VehicleDerivatives(make_vehicle_core(self._flown, self.vehicle, values))
+        return VehicleDerivatives(
+            make_vehicle_core(self._flown, self.vehicle, values), self.vehicle
+        )
 
     def _flight_with(self, payload: np.ndarray) -> ContinuousDerivatives:
         """Return vehicle and law with a payload, see `Payload` (8)."""
         values = {**self.gains, **Payload(*payload.tolist())._asdict()}
-        return ContinuousDerivatives(make_flight_core(self._flown, self.vehicle, values))
+        return ContinuousDerivatives(
+            make_flight_core(self._flown, self.vehicle, values), self.vehicle
+        )
 
     def _values(self, gains: Mapping[str, float] | None) -> dict[str, float]:
         return {**self.gains, **checked(gains or {})}

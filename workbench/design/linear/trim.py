@@ -49,7 +49,7 @@ def find_trim(
         WorkbenchError: if it does not fly like that, whatever is asked for.
     """
     n = len(vehicle.rotors)
-    trim = _first_guess(vehicle, gains, point)
+    trim = _first_guess(derivatives, vehicle, gains, point)
     best = np.inf
     for _ in range(ROUNDS):
         residual, jacobian = _residual(derivatives, trim, rate)
@@ -61,7 +61,8 @@ def find_trim(
             return trim
         change = np.linalg.lstsq(jacobian, -residual, rcond=1e-12)[0]
         turn = float(np.abs(change[:2]).max())
-        trim = _moved(trim, change * min(1.0, LARGEST_TURN / max(turn, 1e-12)), n)
+        share = min(1.0, LARGEST_TURN / max(turn, 1e-12))
+        trim = _moved(derivatives, trim, share * change, n)
     raise WorkbenchError(
         f"there is no flight as '{point.label}' for {vehicle.name} with these gains: "
         f"{best:.2g} m/s², rad/s² or shares of a rotor's speed are left; it may be beyond "
@@ -87,7 +88,9 @@ def filtered_of(trim: Trim, rate: float) -> np.ndarray:
     return filtered
 
 
-def _first_guess(vehicle: Vehicle, gains: Mapping[str, float], point: OperatingPoint) -> Trim:
+def _first_guess(
+    derivatives: Derivatives, vehicle: Vehicle, gains: Mapping[str, float], point: OperatingPoint
+) -> Trim:
     frame = thrust_frame(laden(vehicle, payload_of(gains)))
     attitude = RollPitchYaw(np.array(frame.roll_pitch_yaw([0.0, 0.0, 0.0])))
     height = min(HEIGHT, max(0.0, gains["max_height"] - BELOW_CEILING))
@@ -100,6 +103,7 @@ def _first_guess(vehicle: Vehicle, gains: Mapping[str, float], point: OperatingP
         w_WB=w_WB,
         vdot_WB=np.array(point.acceleration) + np.cross(w_WB, v_WB),
         speeds=frame.hover_speeds.copy(),
+        commands=derivatives.steady_commands(frame.hover_speeds)[0],
         reference=np.array([*point.velocity, point.yaw_rate]),
     )
 
@@ -108,12 +112,13 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
     """Return what is left of the equations (6 + n), and its derivatives by the unknowns."""
     n = trim.speeds.size
     update = derivatives.settled_update(
-        trim.state, filtered_of(trim, rate), trim.speeds, reference_of(trim), guidance_of(trim)
+        trim.state, filtered_of(trim, rate), trim.commands, reference_of(trim), guidance_of(trim)
     )
+    _, by_speeds = derivatives.steady_commands(trim.speeds)
     acceleration, by = derivatives.acceleration(trim.state, trim.speeds)
     wanted = np.concatenate([np.zeros(3), trim.vdot_WB])
     scale = np.maximum(trim.speeds, 1.0)
-    left = np.concatenate([acceleration - wanted, (update.commands - trim.speeds) / scale])
+    left = np.concatenate([acceleration - wanted, (update.commands - trim.commands) / scale])
 
     before = slice(STATE + FILTERED, STATE + FILTERED + n)
     tilt, asked = slice(0, 2), slice(before.stop, before.stop + REFERENCE)
@@ -121,14 +126,15 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
     jacobian[:6, tilt] = by[:, tilt]
     jacobian[:6, 2 : 2 + n] = by[:, STATE:]
     jacobian[6:, tilt] = update.commands_by[:, tilt]
-    jacobian[6:, 2 : 2 + n] = update.commands_by[:, before] - np.eye(n)
+    jacobian[6:, 2 : 2 + n] = (update.commands_by[:, before] - np.eye(n)) @ by_speeds
     jacobian[6:, 2 + n :] = update.commands_by[:, asked]
     jacobian[6:] /= scale[:, None]
     return left, jacobian
 
 
-def _moved(trim: Trim, change: np.ndarray, n: int) -> Trim:
+def _moved(derivatives: Derivatives, trim: Trim, change: np.ndarray, n: int) -> Trim:
     """Return a trim after a Newton step."""
+    speeds = np.maximum(trim.speeds + change[2 : 2 + n], 0.0)
     q = trim.q_WB + angle_seeds(trim.q_WB)[:, :2] @ change[:2]
     return Trim(
         point=trim.point,
@@ -137,6 +143,7 @@ def _moved(trim: Trim, change: np.ndarray, n: int) -> Trim:
         v_WB=trim.v_WB,
         w_WB=trim.w_WB,
         vdot_WB=trim.vdot_WB,
-        speeds=np.maximum(trim.speeds + change[2 : 2 + n], 0.0),
+        speeds=speeds,
+        commands=derivatives.steady_commands(speeds)[0],
         reference=trim.reference + change[2 + n :],
     )

@@ -23,6 +23,13 @@ _ROTOR_CONSTANTS = (
     "rotor_drag_coefficient",
     "rolling_moment_coefficient",
 )
+_WHERE_STATED = (
+    "inflow_coefficient",
+    "ground_effect_coefficient",
+    "propeller_radius",
+    "linear_motor_constant",
+)
+"""Constants of rotors that are left out where they are 0: baselines may be older than these."""
 
 
 def conditions(
@@ -45,8 +52,15 @@ def conditions(
     for number, rotor in enumerate(vehicle.rotors, start=1):
         for name in _ROTOR_CONSTANTS:
             found[f"rotor {number} {name}"] = float(getattr(rotor, name))
+        stated = {name: float(getattr(rotor, name)) for name in _WHERE_STATED}
+        found |= {f"rotor {number} {name}": value for name, value in stated.items() if value}
         for axis, place in zip("xyz", rotor.p_BR, strict=True):
             found[f"rotor {number} p_{axis}"] = place
+    if vehicle.battery:
+        found["battery capacity"] = vehicle.battery.capacity
+        found["battery resistance"] = vehicle.battery.resistance
+        for index, point in enumerate(vehicle.battery.open_circuit_voltage):
+            found[f"battery point {index} charge"], found[f"battery point {index} voltage"] = point
     for name, value in dataclasses.asdict(scenario.rates).items():
         found[f"rates {name}"] = value
     for name, value in dataclasses.asdict(scenario.vehicle.variation).items():

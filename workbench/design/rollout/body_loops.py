@@ -10,6 +10,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from workbench.design.rollout.rows import (
+    CHARGE,
     CLEARANCE,
     HELD,
     LANES,
@@ -17,6 +18,8 @@ from workbench.design.rollout.rows import (
     LOAD,
     LOST,
     MIDDLE,
+    OPEN_CIRCUIT,
+    POWER,
     PRESSURE,
     PUSH,
     R_WB,
@@ -26,6 +29,7 @@ from workbench.design.rollout.rows import (
     SPEED,
     STATE,
     TURN,
+    VOLTAGE,
     WAY,
     WIND,
     put,
@@ -39,7 +43,8 @@ from workbench.design.rollout.rows import (
     take7,
     take9,
     take13,
-    take22,
+    take16,
+    take19,
 )
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.dynamics.air.drag import body_drag, with_rotor_drag
@@ -47,26 +52,47 @@ from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.update import push_at, wind_at
 from workbench.dynamics.rigid_body import accelerations, into_body, middle, moved
 from workbench.dynamics.rotor_response import step_rotor, within
-from workbench.dynamics.vehicle_step import ANSWER, whole_wrench, with_thrust
+from workbench.dynamics.vehicle_step import (
+    ANSWER,
+    loaded,
+    middle_height,
+    power_share,
+    static_thrust,
+    thrust_change,
+    whole_wrench,
+    with_thrust,
+    with_thrust_change,
+)
 
 
 @register_jitable
-def move(block, rotors, blades, pushed, step):  # type: ignore[no-untyped-def]
-    """Do a step of physics; blades drag, and what is pushed is pushed, only if any is."""
+def move(block, rotors, blades, changes, sags, pushed, step):  # type: ignore[no-untyped-def]
+    """Do a step of physics.
+
+    Args:
+        block: of the candidates.
+        rotors: blocks of the rotors.
+        blades: whether any drag.
+        changes: whether inflow or ground change any thrust.
+        sags: whether there is a battery, see `weaken`.
+        pushed: whether any candidate is pushed.
+        step: [s].
+    """
     for i in range(LANES):
         R, w_W, v_W = middle(take13(block, STATE, i), take6(block, LAST, i), step)
         _meet_air(block, i, R, w_W, v_W)
     _drag(block)
     for number in range(len(rotors)):
         rotor = rotors[number]
-        for i in range(LANES):
-            speed, slope, after = step_rotor(
-                take(rotor, HELD, i), take(rotor, SPEED, i), take7(rotor, TURN + ANSWER, i)
-            )
-            put(rotor, MIDDLE, i, speed)
-            put(rotor, SLOPE, i, slope)
-            put(rotor, SPEED, i, after)
+        if sags:
+            for i in range(LANES):
+                _step_speed(rotor, i, take(block, VOLTAGE, i) * take(rotor, HELD, i))
+        else:
+            for i in range(LANES):
+                _step_speed(rotor, i, take(rotor, HELD, i))
     _turn(block, rotors, blades)
+    if changes:
+        _change_thrusts(block, rotors, step)
     if pushed:
         for i in range(LANES):
             R, push = take9(block, R_WB, i), take6(block, PUSH, i)
@@ -78,6 +104,33 @@ def move(block, rotors, blades, pushed, step):  # type: ignore[no-untyped-def]
     _accelerate(block, step)
     for i in range(LANES):
         put13(block, STATE, i, moved(take13(block, STATE, i), take6(block, LAST, i), step))
+
+
+@register_jitable
+def weaken(block, rotors, supply):  # type: ignore[no-untyped-def]
+    """Write power and voltage of the batteries at the present speeds, see `craft.Supply`."""
+    for i in range(LANES):
+        put(block, POWER, i, 0.0)
+    for number in range(len(rotors)):
+        rotor = rotors[number]
+        for i in range(LANES):
+            speed, share = take(rotor, SPEED, i), take(rotor, SHARE, i)
+            thrust = static_thrust(speed, share, take19(rotor, TURN, i))
+            put(block, POWER, i, take(block, POWER, i) + power_share(thrust))
+    for i in range(LANES):
+        now = (take(block, OPEN_CIRCUIT, i), supply.drop)
+        put(block, VOLTAGE, i, loaded(now, take(block, POWER, i)))
+
+
+@register_jitable
+def discharge(block, supply):  # type: ignore[no-untyped-def]
+    """Update charges, and the voltages without load that follow, as `battery.Battery` does."""
+    charges, voltages = supply.curve[:, 0].copy(), supply.curve[:, 1].copy()
+    for i in range(LANES):
+        charge = take(block, CHARGE, i) - supply.used * take(block, POWER, i)
+        charge = max(0.0, charge)
+        put(block, CHARGE, i, charge)
+        put(block, OPEN_CIRCUIT, i, np.interp(charge, charges, voltages))
 
 
 @register_jitable
@@ -142,6 +195,15 @@ def note_lost(block, instant):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
+def _step_speed(rotor, i, command):  # type: ignore[no-untyped-def]
+    """Write the speed after a step, and that in its middle with its slope."""
+    speed, slope, after = step_rotor(command, take(rotor, SPEED, i), take7(rotor, TURN + ANSWER, i))
+    put(rotor, MIDDLE, i, speed)
+    put(rotor, SLOPE, i, slope)
+    put(rotor, SPEED, i, after)
+
+
+@register_jitable(forceinline=True)
 def _meet_air(block, i, R, w_W, v_W):  # type: ignore[no-untyped-def]
     """Write orientation, and velocity relative to the air and angular velocity in B."""
     a_x, a_y, a_z = take3(block, WIND, i)
@@ -168,7 +230,7 @@ def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
         for number in range(len(rotors)):
             rotor = rotors[number]
             for i in range(LANES):
-                row, speed = take22(rotor, TURN, i), take(rotor, MIDDLE, i)
+                row, speed = take16(rotor, TURN, i), take(rotor, MIDDLE, i)
                 slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
                 load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
                 v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
@@ -178,10 +240,25 @@ def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
         for number in range(len(rotors)):
             rotor = rotors[number]
             for i in range(LANES):
-                row, speed = take22(rotor, TURN, i), take(rotor, MIDDLE, i)
+                row, speed = take16(rotor, TURN, i), take(rotor, MIDDLE, i)
                 slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
                 load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
                 put9(block, LOAD, i, load)
+
+
+@register_jitable
+def _change_thrusts(block, rotors, step):  # type: ignore[no-untyped-def]
+    """Add what inflow and ground change of the rotors' thrusts."""
+    for number in range(len(rotors)):
+        rotor = rotors[number]
+        for i in range(LANES):
+            row, v_B, w_B = take19(rotor, TURN, i), take3(block, WAY, i), take3(block, WAY + 3, i)
+            height, climb = take(block, STATE + 6, i), take(block, STATE + 12, i)
+            height = middle_height(height, climb, take(block, LAST + 5, i), step)
+            speed, share = take(rotor, MIDDLE, i), take(rotor, SHARE, i)
+            up_B = take3(block, R_WB + 6, i)
+            change = thrust_change(v_B, w_B, up_B, height, speed, share, row)
+            put6(block, LOAD, i, with_thrust_change(take6(block, LOAD, i), change, row))
 
 
 @register_jitable

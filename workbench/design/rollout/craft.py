@@ -15,6 +15,23 @@ from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.battery import PERIOD, hover_power, voltage_curve, voltage_drop
+
+
+class Supply(NamedTuple):
+    """What a battery supplies that is full at the start.
+
+    Attributes:
+        curve: see `battery.voltage_curve` (p, 2); of no rows where no battery is stated.
+        drop: see `battery.voltage_drop`.
+        used: charge that an update takes, over power [N^-3/2].
+        every: steps of physics from one update to the next.
+    """
+
+    curve: np.ndarray
+    drop: float
+    used: float
+    every: int
 
 
 class Crafts(NamedTuple):
@@ -22,14 +39,15 @@ class Crafts(NamedTuple):
 
     Attributes:
         body: (m, 18) of the law's constants, see `flight_law.packed`.
-        rotors: (m, n, 11) of the same.
+        rotors: (m, n, 12) of the same.
         rigid: (m, 16) what moves, see `rigid_body.RigidBody`.
-        turning: (m, n, 24) see `dynamics.rotor_rows`.
+        turning: (m, n, 26) see `dynamics.rotor_rows`.
         speeds: (m, n) of the rotors at the start [rad/s].
         seen: (m, 2) see `variation.Delays.seen`.
         acting: (m, 2) see `variation.Delays.acting`.
         clearances: (m) height of the body's origin at which it stands on the ground [m].
         estimate: see `acceleration_estimate.sampled_estimate`.
+        supply: of all of them, see `Supply`.
     """
 
     body: np.ndarray
@@ -41,16 +59,18 @@ class Crafts(NamedTuple):
     acting: np.ndarray
     clearances: np.ndarray
     estimate: tuple[float, float]
+    supply: Supply
 
     def chosen(self, which: np.ndarray) -> "Crafts":
         """Return some of them, and some perhaps more than once, by their numbers."""
-        return Crafts._make([*(part[which] for part in self[:8]), self.estimate])
+        return Crafts._make([*(part[which] for part in self[:8]), *self[8:]])
 
 
 def make_crafts(
     vehicle: Vehicle,
     variations: Sequence[Variation],
     rates: Rates,
+    battery_duration: float,
     payloads: Sequence[Payload] | None = None,
 ) -> Crafts:
     """Return a vehicle that differs in some ways from what its law believes.
@@ -59,6 +79,7 @@ def make_crafts(
         vehicle: as its law believes, without its payload.
         variations: (m) how it differs.
         rates: of physics and control.
+        battery_duration: time that a full battery hovers [s].
         payloads: (m) what it carries; nothing where they are not given.
 
     Raises:
@@ -85,6 +106,18 @@ def make_crafts(
         acting=np.array([each.acting for each in delays]),
         clearances=np.full(many, vehicle.ground_clearance),
         estimate=sampled_estimate(rates.control_period),
+        supply=_supply(vehicle, rates.physics_step, battery_duration),
+    )
+
+
+def _supply(vehicle: Vehicle, step: float, duration: float) -> Supply:
+    if vehicle.battery is None:
+        return Supply(np.empty((0, 2)), 0.0, 0.0, 1)
+    return Supply(
+        curve=voltage_curve(vehicle),
+        drop=voltage_drop(vehicle, duration),
+        used=PERIOD / hover_power(vehicle) / duration,
+        every=round(PERIOD / step),
     )
 
 

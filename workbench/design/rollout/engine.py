@@ -36,7 +36,9 @@ class RolloutEngine:
     """Flies steps as `fly_step` does, from hover in the same air, thousands of them a second.
 
     It is the same law around a rigid body of its own, so there is no ground to stand on, no
-    obstacle, no battery and no sensor. It has no state: threads may share it.
+    obstacle and no sensor. The ground at z = 0 has its effect on rotors, though, and a battery that
+    the description states is full at the start, lasts as long as `own` says, and weakens them.
+    It has no state: threads may share it.
 
     Args:
         vehicle: as the law knows it.
@@ -254,11 +256,18 @@ class RolloutEngine:
         varied = [Variation(*each) for each, _ in numbers]  # type: ignore[arg-type]
         for variation in varied:
             variation.check()
-        crafts = make_crafts(self.vehicle, varied, self.rates, [Payload(*p) for _, p in numbers])
+        crafts = self._crafts_of(varied, [Payload(*p) for _, p in numbers])
         return crafts, np.array(which, dtype=int)
 
     def _vary(self, variation: Variation) -> None:
         """Let what flies differ; the law goes on believing in the vehicle."""
         variation.check()
         self.variation = dataclasses.replace(variation)
-        self._crafts = make_crafts(self.vehicle, [self.variation], self.rates)
+        self._crafts = self._crafts_of([self.variation])
+
+    def _crafts_of(
+        self, variations: Sequence[Variation], payloads: Sequence[Payload] | None = None
+    ) -> Crafts:
+        """Return vehicles that differ."""
+        duration = self.gains["battery_duration"]
+        return make_crafts(self.vehicle, variations, self.rates, duration, payloads)

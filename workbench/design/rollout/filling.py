@@ -10,6 +10,7 @@ from workbench.design.rollout.rows import (
     ALLOCATION,
     BODY,
     BODY_SIZE,
+    CHARGE,
     CLEARANCE,
     COMMAND,
     COMMAND_SIZE,
@@ -17,6 +18,7 @@ from workbench.design.rollout.rows import (
     FILTERED,
     GAIN_SIZE,
     GAINS,
+    HALF,
     HELD,
     HOLD,
     IDLE,
@@ -24,6 +26,7 @@ from workbench.design.rollout.rows import (
     LOST,
     MOST,
     MOTOR,
+    OPEN_CIRCUIT,
     PRESSURE,
     RIGID,
     RIGID_SIZE,
@@ -67,6 +70,8 @@ def fill(block, rotors, candidates, crafts):  # type: ignore[no-untyped-def]
             put(block, RIGID + k, i, crafts.rigid[c, k])
         put(block, PRESSURE, i, 0.5 * candidates.air[c, DENSITY] * candidates.air[c, AREA])
         put(block, CLEARANCE, i, crafts.clearances[c])
+        put(block, CHARGE, i, 1.0)
+        put(block, OPEN_CIRCUIT, i, 1.0)
         # comparisons with NaN are false: a limit that is none would be no limit
         put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
         for number in range(len(rotors)):
@@ -95,10 +100,11 @@ def _fill_rotor(block, rotor, i, c, number, candidates, crafts):  # type: ignore
     for k in range(4):
         put(rotor, ALLOCATION + k, i, row[k])
     put(rotor, YAWS, i, row[7])
-    put(rotor, THRUST, i, row[10] * speed * speed)
+    put(rotor, THRUST, i, row[10] * speed * (speed + 2.0 * row[11]))
     put(rotor, IDLE, i, row[8])
     put(rotor, MOST, i, row[9])
     put(rotor, MOTOR, i, row[10])
+    put(rotor, HALF, i, row[11])
     for k in range(ROW):
         put(rotor, TURN + k, i, crafts.turning[c, number, k])
 

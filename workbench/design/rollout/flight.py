@@ -12,7 +12,14 @@ import math
 import numpy as np
 from numba.extending import register_jitable
 
-from workbench.design.rollout.body_loops import blow, hold_commands, move, note_lost
+from workbench.design.rollout.body_loops import (
+    blow,
+    discharge,
+    hold_commands,
+    move,
+    note_lost,
+    weaken,
+)
 from workbench.design.rollout.filling import fill, give_commands, is_lively
 from workbench.design.rollout.law_loops import command, mix_hard, mix_plainly, want
 from workbench.design.rollout.rows import (
@@ -31,7 +38,7 @@ from workbench.design.rollout.rows import (
     take,
 )
 from workbench.dynamics.air.update import EDDIES
-from workbench.dynamics.vehicle_step import ANSWER
+from workbench.dynamics.vehicle_step import ANSWER, INFLOW
 
 STILL_PERIODS = 8
 STILL = 1e-10
@@ -56,6 +63,8 @@ def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: 
     block, rotors = np.zeros(ROWS * LANES), np.zeros((n, ROTOR_ROWS * LANES))
     fill(block, rotors, candidates, crafts)
     blades = crafts.turning[:, :, 6:8].any()
+    changes = crafts.turning[:, :, INFLOW:ANSWER].any()
+    sags = len(crafts.supply.curve) > 0
     lively = is_lively(candidates.air)
     pushed = lively.any()
     eddies = np.zeros((many, EDDIES))
@@ -94,13 +103,17 @@ def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: 
                 hold_commands(rotors, asked, crafts.acting, updates, step)
             if pushed:
                 blow(block, lively, candidates.air, candidates.seeds, number, schedule.step, eddies)
-            move(block, rotors, blades, pushed, schedule.step)
+            if sags:
+                weaken(block, rotors, crafts.supply)
+                if number % crafts.supply.every == 0:
+                    discharge(block, crafts.supply)
+            move(block, rotors, blades, changes, sags, pushed, schedule.step)
         updates += 1
         instant += 1
         if note_lost(block, instant) == LANES:
             _keep_nothing(samples, instant, schedule)
             break
-        if instant == STILL_PERIODS and instant < schedule.edge:
+        if instant == STILL_PERIODS and instant < schedule.edge and not sags:
             calm, hold = block.copy(), rotors.copy()
             if _find_still(block, lively, still):
                 instant = schedule.edge

@@ -16,6 +16,7 @@ from workbench.design.rollout.rows import (
     EFFORT,
     FILTERED,
     GAINS,
+    HALF,
     HARD,
     HOLD,
     IDLE,
@@ -67,6 +68,7 @@ def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
             take4(block, BODY + 7, i),
             take3(block, BODY + 11, i),
             take3(block, BODY + 14, i),
+            (),
             (),
             (),
             (),
@@ -139,5 +141,6 @@ def command(block, rotors, noted):  # type: ignore[no-untyped-def]
             speed, peak = take(rotor, SPEED, i), take(rotor, PEAK, i)
             flies = take(block, LOST, i) < 0.0
             put(rotor, PEAK, i, speed if noted and flies and speed > peak else peak)
-            wanted = speed_command(take(rotor, THRUST, i), take(rotor, MOTOR, i), 1.0)
+            thrust, half = take(rotor, THRUST, i), take(rotor, HALF, i)
+            wanted = speed_command(thrust, take(rotor, MOTOR, i), half, 1.0)
             put(rotor, COMMANDED, i, wanted)

@@ -59,15 +59,21 @@ HARD = STOPPED + 1
 """1 where thrusts need more than a sum of columns."""
 LOST = HARD + 1
 """Instant at which it was lost, -1 if it was not."""
-ROWS = LOST + 1
+CHARGE = LOST + 1
+OPEN_CIRCUIT = CHARGE + 1
+"""Voltage without load, see `vehicle_step.loaded`; and so the next two, under load."""
+POWER = OPEN_CIRCUIT + 1
+VOLTAGE = POWER + 1
+ROWS = VOLTAGE + 1
 
-SPEED, MIDDLE, SLOPE, THRUST, COMMANDED, HELD, SHARE, IDLE, MOST, MOTOR, PEAK = range(11)
-"""Of a rotor; the second and third are its speed, and the slope of that, in a step's middle."""
+SPEED, MIDDLE, SLOPE, THRUST, COMMANDED, HELD, SHARE, IDLE, MOST, MOTOR, HALF, PEAK = range(12)
+"""Of a rotor; the second and third are its speed, and the slope of that, in a step's middle, and
+the last but one is half its linear speed."""
 ALLOCATION = PEAK + 1
 YAWS = ALLOCATION + 4
 """Yaw moment over thrust, as the law knows it [m]."""
 TURN = YAWS + 1
-"""See `dynamics.rotor_rows` (22)."""
+"""See `dynamics.rotor_rows` (26)."""
 ROTOR_ROWS = TURN + ROW
 """Rows of a rotor's own block."""
 
@@ -121,6 +127,12 @@ def take13(b: Any, row: int, i: int) -> Any:
 
 
 @register_jitable(forceinline=True)
+def take16(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take13(b, row, i) + take3(b, row + 13, i)
+
+
+@register_jitable(forceinline=True)
 def take18(b: Any, row: int, i: int) -> Any:
     """See `take3`."""
     return take9(b, row, i) + take9(b, row + 9, i)
@@ -130,12 +142,6 @@ def take18(b: Any, row: int, i: int) -> Any:
 def take19(b: Any, row: int, i: int) -> Any:
     """See `take3`."""
     return take18(b, row, i) + (take(b, row + 18, i),)
-
-
-@register_jitable(forceinline=True)
-def take22(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take18(b, row, i) + take3(b, row + 18, i) + (take(b, row + 21, i),)
 
 
 @register_jitable(forceinline=True)

@@ -45,7 +45,8 @@ def rotor_reading(
     part = thrust / rotor.max_thrust if rotor.max_thrust > 0.0 else 0.0
     if speed is None:
         square = max(0.0, thrust) / rotor.motor_constant if rotor.motor_constant else 0.0
-        speed = math.sqrt(square)
+        half = 0.5 * rotor.linear_speed
+        speed = math.sqrt(half * half + square) - half
     if share <= NONE:
         state = RotorState.STOPPED
     elif share < WHOLE:
