@@ -1,10 +1,14 @@
 """The constants of Gazebo's motor model, and what holds where a description leaves them out."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
+from workbench.plant.rotor_sources.mount import Mount
+from workbench.plant.rotor_sources.spin import spin_inertia
 from workbench.plant.rotor_sources.tags import Tags
+from workbench.plant.rotors import Rotor
 
 
 @dataclass(frozen=True)
@@ -109,3 +113,49 @@ def note_assumed(
     """Note constants that a description leaves out, each as a name and the value taken."""
     if missing:
         remarks.add("assumed", file, element, f"{', '.join(missing)}: not given, {source}")
+
+
+def make_rotor(
+    model: Model,
+    joint: Joint,
+    link: Link,
+    mount: Mount,
+    direction: int,
+    motor_constant: float,
+    constants: MotorConstants,
+    tags: Tags,
+    remarks: Remarks,
+) -> Rotor:
+    """Return the rotor that a plugin turns, with the inertia of its link where none is stated.
+
+    Args:
+        model: which declares the plugin.
+        joint: that turns.
+        link: that turns with it.
+        mount: where the hub is, and which way it pushes.
+        direction: +1 turns counter-clockwise seen from the tip of the axis, -1 clockwise.
+        motor_constant: thrust over squared speed [N·s²].
+        constants: the others.
+        tags: of the plugin.
+        remarks: where to note what was assumed.
+    """
+    inertia = constants.inertia
+    if inertia is None:
+        inertia = spin_inertia(
+            model,
+            joint,
+            motor_constant=motor_constant,
+            slowdown=constants.velocity_slowdown,
+            file=tags.file,
+            remarks=remarks,
+        )
+    return Rotor(
+        name=joint.name,
+        joint=joint.name,
+        link=link.name,
+        p_BR=mount.p_BR,
+        axis_B=mount.axis_B,
+        direction=direction,
+        motor_constant=motor_constant,
+        **asdict(replace(constants, inertia=inertia)),
+    )

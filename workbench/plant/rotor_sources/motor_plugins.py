@@ -7,10 +7,14 @@ from workbench.plant.formats.values import shortened
 from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.limit import refuse_crowd
-from workbench.plant.rotor_sources.motor_constants import CONSTANTS, GAZEBO, read_constants
+from workbench.plant.rotor_sources.motor_constants import (
+    CONSTANTS,
+    GAZEBO,
+    make_rotor,
+    read_constants,
+)
 from workbench.plant.rotor_sources.mount import mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
-from workbench.plant.rotor_sources.spin import spin_inertia
 from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotors import Rotor
 
@@ -109,36 +113,8 @@ def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
     constants = read_constants(tags, GAZEBO, "Gazebo's defaults", element, remarks)
     tags.note_unused(_USED, element, remarks)
     mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
-    return Rotor(
-        name=joint.name,
-        joint=joint.name,
-        link=link.name,
-        p_BR=mount.p_BR,
-        axis_B=mount.axis_B,
-        direction=direction * mount.sense,
-        motor_constant=motor_constant,
-        moment_constant=constants.moment_constant,
-        time_constant_up=constants.time_constant_up,
-        time_constant_down=constants.time_constant_down,
-        max_rot_velocity=constants.max_rot_velocity,
-        velocity_slowdown=constants.velocity_slowdown,
-        rotor_drag_coefficient=constants.rotor_drag_coefficient,
-        rolling_moment_coefficient=constants.rolling_moment_coefficient,
-        inertia=spin_inertia(
-            model,
-            joint,
-            motor_constant=motor_constant,
-            slowdown=constants.velocity_slowdown,
-            file=tags.file,
-            remarks=remarks,
-        )
-        if constants.inertia is None
-        else constants.inertia,
-        inflow_coefficient=constants.inflow_coefficient,
-        ground_effect_coefficient=constants.ground_effect_coefficient,
-        propeller_radius=constants.propeller_radius,
-        linear_motor_constant=constants.linear_motor_constant,
-    )
+    turn = direction * mount.sense
+    return make_rotor(model, joint, link, mount, turn, motor_constant, constants, tags, remarks)
 
 
 def _joint(tags: Tags, model: Model, link: Link, remarks: Remarks) -> Joint:

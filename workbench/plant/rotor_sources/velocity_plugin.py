@@ -12,12 +12,12 @@ from workbench.plant.rotor_sources.limit import refuse_crowd
 from workbench.plant.rotor_sources.motor_constants import (
     CONSTANTS,
     GAZEBO,
+    make_rotor,
     note_assumed,
     read_constants,
 )
 from workbench.plant.rotor_sources.mount import Mount, mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
-from workbench.plant.rotor_sources.spin import spin_inertia
 from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotor_sources.weight import total_mass
 from workbench.plant.rotors import Rotor
@@ -83,35 +83,16 @@ def read_velocity_plugin(
     motor_constant = _motor_constant(tags, model, len(named), constants.max_rot_velocity, remarks)
     turns = _turns(tags, named, remarks)
     return tuple(
-        Rotor(
-            name=rotor.joint.name,
-            joint=rotor.joint.name,
-            link=rotor.link.name,
-            p_BR=rotor.mount.p_BR,
-            axis_B=rotor.mount.axis_B,
-            direction=turn,
-            motor_constant=motor_constant,
-            moment_constant=constants.moment_constant,
-            time_constant_up=constants.time_constant_up,
-            time_constant_down=constants.time_constant_down,
-            max_rot_velocity=constants.max_rot_velocity,
-            velocity_slowdown=constants.velocity_slowdown,
-            rotor_drag_coefficient=constants.rotor_drag_coefficient,
-            rolling_moment_coefficient=constants.rolling_moment_coefficient,
-            inertia=spin_inertia(
-                model,
-                rotor.joint,
-                motor_constant=motor_constant,
-                slowdown=constants.velocity_slowdown,
-                file=tags.file,
-                remarks=remarks,
-            )
-            if constants.inertia is None
-            else constants.inertia,
-            inflow_coefficient=constants.inflow_coefficient,
-            ground_effect_coefficient=constants.ground_effect_coefficient,
-            propeller_radius=constants.propeller_radius,
-            linear_motor_constant=constants.linear_motor_constant,
+        make_rotor(
+            model,
+            rotor.joint,
+            rotor.link,
+            rotor.mount,
+            turn,
+            motor_constant,
+            constants,
+            tags,
+            remarks,
         )
         for rotor, turn in zip(named, turns, strict=True)
     )
