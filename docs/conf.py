@@ -21,7 +21,6 @@ project = "Drake drone workbench"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 root_doc = "README"
 include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/*.md", "docs/api.rst"]
-exclude_patterns = ["docs/performance.json"]
 html_theme = "furo"
 html_title = project
 html_show_sphinx = False
@@ -31,8 +30,6 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_default_options = {"members": True}
 napoleon_numpy_docstring = False
-nitpick_ignore_regex = [("py:.*", ".*")]
-suppress_warnings = ["autodoc.import_object"]
 
 API = ROOT / "docs" / "api.rst"
 GROUPS = {

@@ -142,7 +142,9 @@ def test_a_tag_is_read_by_a_loader_that_knows_it(write):
     assert "not YAML" in fault(path)
 
 
-@pytest.mark.skipif(not hasattr(yaml, "CSafeLoader"), reason="PyYAML was built without libyaml")
+@pytest.mark.skipif(
+    not hasattr(yaml, "CSafeLoader"), reason="PyYAML was built without libyaml: install its wheel"
+)
 def test_libyaml_reads_where_it_is_there():
     assert FastLoader is yaml.CSafeLoader
 

@@ -11,9 +11,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram
 
-from workbench.common.resources import find_model
 from workbench.diagram.core import make_vehicle_core
-from workbench.plant.description import Description, read_description
+from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
 
@@ -78,11 +77,6 @@ def make_rig(description: Description) -> Rig:
     vehicle = make_vehicle(airless)
     diagram = make_vehicle_core(airless, vehicle, {"drag_area": 0.0, "air_density": 1.225})
     return Rig(airless, vehicle, diagram, diagram.CreateDefaultContext())
-
-
-@pytest.fixture(scope="session")
-def description():
-    return read_description(find_model("dh_drone"))
 
 
 @pytest.fixture

@@ -36,8 +36,3 @@ def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
         peak_rotor_use=float(flown.rotor_use.max()),
         withheld=why_withheld(found, duration, part.jump, changed=changed),
     )
-
-
-def is_finite(numbers: StepNumbers) -> bool:
-    """Return whether the step came to rise at all."""
-    return math.isfinite(numbers.rise_time)

@@ -11,8 +11,6 @@ from workbench.gui.visualization.signal_catalog import SignalGroup
 MIME = "application/x-workbench-signal"
 """Kind of what is dragged: names of signals, a line each."""
 NAME = Qt.ItemDataRole.UserRole.value + 1
-OPEN_AT_FIRST = 0
-"""Groups that are open before anybody has opened one."""
 
 
 class SignalModel(QStandardItemModel):
