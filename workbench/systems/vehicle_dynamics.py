@@ -12,14 +12,13 @@ from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES, push_at, wind_at
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.vehicle_step import (
-    CONSTANT,
     FULL,
-    LINEAR,
     ROW,
     changes_thrust,
     given,
     rotor_rows,
     rotor_thrusts,
+    static_thrust,
     step_vehicle,
 )
 from workbench.plant.contact import Contact
@@ -300,8 +299,7 @@ class VehicleDynamics(LeafSystem):
     def _calc_static_thrusts(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state(MEMORY).get_value()
         speeds, shares = memory[SPEEDS : SPEEDS + self._n], memory[SPEEDS + self._n :]
-        constants, linear = self._rows[:, CONSTANT], self._rows[:, LINEAR]
-        output.SetFromVector(shares * constants * (speeds * (speeds + linear)))
+        output.SetFromVector(static_thrust(speeds, shares, self._rows.T))  # of all at once
 
     def _calc_thrusts(self, context: Context, output: BasicVector) -> None:
         if not self._changes:
