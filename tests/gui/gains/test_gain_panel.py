@@ -56,6 +56,17 @@ def test_everything_else_that_is_live_can_be_set_too(rig, panel):
     assert rig.flight.given == [("wind_x", 5.0)]
 
 
+def test_units_change_as_another_flight_begins(rig, panel, new_view, workspace, qtbot):
+    """The lines of the flight before stand until its own are made, with values that it has not."""
+    QTest.mouseClick(panel._more.heading, LEFT)
+    view = new_view()
+    del view.values["wind_x"]
+    rig.editor.begin(view)
+    workspace.preferences.changed.emit("units")
+    qtbot.waitUntil(lambda: panel._shown == rig.editor.rows)
+    assert "wind_x" not in panel.rows
+
+
 def test_all_gains_stand_without_scrolling(panel):
     assert panel._area.widget().height() <= panel._area.viewport().height()
     names = {row.name for row in parameters_of("controller") if not row.name.startswith("max_")}

@@ -197,6 +197,8 @@ class GainPanel(QWidget):
             self._editor.find_ranges()
 
     def _show_units(self, preference: str = "") -> None:
+        if self._shown != self._editor.rows:
+            return  # another flight has begun: its lines are made when the present event is over
         for row in self.rows.values():
             row.show_unit()
 
