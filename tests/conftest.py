@@ -124,6 +124,7 @@ def vehicle(description):
 def gains():
     """The values of the parameter table's controller rows."""
     from workbench.control.pd import Gains
+
     from workbench.scenario.parameters import parameters_of
 
     return Gains(**{row.name: row.default for row in parameters_of("controller")})

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.primitives import Linearize
+from workbench.gains.rule import thrust_to_weight
 
 from workbench.control.guidance import Guidance
 from workbench.control.mode import FlightMode
 from workbench.design.hover_check import check_hover
 from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import choose_gains, vehicle_gains
-from workbench.gains.rule import thrust_to_weight
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.thrust_frame import thrust_frame

@@ -1,11 +1,11 @@
 """`workbench gains`."""
 
 import pytest
+from workbench.gains.rule import rule_gains
 
 from workbench.common.resources import find_model
 from workbench.gains.gains import vehicle_gains
 from workbench.gains.profiles import load_gains
-from workbench.gains.rule import rule_gains
 from workbench.plant.loading import load_vehicle
 
 DRONE = load_vehicle(find_model("dh_drone"))

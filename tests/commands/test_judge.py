@@ -4,9 +4,9 @@ import csv
 import re
 
 import pytest
+from workbench.design.linear.loops import LOOPS
 
 from workbench.design.judge.margins import loop_margins
-from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.study import LinearStudy
 
 PNG = b"\x89PNG"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
+from workbench.control.pd import Body, specific_force, wrench
 
 from workbench.control.flight_law import (
     control_update,
@@ -21,7 +22,6 @@ from workbench.control.flight_state import mass_velocity, still_air_drag, thrust
 from workbench.control.guidance import Guidance
 from workbench.control.loop_points import CLOSED, closed_loops
 from workbench.control.mixer import mix
-from workbench.control.pd import Body, specific_force, wrench
 from workbench.control.stopped_rotors import mix_without
 from workbench.dynamics.rigid_body import rotation
 from workbench.dynamics.vehicle_step import rotor_rows, vehicle_wrench

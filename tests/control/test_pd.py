@@ -7,6 +7,7 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RollPitchYaw, RotationMatrix
+from workbench.control.pd import LEAST_LIFT, Gains
 
 from workbench.control import pd
 from workbench.control.guidance import (
@@ -19,7 +20,6 @@ from workbench.control.guidance import (
 )
 from workbench.control.loop_points import closed_loops
 from workbench.control.obstacle_brake import braked
-from workbench.control.pd import LEAST_LIFT, Gains
 from workbench.plant.gravity import GRAVITY
 
 GAINS = Gains(

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from workbench.control.pd import Gains
 
 from workbench.control.guidance import Guidance
-from workbench.control.pd import Gains
 from workbench.diagram.core import parameter_values
 from workbench.scenario.parameters import defaults
 

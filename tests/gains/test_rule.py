@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from workbench.gains.rule import (
     CONTROL_DELAY,
     rule_gains,
@@ -14,6 +13,7 @@ from workbench.gains.rule import (
     spare_angular_acceleration,
     thrust_to_weight,
 )
+
 from workbench.plant.rotors import Rotor
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle

@@ -7,9 +7,9 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Linearize
+from workbench.control.pd import Gains
 
 from workbench.control.guidance import Guidance, Reference
-from workbench.control.pd import Gains
 from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.description import read_description

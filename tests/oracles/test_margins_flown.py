@@ -7,11 +7,11 @@ these loops cross turns the phase as the delay does, and changes the size by les
 
 import numpy as np
 import pytest
+from workbench.design.linear.loops import LOOPS
 
 from workbench.control.flight_law import control_update, law_constants
 from workbench.control.loop_points import COUNT, INJECTIONS, POINTS, SIGNALS
 from workbench.design.judge.margins import loop_margins
-from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import axis_velocity

@@ -5,10 +5,10 @@ from functools import partial
 
 import numpy as np
 import pytest
+from workbench.control.pd import Gains
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.flight_mode import Settings
-from workbench.control.pd import Gains
 from workbench.dynamics.air.settings import AirSettings
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.payload import Payload

@@ -5,19 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
+from workbench.control.pd import Gains
 
 from workbench.control.flight_law import law_constants, rotor_commands, yaw_moment
 from workbench.control.loop_points import closed_loops
-from workbench.control.pd import Gains
 from workbench.plant.thrust_frame import thrust_frame
-from workbench.systems.controller import CascadedController_
+from workbench.systems.controller import ContinuousController_
 
 PORTS = ("state", "acceleration", "reference", "guidance")
 
 
 @pytest.fixture
 def controller(vehicle, gains):
-    return CascadedController_[float](vehicle=vehicle, gains=gains)
+    return ContinuousController_[float](vehicle=vehicle, gains=gains)
 
 
 def output(controller, context, signals) -> np.ndarray:
@@ -63,7 +63,7 @@ def test_where_rotors_have_an_inertia_yaw_moments_wait_for_their_spin_up(
     time = thrust_frame(spinning).spin_up_time
     assert time == pytest.approx(1 / 3.11, rel=0.01)  # four J / (2 k w moment_constant)
     reckoning = gains._replace(spin_up_feedforward=1.0)
-    controller = CascadedController_[float](vehicle=spinning, gains=reckoning)
+    controller = ContinuousController_[float](vehicle=spinning, gains=reckoning)
     context = controller.CreateDefaultContext()
     signals = random_signals(np.random.default_rng(14))
     still = [1.0, *[0.0] * 5, 10.0, *[0.0] * 6]
@@ -112,6 +112,6 @@ def test_with_derivatives_it_also_stands_still_and_idles(
 
 def test_conversion_copies_the_gains(vehicle, gains):
     changed = gains._replace(kp_roll=77.0)
-    twin = CascadedController_[float](vehicle=vehicle, gains=changed).ToAutoDiffXd()
+    twin = ContinuousController_[float](vehicle=vehicle, gains=changed).ToAutoDiffXd()
     carried = twin.CreateDefaultContext().get_numeric_parameter(0).CopyToVector()
     assert [x.value() for x in carried] == list(changed)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
+from workbench.control.pd import Gains
 
 from workbench.control.flight_law import control_update, law_constants
 from workbench.control.loop_points import closed_loops
-from workbench.control.pd import Gains
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import FlightComputer
 

@@ -12,13 +12,11 @@ from workbench.design.judge.loop_judgement import growing_loops
 from workbench.design.judge.loop_response import closed_poles
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.judge.modes import natural_poles
-from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.study import HOVER
 
 FORGOTTEN = 0.05
 """A sampled pole no larger than this leaves nothing after two samples: rounding moves it."""
-POSITION_ERRORS = tuple(loop.error for loop in LOOPS if loop.hold)
 
 
 def judge(subject: Subject, question: Judge, _: Work) -> Working:
@@ -36,7 +34,9 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
     growing = steered + held
     yield Judged(
         gains=question.gains,
-        loops=tuple(_loop(each.name, margins[each.name], each.name in growing) for each in LOOPS),
+        loops=tuple(
+            _loop(each.name, margins[each.name], each.name in growing) for each in holding.loops
+        ),
         poles=shown_poles(holding),
         stable=stable,
         said=_said(steered, held),
@@ -45,7 +45,7 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
 
 def opened_to_steer(holding: LinearModel) -> LinearModel:
     """Return a closed loop with its position loops opened: then a pilot steers."""
-    steering = holding.opened(POSITION_ERRORS)
+    steering = holding.opened([loop.error for loop in holding.loops if loop.hold])
     return replace(steering, trim=replace(steering.trim, point=HOVER))
 
 
@@ -60,8 +60,8 @@ def shown_poles(model: LinearModel) -> np.ndarray:
 
 def _margins(model: LinearModel, *, hold: bool) -> dict[str, LoopMargins]:
     """Return the margins of the loops that are closed only while a place is held, or the others."""
-    loops = [loop for loop in LOOPS if loop.hold is hold]
-    found = all_margins(model, [loop.actuator for loop in loops])
+    loops = [loop for loop in model.loops if loop.hold is hold]
+    found = all_margins(model, [loop.point("actuator") for loop in loops])
     return {loop.name: margins for loop, margins in zip(loops, found, strict=True)}
 
 

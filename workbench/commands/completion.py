@@ -168,9 +168,9 @@ def _specs() -> list[str]:
 
 
 def _parameters() -> list[str]:
-    from workbench.scenario.parameters import PARAMETERS
+    from workbench.scenario.parameters import parameter_table
 
-    return [f"{row.name}=" for row in PARAMETERS]
+    return [f"{row.name}=" for row in parameter_table()]
 
 
 def _variations() -> list[str]:

@@ -81,18 +81,19 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Judge, print, write pictures; 1 if a mode grows."""
-    from workbench.design.linear.loops import find_loop
+    from workbench.control.controller import load_controller
     from workbench.design.linear.operating_point import OperatingPoint, parse_point
     from workbench.scenario.scenario import Scenario
 
     point = parse_point(args.at)
-    if args.loop and find_loop(args.loop).hold and point != OperatingPoint():
+    scenario = with_vehicle(Scenario(), args)
+    law = load_controller(scenario.controller)
+    if args.loop and law.loop(args.loop).hold and point != OperatingPoint():
         raise WorkbenchError(f"the loop {args.loop} is closed at hover only: leave --at out")
     if args.axis and not args.sensitivity:
         raise WorkbenchError("--axis is that of the step for --sensitivity: give both or neither")
     if (args.sensitivity or args.map) and (args.at != "hover" or args.loop):
         raise WorkbenchError("--sensitivity and --map begin at hover: leave --at and --loop out")
-    scenario = with_vehicle(Scenario(), args)
     if args.sensitivity:
         return _sensitivity(args, scenario)
     if args.map:
@@ -132,11 +133,10 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
 def _draw(args: argparse.Namespace, scenario: "Scenario", found: "Judgement") -> Any:
     """Return the picture of one loop, or of all."""
     from workbench.design.judge.plots_loop import plot_loop, plot_loops
-    from workbench.design.linear.loops import find_loop
 
     if not args.loop:
         return plot_loops(found.steering, found.holding, cut=args.cut)
-    loop = find_loop(args.loop)
+    loop = found.steering.controller.loop(args.loop)
     model = found.holding if loop.hold else found.steering
     return plot_loop(model or found.steering, loop, found.steps, cut=args.cut)
 

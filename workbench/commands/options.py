@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.scenario.parameters import parse_setting
+from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
     from workbench.scenario.scenario import Scenario
@@ -50,11 +50,18 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         help="shipped world (`workbench fly --list` lists them), or a .yaml, .sdf or .world file "
         "(default: the scenario's, or empty)",
     )
+    group.add_argument(
+        "--controller",
+        metavar="NAME|FILE",
+        default="",
+        help="shipped control law (`workbench controllers` lists them), or a .py file of your own, "
+        "see docs/controllers.md (default: the scenario's, or pd)",
+    )
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
         "--set",
         action="append",
-        type=parse_setting,
+        type=split_setting,
         default=[],
         metavar="NAME=VALUE",
         help="value of a live parameter, as kp_velocity_z=6; `workbench params` lists them; may be "
@@ -207,6 +214,8 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     Another model comes without the scenario's arguments and gains, which were for its own.
     """
     from workbench.common.resources import find_file, find_model, find_world
+    from workbench.control.controller import load_controller
+    from workbench.scenario.parameters import parameter_table
     from workbench.scenario.scenario import VehicleConfig
 
     if args.model:
@@ -220,6 +229,9 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     variation.check()
     scenario.vehicle.variation = variation
     scenario.world = args.world or scenario.world
+    scenario.controller = args.controller or scenario.controller
+    law = load_controller(scenario.controller)
+    parameter_table(law).checked(dict(args.set))
     # a name that is wrong is refused here, before a second is spent on loading Drake
     find_model(scenario.vehicle.model)
     for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):

@@ -18,7 +18,7 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.parameters import parse_setting
+from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
     from workbench.design.regress.flight import Changes
@@ -43,7 +43,7 @@ def add_parser(commands: Any) -> None:
     change = parser.add_argument_group("what is otherwise than in the specs")
     change.add_argument(
         "--set",
-        type=parse_setting,
+        type=split_setting,
         metavar="NAME=VALUE",
         help="value of a live parameter; may be repeated",
         action="append",

@@ -7,17 +7,17 @@ several, and so do rays. So the cache lies in a folder named after the content o
 import fcntl
 import hashlib
 import logging
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
-from numba.core import config, event
-
 from workbench.common.cache import PROGRESS_LOGGER, cache_folder
 from workbench.common.errors import WorkbenchError
+from workbench.common.jitable import tell_numba
 
 _PACKAGE = Path(__file__).parent.parent
 PERIOD = 4.0
@@ -29,6 +29,7 @@ def compile_cached(
     sources: Sequence[str],
     what: str,
     parts: int = 1,
+    text: str = "",
     **options: Any,
 ) -> "Compiled":
     """Return `function` compiled at its first call, up to a minute once a machine.
@@ -41,47 +42,45 @@ def compile_cached(
             `workbench/`; a change there compiles anew.
         what: it computes, for people.
         parts: about how many functions are compiled for it, for the progress that is told.
+        text: of a source that stands elsewhere, as a user's own.
         options: of `numba.njit`, such as `nogil=True`, which lets other Python threads run
             meanwhile: worth it where a call takes long.
     """
-    try:
-        folder = cache_folder(_digest(sources, options)) / function.__name__
-        folder.mkdir(exist_ok=True)
-    except (WorkbenchError, OSError):  # it runs without a cache, too
-        return Compiled(numba.njit(**options)(function), what, parts, None)
-    before = config.CACHE_DIR  # type: ignore[attr-defined]
-    config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
-    try:
-        compiled = numba.njit(cache=True, **options)(function)
-    finally:
-        config.CACHE_DIR = before  # type: ignore[attr-defined]
-    return Compiled(compiled, what, parts, folder)
+    return Compiled(function, sources, what, parts, text, options)
 
 
 class Compiled:
     """A compiled function. Its first call in a process loads the machine code, or makes it.
 
     One process or thread makes it and says so; others that need it meanwhile wait, and load it.
-
-    Args:
-        dispatcher: numba's.
-        what: it computes, for people.
-        parts: about how many functions are compiled for it.
-        folder: of the cache, None without one.
+    Arguments are those of `compile_cached`.
     """
 
-    def __init__(self, dispatcher: Any, what: str, parts: int, folder: Path | None) -> None:
-        self._dispatcher = dispatcher
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        sources: Sequence[str],
+        what: str,
+        parts: int,
+        text: str,
+        options: Mapping[str, Any],
+    ) -> None:
+        self._function = function
+        self._sources = sources
         self._what = what
         self._parts = parts
-        self._folder = folder
+        self._text = text
+        self._options = options
+        self._lock = threading.Lock()
+        self._dispatcher: Any = None
         self._ready = False
 
     def __call__(self, *args: Any) -> Any:
         if self._ready:
             return self._dispatcher(*args)
-        listener = _Listener(self._dispatcher, self._what, self._parts)
-        with _alone(self._folder, self._what), event.install_listener("numba:compile", listener):
+        with self._lock:
+            folder = self._prepare()
+        with _alone(folder, self._what), _told(self._dispatcher, self._what, self._parts):
             result = self._dispatcher(*args)
         self._ready = True
         return result
@@ -89,44 +88,74 @@ class Compiled:
     @property
     def signatures(self) -> list[Any]:
         """The types of arguments for which there is machine code in this process."""
-        return list(self._dispatcher.signatures)
+        return list(self._dispatcher.signatures) if self._dispatcher else []
+
+    def _prepare(self) -> Path | None:
+        """Make numba's dispatcher, once; return the folder of its cache, None without one."""
+        import numba  # half a second, which only those pay who compile
+        from numba.core import config
+
+        try:
+            folder = cache_folder(_digest(self._sources, self._text, self._options))
+            folder = folder / self._function.__name__
+            folder.mkdir(exist_ok=True)
+        except (WorkbenchError, OSError):  # it runs without a cache, too
+            folder = None
+        if self._dispatcher is not None:
+            return folder
+        tell_numba()
+        if folder is None:
+            self._dispatcher = numba.njit(**self._options)(self._function)
+            return None
+        before = config.CACHE_DIR  # type: ignore[attr-defined]
+        config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
+        try:
+            made = numba.njit(cache=True, **self._options)(self._function)
+        finally:
+            config.CACHE_DIR = before  # type: ignore[attr-defined]
+        # the folder says all that decides; numba's own key would have the function's inner
+        # functions, in bytes that are others in every process
+        made._cache._index_key = lambda signature, codegen: (signature, codegen.magic_tuple())
+        self._dispatcher = made
+        return folder
 
 
-class _Listener(event.Listener):
-    """Says that a function compiles, and how far it is.
+@contextmanager
+def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
+    """Say that a function compiles, and how far it is.
 
     numba reports each function that it compiles, first the outermost one; none where the machine
     code comes from the cache.
     """
+    from numba.core import event
 
-    def __init__(self, dispatcher: Any, what: str, parts: int) -> None:
-        self._dispatcher = dispatcher
-        self._what = what
-        self._parts = parts
-        self._logger = logging.getLogger(PROGRESS_LOGGER)
-        self._done = 0
-        self._began: float | None = None
-        self._said = 0.0
+    logger = logging.getLogger(PROGRESS_LOGGER)
 
-    def on_start(self, event: Any) -> None:
-        if event.data["dispatcher"] is self._dispatcher:
-            self._began = self._said = time.monotonic()
-            self._logger.warning(
-                "compiling %s for this machine, up to a minute, this once", self._what
-            )
+    class Listener(event.Listener):
+        began: float | None = None
+        said = 0.0
+        done = 0
 
-    def on_end(self, event: Any) -> None:
-        if self._began is None:  # of something else
-            return
-        self._done += 1
-        now = time.monotonic()
-        if event.data["dispatcher"] is self._dispatcher:
-            self._logger.warning("compiled %s in %.0f s", self._what, now - self._began)
-            self._began = None
-        elif now > self._said + PERIOD:
-            self._said = now
-            share = min(99, 100 * self._done // self._parts)
-            self._logger.warning("compiling %s: %d %%", self._what, share)
+        def on_start(self, event: Any) -> None:
+            if event.data["dispatcher"] is dispatcher:
+                self.began = self.said = time.monotonic()
+                logger.warning("compiling %s for this machine, up to a minute, this once", what)
+
+        def on_end(self, event: Any) -> None:
+            if self.began is None:  # of something else
+                return
+            self.done += 1
+            now = time.monotonic()
+            if event.data["dispatcher"] is dispatcher:
+                logger.warning("compiled %s in %.0f s", what, now - self.began)
+                self.began = None
+            elif now > self.said + PERIOD:
+                self.said = now
+                share = min(99, 100 * self.done // parts)
+                logger.warning("compiling %s: %d %%", what, share)
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
 
 
 @contextmanager
@@ -151,10 +180,10 @@ def _alone(folder: Path | None, what: str) -> Iterator[None]:
         yield
 
 
-def _digest(sources: Sequence[str], options: Mapping[str, Any]) -> str:
+def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> str:
     """Return a name for the sources as they are, and for how they are compiled."""
     how = sorted((name, str(value)) for name, value in options.items())
-    digest = hashlib.sha256(f"{numba.__version__} {how}".encode())
+    digest = hashlib.sha256(f"{version('numba')} {how} {text}".encode())
     for name in sources:
         path = _PACKAGE / name
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

@@ -1,19 +1,23 @@
-"""A whole control update: the law, allocation and rotor speeds, as pure functions.
+"""A whole control update: a controller's law, allocation and rotor speeds, as pure functions.
 
 They run as plain Python with lists (floats or AutoDiffXd) and compiled with arrays: one source.
+This is the only place where the order of an update stands; diagram, linear models and compiled
+flights all take it from here.
 """
 
 import math
+from collections import namedtuple
+from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
+from workbench.common.jitable import register_jitable
+from workbench.control.controller import Controller
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
-from workbench.control.guidance import LIFT, MOTORS
-from workbench.control.loop_points import COUNT, SIGNALS
+from workbench.control.guidance import LIFT, MOTORS, Measured, Setpoint
 from workbench.control.mixer import mix
-from workbench.control.pd import Body, Gains, specific_force, wrench
 from workbench.control.stopped_rotors import any_stopped, mix_without
 from workbench.dynamics.rotor_response import speed_command
 from workbench.plant.drag import drag_area, drag_rates
@@ -27,12 +31,24 @@ Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
 SOURCES = ("control", "dynamics", "plant/gravity.py")
-"""What the compiled law stands in, below `workbench/`."""
-SPIN_UP = Gains._fields.index("spin_up_feedforward")
-BODY, ROTOR = 18, 12
+"""What the compiled update stands in, below `workbench/`, besides its controller."""
+BODY, ROTOR = 19, 12
 """Numbers that the law knows of the body, and of each rotor, see `packed`."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
+
+
+class Body(NamedTuple):
+    """What a law knows of the body: mass [kg], inertia xx, xy, xz, yy, yz, zz [kg·m²], in T.
+
+    And what drag takes of the turn about z, as an angular acceleration over its rate [1/s], and the
+    time constant of the slowest rotor at hover [s].
+    """
+
+    mass: float
+    inertia: Any
+    yaw_drag: float
+    rotor_lag: float
 
 
 class LawConstants(NamedTuple):
@@ -42,8 +58,8 @@ class LawConstants(NamedTuple):
     the vehicle hovers upright in, and place of the centre of mass in B [m]; drag as in
     `plant.drag.DragRates`; allocation from a wrench to thrusts and effects of thrusts on the
     wrench, n rows of 4 each; idle and largest thrusts [N], motor constants [N·s²] and halves of
-    the rotors' `linear_speed` [rad/s], n each; and by how much spin-up torque leads drag torque in
-    yaw [s].
+    the rotors' `linear_speed` [rad/s], n each; by how much spin-up torque leads drag torque in
+    yaw [s]; and the time constant of the slowest rotor at hover [s].
     Inertia, allocation and effects are for T, see `plant.thrust_frame`.
     """
 
@@ -59,6 +75,7 @@ class LawConstants(NamedTuple):
     motor_constants: Any
     half_linear_speeds: Any
     spin_up_time: float
+    rotor_lag: float
 
 
 def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstants:
@@ -92,11 +109,29 @@ def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstan
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
         half_linear_speeds=[0.5 * rotor.linear_speed for rotor in vehicle.rotors],
         spin_up_time=frame.spin_up_time,
+        rotor_lag=slowest_rotor(vehicle),
     )
 
 
+def slowest_rotor(vehicle: Vehicle) -> float:
+    """Return the largest time constant of a rotor that hovers [s].
+
+    There the rates of speeding up and slowing down blend to their mean, see
+    `dynamics.rotor_response`.
+    """
+    lifting = (rotor for rotor in vehicle.rotors if rotor.lifts)
+    rates = (1.0 / rotor.time_constant_up + 1.0 / rotor.time_constant_down for rotor in lifting)
+    return 2.0 / min(rates)
+
+
+@register_jitable(forceinline=True)
+def known_body(constants: LawConstants) -> Body:
+    """Return what a law knows of the body."""
+    return Body(constants.mass, constants.inertia, constants.drag[2], constants.rotor_lag)
+
+
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (18) of the body and (n, 12) of the rotors."""
+    """Return constants as two arrays, (19) of the body and (n, 12) of the rotors."""
     columns = (
         constants.idle_thrusts,
         constants.max_thrusts,
@@ -104,9 +139,8 @@ def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
         constants.half_linear_speeds,
     )
     place = (*constants.q_BT, *constants.p_BoBcm_B)
-    body = np.array(
-        [constants.mass, *constants.inertia, *place, *constants.drag, constants.spin_up_time]
-    )
+    times = (constants.spin_up_time, constants.rotor_lag)
+    body = np.array([constants.mass, *constants.inertia, *place, *constants.drag, *times])
     rotors = np.column_stack([constants.allocation, constants.effects, *columns])
     return body, rotors
 
@@ -127,6 +161,7 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
         rotors[:, 10],
         rotors[:, 11],
         body[17],
+        body[18],
     )
 
 
@@ -149,58 +184,7 @@ def estimated(velocity: Signal, filtered: Signal, estimate: tuple[float, float])
 
 
 @register_jitable(forceinline=True)
-def flight_wrench(
-    state: Signal,
-    acceleration: Signal,
-    reference: Signal,
-    guidance: Signal,
-    gains: Signal,
-    constants: LawConstants,
-    loops: Signal,
-) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return the force [N] and moment [N·m] in T that the law asks of a vehicle whose rotors lift.
-
-    Args: as for `rotor_commands`; of the constants those of the body.
-    """
-    g = named_gains(gains)
-    q_WT = thrust_attitude(state[0:4], constants.q_BT)
-    v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
-    drag = still_air_drag(q_WT, v_WBcm, constants.drag)
-    f_x, f_y, f_z, yaw_rate = specific_force(
-        state[4:7], v_WBcm, acceleration, drag, reference, guidance, g, loops
-    )
-    body = Body(constants.mass, constants.inertia, constants.drag[2])
-    return wrench((f_x, f_y, f_z), yaw_rate, q_WT, state[7:10], g, body, loops)
-
-
-@register_jitable(forceinline=True)
-def named_gains(g: Signal) -> Gains:
-    """Return gains by name of a sequence in their order."""
-    return Gains(
-        g[0],
-        g[1],
-        g[2],
-        g[3],
-        g[4],
-        g[5],
-        g[6],
-        g[7],
-        g[8],
-        g[9],
-        g[10],
-        g[11],
-        g[12],
-        g[13],
-        g[14],
-        g[15],
-        g[16],
-        g[17],
-        g[18],
-    )
-
-
-@register_jitable(forceinline=True)
-def kept_share(gains: Signal, spin_up_time: Scalar, period: Scalar) -> Scalar:
+def kept_share(g: Any, spin_up_time: Scalar, period: Scalar) -> Scalar:
     """Return how much of the yaw moment of one update the next one keeps.
 
     Rotors make the moment m that is asked for by drag, and spin_up_time dm/dt by spinning up. So
@@ -208,65 +192,47 @@ def kept_share(gains: Signal, spin_up_time: Scalar, period: Scalar) -> Scalar:
     updates for dm/dt; lead is the share `spin_up_feedforward` of spin_up_time.
 
     Args:
-        gains: see `pd.Gains`.
+        g: gains by name.
         spin_up_time: see `LawConstants` [s].
         period: between updates [s].
     """
-    lead = gains[SPIN_UP] * spin_up_time
+    lead = g.spin_up_feedforward * spin_up_time
     return lead / (lead + period)
 
 
 @register_jitable(forceinline=True)
-def yaw_moment(commands: Signal, constants: LawConstants) -> Scalar:
-    """Return the yaw moment that commanded speeds (n) make by drag, once reached [N·m]."""
-    moment = 0.0
+def commanded_wrench(commands: Signal, constants: LawConstants) -> tuple[Any, Any, Any, Any]:
+    """Return force [N] and moment [N·m] in T that commanded speeds (n) make, once reached."""
+    force, m_x, m_y, m_z = 0.0, 0.0, 0.0, 0.0
     for i in range(len(constants.effects)):
         linear_speed = 2.0 * constants.half_linear_speeds[i]
         thrust = constants.motor_constants[i] * commands[i] * (commands[i] + linear_speed)
-        moment = moment + constants.effects[i][3] * thrust
-    return moment
+        effect = constants.effects[i]
+        force = force + effect[0] * thrust
+        m_x = m_x + effect[1] * thrust
+        m_y = m_y + effect[2] * thrust
+        m_z = m_z + effect[3] * thrust
+    return force, m_x, m_y, m_z
 
 
 @register_jitable
-def rotor_commands(
-    state: Signal,
-    acceleration: Signal,
-    reference: Signal,
-    guidance: Signal,
-    gains: Signal,
-    shares: Signal,
-    constants: LawConstants,
-    loops: Signal,
-    kept: Scalar,
-    before: Scalar,
-    commands: Signal,
-) -> Scalar:
-    """Write the commanded rotor speeds (n) [rad/s] into `commands`.
+def allocate(
+    wrench: Signal, lift: Scalar, motors: Scalar, shares: Signal, constants: Any, commands: Signal
+) -> None:
+    """Write the rotor speeds (n) [rad/s] that make a wrench, as nearly as rotors can.
 
     Args:
-        state: of the plant (13): q_WB, p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
-        acceleration: estimate in W (3) [m/s²].
-        reference: see `guidance.Reference`.
-        guidance: see `guidance.Guidance`.
-        gains: see `pd.Gains`.
+        wrench: force along z [N] and moment [N·m] in T.
+        lift: 0 lets the rotors idle.
+        motors: 0 stops them.
         shares: of their thrust that rotors give (n). The law knows which have stopped, with a
             share of 0, as motors report that; of weak ones it knows nothing.
-        constants: of the vehicle.
-        loops: see `loop_points`.
-        kept: how much of the yaw moment before is kept, see `kept_share`.
-        before: the yaw moment asked for before [N·m].
+        constants: see `LawConstants`.
         commands: n places.
-
-    Returns:
-        The yaw moment that is wanted [N·m].
     """
     n = len(constants.allocation)
-    wanted = 0.0
-    if guidance[LIFT] > 0.0:
-        force, m_x, m_y, wanted = flight_wrench(
-            state, acceleration, reference, guidance, gains, constants, loops
-        )
-        m_z = wanted + kept * (before - wanted)
+    if lift > 0.0:
+        force, m_x, m_y, m_z = wrench
         if any_stopped(shares):
             most = [constants.max_thrusts[i] if shares[i] > 0.0 else 0.0 for i in range(n)]
             mix_without(force, m_x, m_y, m_z, constants.effects, most, commands)
@@ -286,95 +252,232 @@ def rotor_commands(
             commands[i] = constants.idle_thrusts[i] if shares[i] > 0.0 else 0.0
     for i in range(n):
         commands[i] = speed_command(
-            commands[i],
-            constants.motor_constants[i],
-            constants.half_linear_speeds[i],
-            guidance[MOTORS],
+            commands[i], constants.motor_constants[i], constants.half_linear_speeds[i], motors
         )
-    return wanted
 
 
-@register_jitable
-def control_update(
-    state: Signal,
-    reference: Signal,
-    guidance: Signal,
-    gains: Signal,
-    shares: Signal,
-    constants: LawConstants,
-    loops: Signal,
-    estimate: tuple[float, float],
-    filtered: Signal,
-    commands: Signal,
-) -> tuple[Scalar, Scalar, Scalar]:
-    """Do one sampled control update: estimate acceleration, and run the law.
+class FlightLaw(NamedTuple):
+    """The functions of an update with one controller; see `flight_law`.
 
-    Args:
-        state: as for `rotor_commands`, and so the next five.
-        reference: see there.
-        guidance: see there.
-        gains: see there.
-        shares: see there.
-        constants: see there.
-        loops: see there.
-        estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
-        filtered: velocity that the estimate remembers (3) [m/s].
-        commands: rotor speeds commanded before (n) [rad/s], and places for those from now on.
-
-    Returns:
-        The filtered velocity to remember (3) [m/s].
+    Attributes:
+        gains: from a sequence to gains by name.
+        memory: from a sequence to what the law remembers, by name.
+        wrench: the law, from the plant's state to a wrench.
+        commands: one update without the estimate of acceleration.
+        update: one update.
+        packed_update: the same with packed constants, in place; this is what gets compiled.
     """
-    acceleration, after = estimated(state[10:13], filtered, estimate)
-    share, rate = estimate
-    kept = kept_share(gains, constants.spin_up_time, share / rate)
-    before = yaw_moment(commands, constants)
-    rotor_commands(
+
+    gains: Callable[..., Any]
+    memory: Callable[..., Any]
+    wrench: Callable[..., Any]
+    commands: Callable[..., Any]
+    update: Callable[..., Any]
+    packed_update: Callable[..., Any]
+
+
+@lru_cache(maxsize=64)
+def flight_law(controller: Controller) -> FlightLaw:
+    """Return the functions of a control update with a controller."""
+    law = controller.update
+    read_gains, read_memory = gains_reader(controller), memory_reader(controller)
+    size = len(controller.memory)
+    plain_memory = reader(None, size, "1.0 * s[{}]")
+    write_memory = writer(size)
+    initial = tuple(controller.initial_memory)
+    points = len(controller.points)
+
+    @register_jitable(forceinline=True)
+    def wrench(  # type: ignore[no-untyped-def]
+        state, acceleration, setpoint, g, memory, commanded, dt, constants, loops
+    ):
+        """Return the wrench (4) that the law asks of a vehicle whose rotors lift, and its memory.
+
+        Args:
+            state: of the plant (13): q_WB, p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+            acceleration: estimate in W (3) [m/s²].
+            setpoint: see `guidance.Setpoint`.
+            g: gains by name.
+            memory: by name.
+            commanded: see `commanded_wrench`.
+            dt: since the update before [s].
+            constants: of the vehicle; those of the body are used.
+            loops: see `loop_points`.
+        """
+        q_WT = thrust_attitude(state[0:4], constants.q_BT)
+        v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
+        drag = still_air_drag(q_WT, v_WBcm, constants.drag)
+        measured = Measured(state[4:7], v_WBcm, acceleration, q_WT, state[7:10], drag, commanded)
+        wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
+        return wanted, plain_memory(after)
+
+    @register_jitable
+    def commands(  # type: ignore[no-untyped-def]
         state,
         acceleration,
-        reference,
-        guidance,
-        gains,
+        setpoint,
+        g,
+        memory,
         shares,
         constants,
         loops,
         kept,
-        before,
-        commands,
-    )
-    return after
+        commanded,
+        dt,
+        speeds,
+    ):
+        """Write the commanded rotor speeds (n) [rad/s]; return the wanted yaw moment and memory.
 
+        Args: as for `wrench` and `allocate`, and
+            kept: how much of the yaw moment before is kept, see `kept_share`.
+            speeds: n places.
+        """
+        guidance = setpoint.guidance
+        wanted, after = (0.0, 0.0, 0.0, 0.0), initial
+        if guidance[LIFT] > 0.0:
+            wanted, after = wrench(
+                state, acceleration, setpoint, g, memory, commanded, dt, constants, loops
+            )
+        force, m_x, m_y, m_z = wanted
+        m_z = m_z + kept * (commanded[3] - m_z)
+        allocate(
+            (force, m_x, m_y, m_z), guidance[LIFT], guidance[MOTORS], shares, constants, speeds
+        )
+        return wanted[3], after
 
-def packed_update(
-    state: np.ndarray,
-    reference: np.ndarray,
-    guidance: np.ndarray,
-    gains: np.ndarray,
-    shares: np.ndarray,
-    known: np.ndarray,
-    probes: np.ndarray,
-    estimate: tuple[float, float],
-    filtered: np.ndarray,
-    commands: np.ndarray,
-) -> None:
-    """Do `control_update` with packed constants, in place; this is what gets compiled.
-
-    `known` are the constants of the body, and those of the rotors row by row, see `packed`: each
-    array handed to compiled code costs a quarter of a microsecond, hence so few. `probes` are gates
-    and injections of the loop points (30).
-    """
-    constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
-    loops = np.empty(SIGNALS + COUNT)
-    loops[:SIGNALS] = probes
-    after = control_update(
+    @register_jitable
+    def update(  # type: ignore[no-untyped-def]
         state,
-        reference,
-        guidance,
+        setpoint,
         gains,
         shares,
         constants,
         loops,
         estimate,
         filtered,
-        commands,
-    )
-    filtered[0], filtered[1], filtered[2] = after
+        memory,
+        speeds,
+    ):
+        """Do one sampled update: estimate acceleration, run the law, and command the rotors.
+
+        Args:
+            state: of the plant (13), as measured.
+            setpoint: see `guidance.Setpoint`.
+            gains: in the controller's order.
+            shares: see `allocate`.
+            constants: of the vehicle.
+            loops: see `loop_points`.
+            estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
+            filtered: velocity that the estimate remembers (3) [m/s].
+            memory: of the law, in its order.
+            speeds: commanded before (n) [rad/s], and places for those from now on.
+
+        Returns:
+            The filtered velocity (3) [m/s], and the memory of the law.
+        """
+        acceleration, after = estimated(state[10:13], filtered, estimate)
+        share, rate = estimate
+        dt = share / rate
+        g = read_gains(gains)
+        kept = kept_share(g, constants.spin_up_time, dt)
+        commanded = commanded_wrench(speeds, constants)
+        _, remembered = commands(
+            state,
+            acceleration,
+            setpoint,
+            g,
+            read_memory(memory),
+            shares,
+            constants,
+            loops,
+            kept,
+            commanded,
+            dt,
+            speeds,
+        )
+        return after, remembered
+
+    def packed_update(  # type: ignore[no-untyped-def]
+        state,
+        reference,
+        guidance,
+        a_WBcm,
+        gains,
+        shares,
+        known,
+        probes,
+        estimate,
+        filtered,
+        memory,
+        speeds,
+    ):
+        """Do `update` with packed constants, in place; this is what gets compiled.
+
+        `known` are the constants of the body, and those of the rotors row by row, see `packed`:
+        each array handed to compiled code costs a quarter of a microsecond, hence so few. `probes`
+        are gates and injections of the loop points.
+        """
+        constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
+        loops = np.empty(3 * points)
+        loops[: 2 * points] = probes
+        after, remembered = update(
+            state,
+            Setpoint(reference, guidance, a_WBcm),
+            gains,
+            shares,
+            constants,
+            loops,
+            estimate,
+            filtered,
+            memory,
+            speeds,
+        )
+        filtered[0], filtered[1], filtered[2] = after
+        write_memory(memory, remembered)
+
+    return FlightLaw(read_gains, read_memory, wrench, commands, update, packed_update)
+
+
+def gains_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
+    """Return a function to a controller's gains by name, see `reader`."""
+    fields = [*(row.name for row in controller.parameters), *controller.designed]
+    return reader(namedtuple("Gains", fields), len(fields), source, arguments)
+
+
+def memory_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
+    """Return a function to what a controller remembers, by name, see `reader`."""
+    fields = [state.name for state in controller.memory]
+    return reader(namedtuple("Memory", fields), len(fields), source, arguments)
+
+
+def reader(
+    record: Any, size: int, source: str = "s[{}]", arguments: str = "s"
+) -> Callable[..., Any]:
+    """Return a function that makes a record of numbers, and compiles.
+
+    numba makes no record of a sequence unless each place is written out.
+
+    Args:
+        record: a named tuple's type; None for a plain tuple.
+        size: how many numbers.
+        source: expression for one of them, by its place.
+        arguments: of the function.
+    """
+    parts = "".join(f"{source.format(place)}, " for place in range(size))
+    made = f"record({parts})" if record and size else f"({parts})"
+    return _function(f"def read({arguments}):\n    return {made}", {"record": record})
+
+
+def writer(size: int, target: str = "s[{}]", arguments: str = "s") -> Callable[..., Any]:
+    """Return a function that writes a tuple somewhere, and compiles; see `reader`."""
+    lines = "".join(f"    {target.format(k)} = values[{k}]\n" for k in range(size))
+    return _function(f"def write({arguments}, values):\n{lines}    return None", {})
+
+
+def _function(source: str, names: dict[str, Any]) -> Callable[..., Any]:
+    """Return the one function of a source."""
+    made: dict[str, Any] = {}
+    exec(source, names, made)
+    (function,) = made.values()
+    jitable: Callable[..., Any] = register_jitable(forceinline=True)(function)
+    return jitable

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from numba.extending import register_jitable
+from workbench.common.jitable import register_jitable
 
 Scalar = Any
 Signal = Any

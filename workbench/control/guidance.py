@@ -6,8 +6,7 @@ a yaw rate within limits. Written as the law is, see `pd`.
 
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
-
+from workbench.common.jitable import register_jitable
 from workbench.control.obstacle_brake import braked
 from workbench.plant.gravity import GRAVITY
 
@@ -70,25 +69,49 @@ class Guidance(NamedTuple):
     third_place: Scalar = 0.0
 
 
+class Measured(NamedTuple):
+    """What a law knows of the motion; T is the frame that hovers upright, see `plant.thrust_frame`.
+
+    Position p_WB [m]; velocity v_WBcm of the centre of mass and its acceleration a_WBcm, estimated,
+    in W [m/s, m/s²]; attitude q_WT, a quaternion w, x, y, z of any length but zero; angular
+    velocity w_WB in W [rad/s]; what drag of still air takes, over mass, in W [m/s²]; and the
+    wrench, force along z of T [N] and moment in T [N·m], that the speeds commanded before make
+    once the rotors have reached them.
+    """
+
+    p_WB: Vector
+    v_WBcm: Vector
+    a_WBcm: Vector
+    q_WT: Vector
+    w_WB: Vector
+    drag: Vector
+    wrench: Vector
+
+
+class Setpoint(NamedTuple):
+    """What is asked for: `Reference`, `Guidance`, and acceleration along a path in W (3) [m/s²]."""
+
+    reference: Vector
+    guidance: Vector
+    a_WBcm: Vector
+
+
 MOTORS, LIFT = (Guidance._fields.index(name) for name in ("motors", "lift"))
 BRAKE = Guidance._fields.index("brake")
 FIRST_WALL = BRAKE + 1
 
 
 @register_jitable(forceinline=True)
-def position_error(
-    p_WB: Vector, reference: Vector, guidance: Vector
-) -> tuple[Scalar, Scalar, Scalar]:
+def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
     """Return the way to the point that is held or gone to, in W [m]; 0 where there is none.
 
     Args:
-        p_WB: position [m].
-        reference: see `Reference`.
-        guidance: see `Guidance`.
+        measured: see `Measured`.
+        setpoint: see `Setpoint`.
     """
-    x, y, z = p_WB
-    v_x, v_y, v_z, _, p_x, p_y, p_z, follow = reference
-    _, _, authority, _, hold_xy, hold_z, hold_x, hold_y, hold_height = guidance[0:BRAKE]
+    x, y, z = measured.p_WB
+    v_x, v_y, v_z, _, p_x, p_y, p_z, follow = setpoint.reference
+    _, _, authority, _, hold_xy, hold_z, hold_x, hold_y, hold_height = setpoint.guidance[0:BRAKE]
     if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > 0.0:
         # a pilot who steers is not pulled back while the mode has yet to notice
         hold_xy = 0.0
@@ -103,17 +126,17 @@ def position_error(
 
 @register_jitable(forceinline=True)
 def velocity_setpoint(
-    correction: Vector, p_WB: Vector, reference: Vector, guidance: Vector, limits: Any
+    correction: Vector, measured: Any, setpoint: Any, limits: Any
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return velocity (x, y, z) in W [m/s] and yaw rate [rad/s]: what is asked for, within limits.
 
     Args:
         correction: velocity that the law adds for the error of position, in W [m/s].
-        p_WB: position [m].
-        reference: see `Reference`.
-        guidance: see `Guidance`.
+        measured: see `Measured`.
+        setpoint: see `Setpoint`.
         limits: a record with max_speed, max_climb_rate, max_height, max_tilt and max_yaw_rate.
     """
+    reference, guidance, p_WB = setpoint.reference, setpoint.guidance, measured.p_WB
     authority, climb = guidance[2], guidance[3]
     v_x = authority * reference[0] + correction[0]
     v_y = authority * reference[1] + correction[1]

@@ -5,7 +5,7 @@ Part of the law and written like it: see `pd`.
 
 from typing import Any
 
-from numba.extending import register_jitable
+from workbench.common.jitable import register_jitable
 
 Scalar = Any
 Vector = Any

@@ -21,7 +21,7 @@ Pure arithmetic on scalars, so that the same source serves floats, AutoDiffXd an
 from collections.abc import MutableSequence, Sequence
 from typing import Any
 
-from numba.extending import register_jitable
+from workbench.common.jitable import register_jitable
 
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""

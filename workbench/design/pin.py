@@ -8,7 +8,7 @@ from pathlib import Path
 
 from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import Controller, load_controller
 from workbench.design.pin_limits import (
     LEAST,
     MEASURED,
@@ -94,8 +94,10 @@ def pin_step(
     _check_files(path, profile, overwrite)
     tell = progress or _tell_nobody
     vehicle = make_vehicle(read_configured(scenario.vehicle))
-    values = flight_gains(vehicle, scenario.vehicle.gains, checked(gains))
-    kept = make_profile(vehicle, values, f"pinned for {path.name}")
+    law = load_controller(scenario.controller)
+    settings = checked(gains, controller=law)
+    values = flight_gains(vehicle, scenario.vehicle.gains, settings, law)
+    kept = make_profile(vehicle, values, f"pinned for {path.name}", law)
     title = f"{vehicle.name}: a step of {amplitude:g} {find_axis(axis).unit} along {axis}, pinned"
     case = Case(
         name=f"step {axis} {amplitude:g}",
@@ -109,9 +111,10 @@ def pin_step(
     content = SpecFile(
         title=title,
         vehicle=dataclasses.replace(scenario.vehicle),
+        controller=scenario.controller,
         rates=scenario.rates,
         cases=[case],
-        margins=_all_margins() if margins else {},
+        margins=_all_margins(law) if margins else {},
     )
     spec = Spec(path, content)
     flown = _measured(spec, case.name, kept.gains)
@@ -126,7 +129,7 @@ def pin_step(
     }
     _make_folder(baseline_folder(path))
     with _Restoring([profile, *files]):
-        save_gains(profile, kept)
+        save_gains(profile, kept, law)
         for file, text in files.items():  # the spec last: it must not stand alone
             write_atomically(file, text)
         _prove(path)
@@ -199,10 +202,10 @@ def _measured(spec: Spec, part: str, gains: Mapping[str, float]) -> Measured:
     return found
 
 
-def _all_margins() -> dict[str, dict[str, Limit]]:
+def _all_margins(law: Controller) -> dict[str, dict[str, Limit]]:
     """Return limits on all margins, that let them be measured."""
     names = ("crossover", *LEAST)
-    return {loop.name: dict.fromkeys(names, ANYTHING) for loop in LOOPS}
+    return {loop.name: dict.fromkeys(names, ANYTHING) for loop in law.loops}
 
 
 def _margins(measured: Measured) -> dict[str, dict[str, Limit]]:

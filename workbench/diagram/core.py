@@ -7,7 +7,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
-from workbench.control.pd import Gains
+from workbench.control.controller import Controller
+from workbench.control.flight_law import known_body, law_constants
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -19,7 +20,7 @@ from workbench.scenario.parameters import parameters_of
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
 from workbench.systems.battery import voltage_drop
-from workbench.systems.controller import CascadedController_
+from workbench.systems.controller import SHORT, ContinuousController_
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.vehicle_forces import VehicleForces, VehicleForces_
 
@@ -30,7 +31,7 @@ COMMAND_DELAY = "command_delay"
 
 
 def make_flight_core(
-    description: Description, vehicle: Vehicle, gains: Mapping[str, float]
+    controller: Controller, description: Description, vehicle: Vehicle, gains: Mapping[str, float]
 ) -> Diagram:
     """Return plant, rotors, drag and controller as one continuous diagram.
 
@@ -48,9 +49,10 @@ def make_flight_core(
     estimate = builder.AddNamedSystem("acceleration_estimate", make_acceleration_estimate())
     controller = builder.AddNamedSystem(
         "controller",
-        CascadedController_[float](
+        ContinuousController_[float](
+            controller=controller,
             vehicle=vehicle,
-            gains=Gains(**parameter_values("controller", gains)),
+            gains=law_gains(controller, vehicle, gains),
             payload=payload_of(gains),
         ),
     )
@@ -115,6 +117,7 @@ def _add_continuous_vehicle(
 
 def add_sampled_core(
     builder: DiagramBuilder,
+    controller: Controller,
     description: Description,
     vehicle: Vehicle,
     gains: Mapping[str, float],
@@ -124,11 +127,12 @@ def add_sampled_core(
     airframe = add_airframe(builder, description.undrawn(), gains, physics_step=rates.physics_step)
     if vehicle.battery:
         add_battery(builder, airframe, vehicle, gains["battery_duration"])
-    return airframe, add_computer(builder, airframe, vehicle, gains, rates)
+    return airframe, add_computer(builder, controller, airframe, vehicle, gains, rates)
 
 
 def add_computer(
     builder: DiagramBuilder,
+    controller: Controller,
     airframe: Airframe,
     vehicle: Vehicle,
     gains: Mapping[str, float],
@@ -139,6 +143,7 @@ def add_computer(
 
     Args:
         builder: of the diagram.
+        controller: whose law runs.
         airframe: what flies.
         vehicle: as the law knows it.
         gains: parameter values by name.
@@ -149,8 +154,9 @@ def add_computer(
     computer = builder.AddNamedSystem(
         "controller",
         FlightComputer(
+            controller=controller,
             vehicle=vehicle,
-            gains=Gains(**parameter_values("controller", gains)),
+            gains=gains,
             period=rates.control_period,
             payload=payload_of(gains),
         ),
@@ -188,6 +194,20 @@ def live_numbers(vehicle: Vehicle, gains: Mapping[str, float]) -> dict[str, floa
             voltage_drop(vehicle, gains["battery_duration"]) if vehicle.battery else 0.0
         ),
     }
+
+
+def law_gains(
+    controller: Controller, vehicle: Vehicle, gains: Mapping[str, float], dt: float = SHORT
+) -> list[float]:
+    """Return all numbers of a controller's gains, see `Controller.gains`.
+
+    Args:
+        controller: whose.
+        vehicle: as the law knows it, without its payload.
+        gains: parameter values by name.
+        dt: between updates [s].
+    """
+    return controller.gains(gains, known_body(law_constants(vehicle, payload_of(gains))), dt)
 
 
 def parameter_values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:

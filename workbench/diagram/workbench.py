@@ -7,6 +7,7 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.trajectories import PiecewisePolynomial
 
+from workbench.control.controller import Controller
 from workbench.control.flight_mode import Settings
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.diagram.core import add_computer, parameter_values
@@ -32,7 +33,7 @@ from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
 from workbench.systems.pilot import Pilot
 from workbench.systems.propeller_display import add_propeller_display
 from workbench.systems.recorder import Recorder, add_recorder
-from workbench.systems.reference import add_reference
+from workbench.systems.reference import add_feedforward, add_reference
 from workbench.systems.telemetry import Telemetry
 
 WALL_PERIOD = 1 / 32
@@ -52,6 +53,7 @@ class Workbench:
     diagram: Diagram
     vehicle: Vehicle
     airframe: Airframe
+    controller: Controller
     computer: FlightComputer
     pilot: Pilot
     modes: ModeManager
@@ -66,6 +68,7 @@ class Workbench:
 
 
 def make_workbench(
+    controller: Controller,
     description: Description,
     vehicle: Vehicle,
     gains: Mapping[str, float],
@@ -82,6 +85,7 @@ def make_workbench(
     """Return the core with pilot, path, flight mode, battery, sensors and recorder around it.
 
     Args:
+        controller: whose law runs.
         description: what flies, which may be a variation, see `plant.variation`.
         vehicle: as the controller knows it.
         gains: a value for every row of the parameter table, by name.
@@ -104,9 +108,11 @@ def make_workbench(
         world=world,
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
-    computer = add_computer(builder, airframe, vehicle, gains, rates, variation)
+    computer = add_computer(builder, controller, airframe, vehicle, gains, rates, variation)
     pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
     reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
+    if path is not None:
+        add_feedforward(builder, path, computer.GetInputPort("feedforward"))
     modes = builder.AddNamedSystem(
         "modes",
         ModeManager(
@@ -161,6 +167,7 @@ def make_workbench(
         diagram=diagram,
         vehicle=vehicle,
         airframe=airframe,
+        controller=controller,
         computer=computer,
         pilot=pilot,
         modes=modes,

@@ -25,8 +25,8 @@ of first order: a free body that tumbles at 17.5 rad/s gains 10 % of energy in 5
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
+from workbench.common.jitable import register_jitable
 from workbench.plant.gravity import GRAVITY
 
 Scalar = Any

@@ -15,8 +15,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from numba.extending import register_jitable
-
+from workbench.common.jitable import register_jitable
 from workbench.plant.rotors import Rotor
 
 Scalar = Any

@@ -35,8 +35,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
+from workbench.common.jitable import register_jitable
 from workbench.dynamics.air.drag import Wrench, body_drag, cross, with_rotor_drag
 from workbench.dynamics.rigid_body import (
     Six,

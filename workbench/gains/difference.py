@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from workbench.scenario.parameters import PARAMETERS
+from workbench.control.controller import Controller
+from workbench.scenario.parameters import parameter_table
 
 
 class GainChange(NamedTuple):
@@ -26,7 +27,10 @@ class GainChange(NamedTuple):
 
 
 def diff_gains(
-    a: Mapping[str, float], b: Mapping[str, float], missing: Mapping[str, float]
+    a: Mapping[str, float],
+    b: Mapping[str, float],
+    missing: Mapping[str, float],
+    controller: Controller | None = None,
 ) -> tuple[GainChange, ...]:
     """Compare two sets of gains, as two files have them.
 
@@ -34,6 +38,7 @@ def diff_gains(
         a: value by name.
         b: value by name.
         missing: every value by name, for what only one of them has: `gains.rule_values`.
+        controller: whose; the default one where none is given.
 
     Returns:
         A row for every name that is in either, equal ones too, in the parameter table's order.
@@ -41,7 +46,7 @@ def diff_gains(
     all_a, all_b = {**missing, **a}, {**missing, **b}
     return tuple(
         _change(row.name, row.unit, all_a[row.name], all_b[row.name])
-        for row in PARAMETERS
+        for row in parameter_table(controller)
         if row.name in a or row.name in b
     )
 

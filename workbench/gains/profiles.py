@@ -12,12 +12,13 @@ import yaml
 from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import read_yaml
+from workbench.control.controller import DEFAULT, SHIPPED, Controller, load_controller
 from workbench.gains.history import Save, next_save, read_history, values_at, write_history
-from workbench.scenario.parameters import PARAMETERS, Parameter, checked, find_parameter
+from workbench.scenario.parameters import Parameter, ParameterTable, parameter_table
 
 MOST_SAVES = 200
 """The history keeps so many; then the oldest go."""
-_KEYS = ("vehicle", "origin", "gains", "history")
+_KEYS = ("vehicle", "controller", "origin", "gains", "history")
 _POWERS = str.maketrans({"²": "^2", "³": "^3"})
 
 
@@ -30,16 +31,31 @@ class GainFile:
         origin: a sentence.
         gains: value by name.
         history: the states that were saved, oldest first; the last one is the present.
+        controller: name of the one whose parameters they are.
     """
 
     vehicle: str
     origin: str
     gains: Mapping[str, float]
     history: tuple[Save, ...] = ()
+    controller: str = DEFAULT
 
 
-def load_gains(path: Path) -> GainFile:
+def owner_of(path: Path) -> str:
+    """Return the name of the controller that a gain file is for.
+
+    Raises:
+        WorkbenchError: if the file cannot be read.
+    """
+    return str(read_yaml(path).data.get("controller") or DEFAULT)
+
+
+def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
     """Read and check a gain file.
+
+    Args:
+        path: the file.
+        controller: that is to fly with it; without one, the shipped one that the file names.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
@@ -48,6 +64,19 @@ def load_gains(path: Path) -> GainFile:
     for key in file.data:
         if key not in _KEYS:
             raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
+    owner = str(file.data.get("controller") or DEFAULT)
+    if controller is None:
+        if owner not in SHIPPED:
+            raise WorkbenchError(
+                f"{file.where('controller')}the gains are of the controller {owner}: name its "
+                "file, as --controller"
+            )
+        controller = load_controller(owner)
+    elif owner != controller.name:
+        raise WorkbenchError(
+            f"{file.where('controller')}the gains are of the controller {owner}, and "
+            f"{controller.name} flies: give it gains of its own"
+        )
     gains = file.data.get("gains")
     if not isinstance(gains, dict):
         raise WorkbenchError(
@@ -56,17 +85,18 @@ def load_gains(path: Path) -> GainFile:
     values = {}
     for name, value in gains.items():
         where = file.where("gains", str(name))
-        row = find_parameter(str(name), where)
+        row = parameter_table(controller).find(str(name), where)
         values[row.name] = row.check(_without_unit(row, value, where), where)
     return GainFile(
         vehicle=str(file.data.get("vehicle") or ""),
         origin=str(file.data.get("origin") or ""),
         gains=values,
         history=read_history(file),
+        controller=owner,
     )
 
 
-def save_gains(path: Path, gains: GainFile) -> GainFile:
+def save_gains(path: Path, gains: GainFile, controller: Controller | None = None) -> GainFile:
     """Write a gain file, at once or not at all, and add to the history of one that is there.
 
     What is written over becomes the state before in the history; the history of `gains` itself is
@@ -76,6 +106,7 @@ def save_gains(path: Path, gains: GainFile) -> GainFile:
     Args:
         path: the file.
         gains: vehicle, origin and values.
+        controller: whose; without one, the shipped one that they name.
 
     Returns:
         What the file has now.
@@ -84,13 +115,14 @@ def save_gains(path: Path, gains: GainFile) -> GainFile:
         WorkbenchError: if a value is out of range, the file cannot be written, or what is there is
             no gain file, or one of another vehicle.
     """
-    values = checked(gains.gains)
-    ordered = {row.name: values[row.name] for row in PARAMETERS if row.name in values}
+    table = parameter_table(controller or load_controller(gains.controller))
+    values = table.checked(gains.gains)
+    ordered = {row.name: values[row.name] for row in table if row.name in values}
     now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     history: tuple[Save, ...] = (Save(now, gains.origin, {}),)
     comment = ""
     if path.exists():
-        old = load_gains(path)
+        old = load_gains(path, table.controller)
         if old.vehicle and gains.vehicle and old.vehicle != gains.vehicle:
             raise WorkbenchError(
                 f"{path}: has the gains of '{old.vehicle}', and these are of '{gains.vehicle}': "
@@ -103,16 +135,17 @@ def save_gains(path: Path, gains: GainFile) -> GainFile:
         else:
             history = old.history
     written = dataclasses.replace(gains, gains=ordered, history=history[-MOST_SAVES:])
-    write_atomically(path, comment + _to_yaml(written))
+    write_atomically(path, comment + _to_yaml(written, table))
     return written
 
 
-def gains_at(gains: GainFile, index: int) -> GainFile:
+def gains_at(gains: GainFile, index: int, controller: Controller | None = None) -> GainFile:
     """Return an earlier state of a gain file.
 
     Args:
         gains: the present, with its history.
         index: of the state, 0 the oldest.
+        controller: whose; without one, the shipped one that they name.
 
     Raises:
         WorkbenchError: if there is no such state, or it has values that can no longer be.
@@ -122,7 +155,9 @@ def gains_at(gains: GainFile, index: int) -> GainFile:
         known = f"has states 0 to {last}" if last >= 0 else "has no history yet"
         raise WorkbenchError(f"there is no state {index}: the gain file {known}")
     values = values_at(gains.gains, gains.history[index + 1 :])
-    return GainFile(gains.vehicle, gains.history[index].origin, checked(values))
+    table = parameter_table(controller or load_controller(gains.controller))
+    origin = gains.history[index].origin
+    return GainFile(gains.vehicle, origin, table.checked(values), controller=gains.controller)
 
 
 def _without_unit(row: Parameter, value: Any, where: str) -> Any:
@@ -150,12 +185,14 @@ def _leading_comment(text: str) -> str:
     return "".join(lines[:count])
 
 
-def _to_yaml(gains: GainFile) -> str:
+def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
     """Return a gain file's text."""
+    whose = {} if gains.controller == DEFAULT else {"controller": gains.controller}
     head = {
         "vehicle": gains.vehicle,
+        **whose,
         "origin": gains.origin,
-        "gains": {name: _with_unit(name, value) for name, value in gains.gains.items()},
+        "gains": {name: _with_unit(table.find(name), x) for name, x in gains.gains.items()},
     }
     style: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": 100}
     text: str = yaml.safe_dump(head, default_flow_style=False, **style)
@@ -165,7 +202,6 @@ def _to_yaml(gains: GainFile) -> str:
     return text
 
 
-def _with_unit(name: str, value: float) -> float | str:
+def _with_unit(row: Parameter, value: float) -> float | str:
     """Return a value as it is written: with its unit, where it has one."""
-    unit = find_parameter(name).unit
-    return value if unit == "1" else f"{value!r} {unit}"
+    return value if row.unit == "1" else f"{value!r} {row.unit}"

@@ -4,67 +4,25 @@ One row makes a slider, a `--set NAME=VALUE`, a line of `workbench params` and a
 parameter never rebuilds the diagram; what would need that stands in the scenario.
 """
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from numbers import Real
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import Controller, load_controller
+from workbench.control.parameter import Parameter
 
-
-@dataclass(frozen=True)
-class Parameter:
-    """One live number.
-
-    Attributes:
-        name: unique, as in `--set name=value` and in gain files.
-        system: the diagram's system that has it in its numeric parameter 0, at the place that
-            the row has among the rows of that system; "rotors" and "payload" are what flies and
-            what the law knows of it, see `live_context`.
-        unit: SI.
-        minimum: smallest value allowed.
-        maximum: largest value allowed.
-        default: where no gain file says otherwise.
-        help: what it does, for a tool tip.
-        whole: whether only whole numbers mean something.
-    """
-
-    name: str
-    system: str
-    unit: str
-    minimum: float
-    maximum: float
-    default: float
-    help: str
-    whole: bool = False
-
-    def check(self, value: float, where: str = "") -> float:
-        """Return `value` as a float.
-
-        Args:
-            value: what is to be set.
-            where: file and line for the message, if any.
-
-        Raises:
-            WorkbenchError: if it is no number or out of range.
-        """
-        if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
-            raise WorkbenchError(f"{where}{self.name} is '{value}': give it a number")
-        if not self.minimum <= value <= self.maximum:
-            unit = "" if self.unit == "1" else f" {self.unit}"
-            raise WorkbenchError(
-                f"{where}{self.name} is {value:g}{unit}: keep it within "
-                f"{self.minimum:g} .. {self.maximum:g}{unit}"
-            )
-        if self.whole and not float(value).is_integer():
-            raise WorkbenchError(f"{where}{self.name} is {value:g}: it is {self.help}")
-        return float(value)
-
-
-def _controller(
-    name: str, unit: str, limits: tuple[float, float], default: float, help: str
-) -> Parameter:
-    return Parameter(name, "controller", unit, *limits, default, help)
+__all__ = [
+    "MOST_ROTORS",
+    "SENSOR_KINDS",
+    "Parameter",
+    "ParameterTable",
+    "checked",
+    "defaults",
+    "find_parameter",
+    "parameter_table",
+    "parameters_of",
+    "split_setting",
+]
 
 
 def _fault(kind: str) -> Parameter:
@@ -94,48 +52,13 @@ _LOAD = (0.0, 100.0)
 _SIZE = (0.0, 10.0)
 _TIME = (0.0, 1e6)
 _DURATION = (0.001, 3600.0)
-_RATE = (0.0, 30.0)
-_DAMPING = (0.0, 1.0)
-_STIFFNESS = (0.0, 2500.0)
-_ANGLE_RATE = (0.0, 150.0)
 
 MOST_ROTORS = 12
 """So many can be weakened; a vehicle may have fewer, or more."""
 SENSOR_KINDS = ("imu", "gps", "lidar", "range_finder", "barometer", "depth_camera")
 """Rows of these systems act on every sensor of the kind; a flight may have none."""
 
-PARAMETERS: tuple[Parameter, ...] = (
-    _controller(
-        "kp_position_xy", "1/s", (0.0, 5.0), 1.0, "pull to a held place or way-point, level"
-    ),
-    _controller(
-        "kp_position_z", "1/s", (0.0, 5.0), 1.5, "pull to a held place or way-point, height"
-    ),
-    _controller("kp_velocity_x", "1/s", _RATE, 3.0, "acceleration per velocity error along x"),
-    _controller("kp_velocity_y", "1/s", _RATE, 3.0, "acceleration per velocity error along y"),
-    _controller(
-        "kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per velocity error along z"
-    ),
-    _controller("kd_velocity_x", "1", _DAMPING, 0.1, "share of acceleration along x taken back"),
-    _controller("kd_velocity_y", "1", _DAMPING, 0.1, "share of acceleration along y taken back"),
-    _controller("kd_velocity_z", "1", _DAMPING, 0.1, "share of acceleration along z taken back"),
-    _controller("kp_roll", "1/s^2", _STIFFNESS, 150.0, "angular acceleration per roll error"),
-    _controller("kp_pitch", "1/s^2", _STIFFNESS, 150.0, "angular acceleration per pitch error"),
-    _controller("kd_roll", "1/s", _ANGLE_RATE, 20.0, "angular acceleration per roll rate"),
-    _controller("kd_pitch", "1/s", _ANGLE_RATE, 20.0, "angular acceleration per pitch rate"),
-    _controller("kp_yaw_rate", "1/s", _RATE, 4.0, "angular acceleration per yaw-rate error"),
-    _controller("max_speed", "m/s", (0.1, 20.0), 8.0, "largest level speed"),
-    _controller("max_climb_rate", "m/s", (0.1, 10.0), 8.0, "largest speed up or down"),
-    _controller("max_height", "m", (0.5, 500.0), 120.0, "no climb above this height"),
-    _controller("max_tilt", "rad", (0.05, 1.2), 0.7, "largest tilt that is asked for"),
-    _controller("max_yaw_rate", "rad/s", (0.05, 6.0), 0.4, "largest yaw rate"),
-    _controller(
-        "spin_up_feedforward",
-        "1",
-        (0.0, 1.0),
-        0.0,
-        "share of the rotors' spin-up torque that the law reckons with in yaw",
-    ),
+OTHERS: tuple[Parameter, ...] = (
     Parameter("take_off_speed", "modes", "m/s", 0.1, 3.0, 1.0, "climb of a take-off"),
     Parameter("landing_speed", "modes", "m/s", 0.1, 0.5, 0.4, "descent of a landing"),
     Parameter("battery_reserve", "modes", "1", 0.0, 0.9, 0.15, "charge at which the drone lands"),
@@ -199,57 +122,104 @@ PARAMETERS: tuple[Parameter, ...] = (
     *map(_fault, SENSOR_KINDS),
     *map(_rotor, range(1, MOST_ROTORS + 1)),
 )
+"""Rows of every flight; those of its controller stand before them."""
 
-_BY_NAME = {parameter.name: parameter for parameter in PARAMETERS}
 
-
-def find_parameter(name: str, where: str = "") -> Parameter:
-    """Return the row of a name.
+class ParameterTable:
+    """The rows of a flight with a controller, in their order.
 
     Args:
-        name: of the parameter.
-        where: file and line for the message, if any.
+        controller: whose rows come first.
 
     Raises:
-        WorkbenchError: if there is none.
+        WorkbenchError: if the controller has a row by a name that is taken.
     """
-    if name in _BY_NAME:
-        return _BY_NAME[name]
-    error = unknown_name("parameter", name, [parameter.name for parameter in PARAMETERS])
-    raise WorkbenchError(f"{where}{error}")
+
+    def __init__(self, controller: Controller) -> None:
+        taken = {row.name for row in OTHERS}
+        for row in controller.parameters:
+            if row.name in taken:
+                raise WorkbenchError(
+                    f"{controller.file}: the parameter {row.name} is one of every flight: give "
+                    "it another name"
+                )
+        self.controller = controller
+        self.rows = (*controller.parameters, *OTHERS)
+        self._by_name = {row.name: row for row in self.rows}
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self.rows)
+
+    def find(self, name: str, where: str = "") -> Parameter:
+        """Return the row of a name.
+
+        Args:
+            name: of the parameter.
+            where: file and line for the message, if any.
+
+        Raises:
+            WorkbenchError: if there is none.
+        """
+        if name in self._by_name:
+            return self._by_name[name]
+        error = unknown_name("parameter", name, list(self._by_name))
+        raise WorkbenchError(f"{where}{error}")
+
+    def defaults(self) -> dict[str, float]:
+        """Return every parameter's default by name."""
+        return {row.name: row.default for row in self.rows}
+
+    def checked(self, values: Mapping[str, float], where: str = "") -> dict[str, float]:
+        """Return `values` if every name is in the table and every value within its limits.
+
+        Raises:
+            WorkbenchError: for the first that is not, prefixed with `where`.
+        """
+        return {name: self.find(name, where).check(value, where) for name, value in values.items()}
+
+    def of(self, system: str) -> tuple[Parameter, ...]:
+        """Return the rows of one system, in the order of its numeric parameter."""
+        return tuple(row for row in self.rows if row.system == system)
 
 
-def defaults() -> dict[str, float]:
+@lru_cache(maxsize=64)
+def parameter_table(controller: Controller | None = None) -> ParameterTable:
+    """Return the rows of a flight with a controller, the default one where none is given."""
+    return ParameterTable(controller or load_controller())
+
+
+def find_parameter(name: str, where: str = "", controller: Controller | None = None) -> Parameter:
+    """Return the row of a name; see `ParameterTable.find`."""
+    return parameter_table(controller).find(name, where)
+
+
+def defaults(controller: Controller | None = None) -> dict[str, float]:
     """Return every parameter's default by name."""
-    return {parameter.name: parameter.default for parameter in PARAMETERS}
+    return parameter_table(controller).defaults()
 
 
-def checked(values: Mapping[str, float], where: str = "") -> dict[str, float]:
-    """Return `values` if every name is in the table and every value within its limits.
-
-    Raises:
-        WorkbenchError: for the first that is not, prefixed with `where`.
-    """
-    return {name: find_parameter(name, where).check(value, where) for name, value in values.items()}
+def checked(
+    values: Mapping[str, float], where: str = "", controller: Controller | None = None
+) -> dict[str, float]:
+    """Return `values` if all are in the table and within limits; see `ParameterTable.checked`."""
+    return parameter_table(controller).checked(values, where)
 
 
-def parameters_of(system: str) -> tuple[Parameter, ...]:
+def parameters_of(system: str, controller: Controller | None = None) -> tuple[Parameter, ...]:
     """Return the rows of one system, in the order of its numeric parameter."""
-    return tuple(parameter for parameter in PARAMETERS if parameter.system == system)
+    return parameter_table(controller).of(system)
 
 
-def parse_setting(text: str) -> tuple[str, float]:
-    """Return name and value of a `NAME=VALUE` text.
+def split_setting(text: str) -> tuple[str, float]:
+    """Return name and number of a `NAME=VALUE` text, whatever the name.
 
     Raises:
-        WorkbenchError: if it is not of that form, unknown or out of range.
+        WorkbenchError: if it is not of that form.
     """
     name, equals, value = text.partition("=")
-    if not equals:
+    if not equals or not name.strip():
         raise WorkbenchError(f"'{text}' is no setting: write NAME=VALUE, as kp_velocity_x=5")
-    parameter = find_parameter(name.strip())
     try:
-        number = float(value)
+        return name.strip(), float(value)
     except ValueError:
-        raise WorkbenchError(f"{parameter.name} is '{value}': give it a number") from None
-    return parameter.name, parameter.check(number)
+        raise WorkbenchError(f"{name.strip()} is '{value}': give it a number") from None

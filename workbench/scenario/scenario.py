@@ -16,8 +16,9 @@ from workbench.common.yaml_files import (
     dump_changes,
     read_yaml,
 )
+from workbench.control.controller import DEFAULT, SHIPPED, load_controller
 from workbench.plant.variation import Variation
-from workbench.scenario.parameters import checked
+from workbench.scenario.parameters import checked, parameter_table
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
 
 REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
@@ -142,10 +143,14 @@ class FigureEight:
 
 @dataclass
 class Scenario:
-    """Everything that a flight is built from; equal scenarios give equal flights, to the bit."""
+    """Everything that a flight is built from; equal scenarios give equal flights, to the bit.
+
+    The controller is a shipped one's name, or the path of a file of Python, which runs.
+    """
 
     title: str = ""
     vehicle: VehicleConfig = field(default_factory=VehicleConfig)
+    controller: str = DEFAULT
     world: str = "empty"
     sensors: SensorsConfig = field(default_factory=SensorsConfig)
     rates: Rates = field(default_factory=Rates)
@@ -155,8 +160,13 @@ class Scenario:
     figure_eight: FigureEight | None = None
 
 
-def load_scenario(path: Path | str) -> Scenario:
+def load_scenario(path: Path | str, controller: str = "") -> Scenario:
     """Read and check a scenario file.
+
+    Args:
+        path: the file.
+        controller: that flies in place of the one that the file names: a shipped one's name, or a
+            file's path. A file of Python that only the scenario names does not run.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
@@ -170,10 +180,33 @@ def load_scenario(path: Path | str) -> Scenario:
         scenario = yaml_load_typed(schema=Scenario, data=file.text, defaults=Scenario())
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
+    scenario.controller = chosen_controller(file, scenario.controller, controller)
     check_scenario(scenario, file)
     find_files(scenario.vehicle, file)
     find_scenario_world(scenario, file)
     return scenario
+
+
+def chosen_controller(file: YamlFile, named: str, given: str) -> str:
+    """Return the controller that flies.
+
+    Args:
+        file: that names one.
+        named: by the file.
+        given: by who asks, "" for none.
+
+    Raises:
+        WorkbenchError: if only the file names a controller that is not shipped: its code would run
+            with the rights of who merely reads a scenario.
+    """
+    if given or named in SHIPPED:
+        return given or named
+    beside = file.path.parent / named
+    path = beside if beside.is_file() else named
+    raise WorkbenchError(
+        f"{file.where('controller')}{named} is Python that would run here: if you trust it, name "
+        f"it yourself, as --controller {path}"
+    )
 
 
 def save_scenario(scenario: Scenario, path: Path) -> None:
@@ -211,6 +244,11 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         raise refuse(("duration",), "must be a positive time in seconds")
     if scenario.start.mode not in START_MODES:
         raise refuse(("start", "mode"), f"must be one of {', '.join(START_MODES)}")
+    try:
+        table = parameter_table(load_controller(scenario.controller))
+    except WorkbenchError as error:
+        where = file.where("controller") if file else ""
+        raise WorkbenchError(f"{where}{error}") from None
     step = scenario.rates.physics_step
     if not step >= FINEST_STEP:
         raise refuse(("rates", "physics_step"), f"must be {FINEST_STEP:g} s or more")
@@ -240,7 +278,7 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             if blow is not None and not 0.0 < blow.duration < math.inf:
                 raise refuse((*keys, key, "duration"), "must be a positive time in seconds")
         for name, value in action.set.items():
-            checked({name: value}, file.where(*keys, "set", name) if file else "")
+            table.checked({name: value}, file.where(*keys, "set", name) if file else "")
     for keys, vector in _vectors(scenario):
         if len(vector) != 3 or not all(abs(number) <= FARTHEST for number in vector):
             raise refuse(keys, f"must be three finite numbers within ±{FARTHEST:g}, is {vector}")

@@ -5,27 +5,31 @@ from collections.abc import Iterable, Mapping
 from workbench.common.errors import WorkbenchError
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import (
-    PARAMETERS,
     SENSOR_KINDS,
     Parameter,
-    find_parameter,
-    parameters_of,
+    ParameterTable,
+    parameter_table,
 )
 
 
-def vehicle_parameters(vehicle: Vehicle) -> tuple[Parameter, ...]:
+def vehicle_parameters(
+    vehicle: Vehicle, table: ParameterTable | None = None
+) -> tuple[Parameter, ...]:
     """Return the rows that mean something for a vehicle, in the table's order."""
-    rotors = parameters_of("rotors")[: len(vehicle.rotors)]
+    table = table or parameter_table()
+    rotors = table.of("rotors")[: len(vehicle.rotors)]
     kinds = {sensor.kind for sensor in vehicle.sensors}
     return tuple(
         row
-        for row in PARAMETERS
+        for row in table
         if (row.system != "rotors" or row in rotors)
         and (row.system not in SENSOR_KINDS or row.system in kinds)
     )
 
 
-def check_settings(vehicle: Vehicle, settings: Mapping[str, float]) -> None:
+def check_settings(
+    vehicle: Vehicle, settings: Mapping[str, float], table: ParameterTable | None = None
+) -> None:
     """Refuse values for rows that a vehicle has not, unless they are the defaults.
 
     So a file with every row of the table may be flown with any drone.
@@ -33,18 +37,23 @@ def check_settings(vehicle: Vehicle, settings: Mapping[str, float]) -> None:
     Raises:
         WorkbenchError: for the first one.
     """
-    check_parameters(vehicle, [n for n, v in settings.items() if v != find_parameter(n).default])
+    table = table or parameter_table()
+    changed = [name for name, value in settings.items() if value != table.find(name).default]
+    check_parameters(vehicle, changed, table)
 
 
-def check_parameters(vehicle: Vehicle, names: Iterable[str]) -> None:
+def check_parameters(
+    vehicle: Vehicle, names: Iterable[str], table: ParameterTable | None = None
+) -> None:
     """Refuse names of rows that a vehicle has not.
 
     Raises:
         WorkbenchError: for the first one.
     """
-    rows = vehicle_parameters(vehicle)
+    table = table or parameter_table()
+    rows = vehicle_parameters(vehicle, table)
     for name in names:
-        row = find_parameter(name)
+        row = table.find(name)
         if row in rows:
             continue
         if row.system == "rotors":

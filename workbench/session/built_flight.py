@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat
 
+from workbench.control.controller import Controller, load_controller
 from workbench.control.flight_law import law_constants
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
@@ -20,6 +21,7 @@ from workbench.scenario.configured import (
     tell_remarks,
     tell_world,
 )
+from workbench.scenario.parameters import ParameterTable, parameter_table
 from workbench.scenario.scenario import Action, Scenario, check_scenario
 from workbench.scenario.vehicle_parameters import check_settings
 from workbench.session.script import scenario_path
@@ -32,12 +34,14 @@ class BuiltFlight:
 
     Attributes:
         vehicle: as the controller knows it.
+        controller: that flies it.
         world: in which it flies.
         values: of all parameters, by name.
         bench: the diagram.
     """
 
     vehicle: Vehicle
+    controller: Controller
     world: World
     values: Mapping[str, float]
     bench: Workbench
@@ -56,11 +60,13 @@ def build_flight(
     vehicle = make_vehicle(description)
     variation = scenario.vehicle.variation
     tell_remarks(description, vehicle)
-    values = flight_gains(vehicle, scenario.vehicle.gains, settings)
-    remark_on_owner(scenario.vehicle.gains, vehicle.name)
+    controller = load_controller(scenario.controller)
+    values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
+    remark_on_owner(scenario.vehicle.gains, vehicle.name, controller)
     world = read_configured_world(scenario)
     tell_world(world)
     bench = make_workbench(
+        controller,
         varied(description, vehicle, variation),
         vehicle,
         values,
@@ -74,20 +80,23 @@ def build_flight(
         bridge,
         picture_period,
     )
-    _check_script(scenario.script, vehicle, payload_of(values))
-    return BuiltFlight(vehicle, world, values, bench)
+    _check_script(scenario.script, vehicle, payload_of(values), parameter_table(controller))
+    return BuiltFlight(vehicle, controller, world, values, bench)
 
 
-def _check_script(script: Sequence[Action], vehicle: Vehicle, payload: Payload) -> None:
+def _check_script(
+    script: Sequence[Action], vehicle: Vehicle, payload: Payload, table: ParameterTable
+) -> None:
     """Refuse what a script sets, before it flies: rows and payloads that the vehicle cannot have.
 
     Args:
         script: of the flight.
         vehicle: as the controller knows it.
         payload: at the start.
+        table: of the flight's parameters.
     """
     for action in sorted(script, key=lambda each: each.at):
-        check_settings(vehicle, action.set)
+        check_settings(vehicle, action.set, table)
         carried = {name: value for name, value in action.set.items() if name in Payload._fields}
         if carried:
             payload = payload._replace(**carried)

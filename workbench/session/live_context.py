@@ -16,19 +16,12 @@ from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import (
-    PARAMETERS,
-    SENSOR_KINDS,
-    Parameter,
-    checked,
-    find_parameter,
-    parameters_of,
-)
+from workbench.scenario.parameters import SENSOR_KINDS, Parameter, parameter_table
 from workbench.scenario.scenario import Scenario, Start
 from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
-from workbench.systems.flight_computer import SHARES
+from workbench.systems.flight_computer import GAINS, SHARES
 from workbench.systems.pilot import Wish
 from workbench.systems.vehicle_dynamics import PAYLOAD
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
@@ -62,6 +55,7 @@ class LiveContext:
                 checkpoint is one of another flight.
         """
         self._bench = bench
+        self._table = parameter_table(bench.controller)
         self._period = scenario.rates.control_period
         self._places: dict[str, list[Place]] = {}
         self.simulator = Simulator(bench.diagram)
@@ -69,7 +63,7 @@ class LiveContext:
         root = self.simulator.get_mutable_context()
         bench.airframe.dynamics.set_seed(self._of(bench.airframe.dynamics), scenario.sensors.seed)
         bench.sensing.seed(root, scenario.sensors.seed)
-        rows = [row for row in PARAMETERS if row.system in (*SENSOR_KINDS, "rotors")]
+        rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "rotors")]
         faults = {row.name: row.default for row in rows}
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         begin = InitializeParams()
@@ -113,16 +107,26 @@ class LiveContext:
             WorkbenchError: if one is unknown or out of range, nothing in this flight has it, or
                 the law cannot fly with the payload that it then knows.
         """
-        places = {n: (self._find(find_parameter(n)), v) for n, v in checked(values).items()}
+        good = self._table.checked(values)
+        places = {n: (self._find(self._table.find(n)), v) for n, v in good.items()}
         carried = {name: places.pop(name)[1] for name in Payload._fields if name in places}
         if carried:
             dynamics, computer = self._bench.airframe.dynamics, self._bench.computer
             payload = dynamics.payload(self._of(dynamics))._replace(**carried)
             computer.set_payload(self._of(computer), payload)
             dynamics.set_payload(self._of(dynamics), payload)
+        computer = self._bench.computer
+        gains = {
+            found[0][2]: value
+            for found, value in places.values()
+            if found[0][:2] == (computer, GAINS)
+        }
+        if gains:
+            computer.set_gains(self._of(computer), gains)
         for found, value in places.values():
             for system, number, index in found:
-                self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
+                if system is not computer or number != GAINS:
+                    self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
         """Return a live parameter's value; exceptions as for `set`."""
@@ -141,8 +145,8 @@ class LiveContext:
         Raises:
             WorkbenchError: if nothing in this flight has it.
         """
-        check_parameters(self._bench.vehicle, [row.name])
-        index = parameters_of(row.system).index(row)
+        check_parameters(self._bench.vehicle, [row.name], self._table)
+        index = self._table.of(row.system).index(row)
         dynamics = self._bench.airframe.dynamics
         if row.system == "payload":
             return [(dynamics, PAYLOAD, index)]

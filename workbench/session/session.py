@@ -15,6 +15,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError, unknown_name
+from workbench.control.controller import Controller
 from workbench.control.mode import FlightMode, Request
 from workbench.diagram.kept_samples import read_samples
 from workbench.diagram.workbench import PICTURE_PERIOD
@@ -25,7 +26,7 @@ from workbench.link.topics import Topic
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import tell_start
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import REQUESTS, Action, Scenario
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 from workbench.session.built_flight import build_flight
@@ -68,6 +69,8 @@ class Session:
         self.scenario = scenario or Scenario()
         built = build_flight(self.scenario, settings, meshcat, bridge, picture_period)
         self.vehicle: Vehicle = built.vehicle
+        self.controller: Controller = built.controller
+        self._table = parameter_table(built.controller)
         self.world: World = built.world
         self._bench, self._values, self._bridge = built.bench, built.values, bridge
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
@@ -208,12 +211,12 @@ class Session:
 
     def get(self, name: str) -> float:
         """Return the present value of a live parameter."""
-        return self._live.get(find_parameter(name))
+        return self._live.get(self._table.find(name))
 
     def parameters(self) -> dict[str, float]:
         """Return the live parameters that the flight has, by name."""
         values = {}
-        for row in vehicle_parameters(self.vehicle):
+        for row in vehicle_parameters(self.vehicle, self._table):
             with suppress(WorkbenchError):  # of a sensor that does not measure
                 values[row.name] = self.get(row.name)
         return values

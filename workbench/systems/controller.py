@@ -1,16 +1,17 @@
-"""The cascaded controller as a continuous LeafSystem: ports and gains around the pure law."""
+"""A controller as a continuous LeafSystem: ports, gains and memory around the pure law."""
 
+import math
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from workbench.control.flight_law import SPIN_UP, law_constants, rotor_commands
-from workbench.control.guidance import Guidance, Reference
-from workbench.control.loop_points import CLOSED, COUNT, SIGNALS
-from workbench.control.pd import Gains
+from workbench.control.controller import Controller
+from workbench.control.flight_law import flight_law, law_constants
+from workbench.control.guidance import Guidance, Reference, Setpoint
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 
@@ -18,17 +19,19 @@ GAINS, PROBES = range(2)
 """Numeric parameters."""
 _FAST = 100.0
 """[1/s]"""
+SHORT = 1e-6
+"""An update after so short a time has the slope of what the law remembers [s]."""
 
 
 # A template is filled where it is first used: Drake looks through the stack for whose it is, which
 # takes a tenth of a second each time within nested imports. Hence `scope`, too.
-@TemplateSystem.define("CascadedController_", [float, AutoDiffXd], scope=sys.modules[__name__])
-def CascadedController_(T: Any) -> Any:
-    """Velocity PD -> attitude PD -> mixer, for whole rotors.
+@TemplateSystem.define("ContinuousController_", [float, AutoDiffXd], scope=sys.modules[__name__])
+def ContinuousController_(T: Any) -> Any:
+    """A controller's law without sampling, and the mixer, for whole rotors.
 
-    Where rotors have an inertia, it has a state (1): the yaw moment asked for, which follows the
-    wanted one late enough for their spin-up torque to make up for it [N·m], see
-    `flight_law.kept_share`.
+    Its state is what the law remembers; and where rotors have an inertia, before that, the yaw
+    moment asked for, which follows the wanted one late enough for their spin-up torque to make up
+    for it [N·m], see `flight_law.kept_share`.
 
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
@@ -37,32 +40,41 @@ def CascadedController_(T: Any) -> Any:
         guidance (22): see `guidance.Guidance`.
     Output port:
         commands (n): rotor speeds [rad/s].
-    Numeric parameter 0: `pd.Gains`.
-    Numeric parameter 1: gates and injections of the loop points (30), see `loop_points`.
+    Numeric parameter 0: `Controller.gains`.
+    Numeric parameter 1: gates and injections of the loop points, see `loop_points`.
+
+    A law that looks at the wrench commanded before gets numbers that are none: between updates
+    there is no before.
     """
 
     class Impl(LeafSystem_[T]):
         def _construct(
             self,
             *,
+            controller: Controller,
             vehicle: Vehicle,
-            gains: Gains,
+            gains: Sequence[float],
             payload: Payload = NO_PAYLOAD,
             converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
+            self.controller = controller
             self.vehicle = vehicle
             self.gains = gains
             self.payload = payload
+            self._law = flight_law(controller)
             self._constants = law_constants(vehicle, payload)
             self._shares = [1.0] * len(vehicle.rotors)
+            self._moments = 1 if self._constants.spin_up_time > 0.0 else 0
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
-            self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in CLOSED]))
+            self.DeclareNumericParameter(BasicVector_[T]([T(x) for x in controller.closed]))
             self._state = self.DeclareVectorInputPort("state", 13)
             self._acceleration = self.DeclareVectorInputPort("acceleration", 3)
             self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
             self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
-            self.DeclareContinuousState(1 if self._constants.spin_up_time > 0.0 else 0)
+            initial = [0.0] * self._moments + controller.initial_memory
+            if initial:
+                self.DeclareContinuousState(BasicVector_[T]([T(value) for value in initial]))
             needs = {self.all_input_ports_ticket(), self.all_parameters_ticket(), self.xc_ticket()}
             self.DeclareVectorOutputPort(
                 "commands", len(vehicle.rotors), self._calc_commands, needs
@@ -71,6 +83,7 @@ def CascadedController_(T: Any) -> Any:
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(
                 self,
+                controller=other.controller,
                 vehicle=other.vehicle,
                 gains=other.gains,
                 payload=other.payload,
@@ -78,7 +91,7 @@ def CascadedController_(T: Any) -> Any:
             )
 
         def loop_signals(self, context: Any) -> list[Any]:
-            """Return what comes to each of the loop points (15) now."""
+            """Return what comes to each of the loop points now."""
             return self._run(context)[1]
 
         def wanted_yaw_moment(self, context: Any) -> Any:
@@ -86,44 +99,55 @@ def CascadedController_(T: Any) -> Any:
             return self._run(context)[2]
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
-            if self._constants.spin_up_time == 0.0:
+            states = context.get_continuous_state_vector().CopyToVector().tolist()
+            if not states:
                 return
-            moment = context.get_continuous_state_vector().GetAtIndex(0)
-            lead = self._lead(context)
-            # the law that reckons with none does not use its state, which then follows quickly
-            rate = 1.0 / lead if lead > 0.0 else _FAST
-            change = rate * (self.wanted_yaw_moment(context) - moment)
-            derivatives.get_mutable_vector().SetFromVector([change])
+            _, _, wanted, after = self._run(context)
+            slopes = []
+            if self._moments:
+                lead = self._lead(context)
+                # the law that reckons with none does not use its state, which then follows quickly
+                rate = 1.0 / lead if lead > 0.0 else _FAST
+                slopes = [rate * (wanted - states[0])]
+            remembered = states[self._moments :]
+            slopes += [(new - old) / SHORT for new, old in zip(after, remembered, strict=True)]
+            derivatives.get_mutable_vector().SetFromVector(slopes)
 
         def _calc_commands(self, context: Any, output: Any) -> None:
             output.SetFromVector(self._run(context)[0])
 
         def _lead(self, context: Any) -> Any:
             """Return by how much the law reckons with spin-up torque to lead drag torque [s]."""
-            share = context.get_numeric_parameter(GAINS).GetAtIndex(SPIN_UP)
-            return share * self._constants.spin_up_time
+            gains = context.get_numeric_parameter(GAINS).CopyToVector().tolist()
+            return self._law.gains(gains).spin_up_feedforward * self._constants.spin_up_time
 
-        def _run(self, context: Any) -> tuple[list[Any], list[Any], Any]:
-            """Return commands, signals at the loop points, and the wanted yaw moment."""
+        def _run(self, context: Any) -> tuple[list[Any], list[Any], Any, Any]:
+            """Return commands, signals at the loop points, wanted yaw moment, and memory."""
             commands = [0.0] * len(self.vehicle.rotors)
+            states = context.get_continuous_state_vector().CopyToVector().tolist()
             kept, before = 0.0, 0.0
             if self._lead(context) > 0.0:
-                kept, before = 1.0, context.get_continuous_state_vector().GetAtIndex(0)
+                kept, before = 1.0, states[0]
             probes = context.get_numeric_parameter(PROBES).CopyToVector().tolist()
-            loops = [*probes, *[0.0] * COUNT]
-            wanted = rotor_commands(
+            loops = [*probes, *[0.0] * len(self.controller.points)]
+            wanted, after = self._law.commands(
                 self._state.Eval(context).tolist(),
                 self._acceleration.Eval(context).tolist(),
-                self._reference.Eval(context).tolist(),
-                self._guidance.Eval(context).tolist(),
-                context.get_numeric_parameter(GAINS).CopyToVector().tolist(),
+                Setpoint(
+                    self._reference.Eval(context).tolist(),
+                    self._guidance.Eval(context).tolist(),
+                    (0.0, 0.0, 0.0),
+                ),
+                self._law.gains(context.get_numeric_parameter(GAINS).CopyToVector().tolist()),
+                self._law.memory(states[self._moments :]),
                 self._shares,
                 self._constants,
                 loops,
                 kept,
-                before,
+                (math.nan, math.nan, math.nan, before),
+                SHORT,
                 commands,
             )
-            return commands, loops[SIGNALS:], wanted
+            return commands, loops[len(probes) :], wanted, after
 
     return Impl

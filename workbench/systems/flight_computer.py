@@ -1,44 +1,64 @@
 """The sampled controller as one LeafSystem, with the law compiled."""
 
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.common.compiled import compile_cached
-from workbench.control.flight_law import SOURCES, law_constants, packed, packed_update
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller
+from workbench.control.flight_law import (
+    SOURCES,
+    LawConstants,
+    flight_law,
+    known_body,
+    law_constants,
+    packed,
+)
 from workbench.control.guidance import Guidance, Reference
-from workbench.control.loop_points import CLOSED
-from workbench.control.pd import Gains
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
 
-COMMANDS, FILTERED = range(2)
+_NONE, _STRAIGHT = np.empty(0), np.zeros(3)
+COMMANDS, FILTERED, MEMORY = range(3)
 """Groups of the discrete state."""
 GAINS, SHARES, PROBES, PAYLOAD, KNOWN = range(5)
 """Numeric parameters."""
 
-compiled_update = compile_cached(packed_update, SOURCES, "the control law", parts=72)
+
+@lru_cache(maxsize=64)
+def compiled_update(controller: Controller) -> Callable[..., Any]:
+    """Return the control update with a controller, compiled at its first call."""
+    what = "the control law" if controller.shipped else f"the control law {controller.name}"
+    function = flight_law(controller).packed_update
+    return compile_cached(function, SOURCES, what, parts=72, text=controller.text)
 
 
 class FlightComputer(LeafSystem):
-    """Samples the state, runs the law, and holds the commands of the rotors.
+    """Samples the state, runs a controller's law, and holds the commands of the rotors.
 
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         reference (8): see `guidance.Reference`.
         guidance (22): see `guidance.Guidance`.
+        feedforward (3): acceleration along a path in W [m/s²]; none where nothing is connected.
     Output port, which is state:
         commands (n): of the rotors' speeds [rad/s].
-    Numeric parameter 0: `pd.Gains`.
+    Numeric parameter 0: the controller's parameters, and what it designs.
     Numeric parameter 1: shares of their thrust that the rotors give (n), all of it to begin with.
-    Numeric parameter 2: gates and injections of the loop points (30), see `loop_points`.
+    Numeric parameter 2: gates and injections of the loop points, see `loop_points`.
     Numeric parameter 3: `Payload`.
     Numeric parameter 4: what the law knows of vehicle and payload, which follows from these, see
     `set_payload`.
 
     Args:
+        controller: whose law runs.
         vehicle: as the law knows it, without its payload.
-        gains: to begin with.
+        gains: to begin with, by name.
         period: between updates [s].
         payload: to begin with.
 
@@ -47,22 +67,36 @@ class FlightComputer(LeafSystem):
     """
 
     def __init__(
-        self, *, vehicle: Vehicle, gains: Gains, period: float, payload: Payload = NO_PAYLOAD
+        self,
+        *,
+        controller: Controller,
+        vehicle: Vehicle,
+        gains: Mapping[str, float],
+        period: float,
+        payload: Payload = NO_PAYLOAD,
     ) -> None:
         super().__init__()
         n = len(vehicle.rotors)
+        self._controller = controller
+        self._run = compiled_update(controller)
         self._vehicle = vehicle
+        self._period = period
         self._estimate = sampled_estimate(period)
-        self.DeclareNumericParameter(BasicVector(list(gains)))
+        constants = law_constants(vehicle, payload)
+        numbers = controller.gains(gains, known_body(constants), period)
+        self.DeclareNumericParameter(BasicVector(numbers))
         self.DeclareNumericParameter(BasicVector([1.0] * n))
-        self.DeclareNumericParameter(BasicVector(list(CLOSED)))
+        self.DeclareNumericParameter(BasicVector(controller.closed))
         self.DeclareNumericParameter(BasicVector(list(payload)))
-        self.DeclareNumericParameter(BasicVector(self._known(payload)))
+        self.DeclareNumericParameter(BasicVector(_joined(constants)))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
+        self._feedforward = self.DeclareVectorInputPort("feedforward", 3)
         self.DeclareStateOutputPort("commands", self.DeclareDiscreteState(n))
         self.DeclareDiscreteState(3)
+        if controller.memory:
+            self.DeclareDiscreteState(BasicVector(controller.initial_memory))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
@@ -76,27 +110,60 @@ class FlightComputer(LeafSystem):
         Raises:
             WorkbenchError: if it cannot hover with that; nothing is changed then.
         """
-        known = self._known(payload)
+        constants = law_constants(self._vehicle, payload)
         context.get_mutable_numeric_parameter(PAYLOAD).SetFromVector(list(payload))
-        context.get_mutable_numeric_parameter(KNOWN).SetFromVector(known)
+        context.get_mutable_numeric_parameter(KNOWN).SetFromVector(_joined(constants))
+        self.design(context)
 
-    def _known(self, payload: Payload) -> np.ndarray:
-        """Return what the law knows, as `packed_update` takes it."""
-        body, rotors = packed(law_constants(self._vehicle, payload))
-        return np.concatenate([body, rotors.ravel()])
+    def set_gains(self, context: Context, values: Mapping[int, float]) -> None:
+        """Give the controller's parameters at some places other values.
+
+        Raises:
+            WorkbenchError: if the controller cannot design with them; nothing is changed then.
+        """
+        gains = context.get_mutable_numeric_parameter(GAINS)
+        before = gains.CopyToVector()
+        for index, value in values.items():
+            gains.SetAtIndex(index, value)
+        try:
+            self.design(context)
+        except WorkbenchError:
+            gains.SetFromVector(before)
+            raise
+
+    def design(self, context: Context) -> None:
+        """Let the controller design anew the numbers that follow from its gains."""
+        if not self._controller.designed:
+            return
+        gains = context.get_mutable_numeric_parameter(GAINS)
+        payload = Payload(*context.get_numeric_parameter(PAYLOAD).CopyToVector())
+        body = known_body(law_constants(self._vehicle, payload))
+        own = gains.CopyToVector()[: len(self._controller.parameters)].tolist()
+        designed = self._controller.design_with(own, body, self._period)
+        gains.SetFromVector([*own, *designed])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         # Drake hands over the new state as a copy of the old one, and the law reads each number
         # before it writes it; asking for the old one besides would take some microseconds.
-        compiled_update(
+        has_path = self._feedforward.HasValue(context)
+        memory = discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE
+        self._run(
             self._state.Eval(context),
             self._reference.Eval(context),
             self._guidance.Eval(context),
+            self._feedforward.Eval(context) if has_path else _STRAIGHT,
             context.get_numeric_parameter(GAINS).get_value(),
             context.get_numeric_parameter(SHARES).get_value(),
             context.get_numeric_parameter(KNOWN).get_value(),
             context.get_numeric_parameter(PROBES).get_value(),
             self._estimate,
             discrete_state.get_mutable_value(FILTERED),
+            memory,
             discrete_state.get_mutable_value(COMMANDS),
         )
+
+
+def _joined(constants: LawConstants) -> np.ndarray:
+    """Return what the law knows, as `flight_law.packed_update` takes it."""
+    body, rotors = packed(constants)
+    return np.concatenate([body, rotors.ravel()])

@@ -7,7 +7,7 @@ Both are `guidance.Reference` vectors, and are added.
 import math
 
 import numpy as np
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
@@ -27,6 +27,13 @@ def add_reference(
     builder.Connect(pilot, both.get_input_port(0))
     builder.Connect(course.get_output_port(), both.get_input_port(1))
     return both.get_output_port()
+
+
+def add_feedforward(builder: DiagramBuilder, path: PiecewisePolynomial, port: InputPort) -> None:
+    """Connect the acceleration along a path in W (3) [m/s²]."""
+    velocity = path.Block(0, 0, 3, 1)
+    source = builder.AddNamedSystem("feedforward", TrajectorySource(velocity.derivative()))
+    builder.Connect(source.get_output_port(), port)
 
 
 def figure_eight(

@@ -1,10 +1,10 @@
 """Oracle: the same from two models, one of steering and one of holding."""
 
 import pytest
+from workbench.design.linear.loops import LOOPS
 
 from workbench.design.judge.live import live_margins
 from workbench.design.judge.margins import loop_margins
-from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 

@@ -7,10 +7,10 @@ import warnings
 import control
 import numpy as np
 import pytest
+from workbench.design.linear.loops import LOOPS
 
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import UNSTABLE, all_margins, loop_margins
-from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.operating_point import OperatingPoint
 
 s = control.tf("s")

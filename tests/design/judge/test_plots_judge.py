@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from workbench.design.linear.loops import LOOPS, find_loop
 
 from workbench.design.judge.margins import loop_margins
 from workbench.design.judge.operating_map import OperatingMap, find_direction
@@ -12,7 +13,6 @@ from workbench.design.judge.plots_map import plot_map, plot_rates, plot_sensitiv
 from workbench.design.judge.sampled_stability import RateSample, SlowestRate
 from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.judge.step_pair import StepPair, linear_step
-from workbench.design.linear.loops import LOOPS, find_loop
 from workbench.design.response_metrics import step_metrics
 
 

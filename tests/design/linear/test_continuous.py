@@ -5,9 +5,9 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from workbench.control.pd import Gains
 
 from workbench.control.loop_points import COUNT
-from workbench.control.pd import Gains
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import make_flight_core

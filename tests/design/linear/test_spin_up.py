@@ -8,6 +8,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
+from workbench.gains.rule import slowest_rotor
 
 from workbench.control.guidance import Guidance
 from workbench.design.judge.margins import loop_margins
@@ -15,7 +16,6 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.diagram.core import add_sampled_core
 from workbench.gains.gains import vehicle_gains
-from workbench.gains.rule import slowest_rotor
 from workbench.plant.drag import drag_rates
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import body_state

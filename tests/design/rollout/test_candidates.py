@@ -1,9 +1,9 @@
 import numba
 import numpy as np
 import pytest
+from workbench.control.pd import Gains
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.pd import Gains
 from workbench.design.rollout.candidates import make_candidates
 from workbench.dynamics.air.settings import AirSettings
 from workbench.scenario.parameters import defaults

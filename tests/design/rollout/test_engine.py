@@ -4,9 +4,9 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
+from workbench.control.pd import Gains
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.pd import Gains
 from workbench.design.rollout.compiled_block import compiled_block, compiled_measures
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.metrics import rollout_metrics

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from workbench.control.pd import Gains
+
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import EDGE, START_HEIGHT, fly_step
 from workbench.plant.loading import make_vehicle

@@ -33,6 +33,7 @@ from workbench.common.resources import (
     list_worlds,
     models_dir,
 )
+from workbench.control.controller import load_controller
 from workbench.gains.gains import flight_gains
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.xacro import is_xacro
@@ -209,7 +210,7 @@ def read_files(request: dict[str, str]) -> list[str]:
 
     sys.addaudithook(note)
     vehicle = make_vehicle(read_configured(scenario.vehicle))
-    flight_gains(vehicle, scenario.vehicle.gains)
+    flight_gains(vehicle, scenario.vehicle.gains, controller=load_controller(scenario.controller))
     world = read_configured_world(scenario)
     _expand(scenario.vehicle)
     found = [path for path in map(Path, opened) if _is_input(path)]

@@ -15,11 +15,11 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator_
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import DEFAULT, load_controller
 from workbench.control.guidance import Guidance, Reference
-from workbench.control.pd import Gains
 from workbench.design.judge.hermite import Curve
 from workbench.design.step_response import START_HEIGHT
-from workbench.diagram.core import make_flight_core, parameter_values
+from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import laden, payload_of
@@ -83,17 +83,23 @@ def fly_carried(
         )
     description = read_configured(config)
     vehicle = make_vehicle(description)
-    values = flight_gains(vehicle, config.gains, settings)
+    controller = load_controller(scenario.controller if scenario else DEFAULT)
+    if controller.designed:
+        raise WorkbenchError(
+            f"sensitivities need derivatives, and {controller.name} designs numbers of its gains: "
+            "sweep them instead"
+        )
+    values = flight_gains(vehicle, config.gains, settings, controller)
     payload = payload_of(values)
     if payload.payload_mass != payload.known_payload_mass:
         raise WorkbenchError(
             "sensitivities are those of the vehicle as its controller knows it: set "
             f"known_payload_mass to payload_mass, {payload.payload_mass:g} kg"
         )
-    gains = parameter_values("controller", values)
-    core = make_flight_core(description, vehicle, values)
+    gains = {row.name: values[row.name] for row in controller.parameters}
+    core = make_flight_core(controller, description, vehicle, values)
     start = _hover(core, laden(vehicle, payload), heading)
-    simulator = _prepared(core.ToAutoDiffXd(), start, axis, amplitude, Gains(**gains))
+    simulator = _prepared(core.ToAutoDiffXd(), start, axis, amplitude, list(gains.values()))
     count = round(duration / STEP)
     states, rates = [], []
     for index in range(count + 1):
@@ -135,7 +141,7 @@ def _hover(core: Diagram, vehicle: Vehicle, heading: float) -> np.ndarray:
     return state
 
 
-def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: Gains) -> Any:
+def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: list[float]) -> Any:
     """Return a Simulator at hover with the command just given."""
     root = core.CreateDefaultContext()
     root.SetContinuousState(start)

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from workbench.design.judge.margins import LoopMargins, all_margins
-from workbench.design.linear.loops import LOOPS
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 
@@ -30,12 +29,13 @@ def live_margins(
         study: of the vehicle, made once.
         gains: parameter values by name that differ from the scenario's.
     """
+    loops = study.controller.loops
     holding = study.sampled(HOLDING, gains)
-    steering = holding.opened([loop.error for loop in LOOPS if loop.hold])
-    points = {loop.name: loop.actuator for loop in LOOPS}
+    steering = holding.opened([loop.error for loop in loops if loop.hold])
+    points = {loop.name: loop.point("actuator") for loop in loops}
     found: dict[str, LoopMargins] = {}
     for model, held in ((steering, False), (holding, True)):
-        names = [loop.name for loop in LOOPS if loop.hold is held]
+        names = [loop.name for loop in loops if loop.hold is held]
         margins = all_margins(model, [points[name] for name in names])
         found |= dict(zip(names, margins, strict=True))
     return tuple(LiveMargins(name, margins) for name, margins in found.items())

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import growth_rate, growth_rates, loop_responses
 from workbench.design.judge.margins import LoopMargins, all_margins
-from workbench.design.linear.loops import LOOPS, Loop
 from workbench.design.linear.model import LinearModel
 
 
@@ -33,16 +33,19 @@ def judge_loops(
         steering: the closed loop while the pilot steers.
         holding: the same while a place is held, for the loops that hold it.
     """
-    found = _judged(steering, [loop for loop in LOOPS if not loop.hold])
-    return found + (_judged(holding, [loop for loop in LOOPS if loop.hold]) if holding else ())
+    found = _judged(steering, [loop for loop in steering.loops if not loop.hold])
+    return found + (
+        _judged(holding, [loop for loop in steering.loops if loop.hold]) if holding else ()
+    )
 
 
 def _judged(model: LinearModel, loops: list[Loop]) -> tuple[LoopJudgement, ...]:
     """Return the judgement of some loops of one model."""
-    points = list(dict.fromkeys(p for loop in loops for p in (loop.actuator, loop.error)))
+    points = list(dict.fromkeys(p for loop in loops for p in (loop.point("actuator"), loop.error)))
     margins = dict(zip(points, all_margins(model, points), strict=True))
     return tuple(
-        LoopJudgement(loop.name, margins[loop.actuator], margins[loop.error]) for loop in loops
+        LoopJudgement(loop.name, margins[loop.point("actuator")], margins[loop.error])
+        for loop in loops
     )
 
 
@@ -52,7 +55,7 @@ def growing_loops(model: LinearModel) -> tuple[str, ...]:
     With a velocity loop too fast for the tilt inside it, both are named; with a tilt that is
     unstable by itself, it alone.
     """
-    loops = [loop for loop in LOOPS if loop.hold == model.trim.point.hold]
+    loops = [loop for loop in model.loops if loop.hold == model.trim.point.hold]
     responses = loop_responses(model, [loop.error for loop in loops])
     if responses.stable:
         return ()

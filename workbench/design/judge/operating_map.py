@@ -146,7 +146,7 @@ def operating_map(
         if factor not in studies:
             studies[factor] = empty.like(_loaded(scenario, factor))
         study = studies[factor]
-        gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings)
+        gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings, study.controller)
         if progress:
             progress((row * shape[1] + column) / (shape[0] * shape[1]))
         try:

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import LoopMargins, loop_margins
 from workbench.design.judge.modes import natural_poles
@@ -17,20 +18,10 @@ from workbench.design.judge.panels_frequency import (
 )
 from workbench.design.judge.panels_poles import draw_locus, draw_poles, reach
 from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, linear_step
-from workbench.design.linear.loops import LOOPS, Loop
 from workbench.design.linear.model import LinearModel
 from workbench.design.plots import PALETTE, label, styled, widen
 from workbench.scenario.axes import find_axis
 
-STEP_AXES = {
-    "velocity_x": "x",
-    "velocity_y": "y",
-    "velocity_z": "z",
-    "roll": "y",
-    "pitch": "x",
-    "yaw_rate": "yaw",
-}
-"""The step that shows a loop at work."""
 SAMPLES = 640
 """Of a linear step where nothing was flown."""
 
@@ -68,7 +59,7 @@ def plot_loop(
     shown = reach(closed, margins.crossover, loops.highest)
     draw_locus(locus, model, point, margins, shown)
     draw_poles(poles, closed, shown)
-    shows = [pair for pair in steps if pair.axis == STEP_AXES.get(loop.name)]
+    shows = [pair for pair in steps if pair.axis == loop.axis and not loop.hold]
     if shows:
         draw_step_pair(step, shows[0])
     else:
@@ -87,8 +78,8 @@ def plot_loops(
         holding: while a place is held; without it, the loops that hold a place are left out.
         cut: where to open the loops, actuator or error.
     """
-    shown = [loop for loop in LOOPS if not loop.hold or holding is not None]
-    rows = len(shown) // 3
+    shown = [loop for loop in steering.loops if not loop.hold or holding is not None]
+    rows = -(-len(shown) // 3)
     figure = Figure(figsize=(12.0, 3.9 * rows + 0.6), layout="constrained")
     figure.suptitle(
         f"all loops at {steering.trim.point.label}, cut at the {cut}",
@@ -97,7 +88,10 @@ def plot_loops(
         fontsize=11,
         fontweight="bold",
     )
-    for axes, loop in zip(figure.subplots(rows, 3).ravel(), shown, strict=True):
+    panels = figure.subplots(rows, 3, squeeze=False).ravel()
+    for axes in panels[len(shown) :]:
+        axes.set_visible(False)
+    for axes, loop in zip(panels, shown, strict=False):
         model = holding if loop.hold and holding is not None else steering
         point = loop.point(cut)
         loops, margins = loop_responses(model, [point]), loop_margins(model, point)
@@ -126,7 +120,7 @@ def draw_step_pair(axes: Axes, pair: StepPair) -> None:
 
 def draw_linear_step(axes: Axes, model: LinearModel, loop: Loop) -> None:
     """Draw the linear model's answer to a step, of what was not flown."""
-    axis = STEP_AXES.get(loop.name)
+    axis = "" if loop.hold else loop.axis
     if axis:
         amplitude, unit = dict(STEPS)[axis], find_axis(axis).unit
         response = linear_step(model, INPUTS[axis], OUTPUTS[axis], SAMPLES) * amplitude

@@ -70,7 +70,7 @@ def judge(
     """
     scenario = scenario or Scenario()
     study = LinearStudy(scenario)
-    gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings)
+    gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings, study.controller)
     steering = study.sampled(dataclasses.replace(point, hold=False), gains)
     at_hover = dataclasses.replace(point, hold=False) == HOVER
     holding = study.sampled(dataclasses.replace(HOVER, hold=True), gains) if at_hover else None

@@ -123,7 +123,7 @@ def rate_sample(
     """Return the closed loop with a control period of so many physics steps."""
     slowed = copy.deepcopy(study.scenario)
     slowed.rates.control_period = steps * slowed.rates.physics_step
-    gains = flight_gains(study.vehicle, slowed.vehicle.gains, settings)
+    gains = flight_gains(study.vehicle, slowed.vehicle.gains, settings, study.controller)
     model = study.like(slowed).sampled(point, gains)
     loops, poles = judge_loops(model), closed_poles(model)
     natural = natural_poles(poles, model.period)

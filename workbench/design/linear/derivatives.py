@@ -8,13 +8,12 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
-from workbench.control.flight_law import SPIN_UP, control_update, law_constants
-from workbench.control.guidance import Guidance
-from workbench.control.loop_points import CLOSED, COUNT, INJECTIONS, SIGNALS
-from workbench.control.pd import Gains
+from workbench.control.controller import Controller
+from workbench.control.flight_law import flight_law, law_constants
+from workbench.control.guidance import Guidance, Setpoint
 from workbench.design.linear.attitude import reduced, state_seeds
 from workbench.design.linear.autodiff import gradient, whole
-from workbench.diagram.core import live_numbers, parameter_values
+from workbench.diagram.core import law_gains, live_numbers
 from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
 from workbench.dynamics.vehicle_step import (
     FULL,
@@ -49,12 +48,15 @@ class Update:
 
     Columns are those of the state as the law sees it (12), the velocity that the estimate of
     acceleration remembers (3), the commands before (n), velocity and yaw rate asked for (4), place
-    held (3), and injections (15). Rows of `filtered_by` are that velocity after the update.
+    held (3), injections (one a loop point), and what the law remembers (k). Rows of `filtered_by`
+    are that velocity after the update, and those of `memory_by` that memory.
     """
 
     commands: np.ndarray
     commands_by: np.ndarray
     filtered_by: np.ndarray
+    memory: np.ndarray
+    memory_by: np.ndarray
     signals_by: np.ndarray
 
 
@@ -75,13 +77,14 @@ class Derivatives:
     """What flies and its law, as functions of numbers with derivatives.
 
     Its functions, each of which remembers its last call: `update(state, filtered, before,
-    reference, guidance) -> Update`, `settled_update`, which is the same for a law that reckons with
-    no spin-up torque, as there is none in a steady flight; `step(state, last, speeds, commands) ->
-    Step`; `acceleration(state, speeds)`, which returns wdot and vdot (6) and their derivatives by
-    state and speeds (12 + n); and `steady_commands(speeds)`, which returns the commands that keep
+    reference, guidance, memory) -> Update`, `settled_update`, which is the same for a law that
+    reckons with no spin-up torque, as there is none in a steady flight; `step(state, last, speeds,
+    commands) -> Step`; `acceleration(state, speeds)`, which returns wdot and vdot (6) and their
+    derivatives by state and speeds (12 + n); and `steady_commands(speeds)`, which returns the commands that keep
     rotors at speeds (n), and their derivatives. The battery, where one is stated, is full.
 
     Args:
+        controller: whose law flies.
         description: what flies, without its payload.
         vehicle: as the law knows it, without that, too.
         gains: parameter values by name.
@@ -90,15 +93,18 @@ class Derivatives:
 
     def __init__(
         self,
+        controller: Controller,
         description: Description,
         vehicle: Vehicle,
         gains: Mapping[str, float],
         rates: Rates,
     ) -> None:
+        self.controller = controller
+        self._law = flight_law(controller)
         self._flown, self._vehicle = make_vehicle(description), vehicle
         self._carry(payload_of(gains))
         self._rows = rotor_rows(description.rotors, rates.physics_step).tolist()
-        self._physics_step = rates.physics_step
+        self._physics_step, self._control_period = rates.physics_step, rates.control_period
         self._whole = [1.0] * len(self._rows)
         self._estimate = sampled_estimate(rates.control_period)
         self._vehicle = vehicle
@@ -121,8 +127,9 @@ class Derivatives:
             self._carry(payload)
             self.step.forget()
             self.acceleration.forget()
-        self._gains = list(Gains(**parameter_values("controller", gains)))
-        self._settled = self._gains[:SPIN_UP] + [0.0]
+        self._gains = law_gains(self.controller, self._vehicle, gains, self._control_period)
+        settled = {**gains, "spin_up_feedforward": 0.0}
+        self._settled = law_gains(self.controller, self._vehicle, settled, self._control_period)
         self.update.forget()
         self.settled_update.forget()
         live = live_numbers(self._vehicle, gains)
@@ -158,6 +165,7 @@ class Derivatives:
         before: np.ndarray,
         reference: np.ndarray,
         guidance: np.ndarray,
+        memory: np.ndarray,
     ) -> Update:
         """Return a control update.
 
@@ -168,35 +176,39 @@ class Derivatives:
             before: commands of the update before (n).
             reference: see `guidance.Reference` (8).
             guidance: see `guidance.Guidance` (22).
+            memory: of the law (k).
         """
-        sizes = (STATE, FILTERED, before.size, REFERENCE, HELD, COUNT)
+        points, closed = len(self.controller.points), np.array(self.controller.closed)
+        sizes = (STATE, FILTERED, before.size, REFERENCE, HELD, points, memory.size)
         columns = sum(sizes)
         seeds = np.split(np.eye(columns), np.cumsum(sizes)[:-1])
         asked = np.zeros((reference.size, columns))
         asked[:REFERENCE] = seeds[3]
         kept = np.zeros((guidance.size, columns))
         kept[HOLD_X : HOLD_X + HELD] = seeds[4]
-        probes = np.zeros((len(CLOSED), columns))
-        probes[INJECTIONS:] = seeds[5]
-        loops: list[Any] = [*_seeded(np.array(CLOSED), probes), *[0.0] * COUNT]
+        probes = np.zeros((closed.size, columns))
+        probes[points:] = seeds[5]
+        loops: list[Any] = [*_seeded(closed, probes), *[0.0] * points]
         commands = _seeded(before, seeds[2])
-        after = control_update(
+        after, remembered = self._law.update(
             _seeded(state, state_seeds(state[:4]) @ seeds[0]),
-            _seeded(reference, asked),
-            _seeded(guidance, kept),
+            Setpoint(_seeded(reference, asked), _seeded(guidance, kept), (0.0, 0.0, 0.0)),
             gains,
             self._whole,
             self._constants,
             loops,
             self._estimate,
             _seeded(filtered, seeds[1]),
+            _seeded(memory, seeds[6]) if memory.size else [],
             commands,
         )
         return Update(
             ExtractValue(whole(commands)).ravel(),
             gradient(commands, columns),
             gradient(after, columns),
-            gradient(loops[SIGNALS:], columns),
+            ExtractValue(whole(remembered)).ravel() if memory.size else memory,
+            gradient(remembered, columns) if memory.size else np.zeros((0, columns)),
+            gradient(loops[closed.size :], columns),
         )
 
     def _step(

@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.linear.loops import CUTS, LOOPS, find_loop
+from workbench.control.controller import CUTS, Controller
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.study import HOVER, LinearStudy
 from workbench.scenario.scenario import Scenario
 
 CLOSED, VEHICLE = "closed", "vehicle"
-WHAT = (CLOSED, VEHICLE, *(loop.name for loop in LOOPS))
 TIMES = ("sampled", "continuous")
 ASKED = ("reference_v_x", "reference_v_y", "reference_v_z", "reference_yaw_rate")
 SHOWN = ("v_x", "v_y", "v_z", "w_z")
@@ -52,12 +51,10 @@ def linearize(
         WorkbenchError: if a name is unknown, or there is no such flight.
     """
     point = parse_point(at) if isinstance(at, str) else at
-    if loop not in WHAT:
-        raise unknown_name("loop", loop, WHAT)
     if time not in TIMES:
         raise unknown_name("kind of time", time, TIMES)
-    _check_cut(loop, cut, point)
     study = LinearStudy(scenario)
+    _check_cut(study.controller, loop, cut, point)
     if loop == VEHICLE:
         system = _vehicle(study.bare_vehicle(point, gains), time, study, inputs, outputs)
     else:
@@ -67,15 +64,18 @@ def linearize(
         elif inputs or outputs:
             raise WorkbenchError("an open loop goes from its cut to its cut: leave the names out")
         else:
-            wanted = find_loop(loop)
+            wanted = study.controller.loop(loop)
             if wanted.hold and not point.hold:
                 point = OperatingPoint(hold=True)
             system = found(point, gains).open_loop(wanted.point(cut))
     return minimal_realisation(system) if minimal else system
 
 
-def _check_cut(loop: str, cut: str, point: OperatingPoint) -> None:
-    """Refuse a cut that there is not."""
+def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoint) -> None:
+    """Refuse a loop, or a cut, that there is not."""
+    known = (CLOSED, VEHICLE, *(each.name for each in controller.loops))
+    if loop not in known:
+        raise unknown_name("loop", loop, known)
     if cut not in CUTS:
         raise unknown_name("place to cut a loop", cut, CUTS)
     if loop in (CLOSED, VEHICLE):
@@ -83,7 +83,7 @@ def _check_cut(loop: str, cut: str, point: OperatingPoint) -> None:
             raise WorkbenchError(
                 f"there is nothing to cut in '{loop}': name a loop, or leave the cut out"
             )
-    elif find_loop(loop).hold and point not in (OperatingPoint(), OperatingPoint(hold=True)):
+    elif controller.loop(loop).hold and point not in (OperatingPoint(), OperatingPoint(hold=True)):
         raise WorkbenchError(
             f"a place is held in hover only: the loop {loop} is not closed at {point.label}"
         )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import Controller, Loop
 from workbench.design.linear.operating_point import OperatingPoint
 
 
@@ -33,6 +34,7 @@ class Trim:
         speeds: of the rotors (n) [rad/s].
         commands: speeds that they are commanded (n) [rad/s], larger where the battery sags.
         reference: velocity [m/s] and yaw rate [rad/s] that the pilot asks for (4).
+        memory: what the law remembers (k).
     """
 
     point: OperatingPoint
@@ -44,6 +46,7 @@ class Trim:
     speeds: np.ndarray
     commands: np.ndarray
     reference: np.ndarray
+    memory: np.ndarray
 
     @property
     def state(self) -> np.ndarray:
@@ -71,6 +74,7 @@ class LinearModel:
         inputs: k of them.
         outputs: l of them.
         trim: where.
+        controller: whose loops it has; None for a vehicle alone.
     """
 
     A: np.ndarray
@@ -82,6 +86,12 @@ class LinearModel:
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     trim: Trim
+    controller: Controller | None = None
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """Loops that can be opened."""
+        return self.controller.loops if self.controller else ()
 
     @property
     def state_names(self) -> tuple[str, ...]:

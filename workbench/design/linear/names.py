@@ -1,9 +1,7 @@
 """Names and units of the signals of linear models."""
 
-from workbench.control.loop_points import POINTS
+from workbench.control.controller import Controller
 from workbench.design.linear.model import Signal
-
-_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
 def motion(prefix: str = "") -> tuple[Signal, ...]:
@@ -48,27 +46,21 @@ def references() -> tuple[Signal, ...]:
     )
 
 
-def points() -> tuple[Signal, ...]:
+def points(controller: Controller) -> tuple[Signal, ...]:
     """Return the loop points: as inputs their injections, as outputs their signals."""
-    return tuple(Signal(name, _unit(name)) for name in POINTS)
+    return tuple(Signal(name, unit) for name, unit in controller.points.items())
 
 
-def outputs(rotors: int) -> tuple[Signal, ...]:
+def memory_of(controller: Controller) -> tuple[Signal, ...]:
+    """Return what the law remembers."""
+    return tuple(Signal(state.name, state.unit) for state in controller.memory)
+
+
+def outputs(rotors: int, controller: Controller) -> tuple[Signal, ...]:
     """Return what comes out of a closed loop: motion, loop points, thrusts and speeds."""
     return (
         *motion(),
-        *points(),
+        *points(controller),
         *numbered("thrust", rotors, "N"),
         *numbered("speed", rotors, "rad/s"),
     )
-
-
-def _unit(point: str) -> str:
-    """Return the unit of a loop point's signal."""
-    if point in ("roll_error", "pitch_error"):
-        return "1"
-    if point == "yaw_rate_error":
-        return "rad/s"
-    if point.endswith("_acceleration"):
-        return "rad/s^2"
-    return _UNITS[point.split("_")[0]]

@@ -8,7 +8,6 @@ derivatives of the update and of each step along the trimmed flight.
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.loop_points import COUNT
 from workbench.design.linear.attitude import heading_turn
 from workbench.design.linear.derivatives import (
     FILTERED,
@@ -23,6 +22,7 @@ from workbench.design.linear.model import LinearModel, Signal, Trim
 from workbench.design.linear.names import (
     accelerations,
     filtered,
+    memory_of,
     motion,
     numbered,
     outputs,
@@ -44,8 +44,8 @@ def sampled_model(
 
     States are those at an update, before it: the motion, the acceleration in the middle of the
     step before, rotor speeds, commands that act or are still to act, the velocity that the estimate
-    remembers, and the motions that a delayed controller is still to see. Outputs are those at the
-    update.
+    remembers, the motions that a delayed controller is still to see, and what the law remembers.
+    Outputs are those at the update.
 
     Args:
         derivatives: of what flies.
@@ -62,39 +62,49 @@ def sampled_model(
     waiting = age + 1 if since else age
     if late and trim.point.yaw_rate:
         raise WorkbenchError("a turn cannot be linearised with a delayed controller: leave one out")
-    n = trim.speeds.size
+    n, k = trim.speeds.size, trim.memory.size
+    count = len(derivatives.controller.points)
     update = derivatives.update(
-        trim.state, filtered_of(trim, rate), trim.commands, reference_of(trim), guidance_of(trim)
+        trim.state,
+        filtered_of(trim, rate),
+        trim.commands,
+        reference_of(trim),
+        guidance_of(trim),
+        trim.memory,
     )
-    sizes = (STATE, LAST, n, *[n] * waiting, FILTERED, *[STATE] * late)
+    sizes = (STATE, LAST, n, *[n] * waiting, FILTERED, *[STATE] * late, k)
     at = np.cumsum([0, *sizes])
     size = int(at[-1])
     groups = [slice(int(a), int(b)) for a, b in zip(at[:-1], at[1:], strict=True)]
     s, last, speed = groups[:3]
-    commands, memory, older = groups[3 : 3 + waiting], groups[3 + waiting], groups[4 + waiting :]
+    commands, velocity, older = groups[3 : 3 + waiting], groups[3 + waiting], groups[4 + waiting :]
+    memory = older.pop()
     moving = slice(0, speed.stop)
 
-    inputs = REFERENCE + HELD + COUNT + STATE
-    asked, noise = slice(0, REFERENCE + HELD + COUNT), slice(REFERENCE + HELD + COUNT, inputs)
-    seen = np.zeros((STATE + FILTERED + n, size))
+    inputs = REFERENCE + HELD + count + STATE
+    asked, noise = slice(0, REFERENCE + HELD + count), slice(REFERENCE + HELD + count, inputs)
+    known = STATE + FILTERED + n
+    seen = np.zeros((known + k, size))
     seen[:STATE, older[-1] if late else s] = np.eye(STATE)
-    seen[STATE : STATE + FILTERED, memory] = np.eye(FILTERED)
-    seen[STATE + FILTERED :, commands[0]] = np.eye(n)
+    seen[STATE : STATE + FILTERED, velocity] = np.eye(FILTERED)
+    seen[STATE + FILTERED : known, commands[0]] = np.eye(n)
+    seen[known:, memory] = np.eye(k)
 
     def of_update(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return rows of the update by states and by inputs."""
-        known = STATE + FILTERED + n
         by_inputs = np.zeros((rows.shape[0], inputs))
-        by_inputs[:, asked] = rows[:, known:]
+        by_inputs[:, asked] = rows[:, known : known + asked.stop]
         by_inputs[:, noise] = rows[:, :STATE]
-        return rows[:, :known] @ seen, by_inputs
+        return np.hstack([rows[:, :known], rows[:, known + asked.stop :]]) @ seen, by_inputs
 
     A, B = np.zeros((size, size)), np.zeros((size, inputs))
     whole = np.eye(size)
     now = of_update(update.commands_by)
     # rows of commands by their age in updates, the newest first
     acting = [now, *((whole[each], np.zeros((n, inputs))) for each in commands)]
-    A[memory], B[memory] = of_update(update.filtered_by)
+    A[velocity], B[velocity] = of_update(update.filtered_by)
+    if k:
+        A[memory], B[memory] = of_update(update.memory_by)
     signals, signals_in = of_update(update.signals_by)
     held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
     states = _states_of_period(derivatives, trim, update, rates, held)
@@ -109,25 +119,26 @@ def sampled_model(
 
     turn = np.eye(size)
     angle = trim.point.yaw_rate * rates.control_period
-    for vectors, count in ((s, 4), (last, 2), (memory, 1)):
-        turn[vectors, vectors] = heading_turn(angle, count)
+    for vectors, vectors_in in ((s, 4), (last, 2), (velocity, 1)):
+        turn[vectors, vectors] = heading_turn(angle, vectors_in)
     A, B = turn @ A, turn @ B
     thrusts = np.zeros((n, size))
     thrusts_by = derivatives.thrusts_by(trim.state, trim.speeds)
     thrusts[:, s], thrusts[:, speed] = thrusts_by[:, :STATE], thrusts_by[:, STATE:]
     C = np.vstack([np.eye(STATE, size), signals, thrusts, whole[speed]])
     D = np.zeros((C.shape[0], inputs))
-    D[STATE : STATE + COUNT] = signals_in
+    D[STATE : STATE + count] = signals_in
     return LinearModel(
         A=A,
         input_matrix=B,
         output_matrix=C,
         feedthrough=D,
         period=rates.control_period,
-        states=_states(n, waiting, late),
-        inputs=(*references(), *points(), *motion("noise_")),
-        outputs=outputs(n),
+        states=(*_states(n, waiting, late), *memory_of(derivatives.controller)),
+        inputs=(*references(), *points(derivatives.controller), *motion("noise_")),
+        outputs=outputs(n, derivatives.controller),
         trim=trim,
+        controller=derivatives.controller,
     )
 
 

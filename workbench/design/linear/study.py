@@ -7,6 +7,7 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import sentences
+from workbench.control.controller import load_controller
 from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
 from workbench.design.linear.autodiff import constants, gradient
 from workbench.design.linear.continuous import ContinuousDerivatives
@@ -99,9 +100,14 @@ class LinearStudy:
         config = self.scenario.vehicle
         self._description = description or read_configured(config)
         self.vehicle = make_vehicle(self._description)
-        self.gains: Mapping[str, float] = flight_gains(self.vehicle, config.gains)
+        self.controller = load_controller(self.scenario.controller)
+        self.gains: Mapping[str, float] = flight_gains(
+            self.vehicle, config.gains, controller=self.controller
+        )
         self._flown = varied(self._description, self.vehicle, config.variation)
-        self._derivatives = Derivatives(self._flown, self.vehicle, self.gains, self.scenario.rates)
+        self._derivatives = Derivatives(
+            self.controller, self._flown, self.vehicle, self.gains, self.scenario.rates
+        )
         _, self._rate = sampled_estimate(self.scenario.rates.control_period)
         self._bare_vehicle = LastCall(self._vehicle_with)
         self._continuous = LastCall(self._flight_with)
@@ -172,9 +178,8 @@ class LinearStudy:
     def _flight_with(self, payload: np.ndarray) -> ContinuousDerivatives:
         """Return vehicle and law with a payload, see `Payload` (8)."""
         values = {**self.gains, **Payload(*payload.tolist())._asdict()}
-        return ContinuousDerivatives(
-            make_flight_core(self._flown, self.vehicle, values), self.vehicle
-        )
+        core = make_flight_core(self.controller, self._flown, self.vehicle, values)
+        return ContinuousDerivatives(core, self.controller, self.vehicle)
 
     def _values(self, gains: Mapping[str, float] | None) -> dict[str, float]:
-        return {**self.gains, **checked(gains or {})}
+        return {**self.gains, **checked(gains or {}, controller=self.controller)}

@@ -35,8 +35,9 @@ def find_trim(
 ) -> Trim:
     """Return the trim of an operating point, by Newton's method.
 
-    Unknown are the tilt, the rotors' speeds, and velocity and yaw rate asked for; they make the
-    accelerations those of the point, and the commands the speeds.
+    Unknown are the tilt, the rotors' speeds, velocity and yaw rate asked for, and what the law
+    remembers; they make the accelerations those of the point, the commands the speeds, and the
+    memory stay as it is.
 
     Args:
         derivatives: of what flies, with these gains set.
@@ -49,6 +50,11 @@ def find_trim(
         WorkbenchError: if it does not fly like that, whatever is asked for.
     """
     n = len(vehicle.rotors)
+    if point.yaw_rate and derivatives.controller.memory:
+        raise WorkbenchError(
+            f"a turn cannot be linearised with {derivatives.controller.name}, which remembers "
+            "vectors that turn as well: ask for a yaw rate of 0"
+        )
     trim = _first_guess(derivatives, vehicle, gains, point)
     best = np.inf
     for _ in range(ROUNDS):
@@ -105,30 +111,49 @@ def _first_guess(
         speeds=frame.hover_speeds.copy(),
         commands=derivatives.steady_commands(frame.hover_speeds)[0],
         reference=np.array([*point.velocity, point.yaw_rate]),
+        memory=np.array(derivatives.controller.initial_memory),
     )
 
 
 def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is left of the equations (6 + n), and its derivatives by the unknowns."""
-    n = trim.speeds.size
+    """Return what is left of the equations (6 + n + k), and its derivatives by the unknowns."""
+    n, k = trim.speeds.size, trim.memory.size
     update = derivatives.settled_update(
-        trim.state, filtered_of(trim, rate), trim.commands, reference_of(trim), guidance_of(trim)
+        trim.state,
+        filtered_of(trim, rate),
+        trim.commands,
+        reference_of(trim),
+        guidance_of(trim),
+        trim.memory,
     )
     _, by_speeds = derivatives.steady_commands(trim.speeds)
     acceleration, by = derivatives.acceleration(trim.state, trim.speeds)
     wanted = np.concatenate([np.zeros(3), trim.vdot_WB])
     scale = np.maximum(trim.speeds, 1.0)
-    left = np.concatenate([acceleration - wanted, (update.commands - trim.commands) / scale])
+    left = np.concatenate(
+        [
+            acceleration - wanted,
+            (update.commands - trim.commands) / scale,
+            update.memory - trim.memory,
+        ]
+    )
 
     before = slice(STATE + FILTERED, STATE + FILTERED + n)
     tilt, asked = slice(0, 2), slice(before.stop, before.stop + REFERENCE)
-    jacobian = np.zeros((6 + n, 2 + n + REFERENCE))
+    jacobian = np.zeros((6 + n + k, 2 + n + REFERENCE + k))
+    last = update.commands_by.shape[1] - k
     jacobian[:6, tilt] = by[:, tilt]
     jacobian[:6, 2 : 2 + n] = by[:, STATE:]
-    jacobian[6:, tilt] = update.commands_by[:, tilt]
-    jacobian[6:, 2 : 2 + n] = (update.commands_by[:, before] - np.eye(n)) @ by_speeds
-    jacobian[6:, 2 + n :] = update.commands_by[:, asked]
-    jacobian[6:] /= scale[:, None]
+    for rows, found, same in (
+        (slice(6, 6 + n), update.commands_by, np.eye(n)),
+        (slice(6 + n, 6 + n + k), update.memory_by, np.zeros((k, n))),
+    ):
+        jacobian[rows, tilt] = found[:, tilt]
+        jacobian[rows, 2 : 2 + n] = (found[:, before] - same) @ by_speeds
+        jacobian[rows, 2 + n : 2 + n + REFERENCE] = found[:, asked]
+        jacobian[rows, 2 + n + REFERENCE :] = found[:, last:]
+    jacobian[6 + n :, 2 + n + REFERENCE :] -= np.eye(k)
+    jacobian[6 : 6 + n] /= scale[:, None]
     return left, jacobian
 
 
@@ -145,5 +170,6 @@ def _moved(derivatives: Derivatives, trim: Trim, change: np.ndarray, n: int) -> 
         vdot_WB=trim.vdot_WB,
         speeds=speeds,
         commands=derivatives.steady_commands(speeds)[0],
-        reference=trim.reference + change[2 + n :],
+        reference=trim.reference + change[2 + n : 2 + n + REFERENCE],
+        memory=trim.memory + change[2 + n + REFERENCE :],
     )

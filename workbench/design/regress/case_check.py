@@ -6,6 +6,7 @@ import re
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import Keys, YamlFile
+from workbench.control.controller import load_controller
 from workbench.design.regress.measures import HOVER, Need, find_measure
 from workbench.design.regress.signals import AXIS_SIGNALS, POINT, find_signal
 from workbench.design.regress.spec import Case, Limit, Tolerance
@@ -17,7 +18,7 @@ from workbench.scenario.scenario import Scenario, Start, check_scenario
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.+-]*")
 
 
-def check_case(case: Case, index: int, file: YamlFile) -> None:
+def check_case(case: Case, index: int, file: YamlFile, controller: str) -> None:
     """Refuse a case of a spec's list.
 
     Raises:
@@ -31,9 +32,9 @@ def check_case(case: Case, index: int, file: YamlFile) -> None:
     if case.axis:
         _check_step(case, file, keys)
     else:
-        _check_script(case, file, keys)
+        _check_script(case, file, keys, controller)
     for name, value in case.set.items():
-        checked({name: value}, file.where(*keys, "set", name))
+        checked({name: value}, file.where(*keys, "set", name), load_controller(controller))
     if not case.limits and not case.baseline:
         where = file.where(*keys)
         raise WorkbenchError(f"{where}'{case.name}' demands nothing: give it limits or a baseline")
@@ -74,7 +75,7 @@ def _check_step(case: Case, file: YamlFile, keys: Keys) -> None:
             )
 
 
-def _check_script(case: Case, file: YamlFile, keys: Keys) -> None:
+def _check_script(case: Case, file: YamlFile, keys: Keys, controller: str) -> None:
     """Refuse a case without an axis that is no flight."""
     if not case.script and case.start is None:
         where = file.where(*keys)
@@ -89,7 +90,10 @@ def _check_script(case: Case, file: YamlFile, keys: Keys) -> None:
     if case.signal:
         _check_signal(case.signal, file, (*keys, "signal"))
     flight = Scenario(
-        start=case.start or Start(), script=case.script, duration=case.edge + case.duration
+        controller=controller,
+        start=case.start or Start(),
+        script=case.script,
+        duration=case.edge + case.duration,
     )
     depth = len(keys)
     lines = {at[depth:]: line for at, line in file.lines.items() if at[:depth] == keys}

@@ -4,10 +4,11 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
+from workbench.control.controller import load_controller
 from workbench.design.regress.verdict import Difference
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import defaults
+from workbench.scenario.parameters import defaults, parameter_table
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 
@@ -42,8 +43,10 @@ def conditions(
         scenario: with which gain file, rates and variation of the plant.
         settings: parameter values over those of the vehicle.
     """
-    values = flight_gains(vehicle, scenario.vehicle.gains, settings)
-    found = {row.name: values[row.name] for row in vehicle_parameters(vehicle)}
+    controller = load_controller(scenario.controller)
+    values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
+    rows = vehicle_parameters(vehicle, parameter_table(controller))
+    found = {row.name: values[row.name] for row in rows}
     found["mass"] = vehicle.mass
     found |= {f"center_of_mass_{axis}": p for axis, p in zip("xyz", vehicle.p_BoBcm_B, strict=True)}
     for i, row in enumerate("xyz"):

@@ -126,6 +126,7 @@ def changed(spec: Spec, changes: Changes) -> Scenario:
     content = spec.content
     scenario = Scenario(
         vehicle=copy.deepcopy(content.vehicle),
+        controller=content.controller,
         world=content.world,
         sensors=copy.deepcopy(content.sensors),
         rates=copy.deepcopy(content.rates),

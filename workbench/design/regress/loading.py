@@ -13,10 +13,16 @@ from workbench.common.yaml_files import YamlFile, check_schema, read_yaml, with_
 from workbench.design.regress.case_check import check_case
 from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, slug
-from workbench.scenario.scenario import Scenario, check_scenario, find_files, find_scenario_world
+from workbench.scenario.scenario import (
+    Scenario,
+    check_scenario,
+    chosen_controller,
+    find_files,
+    find_scenario_world,
+)
 
 
-def load_spec(path: Path | str) -> Spec:
+def load_spec(path: Path | str, controller: str = "") -> Spec:
     """Read and check a spec; what it names is looked for beside it first.
 
     Raises:
@@ -30,8 +36,13 @@ def load_spec(path: Path | str) -> Spec:
         content = yaml_load_typed(schema=SpecFile, data=text, defaults=SpecFile())
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
+    content.controller = chosen_controller(file, content.controller, controller)
     common = Scenario(
-        vehicle=content.vehicle, world=content.world, sensors=content.sensors, rates=content.rates
+        vehicle=content.vehicle,
+        controller=content.controller,
+        world=content.world,
+        sensors=content.sensors,
+        rates=content.rates,
     )
     check_scenario(common, file)
     find_files(common.vehicle, file)
@@ -41,7 +52,7 @@ def load_spec(path: Path | str) -> Spec:
         raise WorkbenchError(f"{file.where()}a spec has cases, or margins")
     names = {MARGINS}
     for index, case in enumerate(content.cases):
-        check_case(case, index, file)
+        check_case(case, index, file, content.controller)
         if slug(case.name) in names:
             where = file.where("cases", index, "name")
             raise WorkbenchError(f"{where}there is '{case.name}' already: take another name")

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import YamlFile, read_yaml
+from workbench.control.controller import load_controller
 from workbench.design.judge.margins import LoopMargins, loop_margins
-from workbench.design.linear.loops import find_loop
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.study import LinearStudy
 from workbench.design.metrics import find_metric
@@ -27,13 +27,14 @@ def check_margins(content: SpecFile, file: YamlFile) -> None:
     Raises:
         WorkbenchError: naming file and line of the first thing that is wrong.
     """
+    law = load_controller(content.controller)
     try:
         point = parse_point(content.at)
     except WorkbenchError as error:
         raise WorkbenchError(f"{file.where('at')}{error}") from None
     for loop, limits in content.margins.items():
         try:
-            only_in_hover = find_loop(loop).hold
+            only_in_hover = law.loop(loop).hold
         except WorkbenchError as error:
             raise WorkbenchError(f"{file.where('margins', loop)}{error}") from None
         if only_in_hover and dataclasses.replace(point, hold=False) != OperatingPoint():
@@ -60,7 +61,7 @@ def check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> 
         WorkbenchError: if the vehicle cannot be built, or does not fly at the spec's point.
     """
     study = LinearStudy(common)
-    values = flight_gains(study.vehicle, common.vehicle.gains, settings)
+    values = flight_gains(study.vehicle, common.vehicle.gains, settings, study.controller)
     point = parse_point(spec.content.at)
     held = dataclasses.replace(point, hold=True) if _holding(spec.content) else point
     try:
@@ -69,8 +70,8 @@ def check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> 
         raise WorkbenchError(f"{read_yaml(spec.path).where('at')}{error}") from None
     found = []
     for name, limits in spec.content.margins.items():
-        loop = find_loop(name)
-        margins = loop_margins(models[held if loop.hold else point], loop.actuator)
+        loop = study.controller.loop(name)
+        margins = loop_margins(models[held if loop.hold else point], loop.point("actuator"))
         for margin, limit in limits.items():
             value = float(getattr(margins, margin))
             found.append(Check(f"{name} {margin}", find_metric(margin).unit, value, limit))
@@ -79,4 +80,5 @@ def check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> 
 
 def _holding(content: SpecFile) -> bool:
     """Return whether there is a loop that is closed only while a place is held."""
-    return any(find_loop(name).hold for name in content.margins)
+    law = load_controller(content.controller)
+    return any(law.loop(name).hold for name in content.margins)

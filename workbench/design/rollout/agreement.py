@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.control.pd import Gains
+from workbench.control.controller import COMMON, Controller
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.starts import start_state
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start
 from workbench.session.session import Session
 
@@ -65,7 +65,13 @@ class Agreement:
     lost: np.ndarray
 
 
-def random_trials(vehicle: Vehicle, own: Mapping[str, float], count: int, seed: int) -> list[Trial]:
+def random_trials(
+    vehicle: Vehicle,
+    own: Mapping[str, float],
+    count: int,
+    seed: int,
+    controller: Controller | None = None,
+) -> list[Trial]:
     """Return trials of which every other is thrown.
 
     Args:
@@ -73,14 +79,18 @@ def random_trials(vehicle: Vehicle, own: Mapping[str, float], count: int, seed: 
         own: values by name of the gains that are drawn, around which they are.
         count: how many.
         seed: of what is drawn.
+        controller: whose gains they are; the default one where none is given.
     """
+    table = parameter_table(controller)
     rng = np.random.default_rng(seed)
-    tuned = [name for name in Gains._fields if name in own and name[:2] in ("kp", "kd")]
+    rows = table.controller.parameters
+    common = {row.name for row in COMMON}
+    tuned = [row.name for row in rows if row.name in own and row.name not in common]
     trials = []
     for number in range(count):
         gains = {"max_height": CEILING}
         for name in tuned:
-            row = find_parameter(name)
+            row = table.find(name)
             value = own[name] * SPREAD ** rng.uniform(-1.0, 1.0)
             gains[name] = float(np.clip(value, row.minimum, row.maximum))
         start = Start(position=[0.0, 0.0, HEIGHT])
@@ -113,9 +123,18 @@ def agreement(
         WorkbenchError: if the vehicle cannot be flown.
     """
     rates = replace(scenario.rates, record_period=scenario.rates.control_period)
-    session = Session(Scenario(vehicle=scenario.vehicle, rates=rates, duration=duration))
-    own = flight_gains(session.vehicle, scenario.vehicle.gains)
-    engine = RolloutEngine(session.vehicle, rates, scenario.vehicle.variation, own=own)
+    session = Session(
+        Scenario(
+            vehicle=scenario.vehicle,
+            controller=scenario.controller,
+            rates=rates,
+            duration=duration,
+        )
+    )
+    law = session.controller
+    own = flight_gains(session.vehicle, scenario.vehicle.gains, controller=law)
+    variation = scenario.vehicle.variation
+    engine = RolloutEngine(session.vehicle, rates, variation, own=own, controller=law)
     flights = engine.fly_from(
         [each.gains for each in trials],
         np.array([start_state(session.vehicle, each.start) for each in trials]),

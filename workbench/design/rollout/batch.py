@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.control.controller import Controller
 from workbench.design.rollout.candidates import Candidates
 from workbench.design.rollout.chunks import run_chunks
 from workbench.design.rollout.compiled_block import compiled_block
@@ -35,12 +36,14 @@ class Batch(NamedTuple):
     """N candidates that fly on the same schedule.
 
     Attributes:
+        controller: whose law flies.
         candidates: N of them.
         crafts: what flies, K.
         which: (N) the craft of each candidate.
         schedule: of all.
     """
 
+    controller: Controller
     candidates: Candidates
     crafts: Crafts
     which: np.ndarray
@@ -78,11 +81,13 @@ class Batch(NamedTuple):
         peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1)
         shape = (len(self.time), len(kept), LANES)
 
+        fly_block = compiled_block(self.controller)
+
         def work(first_block: int, last_block: int) -> None:
             samples = np.empty(shape)
             for first in range(first_block * LANES, last_block * LANES, LANES):
                 last = min(first + LANES, self.size)
-                compiled_block(
+                fly_block(
                     self.candidates.part(first, last),
                     self.crafts.chosen(self.which[first:last]),
                     self.schedule,

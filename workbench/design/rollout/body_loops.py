@@ -7,8 +7,8 @@ longer than what a processor looks ahead to fill the time with the next candidat
 import math
 
 import numpy as np
-from numba.extending import register_jitable
 
+from workbench.common.jitable import register_jitable
 from workbench.design.rollout.rows import (
     CHARGE,
     CLEARANCE,

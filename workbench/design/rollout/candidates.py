@@ -1,28 +1,24 @@
 """What differs between the candidates of a batch, as arrays."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.flight_law import SPIN_UP
+from workbench.control.controller import Controller
 from workbench.control.guidance import Reference
-from workbench.control.pd import Gains
 from workbench.dynamics.air.settings import AirSettings
 from workbench.plant.payload import Payload
-from workbench.scenario.parameters import MOST_ROTORS, PARAMETERS, find_parameter
+from workbench.scenario.parameters import MOST_ROTORS, find_parameter, parameter_table
 from workbench.systems.noise import noise_seed
-
-KNOWN = frozenset(row.name for row in PARAMETERS)
-COLUMNS = (*Gains._fields, *AirSettings._fields)
 
 
 class Candidates(NamedTuple):
     """N candidates for a vehicle with n rotors.
 
     Attributes:
-        gains: (N, 19) see `pd.Gains`.
+        gains: (N, g) of the controller, see `Controller.gains`.
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
         payloads: (N, 8) see `Payload`.
@@ -46,6 +42,7 @@ class Candidates(NamedTuple):
 
 
 def make_candidates(
+    controller: Controller,
     gains: Sequence[Mapping[str, float]] | np.ndarray,
     own: Mapping[str, float],
     rotors: int,
@@ -55,10 +52,13 @@ def make_candidates(
 ) -> Candidates:
     """Return candidates as arrays.
 
+    What a controller designs of its gains is left to the caller.
+
     Args:
-        gains: values by name of each candidate, or an array (N, 19) with a column for each of
-            `pd.Gains`, of which the last may be left out; within the parameter table's limits
-            or not.
+        controller: whose law flies.
+        gains: values by name of each candidate, or an array (N, p) with a column for each of the
+            controller's parameters, of which the last may be left out; within the parameter
+            table's limits or not.
         own: every value, for what the candidates do not name.
         rotors: how many there are.
         commands: velocity in W and yaw rate [m/s, rad/s] for all of them (4) or each (N, 4).
@@ -70,22 +70,25 @@ def make_candidates(
             or an array of another size.
     """
     weak = [f"rotor_{number}" for number in range(1, min(rotors, MOST_ROTORS) + 1)]
-    names = (*COLUMNS, *Payload._fields, *weak)
+    parameters = [row.name for row in controller.parameters]
+    many = len(parameters)
+    columns = (*parameters, *AirSettings._fields)
+    names = (*columns, *Payload._fields, *weak)
     if isinstance(gains, np.ndarray):
-        table = _from_array(gains, [own[name] for name in names])
+        table = _from_array(gains, [own[name] for name in names], controller)
     else:
-        table = _from_mappings(gains, names, own)
-    many = len(Gains._fields)
+        known = frozenset(row.name for row in parameter_table(controller))
+        table = _from_mappings(gains, names, own, known)
     shares = np.ones((len(table), rotors))
-    behind = len(COLUMNS) + len(Payload._fields)
+    behind = len(columns) + len(Payload._fields)
     shares[:, : len(weak)] = table[:, behind:]
     references = np.zeros((len(table), len(Reference._fields)))
     references[:, :4] = _for_each("commands", commands, len(table), 4)
     return Candidates(
         gains=table[:, :many].copy(),
-        air=table[:, many : len(COLUMNS)].copy(),
+        air=table[:, many : len(columns)].copy(),
         shares=shares,
-        payloads=_checked(table[:, len(COLUMNS) : behind]),
+        payloads=_checked(table[:, len(columns) : behind]),
         commands=references,
         starts=_for_each("starts", starts, len(table), 13),
         seeds=_air_seeds(seeds, len(table)),
@@ -127,13 +130,13 @@ def _for_each(what: str, values: np.ndarray, count: int, size: int) -> np.ndarra
         ) from None
 
 
-def _from_array(gains: np.ndarray, own: Sequence[float]) -> np.ndarray:
+def _from_array(gains: np.ndarray, own: Sequence[float], controller: Controller) -> np.ndarray:
     """Return a table of all columns, the first of which are given."""
-    many = len(Gains._fields)
-    if gains.ndim != 2 or gains.shape[1] not in (many, SPIN_UP):
+    many = len(controller.parameters)
+    if gains.ndim != 2 or gains.shape[1] not in (many, many - 1):
         raise WorkbenchError(
             f"the gains are an array of {' x '.join(map(str, gains.shape)) or 'no'} numbers: give "
-            f"one with a row a candidate and {many} columns, those of pd.Gains"
+            f"one with a row a candidate and {many} columns, the parameters of {controller.name}"
         )
     table = np.tile(np.array(own, dtype=float), (len(gains), 1))
     table[:, : gains.shape[1]] = gains
@@ -141,13 +144,16 @@ def _from_array(gains: np.ndarray, own: Sequence[float]) -> np.ndarray:
 
 
 def _from_mappings(
-    gains: Sequence[Mapping[str, float]], names: Sequence[str], own: Mapping[str, float]
+    gains: Sequence[Mapping[str, float]],
+    names: Sequence[str],
+    own: Mapping[str, float],
+    known: Collection[str],
 ) -> np.ndarray:
     """Return a table of all columns, with a row for each mapping."""
     table = np.empty((len(gains), len(names)))
     for number, values in enumerate(gains):
-        for name in values.keys() - KNOWN:
-            raise unknown_name("parameter", name, KNOWN)
+        for name in values.keys() - known:
+            raise unknown_name("parameter", name, known)
         whole = {**own, **values}
         try:
             table[number] = [whole[name] for name in names]

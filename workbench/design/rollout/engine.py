@@ -9,9 +9,11 @@ from dataclasses import astuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller, load_controller
+from workbench.control.flight_law import Body, known_body, law_constants
 from workbench.design.response_metrics import ResponseMetrics
 from workbench.design.rollout.batch import Batch
-from workbench.design.rollout.candidates import make_candidates
+from workbench.design.rollout.candidates import Candidates, make_candidates
 from workbench.design.rollout.compiled_block import compiled_measures
 from workbench.design.rollout.craft import Crafts, make_crafts
 from workbench.design.rollout.measuring import NUMBERS
@@ -48,6 +50,7 @@ class RolloutEngine:
         threads: that fly at a time, without it as many as there are cores; 1 flies in the caller's.
         own: values of all parameters by name, for what candidates do not name; without them those
             that follow from the vehicle.
+        controller: whose law flies; the default one where none is given.
 
     Raises:
         WorkbenchError: if rates or variation cannot be flown.
@@ -62,12 +65,14 @@ class RolloutEngine:
         seed: int = 0,
         threads: int | None = None,
         own: Mapping[str, float] | None = None,
+        controller: Controller | None = None,
     ) -> None:
+        self.controller = controller or load_controller()
         self.vehicle = vehicle
         rates = rates or Rates()
         self.rates = dataclasses.replace(rates, record_period=rates.control_period)
         check_scenario(Scenario(rates=self.rates))
-        self.gains = flight_gains(vehicle) if own is None else dict(own)
+        self.gains = flight_gains(vehicle, controller=self.controller) if own is None else dict(own)
         cores = len(os.sched_getaffinity(0))
         self._threads = cores if threads is None else max(1, min(threads, cores))
         self._seed = seed
@@ -103,9 +108,9 @@ class RolloutEngine:
         limits speed to less than the amplitude, the law cuts the command.
 
         Args:
-            gains: parameter values by name of each of N candidates, or an array (N, 19) with
-                columns as `pd.Gains`, of which the last may be left out. What is not named
-                has the vehicle's own value.
+            gains: parameter values by name of each of N candidates, or an array (N, p) with
+                a column for each of the controller's parameters, of which the last may be left
+                out. What is not named has the vehicle's own value.
             axis: x, y, z or yaw.
             amplitude: of the command, [m/s] or [rad/s].
             duration: flown after the edge [s].
@@ -232,12 +237,31 @@ class RolloutEngine:
         """Return flights of candidates."""
         rotors = len(self.vehicle.rotors)
         noise = [self._seed] if seeds is None else seeds
-        candidates = make_candidates(gains, self.gains, rotors, commands, starts, noise)
+        candidates = make_candidates(
+            self.controller, gains, self.gains, rotors, commands, starts, noise
+        )
+        candidates = self._designed(candidates)
         count = len(candidates.gains)
         if variations is None and not candidates.payloads.any():
-            return Batch(candidates, self._crafts, np.zeros(count, dtype=int), schedule)
+            return Batch(
+                self.controller, candidates, self._crafts, np.zeros(count, dtype=int), schedule
+            )
         crafts, which = self._different_crafts(variations, candidates.payloads)
-        return Batch(candidates, crafts, which, schedule)
+        return Batch(self.controller, candidates, crafts, which, schedule)
+
+    def _designed(self, candidates: Candidates) -> Candidates:
+        """Return candidates with what the controller designs of their gains."""
+        if not self.controller.designed:
+            return candidates
+        bodies: dict[Payload, Body] = {}
+        designed = []
+        for own, payload in zip(candidates.gains.tolist(), candidates.payloads, strict=True):
+            known = Payload(*payload.tolist()).known
+            if known not in bodies:
+                bodies[known] = known_body(law_constants(self.vehicle, known))
+            dt = self.rates.control_period
+            designed.append(self.controller.design_with(own, bodies[known], dt))
+        return candidates._replace(gains=np.hstack([candidates.gains, np.array(designed)]))
 
     def _different_crafts(
         self, variations: Sequence[Variation] | None, payloads: np.ndarray

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba.extending import register_jitable
 
+from workbench.common.jitable import register_jitable
 from workbench.design.rollout.rows import (
     AIR_SIZE,
     ALLOCATION,
@@ -15,8 +15,8 @@ from workbench.design.rollout.rows import (
     COMMAND,
     COMMAND_SIZE,
     COMMANDED,
+    EFFECTS,
     FILTERED,
-    GAIN_SIZE,
     GAINS,
     HALF,
     HELD,
@@ -38,7 +38,6 @@ from workbench.design.rollout.rows import (
     THRUST,
     TURN,
     WIND,
-    YAWS,
     put,
 )
 from workbench.dynamics.air.settings import AirSettings
@@ -62,7 +61,7 @@ def fill(block, rotors, candidates, crafts):  # type: ignore[no-untyped-def]
             put(block, FILTERED + k, i, candidates.starts[c, 10 + k])
             put(block, HOLD + k, i, candidates.starts[c, 4 + k])
             put(block, WIND + k, i, candidates.air[c, k])
-        for k in range(GAIN_SIZE):
+        for k in range(candidates.gains.shape[1]):
             put(block, GAINS + k, i, candidates.gains[c, k])
         for k in range(BODY_SIZE):
             put(block, BODY + k, i, crafts.body[c, k])
@@ -99,7 +98,7 @@ def _fill_rotor(block, rotor, i, c, number, candidates, crafts):  # type: ignore
         put(block, STOPPED, i, 1.0)
     for k in range(4):
         put(rotor, ALLOCATION + k, i, row[k])
-    put(rotor, YAWS, i, row[7])
+        put(rotor, EFFECTS + k, i, row[4 + k])
     put(rotor, THRUST, i, row[10] * speed * (speed + 2.0 * row[11]))
     put(rotor, IDLE, i, row[8])
     put(rotor, MOST, i, row[9])

@@ -8,10 +8,12 @@ No candidate knows who flies beside it: all of them give the same numbers in any
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
-from numba.extending import register_jitable
 
+from workbench.common.jitable import register_jitable
+from workbench.control.controller import Controller
 from workbench.design.rollout.body_loops import (
     blow,
     discharge,
@@ -21,15 +23,15 @@ from workbench.design.rollout.body_loops import (
     weaken,
 )
 from workbench.design.rollout.filling import fill, give_commands, is_lively
-from workbench.design.rollout.law_loops import command, mix_hard, mix_plainly, want
+from workbench.design.rollout.law_loops import command, make_want, mix_hard, mix_plainly
 from workbench.design.rollout.rows import (
     COMMANDED,
+    GAINS,
     KNOWN,
     LANES,
     LOST,
     PEAK,
     ROTOR_ROWS,
-    ROWS,
     SPEED,
     STATE,
     STATE_SIZE,
@@ -47,79 +49,99 @@ flown up to the command [m/s, rad/s]."""
 STATES = STATE_SIZE * LANES
 
 
-def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: ignore[no-untyped-def]
-    """Fly up to 16 candidates side by side; this is what gets compiled.
+def make_fly_block(controller: Controller) -> Callable[..., None]:
+    """Return the flight of a block of candidates with a controller's law."""
+    want = make_want(controller)
+    memory = np.repeat(np.array(controller.initial_memory), LANES)
 
-    Args:
-        candidates: m of them, see `Candidates`.
-        crafts: one for each.
-        schedule: when things happen, see `Schedule`.
-        kept: (k) which of the state's numbers to keep, see `rigid_body.State`.
-        samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
-        use: (m) places for the largest share of its speed limit at which a rotor ran.
-        lost: (m) places for the instant at which a candidate was lost, -1 if it was not.
-    """
-    many, n = candidates.shares.shape
-    block, rotors = np.zeros(ROWS * LANES), np.zeros((n, ROTOR_ROWS * LANES))
-    fill(block, rotors, candidates, crafts)
-    blades = crafts.turning[:, :, 6:8].any()
-    changes = crafts.turning[:, :, INFLOW:ANSWER].any()
-    sags = len(crafts.supply.curve) > 0
-    lively = is_lively(candidates.air)
-    pushed = lively.any()
-    eddies = np.zeros((many, EDDIES))
-    seen = np.empty((crafts.seen[:, 0].max() + 1, STATES))
-    seen[:] = block[:STATES]
-    asked = np.empty((crafts.acting[:, 0].max() + 1, n, LANES))
-    for age in range(len(asked)):
-        _ask(rotors, asked[age])
-    looks, acts = _steps_of(crafts.seen, schedule.steps), _steps_of(crafts.acting, schedule.steps)
-    calm, hold = block, rotors  # as they were when some hovered without moving
-    still = np.zeros(LANES, dtype=np.bool_)
-    updates = 0
-    instant = 0
-    while True:
-        if instant == schedule.edge:
-            _restore(block, rotors, seen, asked, still, calm, hold)
-            give_commands(block, candidates.commands)
-        if instant >= schedule.edge:
-            since = instant - schedule.edge
-            if since % schedule.stride == 0:
-                _keep(block, kept, samples[since // schedule.stride])
-        if instant == schedule.end:
-            break
-        _look(block, seen, crafts.seen, updates, 0)
-        _see(block, seen, crafts.seen, updates)
-        want(block, rotors, crafts.estimate)
-        mix_plainly(block, rotors)
-        mix_hard(block, rotors, candidates.shares, crafts.rotors)
-        command(block, rotors, instant >= schedule.edge)
-        _ask(rotors, asked[updates % len(asked)])
-        for step in range(schedule.steps):
-            number = instant * schedule.steps + step
-            if step > 0 and looks[step]:
-                _look(block, seen, crafts.seen, updates, step)
-            if acts[step]:
-                hold_commands(rotors, asked, crafts.acting, updates, step)
-            if pushed:
-                blow(block, lively, candidates.air, candidates.seeds, number, schedule.step, eddies)
-            if sags:
-                weaken(block, rotors, crafts.supply)
-                if number % crafts.supply.every == 0:
-                    discharge(block, crafts.supply)
-            move(block, rotors, blades, changes, sags, pushed, schedule.step)
-        updates += 1
-        instant += 1
-        if note_lost(block, instant) == LANES:
-            _keep_nothing(samples, instant, schedule)
-            break
-        if instant == STILL_PERIODS and instant < schedule.edge and not sags:
-            calm, hold = block.copy(), rotors.copy()
-            if _find_still(block, lively, still):
-                instant = schedule.edge
-    for i in range(many):
-        lost[i] = int(take(block, LOST, i))
-        use[i] = _use(rotors, i, lost[i] < 0)
+    def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: ignore[no-untyped-def]
+        """Fly up to 16 candidates side by side; this is what gets compiled.
+
+        Args:
+            candidates: m of them, see `Candidates`.
+            crafts: one for each.
+            schedule: when things happen, see `Schedule`.
+            kept: (k) which of the state's numbers to keep, see `rigid_body.State`.
+            samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
+            use: (m) places for the largest share of its speed limit at which a rotor ran.
+            lost: (m) places for the instant at which a candidate was lost, -1 if it was not.
+        """
+        many, n = candidates.shares.shape
+        fixed = (GAINS + candidates.gains.shape[1]) * LANES
+        block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
+        block[fixed:] = memory
+        fill(block, rotors, candidates, crafts)
+        blades = crafts.turning[:, :, 6:8].any()
+        changes = crafts.turning[:, :, INFLOW:ANSWER].any()
+        sags = len(crafts.supply.curve) > 0
+        lively = is_lively(candidates.air)
+        pushed = lively.any()
+        eddies = np.zeros((many, EDDIES))
+        seen = np.empty((crafts.seen[:, 0].max() + 1, STATES))
+        seen[:] = block[:STATES]
+        asked = np.empty((crafts.acting[:, 0].max() + 1, n, LANES))
+        for age in range(len(asked)):
+            _ask(rotors, asked[age])
+        looks, acts = (
+            _steps_of(crafts.seen, schedule.steps),
+            _steps_of(crafts.acting, schedule.steps),
+        )
+        calm, hold = block, rotors  # as they were when some hovered without moving
+        still = np.zeros(LANES, dtype=np.bool_)
+        updates = 0
+        instant = 0
+        while True:
+            if instant == schedule.edge:
+                _restore(block, rotors, seen, asked, still, calm, hold)
+                give_commands(block, candidates.commands)
+            if instant >= schedule.edge:
+                since = instant - schedule.edge
+                if since % schedule.stride == 0:
+                    _keep(block, kept, samples[since // schedule.stride])
+            if instant == schedule.end:
+                break
+            _look(block, seen, crafts.seen, updates, 0)
+            _see(block, seen, crafts.seen, updates)
+            want(block, rotors, crafts.estimate)
+            mix_plainly(block, rotors)
+            mix_hard(block, rotors, candidates.shares, crafts.rotors)
+            command(block, rotors, instant >= schedule.edge)
+            _ask(rotors, asked[updates % len(asked)])
+            for step in range(schedule.steps):
+                number = instant * schedule.steps + step
+                if step > 0 and looks[step]:
+                    _look(block, seen, crafts.seen, updates, step)
+                if acts[step]:
+                    hold_commands(rotors, asked, crafts.acting, updates, step)
+                if pushed:
+                    blow(
+                        block,
+                        lively,
+                        candidates.air,
+                        candidates.seeds,
+                        number,
+                        schedule.step,
+                        eddies,
+                    )
+                if sags:
+                    weaken(block, rotors, crafts.supply)
+                    if number % crafts.supply.every == 0:
+                        discharge(block, crafts.supply)
+                move(block, rotors, blades, changes, sags, pushed, schedule.step)
+            updates += 1
+            instant += 1
+            if note_lost(block, instant) == LANES:
+                _keep_nothing(samples, instant, schedule)
+                break
+            if instant == STILL_PERIODS and instant < schedule.edge and not sags:
+                calm, hold = block.copy(), rotors.copy()
+                if _find_still(block, lively, still):
+                    instant = schedule.edge
+        for i in range(many):
+            lost[i] = int(take(block, LOST, i))
+            use[i] = _use(rotors, i, lost[i] < 0)
+
+    return fly_block
 
 
 @register_jitable
@@ -212,7 +234,7 @@ def _restore(block, rotors, seen, asked, still, calm, hold):  # type: ignore[no-
     """Put back those that hovered without moving, whether or not others had to fly on."""
     for i in range(LANES):
         if still[i]:
-            for row in range(ROWS):
+            for row in range(len(block) // LANES):
                 put(block, row, i, take(calm, row, i))
             for number in range(len(rotors)):
                 for row in range(ROTOR_ROWS):

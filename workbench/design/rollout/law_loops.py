@@ -1,18 +1,31 @@
 """The control update of a block: loops over its candidates around the law's own functions."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
-from workbench.control.flight_law import LawConstants, estimated, flight_wrench, kept_share
+from workbench.common.jitable import register_jitable
+from workbench.control.controller import Controller
+from workbench.control.flight_law import (
+    LawConstants,
+    estimated,
+    flight_law,
+    gains_reader,
+    kept_share,
+    memory_reader,
+    writer,
+)
+from workbench.control.guidance import Setpoint
 from workbench.control.mixer import mix, plain_thrust
 from workbench.control.stopped_rotors import mix_without
 from workbench.design.rollout.rows import (
     ALLOCATION,
+    BEFORE,
     BODY,
     COMMAND,
     COMMANDED,
+    EFFECTS,
     EFFORT,
     FILTERED,
     GAINS,
@@ -29,8 +42,6 @@ from workbench.design.rollout.rows import (
     SPEED,
     STOPPED,
     THRUST,
-    YAW,
-    YAWS,
     put,
     put3,
     put4,
@@ -40,7 +51,6 @@ from workbench.design.rollout.rows import (
     take6,
     take8,
     take13,
-    take19,
 )
 from workbench.dynamics.rotor_response import speed_command
 
@@ -48,43 +58,81 @@ NO_BRAKE = (0.0,) * 13
 """There are no obstacles here: what `Guidance` has behind the point to hold."""
 
 
-@register_jitable
-def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
-    """Write the wanted efforts, and step the estimates of acceleration."""
-    share, rate = estimate
-    for i in range(LANES):
-        put(block, YAW, i, 0.0)
-    for number in range(len(rotors)):
-        rotor = rotors[number]
+def make_want(controller: Controller) -> Callable[..., None]:
+    """Return the loop that runs a controller's law."""
+    law_wrench = flight_law(controller).wrench
+    rows = len(controller.parameters) + len(controller.designed)
+    place = f"b[({{}} + {GAINS}) * {LANES} + i]"
+    remembered = f"b[({{}} + {GAINS + rows}) * {LANES} + i]"
+    gains_at = gains_reader(controller, place, "b, i")
+    memory_at = memory_reader(controller, remembered, "b, i")
+    put_memory = writer(len(controller.memory), remembered, "b, i")
+
+    @register_jitable
+    def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
+        """Write the wanted efforts, and step the estimates of acceleration and the memories."""
+        share, rate = estimate
         for i in range(LANES):
-            moment = take(rotor, YAWS, i) * take(rotor, THRUST, i)
-            put(block, YAW, i, take(block, YAW, i) + moment)
-    for i in range(LANES):
-        known = take13(block, KNOWN, i)
-        acceleration, filtered = estimated(known[10:13], take3(block, FILTERED, i), estimate)
-        constants = LawConstants(
-            take(block, BODY, i),
-            take6(block, BODY + 1, i),
-            take4(block, BODY + 7, i),
-            take3(block, BODY + 11, i),
-            take3(block, BODY + 14, i),
-            (),
-            (),
-            (),
-            (),
-            (),
-            (),
-            take(block, BODY + 17, i),
-        )
-        guidance = (1.0, 1.0, 1.0, 0.0, 1.0, 1.0) + take3(block, HOLD, i) + NO_BRAKE
-        gains = take19(block, GAINS, i)
-        force, m_x, m_y, m_z = flight_wrench(
-            known, acceleration, take8(block, COMMAND, i), guidance, gains, constants, None
-        )
-        kept = kept_share(gains, constants.spin_up_time, share / rate)
-        m_z = m_z + kept * (take(block, YAW, i) - m_z)
-        put4(block, EFFORT, i, (force, m_x, m_y, m_z))
-        put3(block, FILTERED, i, filtered)
+            put4(block, BEFORE, i, (0.0, 0.0, 0.0, 0.0))
+        for number in range(len(rotors)):
+            rotor = rotors[number]
+            for i in range(LANES):
+                thrust = take(rotor, THRUST, i)
+                force, m_x, m_y, m_z = take4(block, BEFORE, i)
+                e_f, e_x, e_y, e_z = take4(rotor, EFFECTS, i)
+                put4(
+                    block,
+                    BEFORE,
+                    i,
+                    (
+                        force + e_f * thrust,
+                        m_x + e_x * thrust,
+                        m_y + e_y * thrust,
+                        m_z + e_z * thrust,
+                    ),
+                )
+        for i in range(LANES):
+            known = take13(block, KNOWN, i)
+            acceleration, filtered = estimated(known[10:13], take3(block, FILTERED, i), estimate)
+            constants = LawConstants(
+                take(block, BODY, i),
+                take6(block, BODY + 1, i),
+                take4(block, BODY + 7, i),
+                take3(block, BODY + 11, i),
+                take3(block, BODY + 14, i),
+                (),
+                (),
+                (),
+                (),
+                (),
+                (),
+                take(block, BODY + 17, i),
+                take(block, BODY + 18, i),
+            )
+            guidance = (1.0, 1.0, 1.0, 0.0, 1.0, 1.0) + take3(block, HOLD, i) + NO_BRAKE
+            setpoint = Setpoint(take8(block, COMMAND, i), guidance, (0.0, 0.0, 0.0))
+            g = gains_at(block, i)
+            dt = share / rate
+            before = take4(block, BEFORE, i)
+            wanted, after = law_wrench(
+                known,
+                acceleration,
+                setpoint,
+                g,
+                memory_at(block, i),
+                before,
+                dt,
+                constants,
+                None,
+            )
+            force, m_x, m_y, m_z = wanted
+            kept = kept_share(g, constants.spin_up_time, dt)
+            m_z = m_z + kept * (before[3] - m_z)
+            put4(block, EFFORT, i, (force, m_x, m_y, m_z))
+            put3(block, FILTERED, i, filtered)
+            put_memory(block, i, after)
+
+    return want
 
 
 @register_jitable

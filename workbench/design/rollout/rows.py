@@ -8,19 +8,18 @@ which is why numbers are taken out and put back one by one here, without loops o
 
 from typing import Any
 
-from numba.extending import register_jitable
-
+from workbench.common.jitable import register_jitable
+from workbench.control.flight_law import BODY as BODY_SIZE
 from workbench.control.guidance import Reference
-from workbench.control.pd import Gains
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.vehicle_step import ROW
 
 LANES = 16
 """Candidates in a block: four vectors of four, so that one's wait is another's work."""
 
-STATE_SIZE, GAIN_SIZE = 13, len(Gains._fields)
+STATE_SIZE = 13
 COMMAND_SIZE, AIR_SIZE = len(Reference._fields), len(AirSettings._fields)
-BODY_SIZE, RIGID_SIZE = 18, 16
+RIGID_SIZE = 16
 
 STATE = 0
 KNOWN = STATE + STATE_SIZE
@@ -34,10 +33,9 @@ LOAD = R_WB + 9
 """What acts on the body, see `dynamics.Load` (9)."""
 EFFORT = LOAD + 9
 """Wanted force and moment (4)."""
-YAW = EFFORT + 4
-"""Yaw moment asked for before."""
-GAINS = YAW + 1
-COMMAND = GAINS + GAIN_SIZE
+BEFORE = EFFORT + 4
+"""Force and moment that the commands before make, see `flight_law.commanded_wrench` (4)."""
+COMMAND = BEFORE + 4
 HOLD = COMMAND + COMMAND_SIZE
 """Point to hold while no pilot steers (3)."""
 BODY = HOLD + 3
@@ -64,15 +62,16 @@ OPEN_CIRCUIT = CHARGE + 1
 """Voltage without load, see `vehicle_step.loaded`; and so the next two, under load."""
 POWER = OPEN_CIRCUIT + 1
 VOLTAGE = POWER + 1
-ROWS = VOLTAGE + 1
+GAINS = VOLTAGE + 1
+"""Those of the controller, as many as it has; and behind them what its law remembers."""
 
 SPEED, MIDDLE, SLOPE, THRUST, COMMANDED, HELD, SHARE, IDLE, MOST, MOTOR, HALF, PEAK = range(12)
 """Of a rotor; the second and third are its speed, and the slope of that, in a step's middle, and
 the last but one is half its linear speed."""
 ALLOCATION = PEAK + 1
-YAWS = ALLOCATION + 4
-"""Yaw moment over thrust, as the law knows it [m]."""
-TURN = YAWS + 1
+EFFECTS = ALLOCATION + 4
+"""Force and moments over thrust, as the law knows them (4) [1, m]."""
+TURN = EFFECTS + 4
 """See `dynamics.rotor_rows` (26)."""
 ROTOR_ROWS = TURN + ROW
 """Rows of a rotor's own block."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller, load_controller
 from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
 from workbench.gains.gains import flight_gains
@@ -14,7 +15,7 @@ from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import PARAMETERS
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.vehicle_parameters import check_parameters
 
@@ -58,6 +59,11 @@ class SweepCase:
         check_step(self.axis, self.amplitude)
         check_duration(self.duration)
 
+    @property
+    def controller(self) -> Controller:
+        """What flies it."""
+        return load_controller(self.scenario.controller)
+
     def vehicle(self) -> Vehicle:
         """Return what flies, as its controller knows it.
 
@@ -72,7 +78,7 @@ class SweepCase:
         Raises:
             WorkbenchError: if a setting or gain file is wrong.
         """
-        return flight_gains(vehicle, self.scenario.vehicle.gains, self.settings)
+        return flight_gains(vehicle, self.scenario.vehicle.gains, self.settings, self.controller)
 
     def candidate(self, ranges: Sequence[SweepRange], row: Sequence[float]) -> Candidate:
         """Return the candidate with these values of what is swept."""
@@ -101,8 +107,9 @@ class SweepCase:
         Raises:
             WorkbenchError: if it lacks what is swept, or a limit would cut the step.
         """
-        rows = [row.name for row in PARAMETERS]
-        check_parameters(vehicle, [each.name for each in ranges if each.name in rows])
+        table = parameter_table(self.controller)
+        rows = [row.name for row in table]
+        check_parameters(vehicle, [each.name for each in ranges if each.name in rows], table)
         axis = find_axis(self.axis)
         lows = {each.name: each.low for each in ranges}
         most = lows.get(axis.limit, self.values(vehicle)[axis.limit])

@@ -28,7 +28,9 @@ def fly_compiled(
         stop: True ends with what is done.
     """
     seed = case.scenario.sensors.seed
-    engine = RolloutEngine(vehicle, case.scenario.rates, own=case.values(vehicle))
+    engine = RolloutEngine(
+        vehicle, case.scenario.rates, own=case.values(vehicle), controller=case.controller
+    )
     measured = engine.measure(
         [each.settings for each in candidates],
         case.axis,

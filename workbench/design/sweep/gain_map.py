@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.pd import Gains
 from workbench.design.metrics import FLOWN, SWEPT, Metric, find_metric
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.sweep.ranges import SweepRange
@@ -66,7 +65,7 @@ def gain_map(
     Raises:
         WorkbenchError: if the two are no different gains, or that makes no step.
     """
-    names = Gains._fields
+    names = [row.name for row in engine.controller.parameters]
     for each in (x, y):
         if each.name not in names:
             raise unknown_name("gain", each.name, names)

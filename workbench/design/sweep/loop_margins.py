@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Loop
 from workbench.design.judge.margins import loop_margins
-from workbench.design.linear.loops import Loop
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.metrics import MARGINS

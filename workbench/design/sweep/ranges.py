@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.plant.variation import LEAST, MOST, Variation
-from workbench.scenario.parameters import PARAMETERS, find_parameter
+from workbench.scenario.parameters import find_parameter, parameter_table
 
 POINTS = 9
 """Of a range that does not say how many."""
@@ -21,7 +21,7 @@ SEED = "seed"
 LARGEST_SEED = 2**31 - 1
 _SYSTEMS = ("controller", "air", "payload", "rotors")
 """Whose rows act in a step flight."""
-SWEPT = (*(row.name for row in PARAMETERS if row.system in _SYSTEMS), *VARIATIONS, SEED)
+SWEPT = (*(row.name for row in parameter_table() if row.system in _SYSTEMS), *VARIATIONS, SEED)
 """What can be swept."""
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.linear.loops import find_loop
+from workbench.control.controller import load_controller
 from workbench.design.metrics import FLOWN, MARGINS
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.compiled_flights import fly_compiled
@@ -66,7 +66,7 @@ def sweep(
     parameters = sample(parsed, method, samples, seed)
     vehicle = case.vehicle()
     case.check(parsed, vehicle)
-    cut = find_loop(loop) if loop else None
+    cut = load_controller(case.scenario.controller).loop(loop) if loop else None
     present = np.array(case.present(parsed, vehicle))
     # the present gains fly first, so that they are there whenever the sweep is stopped
     rows = np.vstack([present, parameters])

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.design.linear.loops import LOOPS as ALL_LOOPS
+from workbench.control.controller import load_controller
 from workbench.design.metrics import find_metric
 from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.requirement import Requirement
@@ -108,7 +108,7 @@ def guarded_quantities(wishes: Sequence[Wish]) -> list[Wish]:
     written = {loop_of(wish.subject) for wish in wishes if wish.is_written}
     through = {loop for subject in written for loop in LOOPS_OF_AXIS.get(subject, ())}
     found = []
-    for loop in (loop.name for loop in ALL_LOOPS if loop.name not in written):
+    for loop in (loop.name for loop in load_controller().loops if loop.name not in written):
         for name, least in usual.items():
             bound = least if loop in through else math.inf
             wish = Wish(loop, find_metric(name), True, bound, GUARD)

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
-from workbench.control.loop_points import POINTS
+from workbench.control.controller import load_controller
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.step_pair import linear_step
-from workbench.design.linear.loops import find_loop
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
@@ -85,7 +84,9 @@ class Instruments:
         self._models: dict[tuple[Case, OperatingPoint], RetunedModels] = {}
         self._engines: dict[Case, RolloutEngine] = {}
         self.vehicle: Vehicle = self._study(NOMINAL).vehicle
-        self.base = flight_gains(self.vehicle, scenario.vehicle.gains, settings)
+        self.base = flight_gains(
+            self.vehicle, scenario.vehicle.gains, settings, load_controller(scenario.controller)
+        )
         self.steps: dict[str, Step] = {}
 
     def models(self, case: Case, point: OperatingPoint) -> RetunedModels:
@@ -107,7 +108,12 @@ class Instruments:
 
     def _engine(self, case: Case) -> RolloutEngine:
         if case not in self._engines:
-            self._engines[case] = RolloutEngine(self.vehicle, self._scenario.rates, case.variation)
+            self._engines[case] = RolloutEngine(
+                self.vehicle,
+                self._scenario.rates,
+                case.variation,
+                controller=load_controller(self._scenario.controller),
+            )
         return self._engines[case]
 
     def responses(self, gains: Sequence[Gains], axis: str, case: Case) -> "Responses":
@@ -242,7 +248,8 @@ def cut_point(subject: str) -> str:
     Args:
         subject: a loop, or the loop point itself.
     """
-    return subject if subject in POINTS else find_loop(subject).actuator
+    law = load_controller()
+    return subject if subject in law.points else law.loop(subject).point("actuator")
 
 
 def noise_amplification(model: LinearModel) -> float:

@@ -24,7 +24,7 @@ from workbench.design.tune.twins import mirrored, symmetric
 from workbench.design.tune.variables import Variables, variables_for
 from workbench.design.tune.wish import GUARD, Wish, merged
 from workbench.design.tune.wish_file import Wishes
-from workbench.gains.rule import rule_gains
+from workbench.gains.gains import rule_gains
 from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.scenario import Scenario
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import load_controller
 from workbench.scenario.parameters import find_parameter
 
 LEAST = 1e-3
@@ -35,7 +35,7 @@ AROUND = {"position_x": "x", "position_y": "y", "position_z": "z"}
 """A loop that stands around an axis' others."""
 _LOOP_OF = {
     point: loop.name
-    for loop in LOOPS
+    for loop in load_controller().loops
     for point in (loop.error, loop.actuator)
     if point not in GAINS_OF_LOOP
 }

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.loop_points import POINTS
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import load_controller
 from workbench.design.metrics import (
     LOOP,
     ROTORS,
@@ -19,6 +18,7 @@ from workbench.design.metrics import (
 )
 from workbench.scenario.axes import AXES
 
+LOOPS, POINTS = load_controller().loops, load_controller().point_names
 DEFAULT = "default"
 """The origin of a wish that nobody wrote."""
 GUARD = "guard"

@@ -5,7 +5,7 @@ One source runs with floats, converts to AutoDiffXd, and compiles with numba.
 
 from typing import Any
 
-from numba.extending import register_jitable
+from workbench.common.jitable import register_jitable
 
 Scalar = Any
 """float, AutoDiffXd, or what numba makes of it."""

@@ -9,7 +9,8 @@ Generators", OOPSLA 2014; mixed as by Stafford's variant 13).
 import math
 
 import numpy as np
-from numba.extending import register_jitable
+
+from workbench.common.jitable import register_jitable
 
 STEP = np.uint64(0x9E3779B97F4A7C15)
 FIRST, SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)

@@ -18,7 +18,7 @@ L_v and L_w and has a 2 with each of them: the same spectra.
 import math
 from typing import Any
 
-from numba.extending import register_jitable
+from workbench.common.jitable import register_jitable
 
 Signal = Any
 """A sequence of numbers: a list in Python, an array in compiled code."""

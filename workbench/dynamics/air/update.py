@@ -3,8 +3,7 @@
 import math
 from typing import Any
 
-from numba.extending import register_jitable
-
+from workbench.common.jitable import register_jitable
 from workbench.dynamics.air.drag import cross
 from workbench.dynamics.air.turbulence import step_filters, velocities
 from workbench.dynamics.rigid_body import rotation

@@ -10,7 +10,7 @@ from workbench.gui.flight_model import FlightModel
 from workbench.gui.parameter_reader import ParameterReader
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import PARAMETERS
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Action
 
 Values = Mapping[str, float]
@@ -183,5 +183,7 @@ class FlownGains(QObject):
 def _changed_names(action: Action) -> tuple[str, ...]:
     """Return the names of all parameters that an action of a script changes."""
     kinds = [kind for kind in ("gust", "push") if getattr(action, kind) is not None]
-    blown = [row.name for row in PARAMETERS for kind in kinds if row.name.startswith(f"{kind}_")]
+    blown = [
+        row.name for row in parameter_table() for kind in kinds if row.name.startswith(f"{kind}_")
+    ]
     return (*action.set, *blown)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from workbench.scenario.parameters import PARAMETERS, Parameter
+from workbench.scenario.parameters import Parameter, parameter_table
 
 PAIRS = (
     ("kp_velocity_x", "kp_velocity_y"),
@@ -80,7 +80,7 @@ _LABELS = {
 }
 
 
-_CONTROLLER = frozenset(row.name for row in PARAMETERS if row.system == "controller")
+_CONTROLLER = frozenset(row.name for row in parameter_table() if row.system == "controller")
 _LOOPS = frozenset(
     name for name in _CONTROLLER if name not in _LABELS or _LABELS[name].group != _LIMITS
 )
@@ -126,4 +126,4 @@ def partner(name: str) -> str:
 def flight_rows(names: Iterable[str]) -> tuple[Parameter, ...]:
     """Return the rows of those names in the table's order."""
     known = set(names)
-    return tuple(row for row in PARAMETERS if row.name in known)
+    return tuple(row for row in parameter_table() if row.name in known)

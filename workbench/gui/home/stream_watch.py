@@ -8,7 +8,7 @@ from workbench.gui.parameter_reader import ParameterReader
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import PARAMETERS
+from workbench.scenario.parameters import defaults
 
 
 class StreamWatch:
@@ -25,7 +25,7 @@ class StreamWatch:
         self._rotors = b""
         self._values: dict[str, float] = {}
         self._reader = ParameterReader()
-        self._defaults = {row.name: row.default for row in PARAMETERS}
+        self._defaults = defaults()
 
     def begin(self, view: LiveView) -> None:
         """Forget all: a flight begins."""

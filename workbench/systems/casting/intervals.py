@@ -11,7 +11,7 @@ distant shape is judged as well as one through its middle.
 
 import math
 
-from numba.extending import register_jitable
+from workbench.common.jitable import register_jitable
 
 BOX, SPHERE, CYLINDER, CAPSULE, ELLIPSOID, HALF_SPACE = range(6)
 """Kinds of shapes, as numbers for compiled code.

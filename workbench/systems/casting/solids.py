@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Shape, Sphere
 
 from workbench.common.compiled import compile_cached
+from workbench.common.jitable import register_jitable
 from workbench.systems.casting.intervals import (
     BOX,
     CAPSULE,

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from workbench.common.compiled import compile_cached
+from workbench.common.jitable import register_jitable
 from workbench.systems.casting.intervals import in_ball
 
 EDGE = 1e-9

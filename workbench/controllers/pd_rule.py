@@ -40,11 +40,10 @@ import math
 
 import numpy as np
 
-from workbench.plant.drag import drag_area
+from workbench.control.controller import COMMON
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.thrust_frame import ThrustFrame, thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import find_parameter
 
 CONTROL_DELAY = 0.5 / 128 + 1 / 1024
 """A command is held for a control period, and acts one physics step later [s]."""
@@ -66,20 +65,18 @@ LEVER_SHARE = 0.2
 NO_LEVER = 1e-6
 """What is less counts as this [m, 1/s² m]."""
 KD_VELOCITY = 0.1
-DIGITS = 3
+STIFFEST = 2500.0
+"""Largest kp of roll and pitch that is allowed [1/s²]."""
 
 
-def rule_gains(vehicle: Vehicle) -> dict[str, float]:
-    """Return the values of those live parameters that depend on the vehicle, by name.
-
-    They are within the limits of the parameter table; the formulas stand above.
-    """
+def rule(vehicle: Vehicle) -> dict[str, float]:
+    """Return the values of those parameters that depend on the vehicle, by name; see above."""
     frame = thrust_frame(vehicle)
     lag = slowest_rotor(vehicle) + CONTROL_DELAY
     spare = GRAVITY * max(0.0, thrust_to_weight(frame) - 1.0)
     *alphas, alpha_z = spare_angular_acceleration(frame)
     max_tilt = min(_default("max_tilt"), math.acos(1.0 / (1.0 + TILT_SHARE * spare / GRAVITY)))
-    fastest = min(LAG_MARGIN / lag / (2.0 * DAMPING), find_parameter("kp_roll").maximum ** 0.5)
+    fastest = min(LAG_MARGIN / lag / (2.0 * DAMPING), STIFFEST**0.5)
     roll, pitch = (min(fastest, math.cbrt(LOOP_RATIO * GRAVITY * a / STEP)) for a in alphas)
     lever = max(NO_LEVER, math.hypot(*vehicle.p_BoBcm_B))
     level = min(
@@ -92,7 +89,7 @@ def rule_gains(vehicle: Vehicle) -> dict[str, float]:
     damped = min(KD_VELOCITY, LEVER_SHARE * GRAVITY / swing)
     climb = min(CLIMB_LAG_MARGIN / lag, max(LEAST_CLIMB, spare / STEP), GRAVITY / 2.0 / STEP)
     sink = max(STEP, BRAKE_SHARE * spare * LOOP_RATIO / climb)
-    values = {
+    return {
         "kp_position_xy": level / LOOP_RATIO,
         "kp_position_z": min(climb / LOOP_RATIO, BRAKE_SHARE * spare / STEP),
         "kp_velocity_x": level,
@@ -109,9 +106,7 @@ def rule_gains(vehicle: Vehicle) -> dict[str, float]:
         "spin_up_feedforward": 1.0 if frame.spin_up_time > 0.0 else 0.0,
         "max_climb_rate": min(_default("max_climb_rate"), sink),
         "max_tilt": max_tilt,
-        "drag_area": drag_area(vehicle.mass),
     }
-    return {name: _fitting(name, value) for name, value in values.items()}
 
 
 def slowest_rotor(vehicle: Vehicle) -> float:
@@ -146,10 +141,4 @@ def spare_angular_acceleration(frame: ThrustFrame) -> list[float]:
 
 
 def _default(name: str) -> float:
-    return find_parameter(name).default
-
-
-def _fitting(name: str, value: float) -> float:
-    """Return a value of a few digits within its parameter's limits."""
-    row = find_parameter(name)
-    return min(row.maximum, max(row.minimum, float(f"{value:.{DIGITS}g}")))
+    return next(row.default for row in COMMON if row.name == name)

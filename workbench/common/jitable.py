@@ -1,0 +1,40 @@
+"""Mark functions that compiled code may call, without loading numba.
+
+numba takes half a second to load, and most commands compile nothing.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeVar, overload
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+_marked: list[tuple[Callable[..., Any], dict[str, Any]]] = []
+"""Functions that numba has not been told of yet."""
+
+
+@overload
+def register_jitable(function: Function) -> Function: ...
+@overload
+def register_jitable(*, forceinline: bool = False) -> Callable[[Function], Function]: ...
+def register_jitable(function: Any = None, **options: Any) -> Any:
+    """Leave a function as it is for Python, and let compiled code call it.
+
+    Args:
+        function: to be marked; without one, a decorator is returned.
+        options: of `numba.extending.register_jitable`.
+    """
+
+    def mark(each: Callable[..., Any]) -> Callable[..., Any]:
+        _marked.append((each, options))
+        return each
+
+    return mark if function is None else mark(function)
+
+
+def tell_numba() -> None:
+    """Tell numba of all functions marked so far; whoever compiles asks for it first."""
+    from numba.extending import register_jitable as register
+
+    while _marked:
+        function, options = _marked.pop()
+        mark = register(**options) if options else register
+        mark(function)

@@ -1,0 +1,415 @@
+"""A controller: what its file states, and how the file is read.
+
+The file is Python, see docs/controllers.md. It states
+
+    PARAMETERS   its gains, made by `gain`
+    POINTS       loop points: name and unit
+    LOOPS        loops that can be opened there
+    MEMORY       what it remembers from one update to the next, `State`s
+    update       the law
+    rule         gains that suit a vehicle
+    DESIGNED, design    numbers that follow from gains and vehicle
+
+and only `PARAMETERS` and `update` have to be there. The functions stay plain Python: they run with
+floats and AutoDiffXd as they are, and numba compiles them with what they call.
+"""
+
+import hashlib
+import importlib
+import inspect
+import math
+import sys
+import traceback
+import types
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from workbench.common.errors import WorkbenchError, find_row, unknown_name
+from workbench.common.jitable import register_jitable
+from workbench.control.parameter import Parameter
+
+DEFAULT = "pd"
+SHIPPED = ("pd",)
+ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
+"""Of `update`, in this order."""
+MOST_LINES = 1_000_000
+"""A file, or an update, that runs longer than this many lines is taken to be an endless loop."""
+CUTS = ("actuator", "error")
+
+
+def gain(
+    name: str,
+    unit: str,
+    limits: tuple[float, float],
+    default: float,
+    help: str,
+    group: str = "",
+) -> Parameter:
+    """Return a row of a controller's parameters.
+
+    Args:
+        name: unique among all parameters of a flight.
+        unit: SI.
+        limits: least and largest value.
+        default: where neither rule nor gain file says otherwise.
+        help: what it does, for a tool tip.
+        group: heading under which it is shown.
+    """
+    return Parameter(name, "controller", unit, *limits, default, help, group=group)
+
+
+COMMON = (
+    gain("max_speed", "m/s", (0.1, 20.0), 8.0, "largest level speed", "Limits"),
+    gain("max_climb_rate", "m/s", (0.1, 10.0), 8.0, "largest speed up or down", "Limits"),
+    gain("max_height", "m", (0.5, 500.0), 120.0, "no climb above this height", "Limits"),
+    gain("max_tilt", "rad", (0.05, 1.2), 0.7, "largest tilt that is asked for", "Limits"),
+    gain("max_yaw_rate", "rad/s", (0.05, 6.0), 0.4, "largest yaw rate", "Limits"),
+    gain(
+        "spin_up_feedforward",
+        "1",
+        (0.0, 1.0),
+        0.0,
+        "share of the rotors' spin-up torque that the law reckons with in yaw",
+        "Yaw",
+    ),
+)
+"""Limits of the setpoint, and what the allocation takes: every controller has these rows."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One loop of a controller.
+
+    Attributes:
+        name: of what it controls.
+        error: the loop point of its error.
+        actuator: the loop point of what it asks of the loop inside it; the error where there is no
+            other place.
+        hold: whether it is closed only while a place is held.
+        axis: x, y, z or yaw: the step that goes through it, "" for none.
+        gains: names of the parameters that a search may change for it.
+        compares: what with what, for people.
+    """
+
+    name: str
+    error: str
+    actuator: str = ""
+    hold: bool = False
+    axis: str = ""
+    gains: tuple[str, ...] = ()
+    compares: str = ""
+
+    def point(self, cut: str) -> str:
+        """Return the loop point of a cut, `actuator` or `error`.
+
+        Raises:
+            WorkbenchError: if it is neither.
+        """
+        if cut not in CUTS:
+            raise unknown_name("place to cut a loop", cut, CUTS)
+        return self.error if cut == "error" else self.actuator or self.error
+
+
+@dataclass(frozen=True)
+class State:
+    """A number that a controller remembers, with its SI unit and its value at the start.
+
+    It stands at that value while the rotors idle.
+    """
+
+    name: str
+    unit: str
+    initial: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """A control law with all that tools need to know of it.
+
+    Attributes:
+        name: a shipped one's, or the stem of its file.
+        file: where it stands.
+        text: of the file.
+        parameters: its own rows of the parameter table, and behind them those of `COMMON`.
+        points: names of the loop points, and their units.
+        loops: in the order of their cascade, the inner ones of an axis behind the outer ones.
+        memory: what it remembers.
+        update: the law, see docs/controllers.md.
+        rule: from a vehicle to values of parameters by name; None where the defaults serve.
+        designed: names of numbers that follow from gains and vehicle.
+        design: makes them.
+    """
+
+    name: str
+    file: Path
+    text: str = field(repr=False)
+    parameters: tuple[Parameter, ...] = field(repr=False)
+    points: Mapping[str, str] = field(repr=False)
+    loops: tuple[Loop, ...] = field(repr=False)
+    memory: tuple[State, ...] = field(repr=False)
+    update: Callable[..., Any] = field(repr=False)
+    rule: Callable[..., Mapping[str, float]] | None = field(repr=False)
+    designed: tuple[str, ...] = field(repr=False)
+    design: Callable[..., Sequence[float]] | None = field(repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let another process have the same text, whether or not it has the file."""
+        return _unpickled, (self.name, str(self.file), self.text)
+
+    @property
+    def shipped(self) -> bool:
+        """Whether it is one of the workbench's own."""
+        return self.name in SHIPPED and self.file == _shipped_file(self.name)
+
+    @property
+    def digest(self) -> str:
+        """What tells its text from any other (SHA-256)."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of the loop points, in their order."""
+        return tuple(self.points)
+
+    @property
+    def closed(self) -> list[float]:
+        """Gates and injections of a normal flight, see `loop_points`."""
+        return [1.0] * len(self.points) + [0.0] * len(self.points)
+
+    @property
+    def initial_memory(self) -> list[float]:
+        """What it remembers at the start."""
+        return [each.initial for each in self.memory]
+
+    def loop(self, name: str) -> Loop:
+        """Return a loop.
+
+        Raises:
+            WorkbenchError: if there is none of that name.
+        """
+        return find_row("loop", name, self.loops)
+
+    def gains(self, values: Mapping[str, float], body: Any, dt: float) -> list[float]:
+        """Return all numbers of its `g`: the parameters' values, and those that it designs.
+
+        Args:
+            values: of parameters by name.
+            body: what it knows of the vehicle, see `flight_law.Body`.
+            dt: between updates [s].
+
+        Raises:
+            WorkbenchError: if the file's `design` fails.
+        """
+        own = [values[row.name] for row in self.parameters]
+        return [*own, *self.design_with(own, body, dt)]
+
+    def design_with(self, own: Sequence[float], body: Any, dt: float) -> list[float]:
+        """Return the numbers that it designs, for its parameters in their order.
+
+        Raises:
+            WorkbenchError: if the file's `design` fails.
+        """
+        if self.design is None:
+            return []
+        with law_errors(self.file, "design"):
+            found = [float(x) for x in self.design(body, self._record(own), dt)]
+        if len(found) != len(self.designed) or not all(map(math.isfinite, found)):
+            raise WorkbenchError(
+                f"{self.file}: design returns {found}: let it return {len(self.designed)} finite "
+                "numbers, one for each name in DESIGNED"
+            )
+        return found
+
+    def _record(self, own: Sequence[float]) -> Any:
+        names = [row.name for row in self.parameters]
+        return namedtuple("Gains", names)(*own)
+
+
+def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
+    """Return a shipped controller by name, or the one in a file or an installed module.
+
+    The file's code runs, with the rights of whoever calls this.
+
+    Args:
+        name_or_path: `pd` or another of `SHIPPED`; the path of a file that ends in .py; or the
+            name of an importable module, with a dot in it.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    name = str(name_or_path)
+    if name in SHIPPED:
+        return _shipped(name)
+    if name.endswith(".py"):
+        path = Path(name)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "is no text in UTF-8"
+            raise WorkbenchError(f"{path}: {reason}: give the controller's file") from None
+        return _from_text(path.stem, path.resolve(), text)
+    if "." in name:
+        found = importlib.util.find_spec(name) if _importable(name) else None
+        if found is None or not found.origin:
+            raise WorkbenchError(f"controller {name}: no such module is installed")
+        return load_controller(found.origin)
+    raise unknown_name("controller", name, SHIPPED)
+
+
+def _importable(name: str) -> bool:
+    """Return whether the package that a module stands in can be found."""
+    try:
+        return importlib.util.find_spec(name.rpartition(".")[0]) is not None
+    except (ImportError, ValueError):
+        return False
+
+
+@lru_cache(maxsize=len(SHIPPED))
+def _shipped(name: str) -> Controller:
+    module = importlib.import_module(f"workbench.controllers.{name}")
+    path = _shipped_file(name)
+    return _from_module(name, path, path.read_text(encoding="utf-8"), module)
+
+
+def _shipped_file(name: str) -> Path:
+    return Path(__file__).parent.parent / "controllers" / f"{name}.py"
+
+
+def _unpickled(name: str, file: str, text: str) -> Controller:
+    if name in SHIPPED and Path(file).parent.name == "controllers" and text == _shipped(name).text:
+        return _shipped(name)
+    return _from_text(name, Path(file), text)
+
+
+@lru_cache(maxsize=32)
+def _from_text(name: str, file: Path, text: str) -> Controller:
+    """Return the controller of a text; the same one for the same text."""
+    if not name.isidentifier():
+        raise WorkbenchError(f"{file}: call the file by letters, digits and _, as my_pid.py")
+    module = types.ModuleType(f"workbench_controller_{name}")
+    module.__file__ = str(file)
+    with law_errors(file, ""):
+        code = compile(text, str(file), "exec")
+        with _at_most_lines(file):
+            exec(code, module.__dict__)
+    return _from_module(name, file, text, module)
+
+
+def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> Controller:
+    """Return what a file states, checked."""
+    own = vars(module)
+    update = own.get("update")
+    if not callable(update):
+        raise WorkbenchError(f"{file}: has no update: write def update({', '.join(ARGUMENTS)})")
+    given = tuple(inspect.signature(update).parameters)
+    if given != ARGUMENTS:
+        raise WorkbenchError(
+            f"{file}:{update.__code__.co_firstlineno}: update takes ({', '.join(given)}): let it "
+            f"take ({', '.join(ARGUMENTS)})"
+        )
+    rows = (*_all(file, own, "PARAMETERS", Parameter, "gain(...)"), *COMMON)
+    memory = _all(file, own, "MEMORY", State, "State(...)")
+    loops = _all(file, own, "LOOPS", Loop, "Loop(...)")
+    points = own.get("POINTS", {})
+    designed = tuple(own.get("DESIGNED", ()))
+    if not isinstance(points, dict) or not all(
+        isinstance(key, str) and isinstance(unit, str) for key, unit in points.items()
+    ):
+        raise WorkbenchError(f'{file}: POINTS is no table: write {{"roll_error": "rad", ...}}')
+    _once(file, "parameter", [*(row.name for row in rows), *designed])
+    _once(file, "state", [each.name for each in memory])
+    _once(file, "loop", [each.name for each in loops])
+    for row in rows:
+        if not row.minimum <= row.default <= row.maximum:
+            raise WorkbenchError(
+                f"{file}: the default of {row.name}, {row.default:g}, is not within "
+                f"{row.minimum:g} .. {row.maximum:g}"
+            )
+    for loop in loops:
+        for point in filter(None, (loop.error, loop.actuator)):
+            if point not in points:
+                raise WorkbenchError(
+                    f"{file}: the loop {loop.name} has "
+                    f"{unknown_name('loop point', point, list(points))}"
+                )
+    if bool(designed) != callable(own.get("design")):
+        raise WorkbenchError(f"{file}: DESIGNED and design(vehicle, g, dt) belong together")
+    for function in list(own.values()):
+        if inspect.isfunction(function) and function.__module__ == module.__name__:
+            register_jitable(forceinline=True)(function)
+    return Controller(
+        name=name,
+        file=file,
+        text=text,
+        parameters=rows,
+        points=points,
+        loops=loops,
+        memory=memory,
+        update=update,
+        rule=own.get("rule"),
+        designed=designed,
+        design=own.get("design"),
+    )
+
+
+def _all(file: Path, own: Mapping[str, Any], name: str, kind: type, make: str) -> tuple[Any, ...]:
+    """Return a table of the file."""
+    rows = own.get(name, ())
+    if not isinstance(rows, list | tuple) or not all(isinstance(row, kind) for row in rows):
+        raise WorkbenchError(f"{file}: {name} is no table: write {name} = [{make}, ...]")
+    return tuple(rows)
+
+
+def _once(file: Path, what: str, names: Sequence[str]) -> None:
+    """Refuse a name that stands twice, or that is none."""
+    for place, name in enumerate(names):
+        if not name.isidentifier() or name.startswith("_"):
+            raise WorkbenchError(f"{file}: '{name}' is no name of a {what}: use letters and _")
+        if name in names[:place]:
+            raise WorkbenchError(f"{file}: the {what} {name} stands there twice: leave one out")
+
+
+@contextmanager
+def law_errors(file: Path, what: str) -> Iterator[None]:
+    """Turn whatever the user's code raises into a sentence with file and line."""
+    try:
+        yield
+    except WorkbenchError:
+        raise
+    except SyntaxError as error:
+        raise WorkbenchError(f"{error.filename}:{error.lineno}: {error.msg}") from None
+    except Exception as error:
+        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
+        line = f":{frames[-1].lineno}" if frames else ""
+        doing = f"{what} fails: " if what else ""
+        raise WorkbenchError(f"{file}{line}: {doing}{type(error).__name__}: {error}") from None
+
+
+@contextmanager
+def _at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
+    """Stop the user's code after so many lines: nothing else ends an endless loop in a thread."""
+    left = most
+
+    def count(frame: types.FrameType, event: str, _: Any) -> Any:
+        nonlocal left
+        if frame.f_code.co_filename != str(file):
+            return None
+        if event == "line":
+            left -= 1
+            if left < 0:
+                raise WorkbenchError(
+                    f"{file}:{frame.f_lineno}: runs on and on: there is a loop without an end"
+                )
+        return count
+
+    before = sys.gettrace()
+    sys.settrace(count)
+    try:
+        yield
+    finally:
+        sys.settrace(before)

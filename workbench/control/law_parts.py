@@ -1,0 +1,78 @@
+"""Parts that laws share: a force within a tilt, the way to an attitude, and the rigid body.
+
+Plain arithmetic, powers and comparisons only, so that one source runs with floats, converts to
+AutoDiffXd for exact linear models, and compiles with numba (`register_jitable` leaves functions as
+they are for Python, and lets numba call them). A vector is a sequence of three scalars.
+"""
+
+from typing import Any
+
+from workbench.common.jitable import register_jitable
+from workbench.control.guidance import tangent
+from workbench.plant.gravity import GRAVITY
+
+Scalar = Any
+"""float, AutoDiffXd, or what numba makes of it."""
+Vector = Any
+"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
+
+LEAST_LIFT = 0.3 * GRAVITY
+"""The specific force never points below this much upwards [m/s²]: no flying on its back."""
+
+
+@register_jitable(forceinline=True)
+def tilted(f_x: Scalar, f_y: Scalar, f_z: Scalar, g: Any) -> tuple[Scalar, Scalar, Scalar]:
+    """Return a specific force in W [m/s²] that points up, tilted no more than allowed."""
+    if f_z < LEAST_LIFT:
+        f_z = LEAST_LIFT
+    level_squared = f_x * f_x + f_y * f_y
+    level_max = tangent(g.max_tilt) * f_z
+    if level_squared > level_max * level_max:
+        shrink = level_max / level_squared**0.5
+        f_x = f_x * shrink
+        f_y = f_y * shrink
+    return f_x, f_y, f_z
+
+
+@register_jitable(forceinline=True)
+def attitude_error(f: Vector, w: Vector, w_sp: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the errors of tilt [2 sin(angle / 2)] about x and y, and of the yaw rate [rad/s].
+
+    Args:
+        f: specific force, never zero, in T [m/s²].
+        w: angular velocity in T [rad/s].
+        w_sp: the one wanted [rad/s].
+    """
+    f_x, f_y, f_z = f
+    length = (f_x * f_x + f_y * f_y + f_z * f_z) ** 0.5
+    upright = 1.0 + f_z / length  # 2 when z points along the force, 0 when against it
+    if upright < 1e-6:  # exactly upside down every tilt axis is as short: take roll
+        e_x = 2.0
+        e_y = 0.0
+    else:
+        scale = (2.0 / upright) ** 0.5 / length
+        e_x = -scale * f_y
+        e_y = scale * f_x
+    return e_x, e_y, w_sp[2] - w[2]
+
+
+@register_jitable(forceinline=True)
+def moment(alpha: Vector, w: Vector, inertia: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    """Return I α + ω x I ω [N·m]."""
+    xx, xy, xz, yy, yz, zz = inertia
+    a_x, a_y, a_z = alpha
+    w_x, w_y, w_z = w
+    h_x = xx * w_x + xy * w_y + xz * w_z
+    h_y = xy * w_x + yy * w_y + yz * w_z
+    h_z = xz * w_x + yz * w_y + zz * w_z
+    return (
+        xx * a_x + xy * a_y + xz * a_z + w_y * h_z - w_z * h_y,
+        xy * a_x + yy * a_y + yz * a_z + w_z * h_x - w_x * h_z,
+        xz * a_x + yz * a_y + zz * a_z + w_x * h_y - w_y * h_x,
+    )
+
+
+@register_jitable(forceinline=True)
+def difference(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

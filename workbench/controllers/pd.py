@@ -1,0 +1,147 @@
+"""PD cascade: the law that flies where no other is named.
+
+With errors of the position p, the velocity v of the centre of mass, and the tilt, and gains by
+name (x, y, z or roll, pitch, yaw by component):
+
+    v_sp = kp_position (p_sp - p) + v_ref                    within limits, see `guidance`
+    f    = kp_velocity (v_sp - v) - kd_velocity a + d + g    specific force in W [m/s²], within tilt
+    α    = kp_tilt e_tilt + kd_tilt (ω_sp - ω)               roll and pitch [rad/s²]
+    α_z  = kp_yaw_rate (ω_sp - ω) + drag_yaw ω               yaw
+    m    = I α + ω x I ω                                     moment about the centre of mass [N·m]
+    F    = mass f · z                                        force along the rotors' axis [N]
+
+a is the estimated acceleration, d what drag of still air takes, ω_sp the yaw rate wanted about
+world z, and e_tilt the shortest rotation from z to f, as its axis times 2 sin(angle / 2): it grows
+up to half a turn, so the law holds at any attitude. Gains are normalised by mass and inertia (1/s
+or 1/s², not newtons), so that a set of gains carries from one vehicle to another.
+
+Roll, pitch, yaw and moments are about the axes of T, see docs/controllers.md.
+"""
+
+from typing import Any
+
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    Scalar,
+    Vector,
+    attitude_error,
+    attitude_matrix,
+    difference,
+    gain,
+    into_body,
+    moment,
+    position_error,
+    probe3,
+    tilted,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import STIFFEST, rule
+
+__all__ = ["LOOPS", "PARAMETERS", "POINTS", "rule", "update"]
+
+_RATE = (0.0, 30.0)
+_DAMPING = (0.0, 1.0)
+_STIFFNESS = (0.0, STIFFEST)
+_ANGLE_RATE = (0.0, 150.0)
+
+PARAMETERS = (
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 1.0, "pull to a held place or way-point, level"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.5, "pull to a held place or way-point, height"),
+    gain("kp_velocity_x", "1/s", _RATE, 3.0, "acceleration per velocity error along x"),
+    gain("kp_velocity_y", "1/s", _RATE, 3.0, "acceleration per velocity error along y"),
+    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per velocity error along z"),
+    gain("kd_velocity_x", "1", _DAMPING, 0.1, "share of acceleration along x taken back"),
+    gain("kd_velocity_y", "1", _DAMPING, 0.1, "share of acceleration along y taken back"),
+    gain("kd_velocity_z", "1", _DAMPING, 0.1, "share of acceleration along z taken back"),
+    gain("kp_roll", "1/s^2", _STIFFNESS, 150.0, "angular acceleration per roll error"),
+    gain("kp_pitch", "1/s^2", _STIFFNESS, 150.0, "angular acceleration per pitch error"),
+    gain("kd_roll", "1/s", _ANGLE_RATE, 20.0, "angular acceleration per roll rate"),
+    gain("kd_pitch", "1/s", _ANGLE_RATE, 20.0, "angular acceleration per pitch rate"),
+    gain("kp_yaw_rate", "1/s", _RATE, 4.0, "angular acceleration per yaw-rate error"),
+)
+
+POINTS = {
+    "position_x_error": "m",
+    "position_y_error": "m",
+    "position_z_error": "m",
+    "velocity_x_error": "m/s",
+    "velocity_y_error": "m/s",
+    "velocity_z_error": "m/s",
+    "acceleration_x": "m/s^2",
+    "acceleration_y": "m/s^2",
+    "acceleration_z": "m/s^2",
+    "roll_error": "1",
+    "pitch_error": "1",
+    "yaw_rate_error": "rad/s",
+    "roll_acceleration": "rad/s^2",
+    "pitch_acceleration": "rad/s^2",
+    "yaw_acceleration": "rad/s^2",
+}
+"""Errors and what follows from them: specific force in W, without gravity, and angular acceleration
+in T. The errors of roll and pitch are twice the sine of half the angle, about x and y of T."""
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+"""Where the three points of each stage begin."""
+
+LOOPS = tuple(
+    Loop(name, f"{name}_error", output, hold=name.startswith("position"), axis=axis, gains=gains)
+    for name, output, axis, gains in (
+        ("velocity_x", "acceleration_x", "x", ("kp_velocity_x", "kd_velocity_x")),
+        ("velocity_y", "acceleration_y", "y", ("kp_velocity_y", "kd_velocity_y")),
+        ("velocity_z", "acceleration_z", "z", ("kp_velocity_z", "kd_velocity_z")),
+        ("roll", "roll_acceleration", "y", ("kp_roll", "kd_roll")),
+        ("pitch", "pitch_acceleration", "x", ("kp_pitch", "kd_pitch")),
+        ("yaw_rate", "yaw_acceleration", "yaw", ("kp_yaw_rate",)),
+        ("position_x", "position_x_error", "x", ("kp_position_xy",)),
+        ("position_y", "position_y_error", "y", ("kp_position_xy",)),
+        ("position_z", "position_z_error", "z", ("kp_position_z",)),
+    )
+)
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory, of which it has none."""
+    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    v_x, v_y, v_z, yaw_rate = velocity_setpoint(position_p(e, g), measured, setpoint, g)
+    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
+    f_x, f_y, f_z = probe3(velocity_pd(e, measured.a_WBcm, measured.drag, g), ACCELERATION, loops)
+    f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
+
+    R_WT = attitude_matrix(measured.q_WT)
+    f, w = into_body(R_WT, f_W), into_body(R_WT, measured.w_WB)
+    w_sp = (R_WT[6] * yaw_rate, R_WT[7] * yaw_rate, R_WT[8] * yaw_rate)
+    e = probe3(attitude_error(f, w, w_sp), ATTITUDE, loops)
+    alpha = probe3(attitude_pd(e, w, w_sp, vehicle, g), ANGULAR_ACCELERATION, loops)
+    m_x, m_y, m_z = moment(alpha, w, vehicle.inertia)
+    return (vehicle.mass * f[2], m_x, m_y, m_z), memory
+
+
+def position_p(e: Vector, g: Any) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the velocity that corrects an error of position e [m], in W [m/s]."""
+    return g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
+
+
+def velocity_pd(e: Vector, a: Vector, drag: Vector, g: Any) -> tuple[Scalar, Scalar, Scalar]:
+    """Return specific force without gravity, in W [m/s²], for an error of velocity e [m/s].
+
+    What drag takes is added, so that gains mean the same for a vehicle with much drag and for one
+    without.
+    """
+    return (
+        g.kp_velocity_x * e[0] - g.kd_velocity_x * a[0] + drag[0],
+        g.kp_velocity_y * e[1] - g.kd_velocity_y * a[1] + drag[1],
+        g.kp_velocity_z * e[2] - g.kd_velocity_z * a[2] + drag[2],
+    )
+
+
+def attitude_pd(
+    e: Vector, w: Vector, w_sp: Vector, vehicle: Any, g: Any
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Return angular acceleration in T [rad/s²] for errors e of roll, pitch and yaw rate."""
+    return (
+        g.kp_roll * e[0] + g.kd_roll * (w_sp[0] - w[0]),
+        g.kp_pitch * e[1] + g.kd_pitch * (w_sp[1] - w[1]),
+        g.kp_yaw_rate * e[2] + vehicle.yaw_drag * w[2],
+    )
