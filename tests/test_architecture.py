@@ -41,7 +41,7 @@ MAY_IMPORT = {
     "commands/gui": "gui",
     "pytest_plugin": "common design",
     "__main__": "commands",
-    "__init__": "common plant control scenario gains diagram session design live",
+    "__init__": "common plant control controllers scenario gains diagram session design live",
 }
 """What of ours a room may import besides itself, rooms above it alone: so there are no circles of
 rooms. `room/file` is what one file of it may besides."""

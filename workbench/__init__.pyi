@@ -3,6 +3,11 @@
 from workbench.common.errors import WorkbenchError as WorkbenchError
 from workbench.common.resources import find_model as find_model
 from workbench.common.resources import find_scenario as find_scenario
+from workbench.control.controller import Controller as Controller
+from workbench.control.controller import find_loop as find_loop
+from workbench.control.controller import load_controller as load_controller
+from workbench.control.flight_law import slowest_rotor as slowest_rotor
+from workbench.controllers.pd_rule import CONTROL_DELAY as CONTROL_DELAY
 from workbench.design.block_graph import read_block_graph as read_block_graph
 from workbench.design.branches import Branch as Branch
 from workbench.design.fork import fly_fork as fly_fork
@@ -23,7 +28,6 @@ from workbench.design.judge.sensitivity import step_sensitivity as step_sensitiv
 from workbench.design.judge.step_pair import linear_step as linear_step
 from workbench.design.lidar_trial import fly_trial as fly_trial
 from workbench.design.linear.linearize import linearize as linearize
-from workbench.design.linear.loops import find_loop as find_loop
 from workbench.design.linear.model import LinearModel as LinearModel
 from workbench.design.linear.operating_point import OperatingPoint as OperatingPoint
 from workbench.design.linear.study import LinearStudy as LinearStudy
@@ -64,8 +68,6 @@ from workbench.gains.gains import load_gains as load_gains
 from workbench.gains.gains import make_profile as make_profile
 from workbench.gains.gains import rule_values as rule_values
 from workbench.gains.gains import save_gains as save_gains
-from workbench.gains.rule import CONTROL_DELAY as CONTROL_DELAY
-from workbench.gains.rule import slowest_rotor as slowest_rotor
 from workbench.live.flight import LiveFlight as LiveFlight
 from workbench.plant.gravity import GRAVITY as GRAVITY
 from workbench.plant.loading import load_vehicle as load_vehicle

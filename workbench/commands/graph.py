@@ -66,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _diagram(args: argparse.Namespace) -> "Diagram":
     """Return the diagram of a vehicle."""
+    from workbench.control.controller import load_controller
     from workbench.diagram.core import make_flight_core
     from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
@@ -78,8 +79,9 @@ def _diagram(args: argparse.Namespace) -> "Diagram":
         return Session(scenario, dict(args.set)).diagram
     description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
-    values = flight_gains(vehicle, scenario.vehicle.gains, dict(args.set))
-    return make_flight_core(description, vehicle, values)
+    law = load_controller(scenario.controller)
+    values = flight_gains(vehicle, scenario.vehicle.gains, dict(args.set), law)
+    return make_flight_core(law, description, vehicle, values)
 
 
 def _line(net: "Net") -> tuple[str, str, str, str]:

@@ -132,11 +132,12 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
 
 def _draw(args: argparse.Namespace, scenario: "Scenario", found: "Judgement") -> Any:
     """Return the picture of one loop, or of all."""
+    from workbench.control.controller import find_loop
     from workbench.design.judge.plots_loop import plot_loop, plot_loops
 
     if not args.loop:
         return plot_loops(found.steering, found.holding, cut=args.cut)
-    loop = found.steering.controller.loop(args.loop)
+    loop = find_loop(args.loop, found.steering.controller)
     model = found.holding if loop.hold else found.steering
     return plot_loop(model or found.steering, loop, found.steps, cut=args.cut)
 

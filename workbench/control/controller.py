@@ -16,6 +16,7 @@ floats and AutoDiffXd as they are, and numba compiles them with what they call.
 
 import hashlib
 import importlib
+import importlib.util
 import inspect
 import math
 import sys
@@ -259,6 +260,15 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
             raise WorkbenchError(f"controller {name}: no such module is installed")
         return load_controller(found.origin)
     raise unknown_name("controller", name, SHIPPED)
+
+
+def find_loop(name: str, controller: Controller | None = None) -> Loop:
+    """Return a loop of a controller, the default one where none is given.
+
+    Raises:
+        WorkbenchError: if there is none of that name.
+    """
+    return (controller or load_controller()).loop(name)
 
 
 def _importable(name: str) -> bool:

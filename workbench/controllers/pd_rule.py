@@ -41,6 +41,7 @@ import math
 import numpy as np
 
 from workbench.control.controller import COMMON
+from workbench.control.flight_law import slowest_rotor
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.thrust_frame import ThrustFrame, thrust_frame
 from workbench.plant.vehicle import Vehicle
@@ -107,17 +108,6 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
         "max_climb_rate": min(_default("max_climb_rate"), sink),
         "max_tilt": max_tilt,
     }
-
-
-def slowest_rotor(vehicle: Vehicle) -> float:
-    """Return the largest time constant of a rotor that hovers [s].
-
-    There the rates of speeding up and slowing down blend to their mean, see
-    `systems.rotor_response`.
-    """
-    lifting = (rotor for rotor in vehicle.rotors if rotor.lifts)
-    rates = (1.0 / rotor.time_constant_up + 1.0 / rotor.time_constant_down for rotor in lifting)
-    return 2.0 / min(rates)
 
 
 def thrust_to_weight(frame: ThrustFrame) -> float:

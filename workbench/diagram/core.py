@@ -47,7 +47,7 @@ def make_flight_core(
     plant, forces = _add_continuous_vehicle(builder, description, vehicle, gains)
     state = plant.get_state_output_port()
     estimate = builder.AddNamedSystem("acceleration_estimate", make_acceleration_estimate())
-    controller = builder.AddNamedSystem(
+    law = builder.AddNamedSystem(
         "controller",
         ContinuousController_[float](
             controller=controller,
@@ -57,11 +57,11 @@ def make_flight_core(
         ),
     )
     builder.Connect(state, estimate.get_input_port())
-    builder.Connect(state, controller.GetInputPort("state"))
-    builder.Connect(estimate.get_output_port(), controller.GetInputPort("acceleration"))
-    builder.Connect(controller.get_output_port(), forces.GetInputPort("commands"))
+    builder.Connect(state, law.GetInputPort("state"))
+    builder.Connect(estimate.get_output_port(), law.GetInputPort("acceleration"))
+    builder.Connect(law.get_output_port(), forces.GetInputPort("commands"))
     for name in ("reference", "guidance"):
-        builder.ExportInput(controller.GetInputPort(name), name)
+        builder.ExportInput(law.GetInputPort(name), name)
     builder.ExportInput(forces.GetInputPort("wind"), "wind")
     builder.ExportOutput(state, "state")
     for name in ("thrusts", "speeds"):
