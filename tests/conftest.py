@@ -122,12 +122,12 @@ def vehicle(description):
 
 @pytest.fixture(scope="session")
 def gains():
-    """The values of the parameter table's controller rows."""
-    from workbench.control.pd import Gains
+    """The defaults of the controller's parameters, by name and in their order."""
+    from workbench.control.controller import load_controller
+    from workbench.control.flight_law import flight_law
 
-    from workbench.scenario.parameters import parameters_of
-
-    return Gains(**{row.name: row.default for row in parameters_of("controller")})
+    law = load_controller()
+    return flight_law(law).gains([row.default for row in law.parameters])
 
 
 @pytest.fixture(scope="session")

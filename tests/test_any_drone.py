@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.primitives import Linearize
-from workbench.gains.rule import thrust_to_weight
+from workbench.controllers.pd_rule import thrust_to_weight
 
 from workbench.control.guidance import Guidance
 from workbench.control.mode import FlightMode
@@ -145,7 +145,7 @@ def test_its_linear_model_is_stable_and_damped(drone):
     The quaternion's length and yaw are the two modes that stay where they are.
     """
     description, vehicle = drone.read()
-    core = make_flight_core(description, vehicle, vehicle_gains(vehicle))
+    core = make_flight_core(load_controller(), description, vehicle, vehicle_gains(vehicle))
     root = core.CreateDefaultContext()
     hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, HEIGHT)
     core.GetInputPort("reference").FixValue(root, np.zeros(8))

@@ -1,7 +1,7 @@
 """`workbench gains`."""
 
 import pytest
-from workbench.gains.rule import rule_gains
+from workbench.gains.gains import rule_gains
 
 from workbench.common.resources import find_model
 from workbench.gains.gains import vehicle_gains

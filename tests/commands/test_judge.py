@@ -4,7 +4,7 @@ import csv
 import re
 
 import pytest
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import load_controller
 
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy

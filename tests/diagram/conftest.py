@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from workbench.control.controller import load_controller
 from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import vehicle_gains
 
@@ -16,7 +17,7 @@ def gains(vehicle):
 
 @pytest.fixture(scope="session")
 def core(description, vehicle, gains):
-    return make_flight_core(description, vehicle, gains)
+    return make_flight_core(load_controller(), description, vehicle, gains)
 
 
 @pytest.fixture(scope="session")

@@ -334,7 +334,7 @@ def test_names_that_look_like_those_of_helpers_do_not_clash(
     sensors = tuple(dataclasses.replace(sensor, name=name) for name, sensor in new.items())
     odd = dataclasses.replace(vehicle, sensors=sensors)
     choices = choose_sensors(odd, Scenario(sensors=SensorsConfig(use=["all"])))
-    bench = make_workbench(description, odd, gains, Rates(), sensors=choices)
+    bench = make_workbench(load_controller(), description, odd, gains, Rates(), sensors=choices)
     assert [each.choice.sensor.name for each in bench.sensing.mounted] == list(new)
     assert len([name for name in system_names(bench.diagram) if "imu" in name]) == 12
 

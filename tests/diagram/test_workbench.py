@@ -94,7 +94,7 @@ def test_the_plainest_flight_has_nothing_that_it_does_not_need(
     description, vehicle, gains, system_names
 ):
     """No path, no world, no sensors: then there is no system for these, not even an idle one."""
-    bench = make_workbench(description, vehicle, gains, Rates())
+    bench = make_workbench(load_controller(), description, vehicle, gains, Rates())
     names = system_names(bench.diagram)
     assert set(names) == ALWAYS
     assert len(names) == len(ALWAYS)
@@ -108,7 +108,7 @@ def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(
     description, vehicle, gains, watched
 ):
     meshcat = Meshcat() if watched else None
-    bench = make_workbench(description, vehicle, gains, Rates(), meshcat=meshcat)
+    bench = make_workbench(load_controller(), description, vehicle, gains, Rates(), meshcat=meshcat)
     inspector = bench.airframe.scene_graph.model_inspector()
     drawn = sum(len(link.visuals) for link in description.model.links)
     assert inspector.NumGeometriesWithRole(Role.kIllustration) == (drawn if watched else 0)
@@ -126,6 +126,7 @@ def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(
 )
 def test_a_world_adds_what_it_needs(description, vehicle, gains, system_names, world, more):
     bench = make_workbench(
+        load_controller(),
         description, vehicle, gains, Rates(), world=read_world(find_world(world), {})
     )
     assert set(system_names(bench.diagram)) == ALWAYS | more

@@ -3,11 +3,17 @@
 import dataclasses
 
 import pytest
-from workbench.gains.rule import rule_gains
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model, list_models
-from workbench.gains.gains import Gain, choose_gains, flight_gains, load_gains, vehicle_gains
+from workbench.gains.gains import (
+    Gain,
+    choose_gains,
+    flight_gains,
+    load_gains,
+    rule_gains,
+    vehicle_gains,
+)
 from workbench.plant.loading import load_vehicle
 from workbench.scenario.parameters import defaults
 

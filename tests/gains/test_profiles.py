@@ -9,7 +9,7 @@ import yaml
 from workbench.common.errors import WorkbenchError
 from workbench.gains import profiles
 from workbench.gains.profiles import MOST_SAVES, GainFile, gains_at, load_gains, save_gains
-from workbench.scenario.parameters import PARAMETERS, defaults
+from workbench.scenario.parameters import defaults, parameter_table
 
 ISO = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ"
 
@@ -82,7 +82,7 @@ def test_any_value_comes_back_to_the_bit(path):
     for _ in range(5):
         values = {
             row.name: float(round(value)) if row.whole else value
-            for row in PARAMETERS
+            for row in parameter_table()
             for value in [chance.uniform(row.minimum, row.maximum)]
         }
         values["kp_position_xy"] = 1.23e-7

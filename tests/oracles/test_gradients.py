@@ -7,14 +7,15 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Linearize
-from workbench.control.pd import Gains
 
+from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 
+GAINS = [row.name for row in load_controller().parameters]
 STEP = 1e-6
 HOLD = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.3, -0.2, 10.0)
 STILL = Reference(0, 0, 0, 0, 0, 0, 0, 0)
@@ -27,7 +28,7 @@ class Core:
     def __init__(self, description):
         self.vehicle = make_vehicle(description)
         values = vehicle_gains(self.vehicle)
-        self.diagram = make_flight_core(description, self.vehicle, values)
+        self.diagram = make_flight_core(load_controller(), description, self.vehicle, values)
         self.gains = np.array(self.vector(self.diagram.CreateDefaultContext()).CopyToVector())
         self.twin = self.diagram.ToAutoDiffXd()
 
@@ -158,7 +159,7 @@ def test_derivatives_by_gains(core, seed):
     state, reference = in_flight(core, seed)
     carried = core.carried(state, reference, InitializeAutoDiff(core.gains))
     wanted = differences(lambda g: core.derivatives(state, reference, gains=g), core.gains)
-    used = [Gains._fields[i] for i in np.flatnonzero(np.abs(wanted).max(axis=0) > 1e-3)]
+    used = [GAINS[i] for i in np.flatnonzero(np.abs(wanted).max(axis=0) > 1e-3)]
     assert {"kp_velocity_x", "kd_velocity_z", "kp_roll", "kd_pitch", "kp_yaw_rate"} <= set(used)
     agree(jacobian(carried, len(core.gains)), wanted)
 
@@ -193,7 +194,7 @@ def test_linearize_of_hover_is_the_jacobian(core):
 def test_conversion_copies_everything(core, description):
     """Changed gains too: outputs and derivatives are equal at random places."""
     values = {**vehicle_gains(core.vehicle), "kp_roll": 123.0, "max_tilt": 0.3}
-    diagram = make_flight_core(description, core.vehicle, values)
+    diagram = make_flight_core(load_controller(), description, core.vehicle, values)
     twin = diagram.ToAutoDiffXd()
     rng = np.random.default_rng(23)
     for _ in range(50):

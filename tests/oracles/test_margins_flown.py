@@ -7,7 +7,7 @@ these loops cross turns the phase as the delay does, and changes the size by les
 
 import numpy as np
 import pytest
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import load_controller
 
 from workbench.control.flight_law import control_update, law_constants
 from workbench.control.loop_points import COUNT, INJECTIONS, POINTS, SIGNALS

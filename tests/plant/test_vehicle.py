@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control import pd
+from workbench.controllers import pd
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix
 

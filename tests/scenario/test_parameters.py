@@ -5,31 +5,31 @@ from functools import partial
 
 import numpy as np
 import pytest
-from workbench.control.pd import Gains
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.control.flight_mode import Settings
 from workbench.dynamics.air.settings import AirSettings
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.payload import Payload
 from workbench.scenario.parameters import (
-    PARAMETERS,
     SENSOR_KINDS,
     checked,
     defaults,
     find_parameter,
+    parameter_table,
     parameters_of,
-    parse_setting,
+    split_setting,
 )
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
 from workbench.session.session import Session
 
-NAMES = [row.name for row in PARAMETERS]
+NAMES = [row.name for row in parameter_table()]
 NEVER = [row.name for row in parameters_of("rotors")[4:]]
 """Rows that no flight of a quadrotor has."""
-SOMETIMES = [row.name for row in PARAMETERS if row.system in (*SENSOR_KINDS, "obstacles")]
+SOMETIMES = [row.name for row in parameter_table() if row.system in (*SENSOR_KINDS, "obstacles")]
 """Rows of systems that a flight without sensors in an empty world does not have."""
-FLOWN = [row for row in PARAMETERS if row.name not in NEVER]
+FLOWN = [row for row in parameter_table() if row.name not in NEVER]
 FLOWN_NAMES = [row.name for row in FLOWN]
 
 
@@ -59,7 +59,7 @@ def test_names_are_unique():
 
 
 def test_a_row_is_complete_and_its_default_allowed(case):
-    for row in PARAMETERS:
+    for row in parameter_table():
         with case(row):
             assert -math.inf < row.minimum < row.maximum < math.inf
             assert row.minimum <= row.default <= row.maximum
@@ -69,7 +69,7 @@ def test_a_row_is_complete_and_its_default_allowed(case):
 
 
 def test_rows_stand_in_the_order_that_their_system_reads_them():
-    assert tuple(row.name for row in parameters_of("controller")) == Gains._fields
+    assert parameters_of("controller") == load_controller().parameters
     assert tuple(row.name for row in parameters_of("modes")) == Settings._fields
     assert tuple(row.name for row in parameters_of("payload")) == Payload._fields
     assert [row.name for row in parameters_of("battery")] == ["battery_duration"]
@@ -78,7 +78,7 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert rotors == [f"rotor_{number}" for number in range(1, 13)]
     systems = ("controller", "modes", "battery", "air", "payload", "obstacles", "rotors")
     systems += SENSOR_KINDS
-    assert sum(len(parameters_of(system)) for system in systems) == len(PARAMETERS)
+    assert sum(len(parameters_of(system)) for system in systems) == len(parameter_table().rows)
 
 
 def test_a_row_is_read_and_written_alone(case, session):
@@ -241,7 +241,7 @@ def test_many_are_checked_at_once():
 
 @pytest.mark.parametrize("text", ["kp_roll=12.5", " kp_roll = 12.5 ", "kp_roll=1.25e1"])
 def test_a_setting_is_parsed(text):
-    assert parse_setting(text) == ("kp_roll", 12.5)
+    assert split_setting(text) == ("kp_roll", 12.5)
 
 
 def test_a_setting_that_is_none_is_refused(case):
@@ -253,9 +253,9 @@ def test_a_setting_that_is_none_is_refused(case):
         ("kp_roll=1=2", "'1=2'"),
         ("kp_roll=-1", "0 .. 2500"),
         ("kp_rol=1", "'kp_roll'"),
-        ("=1", "unknown parameter"),
+        ("=1", "NAME=VALUE"),
     ]:
         with case(text, word):
             with pytest.raises(WorkbenchError) as caught:
-                parse_setting(text)
+                checked(dict([split_setting(text)]))
             assert word in str(caught.value)

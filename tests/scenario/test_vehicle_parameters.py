@@ -8,7 +8,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.parameters import PARAMETERS, SENSOR_KINDS
+from workbench.scenario.parameters import SENSOR_KINDS, parameter_table
 from workbench.scenario.scenario import Action, Scenario
 from workbench.scenario.vehicle_parameters import (
     check_parameters,
@@ -26,7 +26,7 @@ def vehicle():
 def test_a_quadrotor_has_four_of_the_rotor_rows(vehicle):
     names = [row.name for row in vehicle_parameters(vehicle)]
     assert [name for name in names if name.startswith("rotor_")] == [f"rotor_{k}" for k in "1234"]
-    assert len(names) == len(PARAMETERS) - 8
+    assert len(names) == len(parameter_table().rows) - 8
 
 
 def test_faults_are_rows_of_the_sensors_that_there_are(vehicle):
@@ -47,4 +47,4 @@ def test_what_is_not_there_is_refused_before_the_flight(vehicle):
 
 
 def test_defaults_may_be_given_for_what_is_not_there(vehicle):
-    check_settings(vehicle, {row.name: row.default for row in PARAMETERS})
+    check_settings(vehicle, {row.name: row.default for row in parameter_table()})

@@ -23,6 +23,7 @@ def bench_of(args, scenario: Scenario, world: str = "empty"):
     description = read_description(find_model("dh_drone"), args)
     vehicle = make_vehicle(description)
     return make_workbench(
+        load_controller(),
         description,
         vehicle,
         vehicle_gains(vehicle),

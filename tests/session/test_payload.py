@@ -98,11 +98,13 @@ def test_linear_models_are_those_of_a_description_that_has_it_as_a_link(welded, 
 
     whole, bare = read_description(welded), read_description(UNEVEN)
     vehicle, rates = make_vehicle(whole if known else bare), study.scenario.rates
-    derivatives = Derivatives(whole, vehicle, study.gains, rates)
+    derivatives = Derivatives(study.controller, whole, vehicle, study.gains, rates)
     _, rate = sampled_estimate(rates.control_period)
     trim = find_trim(derivatives, make_vehicle(whole), study.gains, at, rate)
     delays = study.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
-    core = ContinuousDerivatives(make_flight_core(whole, vehicle, study.gains), vehicle)
+    core = ContinuousDerivatives(
+        make_flight_core(study.controller, whole, vehicle, study.gains), study.controller, vehicle
+    )
     for found, wanted in (
         (sampled, sampled_model(derivatives, trim, rates, rate, delays)),
         (continuous, core.model(trim, dict(study.gains), 1.0 / TIME_CONSTANT)),

@@ -35,7 +35,7 @@ from workbench.common.jitable import register_jitable
 from workbench.control.parameter import Parameter
 
 DEFAULT = "pd"
-SHIPPED = ("pd",)
+SHIPPED = ("pd", "pid", "lqi", "geometric", "indi")
 ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 """Of `update`, in this order."""
 MOST_LINES = 1_000_000
@@ -228,7 +228,7 @@ class Controller:
 
     def _record(self, own: Sequence[float]) -> Any:
         names = [row.name for row in self.parameters]
-        return namedtuple("Gains", names)(*own)
+        return namedtuple("Gains", names)._make(own)
 
 
 def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:

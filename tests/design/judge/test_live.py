@@ -1,7 +1,7 @@
 """Oracle: the same from two models, one of steering and one of holding."""
 
 import pytest
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import load_controller
 
 from workbench.design.judge.live import live_margins
 from workbench.design.judge.margins import loop_margins

@@ -7,7 +7,7 @@ import warnings
 import control
 import numpy as np
 import pytest
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import load_controller
 
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import UNSTABLE, all_margins, loop_margins
@@ -29,6 +29,7 @@ INEXACT = (
     "limited by lead",
     "limited by lead, crosses thrice",
 )
+LOOPS = load_controller().loops
 LOOP_POINTS = sorted({point for loop in LOOPS for point in (loop.error, loop.actuator)})
 STEERED = [point for point in LOOP_POINTS if not point.startswith("position")]
 HELD = [point for point in LOOP_POINTS if point.startswith("position")]

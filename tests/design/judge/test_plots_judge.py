@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from workbench.design.linear.loops import LOOPS, find_loop
+from workbench.control.controller import find_loop, load_controller
 
 from workbench.design.judge.margins import loop_margins
 from workbench.design.judge.operating_map import OperatingMap, find_direction

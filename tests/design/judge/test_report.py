@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from workbench.design.linear.loops import LOOPS
+from workbench.control.controller import load_controller
 
 from workbench.design.judge.loop_judgement import growing_loops, judge_loops
 from workbench.design.judge.report import judge

@@ -5,14 +5,15 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from workbench.control.pd import Gains
 
-from workbench.control.loop_points import COUNT
+from workbench.control.controller import load_controller
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
 
+GAINS = [row.name for row in load_controller().parameters]
+COUNT = len(load_controller().points)
 RATE = 50.0
 STEP = 2e-4
 HOLD_X = 6
@@ -20,7 +21,7 @@ HOLD_X = 6
 
 @pytest.fixture(scope="module")
 def core(study):
-    return make_flight_core(study._flown, study.vehicle, study.gains)
+    return make_flight_core(load_controller(), study._flown, study.vehicle, study.gains)
 
 
 def rotated(q_WB: np.ndarray, angles: np.ndarray) -> np.ndarray:
@@ -36,7 +37,7 @@ class Nonlinear:
         self.context = core.CreateDefaultContext()
         controller = core.GetSubsystemByName("controller")
         self.in_controller = controller.GetMyMutableContextFromRoot(self.context)
-        values = [gains[name] for name in Gains._fields]
+        values = [gains[name] for name in GAINS]
         self.in_controller.get_mutable_numeric_parameter(0).SetFromVector(values)
         self.moment = 0.0
         self(np.zeros(20), np.zeros(22))
@@ -93,7 +94,7 @@ def test_a_and_b_are_the_differences_of_the_nonlinear_core_at_many_trims(study, 
         )
         factors = rng.uniform(0.7, 1.4, 13)
         gains = {
-            name: study.gains[name] * f for name, f in zip(Gains._fields, factors, strict=False)
+            name: study.gains[name] * f for name, f in zip(GAINS, factors, strict=False)
         }
         model = study.continuous(point, gains)
         nonlinear = Nonlinear(core, model.trim, {**study.gains, **gains})

@@ -8,7 +8,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
-from workbench.gains.rule import slowest_rotor
+from workbench.control.flight_law import slowest_rotor
 
 from workbench.control.guidance import Guidance
 from workbench.design.judge.margins import loop_margins

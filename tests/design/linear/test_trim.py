@@ -8,6 +8,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.trim import guidance_of, reference_of
+from workbench.control.controller import load_controller
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
 
@@ -16,7 +17,7 @@ RATE = 50.0
 
 @pytest.fixture(scope="module")
 def core(study):
-    return make_flight_core(study._flown, study.vehicle, study.gains)
+    return make_flight_core(load_controller(), study._flown, study.vehicle, study.gains)
 
 
 def slopes(core, trim) -> np.ndarray:
@@ -49,7 +50,7 @@ def test_a_steady_flight_stays_as_it_is(study, core, text):
 def test_so_does_one_with_all_effects(effects_study, text):
     """Commands are larger than speeds by what the battery sags; climbing takes faster rotors."""
     vehicle = effects_study.vehicle
-    core = make_flight_core(effects_study._flown, vehicle, effects_study.gains)
+    core = make_flight_core(load_controller(), effects_study._flown, vehicle, effects_study.gains)
     trim = effects_study.trim(parse_point(text))
     found = slopes(core, trim)
     assert found[7:13] == pytest.approx(np.zeros(6), abs=1e-7)

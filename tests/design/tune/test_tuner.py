@@ -7,7 +7,7 @@ from pathlib import Path
 import control
 import numpy as np
 import pytest
-from workbench.gains.rule import rule_gains
+from workbench.gains.gains import rule_gains
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.study import LinearStudy

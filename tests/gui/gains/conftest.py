@@ -14,7 +14,7 @@ from workbench.gui.gains.profiles import GainProfiles
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import PARAMETERS, Outfit, drone_topics
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import PARAMETERS as ROWS
+from workbench.scenario.parameters import parameter_table
 
 TOPICS = drone_topics(Outfit(rotors=4, fast=128.0, slow=16.0))
 PARAMETERS_TOPIC = next(topic for topic in TOPICS if topic.id == PARAMETERS)
@@ -105,14 +105,14 @@ class Rig:
 
     def know(self, **stable: tuple[float, float]) -> None:
         """Find ranges around what flies: those, and the limits of every other gain."""
-        every = {row.name: (row.minimum, row.maximum) for row in ROWS if row.system == "controller"}
+        every = {row.name: (row.minimum, row.maximum) for row in parameter_table() if row.system == "controller"}
         gains = {name: self.editor.flown[name] for name in every}
         self.analysis.ranges_found.emit(Ranges(gains, every | stable))
 
 
 def start_values() -> dict[str, float]:
     """Return a value for every row, as the table has it."""
-    return {row.name: row.default for row in ROWS}
+    return {row.name: row.default for row in parameter_table()}
 
 
 @pytest.fixture

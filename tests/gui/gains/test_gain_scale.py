@@ -6,7 +6,7 @@ import pytest
 
 from workbench.gui.gains.gain_scale import GainScale, StepSize, decimals
 from workbench.gui.units import Unit
-from workbench.scenario.parameters import PARAMETERS, find_parameter
+from workbench.scenario.parameters import find_parameter, parameter_table
 
 SI = Unit("")
 
@@ -16,7 +16,7 @@ def scale_of(name):
 
 
 def test_every_row_rises_from_end_to_end_and_comes_back(case):
-    for row in PARAMETERS:
+    for row in parameter_table():
         with case(row):
             scale = GainScale(row, SI)
             assert scale.place(row.minimum) == pytest.approx(0.0, abs=1e-12)

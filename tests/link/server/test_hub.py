@@ -36,7 +36,7 @@ from workbench.link.server_messages import (
     Stage,
 )
 from workbench.link.wire import LARGEST_OPERATION, Flag, Kind
-from workbench.scenario.parameters import PARAMETERS
+from workbench.scenario.parameters import parameter_table
 
 HELD = ControlState(Hand.CLIENT, 3, "phone", Stage.LIVE, 0.1, "it asked")
 
@@ -425,7 +425,7 @@ def test_an_operation_that_is_too_long_ends_the_connection_before_it_is_read(roo
 
 def test_all_that_may_be_set_or_subscribed_to_fits_into_one_operation():
     """As long-winded as JSON can be: a blank after each sign, and all digits of each number."""
-    values = {row.name: -1.2345678901234567e-300 for row in PARAMETERS}
+    values = {row.name: -1.2345678901234567e-300 for row in parameter_table()}
     largest = {"op": "parameters", "id": 2**32 - 1, "set": values, "lease": 2**32 - 1}
     assert len(json.dumps(largest, indent=2)) < LARGEST_OPERATION
     outfit = Outfit(12, 200.0, 8.0, 100.0, 5.0, 10.0, 360)

@@ -81,7 +81,8 @@ class Derivatives:
     reckons with no spin-up torque, as there is none in a steady flight; `step(state, last, speeds,
     commands) -> Step`; `acceleration(state, speeds)`, which returns wdot and vdot (6) and their
     derivatives by state and speeds (12 + n); and `steady_commands(speeds)`, which returns the
-    commands that keep rotors at speeds (n), and their derivatives. The battery, where one is stated, is full.
+    commands that keep rotors at speeds (n), and their derivatives. The battery, where one is
+    stated, is full.
 
     Args:
         controller: whose law flies.

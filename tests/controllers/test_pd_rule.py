@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from workbench.gains.rule import (
+
+from workbench.control.flight_law import slowest_rotor
+from workbench.controllers.pd_rule import (
     CONTROL_DELAY,
-    rule_gains,
-    slowest_rotor,
     spare_angular_acceleration,
     thrust_to_weight,
 )
-
+from workbench.gains.gains import rule_gains
 from workbench.plant.rotors import Rotor
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle

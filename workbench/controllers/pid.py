@@ -1,0 +1,207 @@
+"""PID cascade: the pilot's velocity is reached in wind and with a mass that nobody told the law.
+
+With errors of position p, velocity v of the centre of mass, tilt and angular velocity ω, gains by
+name, and integrals i (all by component):
+
+    v_sp = kp_position (p_sp - p) + v_ref                    within limits, see `guidance`
+    f    = kp_velocity (v_sp - v) + i_v - kd_velocity a + d + g   specific force in W [m/s²]
+    ω_sp = kp_tilt e_tilt                                    roll and pitch; the reference in yaw
+    α    = kp_rate (ω_sp - ω) + i_ω - kd_rate dω/dt          angular acceleration in T [rad/s²]
+    m    = I α + ω x I ω,   F = mass f · z                   moment [N·m] and force [N]
+
+    di_v/dt = ki_velocity (v_sp - v),   di_ω/dt = ki_rate (ω_sp - ω)
+
+An integral is kept as what it adds, so a change of its gain is no jump. It stands still while its
+error would drive it further beyond what the vehicle can do (conditional integration: Åström and
+Hägglund, Advanced PID Control, 2006, section 3.5): level ones while the tilt is limited, the others
+while the rotors made less of their part of the wrench than was asked. dω/dt is
+s / (1 + `RATE_FILTER` s) of ω. a is the estimated acceleration, d what drag of still air takes.
+"""
+
+from typing import Any
+
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    attitude_error,
+    attitude_matrix,
+    difference,
+    gain,
+    into_body,
+    moment,
+    position_error,
+    probe3,
+    tilted,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+
+RATE_FILTER = 0.01
+"""Time constant of the filter of dω/dt [s]."""
+SATURATED = 0.02
+"""What is missing of a force, over the weight, or of an angular acceleration over 1 rad/s²."""
+MOST_TURN = 10.0
+"""Largest integral of a rate [rad/s²]."""
+
+PARAMETERS = (
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "pull to a held place, level", "Position"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "pull to a held place, height", "Position"),
+    gain("kp_velocity_xy", "1/s", (0.0, 30.0), 3.0, "acceleration per error, level", "Velocity"),
+    gain("ki_velocity_xy", "1/s^2", (0.0, 30.0), 1.5, "growth of its integral", "Velocity"),
+    gain("kd_velocity_xy", "1", (0.0, 1.0), 0.1, "share of acceleration taken back", "Velocity"),
+    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per error, up", "Velocity"),
+    gain("ki_velocity_z", "1/s^2", (0.0, 30.0), 3.0, "growth of its integral", "Velocity"),
+    gain("kd_velocity_z", "1", (0.0, 1.0), 0.1, "share of acceleration taken back", "Velocity"),
+    gain("kp_tilt", "1/s", (0.0, 50.0), 8.0, "rate per error of roll and pitch", "Attitude"),
+    gain("kp_rate", "1/s", (0.0, 150.0), 20.0, "angular acceleration per rate error", "Rate"),
+    gain("ki_rate", "1/s^2", (0.0, 500.0), 20.0, "growth of its integral", "Rate"),
+    gain("kd_rate", "1", (0.0, 1.0), 0.0, "share of angular acceleration taken back", "Rate"),
+    gain("kp_yaw_rate", "1/s", (0.0, 30.0), 4.0, "angular acceleration per error", "Yaw"),
+    gain("ki_yaw_rate", "1/s^2", (0.0, 100.0), 2.0, "growth of its integral", "Yaw"),
+)
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit)
+    for name, unit, axes in (
+        ("i_velocity", "m/s^2", "xyz"),
+        ("i_rate", "rad/s^2", "xyz"),
+        ("rate_filtered", "rad/s", "xy"),
+        ("asked", "1", "xyz"),
+    )
+    for axis in axes
+)
+
+POINTS = {
+    f"{name}_{axis}{after}": unit
+    for name, after, unit, axes in (
+        ("position", "_error", "m", "xyz"),
+        ("velocity", "_error", "m/s", "xyz"),
+        ("acceleration", "", "m/s^2", "xyz"),
+        ("tilt", "_error", "1", "xyz"),
+        ("rate", "_error", "rad/s", "xyz"),
+        ("angular_acceleration", "", "rad/s^2", "xyz"),
+    )
+    for axis in axes
+}
+POSITION, VELOCITY, ACCELERATION, TILT, RATE, ANGULAR_ACCELERATION = range(0, 18, 3)
+
+LOOPS = tuple(
+    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
+    for name, error, actuator, axis, gains in (
+        ("velocity_x", "velocity_x_error", "acceleration_x", "x", ("kp_velocity_xy",)),
+        ("velocity_y", "velocity_y_error", "acceleration_y", "y", ("kp_velocity_xy",)),
+        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("kp_velocity_z",)),
+        ("roll", "tilt_x_error", "tilt_x_error", "y", ("kp_tilt",)),
+        ("pitch", "tilt_y_error", "tilt_y_error", "x", ("kp_tilt",)),
+        ("roll_rate", "rate_x_error", "angular_acceleration_x", "y", ("kp_rate",)),
+        ("pitch_rate", "rate_y_error", "angular_acceleration_y", "x", ("kp_rate",)),
+        ("yaw_rate", "rate_z_error", "angular_acceleration_z", "yaw", ("kp_yaw_rate",)),
+        ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
+        ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
+        ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),
+    )
+)
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    v, a, d, m = measured.v_WBcm, measured.a_WBcm, measured.drag, memory
+    weight = vehicle.mass * GRAVITY
+    xx, yy = vehicle.inertia[0], vehicle.inertia[3]
+
+    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
+    v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
+    e = probe3(difference((v_x, v_y, v_z), v), VELOCITY, loops)
+    f_x, f_y, f_z = probe3(
+        (
+            g.kp_velocity_xy * e[0] + m.i_velocity_x - g.kd_velocity_xy * a[0] + d[0],
+            g.kp_velocity_xy * e[1] + m.i_velocity_y - g.kd_velocity_xy * a[1] + d[1],
+            g.kp_velocity_z * e[2] + m.i_velocity_z - g.kd_velocity_z * a[2] + d[2],
+        ),
+        ACCELERATION,
+        loops,
+    )
+    f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
+    beyond = f_x * f_x + f_y * f_y - f_W[0] * f_W[0] - f_W[1] * f_W[1]  # 0 within the tilt
+    missing = m.asked_z - measured.wrench[0] / weight
+    i_vx = integrated(m.i_velocity_x, g.ki_velocity_xy * e[0], beyond * f_x, 0.0, dt)
+    i_vy = integrated(m.i_velocity_y, g.ki_velocity_xy * e[1], beyond * f_y, 0.0, dt)
+    i_vz = integrated(m.i_velocity_z, g.ki_velocity_z * e[2], missing, SATURATED, dt)
+
+    R_WT = attitude_matrix(measured.q_WT)
+    f, w = into_body(R_WT, f_W), into_body(R_WT, measured.w_WB)
+    w_sp = (R_WT[6] * yaw_rate, R_WT[7] * yaw_rate, R_WT[8] * yaw_rate)
+    e_x, e_y, _ = probe3(attitude_error(f, w, w_sp), TILT, loops)
+    w_sp = (g.kp_tilt * e_x + w_sp[0], g.kp_tilt * e_y + w_sp[1], w_sp[2])
+    e = probe3(difference(w_sp, w), RATE, loops)
+    dw_x = (w[0] - m.rate_filtered_x) / (RATE_FILTER + dt)
+    dw_y = (w[1] - m.rate_filtered_y) / (RATE_FILTER + dt)
+    alpha = probe3(
+        (
+            g.kp_rate * e[0] + m.i_rate_x - g.kd_rate * dw_x,
+            g.kp_rate * e[1] + m.i_rate_y - g.kd_rate * dw_y,
+            g.kp_yaw_rate * e[2] + m.i_rate_z + vehicle.yaw_drag * w[2],
+        ),
+        ANGULAR_ACCELERATION,
+        loops,
+    )
+    missing_x = m.asked_x - measured.wrench[1] / xx
+    missing_y = m.asked_y - measured.wrench[2] / yy
+    past = m.i_rate_z if m.i_rate_z * m.i_rate_z > MOST_TURN * MOST_TURN else 0.0
+    i_wx = integrated(m.i_rate_x, g.ki_rate * e[0], missing_x, SATURATED, dt)
+    i_wy = integrated(m.i_rate_y, g.ki_rate * e[1], missing_y, SATURATED, dt)
+    i_wz = integrated(m.i_rate_z, g.ki_yaw_rate * e[2], past, 0.0, dt)
+
+    force = vehicle.mass * f[2]
+    m_x, m_y, m_z = moment(alpha, w, vehicle.inertia)
+    filtered = m.rate_filtered_x + dt * dw_x, m.rate_filtered_y + dt * dw_y
+    asked = m_x / xx, m_y / yy, force / weight
+    return (force, m_x, m_y, m_z), (i_vx, i_vy, i_vz, i_wx, i_wy, i_wz, *filtered, *asked)
+
+
+def integrated(integral: Any, slope: Any, missing: Any, tolerance: float, dt: float) -> Any:
+    """Return an integral after an update; it stands where more of it would be more beyond a limit.
+
+    Args:
+        integral: before.
+        slope: its change over time.
+        missing: what the vehicle did not do of what was asked, of the sign of the integral.
+        tolerance: so much may be missing.
+        dt: since the update before [s].
+    """
+    if (missing > tolerance and slope > 0.0) or (missing < -tolerance and slope < 0.0):
+        return integral
+    return integral + dt * slope
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return gains for a vehicle: those of the PD cascade in this form, and slow integrals.
+
+    kp_tilt kp_rate and kp_rate + kp_tilt stand for its kp and kd, as far as real numbers do that;
+    an integral takes five times as long as its loop.
+    """
+    pd = pd_rule(vehicle)
+    kd = min(pd["kd_roll"], pd["kd_pitch"])
+    level, climb, yaw = pd["kp_velocity_x"], pd["kp_velocity_z"], pd["kp_yaw_rate"]
+    return {
+        "kp_position_xy": pd["kp_position_xy"],
+        "kp_position_z": pd["kp_position_z"],
+        "kp_velocity_xy": level,
+        "ki_velocity_xy": level * level / 5.0,
+        "kd_velocity_xy": pd["kd_velocity_x"],
+        "kp_velocity_z": climb,
+        "ki_velocity_z": climb * climb / 5.0,
+        "kd_velocity_z": pd["kd_velocity_z"],
+        "kp_tilt": 0.3 * kd,
+        "kp_rate": kd,
+        "ki_rate": 0.05 * kd * kd,
+        "kp_yaw_rate": yaw,
+        "ki_yaw_rate": yaw * yaw / 5.0,
+        "spin_up_feedforward": pd["spin_up_feedforward"],
+        "max_climb_rate": pd["max_climb_rate"],
+        "max_tilt": pd["max_tilt"],
+    }
