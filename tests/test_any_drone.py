@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.primitives import Linearize
-from workbench.controllers.pd_rule import thrust_to_weight
 
+from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance
 from workbench.control.mode import FlightMode
+from workbench.controllers.pd_rule import thrust_to_weight
 from workbench.design.hover_check import check_hover
 from workbench.diagram.core import make_flight_core
 from workbench.gains.gains import choose_gains, vehicle_gains

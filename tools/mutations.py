@@ -29,7 +29,7 @@ LEFT_OUT = (".*", "__pycache__", "out", "build", "dist", "node_modules")
 DYNAMICS, CONTROL, SYSTEMS = "workbench/dynamics", "workbench/control", "workbench/systems"
 ORACLE = "tests/oracles/test_reference_flights.py"
 LOOPS = "tests/oracles/test_loops_by_hand.py"
-LAW = "tests/control/test_pd.py"
+LAW = "tests/controllers/test_pd.py"
 
 
 @dataclass(frozen=True)
@@ -193,28 +193,28 @@ MUTATIONS = (
     # law
     Mutation(
         "law: the other sign of the gyroscopic term",
-        f"{CONTROL}/pd.py",
+        f"{CONTROL}/law_parts.py",
         "xx * a_x + xy * a_y + xz * a_z + w_y * h_z - w_z * h_y",
         "xx * a_x + xy * a_y + xz * a_z - w_y * h_z + w_z * h_y",
         (LAW,),
     ),
     Mutation(
         "law: acceleration fed back the wrong way",
-        f"{CONTROL}/pd.py",
+        "workbench/controllers/pd.py",
         "g.kp_velocity_x * e[0] - g.kd_velocity_x * a[0] + drag[0]",
         "g.kp_velocity_x * e[0] + g.kd_velocity_x * a[0] + drag[0]",
         (LAW,),
     ),
     Mutation(
         "law: drag of the yaw taken twice in place of given back",
-        f"{CONTROL}/pd.py",
-        "g.kp_yaw_rate * e[2] + body.yaw_drag * w[2]",
-        "g.kp_yaw_rate * e[2] - body.yaw_drag * w[2]",
+        "workbench/controllers/pd.py",
+        "g.kp_yaw_rate * e[2] + vehicle.yaw_drag * w[2]",
+        "g.kp_yaw_rate * e[2] - vehicle.yaw_drag * w[2]",
         (LAW, LOOPS),
     ),
     Mutation(
         "law: tilt error too large by half",
-        f"{CONTROL}/pd.py",
+        f"{CONTROL}/law_parts.py",
         "scale = (2.0 / upright) ** 0.5 / length",
         "scale = 1.5 * (2.0 / upright) ** 0.5 / length",
         (LAW,),

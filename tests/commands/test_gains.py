@@ -1,10 +1,9 @@
 """`workbench gains`."""
 
 import pytest
-from workbench.gains.gains import rule_gains
 
 from workbench.common.resources import find_model
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import rule_gains, vehicle_gains
 from workbench.gains.profiles import load_gains
 from workbench.plant.loading import load_vehicle
 

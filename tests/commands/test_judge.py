@@ -4,11 +4,12 @@ import csv
 import re
 
 import pytest
-from workbench.control.controller import load_controller
 
+from workbench.control.controller import load_controller
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 
+LOOPS = load_controller().loops
 PNG = b"\x89PNG"
 
 

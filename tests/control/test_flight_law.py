@@ -7,20 +7,19 @@ import numpy as np
 import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
-from workbench.control.pd import Body, specific_force, wrench
 
+from workbench.control.controller import load_controller
 from workbench.control.flight_law import (
-    control_update,
+    Body,
+    commanded_wrench,
+    flight_law,
     law_constants,
     packed,
-    packed_update,
-    rotor_commands,
+    slowest_rotor,
     unpacked,
-    yaw_moment,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
-from workbench.control.guidance import Guidance
-from workbench.control.loop_points import CLOSED, closed_loops
+from workbench.control.guidance import Guidance, Measured, Setpoint
 from workbench.control.mixer import mix
 from workbench.control.stopped_rotors import mix_without
 from workbench.dynamics.rigid_body import rotation
@@ -29,13 +28,29 @@ from workbench.plant.drag import AIR_DENSITY, drag_area, drag_rates
 from workbench.plant.rotors import wrench_matrix
 from workbench.systems.acceleration_estimate import sampled_estimate
 
+LAW = load_controller()
 PERIOD = 1 / 128
+STRAIGHT, NO_WRENCH = [0.0] * 3, [0.0] * 4
 WHOLE = [1.0] * 4
 
 
 def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
     found = [0.0] * 4
-    rotor_commands(*signals, gains, shares, constants, closed_loops(), 0.0, 0.0, found)
+    state, acceleration, reference, guide = signals
+    flight_law(LAW).commands(
+        state,
+        acceleration,
+        Setpoint(reference, guide, STRAIGHT),
+        gains,
+        LAW.initial_memory,
+        shares,
+        constants,
+        None,
+        0.0,
+        NO_WRENCH,
+        PERIOD,
+        found,
+    )
     return found
 
 
@@ -43,10 +58,13 @@ def commands_in_a_row(vehicle, signals, gains) -> list[float]:
     state, acceleration, reference, guide = signals
     rates = drag_rates(vehicle)
     drag = still_air_drag(state[:4], state[10:13], rates)
-    motion = (state[4:7], state[10:13], acceleration, drag)
-    *f_W, yaw_rate = specific_force(*motion, reference, guide, gains, closed_loops())
-    body = Body(vehicle.mass, vehicle.inertia[np.triu_indices(3)].tolist(), rates.yaw)
-    asked = wrench(f_W, yaw_rate, state[:4], state[7:10], gains, body, closed_loops())
+    measured = Measured(
+        state[4:7], state[10:13], acceleration, state[:4], state[7:10], drag, NO_WRENCH
+    )
+    setpoint = Setpoint(reference, guide, STRAIGHT)
+    six = vehicle.inertia[np.triu_indices(3)].tolist()
+    body = Body(vehicle.mass, six, rates.yaw, slowest_rotor(vehicle))
+    asked, _ = LAW.update(measured, setpoint, gains, body, (), PERIOD, None)
     most = [rotor.motor_constant * rotor.max_rot_velocity**2 for rotor in vehicle.rotors]
     least = [0.01 * thrust for thrust in most]  # a tenth of the speed
     thrusts = [0.0] * 4
@@ -85,7 +103,11 @@ def test_the_law_inverts_a_thrust_curve_with_a_linear_part(vehicle, gains, rando
         plainly = np.array(commands(signals, gains, plain))
         wanted = vehicle.rotors[0].motor_constant * plainly**2
         assert made == pytest.approx(wanted, rel=1e-9)
-        assert yaw_moment(speeds, constants) == pytest.approx(yaw_moment(plainly, plain))
+        made_moment, wanted_moment = (
+            commanded_wrench(each, known)[3]
+            for each, known in ((speeds, constants), (plainly, plain))
+        )
+        assert made_moment == pytest.approx(wanted_moment)
 
 
 def test_hovering_in_place_takes_the_hover_speeds(vehicle, gains):
@@ -110,16 +132,16 @@ def updated(signals, gains, constants, filtered, shares=WHOLE) -> tuple[np.ndarr
     """Return commands, and the velocity that the estimate then remembers."""
     state, _, reference, guide = signals
     found = np.zeros(4)
-    after = control_update(
+    after, _ = flight_law(LAW).update(
         state,
-        reference,
-        guide,
+        Setpoint(reference, guide, STRAIGHT),
         gains,
         shares,
         constants,
-        closed_loops(),
+        None,
         sampled_estimate(PERIOD),
         filtered,
+        LAW.initial_memory,
         found,
     )
     return found, np.array(after)
@@ -156,16 +178,18 @@ def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals
     wanted, wanted_after = updated(signals, gains, constants, filtered)
     state, _, reference, guide = (np.array(signal) for signal in signals)
     found = np.zeros(4)
-    packed_update(
+    flight_law(LAW).packed_update(
         state,
         reference,
         guide,
+        np.array(STRAIGHT),
         np.array(gains),
         np.array(WHOLE),
         np.concatenate([each.ravel() for each in packed(constants)]),
-        np.array(CLOSED),
+        np.array(LAW.closed),
         sampled_estimate(PERIOD),
         filtered,
+        np.array(LAW.initial_memory),
         found,
     )
     assert found == pytest.approx(wanted, rel=1e-12)

@@ -7,22 +7,23 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RollPitchYaw, RotationMatrix
-from workbench.control.pd import LEAST_LIFT, Gains
 
-from workbench.control import pd
+from workbench.control.controller import load_controller
+from workbench.control.flight_law import Body, flight_law
 from workbench.control.guidance import (
     CEILING_RATE,
     Guidance,
+    Measured,
     Reference,
-    position_error,
+    Setpoint,
     tangent,
-    velocity_setpoint,
 )
-from workbench.control.loop_points import closed_loops
+from workbench.control.law_parts import LEAST_LIFT
 from workbench.control.obstacle_brake import braked
 from workbench.plant.gravity import GRAVITY
 
-GAINS = Gains(
+LAW = load_controller()
+VALUES = dict(
     kp_position_xy=1.1,
     kp_position_z=1.7,
     kp_velocity_x=3.0,
@@ -41,7 +42,9 @@ GAINS = Gains(
     max_height=20.0,
     max_tilt=0.7,
     max_yaw_rate=0.5,
+    spin_up_feedforward=0.0,
 )
+GAINS = flight_law(LAW).gains([VALUES[row.name] for row in LAW.parameters])
 MASS = 1.9
 INERTIA = np.array([[0.02, 0.001, -0.002], [0.001, 0.03, 0.0015], [-0.002, 0.0015, 0.04]])
 SIX = [INERTIA[i, j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))]
@@ -58,7 +61,7 @@ def cut(vector, most):
     return vector if length <= most else vector * (most / length)
 
 
-def velocity_by_vectors(p_WB, ref: Reference, guide: Guidance, gains: Gains) -> np.ndarray:
+def velocity_by_vectors(p_WB, ref: Reference, guide: Guidance, gains) -> np.ndarray:
     kp = np.array([gains.kp_position_xy, gains.kp_position_xy, gains.kp_position_z])
     steering = guide.authority and any((*ref[:3], ref.follow))
     hold = np.zeros(3) if steering else np.array([guide.hold_xy, guide.hold_xy, guide.hold_z])
@@ -72,14 +75,14 @@ def velocity_by_vectors(p_WB, ref: Reference, guide: Guidance, gains: Gains) -> 
     return np.append(wanted, yaw)
 
 
-def force_by_vectors(v_WB, a_WB, wanted, gains: Gains) -> np.ndarray:
+def force_by_vectors(v_WB, a_WB, wanted, gains) -> np.ndarray:
     f = np.array(gains[2:5]) * (np.array(wanted[:3]) - v_WB) - np.array(gains[5:8]) * a_WB
     f[2] = max(f[2] + GRAVITY, LEAST_LIFT)
     f[:2] = cut(f[:2], math.tan(gains.max_tilt) * f[2])
     return f
 
 
-def wrench_by_vectors(R_WB: np.ndarray, w_WB, f_W, yaw_rate, gains: Gains) -> np.ndarray:
+def wrench_by_vectors(R_WB: np.ndarray, w_WB, f_W, yaw_rate, gains) -> np.ndarray:
     w, f = R_WB.T @ w_WB, R_WB.T @ f_W
     axis = np.cross([0.0, 0.0, 1.0], f)
     angle = np.arctan2(np.linalg.norm(axis), f[2])
@@ -95,21 +98,47 @@ def wrench_by_vectors(R_WB: np.ndarray, w_WB, f_W, yaw_rate, gains: Gains) -> np
     return np.append(MASS * f[2], INERTIA @ alpha + np.cross(w, INERTIA @ w))
 
 
+def update(
+    q=(1.0, 0.0, 0.0, 0.0),
+    p_WB=(0.0, 0.0, 5.0),
+    v_WB=(0.0, 0.0, 0.0),
+    a_WB=(0.0, 0.0, 0.0),
+    w_WB=(0.0, 0.0, 0.0),
+    drag=(0.0, 0.0, 0.0),
+    yaw_drag=0.0,
+    ref=None,
+    guide=FREE,
+):
+    """Return the wrench (4), and what comes to the loop points by name; at rest by default."""
+    measured = Measured(p_WB, v_WB, a_WB, q, w_WB, drag, (0.0, 0.0, 0.0, 0.0))
+    asked = Setpoint(ref or reference(), guide, (0.0, 0.0, 0.0))
+    loops = [*LAW.closed, *[0.0] * len(LAW.points)]
+    body = Body(MASS, SIX, yaw_drag, 0.02)
+    found, memory = LAW.update(measured, asked, GAINS, body, (), 1 / 128, loops)
+    assert memory == ()
+    return found, dict(zip(LAW.points, loops[len(LAW.closed) :], strict=True))
+
+
 def setpoint(p_WB, ref: Reference, guide: Guidance):
-    """Return the velocity (3) and the yaw rate that the law flies at."""
-    correction = pd.position_p(position_error(p_WB, ref, guide), GAINS)
-    return velocity_setpoint(correction, p_WB, ref, guide, GAINS)
+    """Return the velocity (3) and the yaw rate that the law flies at: their errors at rest."""
+    signals = update(p_WB=p_WB, ref=ref, guide=guide)[1]
+    return (*(signals[f"velocity_{axis}_error"] for axis in "xyz"), signals["yaw_rate_error"])
+
+
+ALONG = ((0.5, 0.5, 0.5, 0.5), (0.5, -0.5, -0.5, -0.5), (1.0, 0.0, 0.0, 0.0))
+"""Attitudes whose z lies along x, y and z of W."""
 
 
 def force(v_WB, a_WB, wanted, drag=(0.0, 0.0, 0.0)):
-    """Return the specific force far from the limits of place."""
-    args = ([0.0, 0.0, 5.0], v_WB, a_WB, drag, reference(wanted), FREE)
-    return pd.specific_force(*args, GAINS, closed_loops())[:3]
+    """Return the specific force in W far from the limits of place: a share of it at a time."""
+    motion = {"v_WB": v_WB, "a_WB": a_WB, "drag": drag, "ref": reference(wanted)}
+    return [update(q, **motion)[0][0] / MASS for q in ALONG]
 
 
-def wrench(q_WB, w_WB, f_W, yaw_rate=0.0, yaw_drag=0.0) -> np.ndarray:
-    body = pd.Body(MASS, SIX, yaw_drag)
-    return np.array(pd.wrench(f_W, yaw_rate, q_WB, w_WB, GAINS, body, closed_loops()))
+def wrench(q, w_WB, yaw_rate=0.0, yaw_drag=0.0) -> np.ndarray:
+    """Return the wrench of a drone at rest but for its turn: it wants a force straight up."""
+    asked = reference(yaw_rate=yaw_rate)
+    return np.array(update(q, w_WB=w_WB, yaw_drag=yaw_drag, ref=asked)[0])
 
 
 def test_velocity_is_reference_and_hold_within_limits():
@@ -208,9 +237,9 @@ def test_specific_force_is_velocity_pd_plus_gravity_within_tilt():
         assert found == pytest.approx(force_by_vectors(v_WB, a_WB, wanted, GAINS), abs=1e-7)
         tilt = math.atan2(math.hypot(found[0], found[1]), found[2])
         assert tilt <= GAINS.max_tilt + 1e-7
-        least += found[2] == LEAST_LIFT
+        least += found[2] == pytest.approx(LEAST_LIFT)
         tilted += tilt > GAINS.max_tilt - 1e-6
-        free += tilt < GAINS.max_tilt - 1e-6 and found[2] > LEAST_LIFT
+        free += tilt < GAINS.max_tilt - 1e-6 and found[2] > LEAST_LIFT + 1e-6
     assert min(least, tilted, free) > 100
 
 
@@ -224,8 +253,7 @@ def test_what_drag_takes_is_added_to_force_and_yaw_moment():
     tilted = force(v_WB, a_WB, wanted, [100.0, 0.0, 0.0])
     assert math.atan2(tilted[0], tilted[2]) == pytest.approx(GAINS.max_tilt, abs=1e-5)
     q, w_WB = [1.0, 0, 0, 0], [0.0, 0.0, 0.3]
-    still = wrench(q, w_WB, [0, 0, 9.81], 0.3)
-    dragged = wrench(q, w_WB, [0, 0, 9.81], 0.3, 0.5)
+    still, dragged = wrench(q, w_WB, 0.3), wrench(q, w_WB, 0.3, 0.5)
     turn = INERTIA[:, 2] * 0.5 * 0.3
     assert np.subtract(dragged, still) == pytest.approx([0.0, *turn], abs=1e-12)
 
@@ -234,11 +262,14 @@ def test_wrench_is_that_of_vectors_at_any_attitude():
     rng = np.random.default_rng(4)
     for _ in range(2000):
         q = rng.normal(size=4)
-        w_WB, f_W = rng.normal(size=3) * 3.0, rng.normal(size=3) * 10.0
-        yaw_rate = rng.normal()
+        w_WB, v_WB, a_WB = rng.normal(size=(3, 3)) * 3.0
+        asked = reference(rng.normal(size=3), rng.uniform(-1.0, 1.0))
         R_WB = RotationMatrix(Quaternion(q / np.linalg.norm(q))).matrix()
+        *wanted_v, yaw_rate = velocity_by_vectors(np.array([0.0, 0.0, 5.0]), asked, FREE, GAINS)
+        f_W = force_by_vectors(v_WB, a_WB, wanted_v, GAINS)
+        found = update(q, v_WB=v_WB, a_WB=a_WB, w_WB=w_WB, ref=asked)[0]
         wanted = wrench_by_vectors(R_WB, w_WB, f_W, yaw_rate, GAINS)
-        assert wrench(q, w_WB, f_W, yaw_rate) == pytest.approx(wanted, rel=1e-9, abs=1e-8)
+        assert found == pytest.approx(wanted, rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("angle", [1e-6, 0.1, 1.5, 3.0, math.pi - 1e-2])
@@ -246,7 +277,7 @@ def test_tilt_error_is_twice_the_sine_of_half_the_angle_about_the_shortest_axis(
     """Upright wanted, rolled and pitched about one level axis: the way back is about that axis."""
     axis = np.array([math.cos(0.3), math.sin(0.3), 0.0])
     q = AngleAxis(angle, axis).quaternion().wxyz()
-    moment = wrench(q, [0, 0, 0], [0, 0, GRAVITY])[1:]
+    moment = wrench(q, [0, 0, 0])[1:]
     error = -2.0 * math.sin(angle / 2.0) * axis
     alpha = [GAINS.kp_roll * error[0], GAINS.kp_pitch * error[1], 0.0]
     assert moment == pytest.approx(INERTIA @ alpha, rel=1e-6)
@@ -255,21 +286,21 @@ def test_tilt_error_is_twice_the_sine_of_half_the_angle_about_the_shortest_axis(
 @pytest.mark.parametrize("rpy", [(math.pi, 0, 0), (0, math.pi, 0), (math.pi, 0, 2.0)])
 def test_exactly_upside_down_it_rolls_with_all_it_has(rpy):
     q = RollPitchYaw(rpy).ToQuaternion().wxyz()
-    force, *moment = wrench(q, [0, 0, 0], [0, 0, GRAVITY])
+    force, *moment = wrench(q, [0, 0, 0])
     assert force == pytest.approx(-MASS * GRAVITY)
     assert moment == pytest.approx(INERTIA @ [2.0 * GAINS.kp_roll, 0, 0], rel=1e-9)
 
 
 def test_exactly_upside_down_in_whole_numbers():
     """No rounding at all: 1 + f_z / |f| is 0."""
-    moment = wrench([0.0, 1.0, 0.0, 0.0], [0, 0, 0], [0, 0, 1.0])[1:]
+    moment = wrench([0.0, 1.0, 0.0, 0.0], [0, 0, 0])[1:]
     assert moment == pytest.approx(INERTIA @ [2.0 * GAINS.kp_roll, 0, 0], rel=1e-12)
 
 
 def test_near_upside_down_the_error_stays_finite_and_full():
     for angle in math.pi - np.logspace(-12, -2, 60):
         q = [math.cos(angle / 2), math.sin(angle / 2), 0.0, 0.0]
-        moment = wrench(q, [0, 0, 0], [0, 0, GRAVITY])[1:]
+        moment = wrench(q, [0, 0, 0])[1:]
         alpha = np.linalg.solve(INERTIA, moment)
         level = np.hypot(alpha[0] / GAINS.kp_roll, alpha[1] / GAINS.kp_pitch)
         assert level == pytest.approx(2.0, rel=1e-3)
@@ -277,16 +308,16 @@ def test_near_upside_down_the_error_stays_finite_and_full():
 
 def test_length_and_sign_of_a_quaternion_do_not_matter():
     q = np.array([0.5, -0.1, 0.7, 0.2])
-    w_WB, f_W = [1.0, 2.0, 3.0], [1.0, -2.0, 8.0]
-    first = wrench(q, w_WB, f_W, 0.3)
+    motion = {"w_WB": [1.0, 2.0, 3.0], "ref": reference((0.3, -0.5, -0.4), 0.3)}
+    first = update(q, **motion)[0]
     for factor in (-1.0, 0.01, 100.0):
-        assert wrench(factor * q, w_WB, f_W, 0.3) == pytest.approx(first, rel=1e-12)
+        assert update(factor * q, **motion)[0] == pytest.approx(first, rel=1e-12)
 
 
 def test_yaw_alone_asks_for_no_tilt():
     """Level at any heading, one yaw rate wanted and another flown: moment about z only."""
     q = RollPitchYaw(0, 0, 1.1).ToQuaternion().wxyz()
-    force, *moment = wrench(q, [0, 0, 0.1], [0, 0, GRAVITY], 0.4)
+    force, *moment = wrench(q, [0, 0, 0.1], 0.4)
     assert force == pytest.approx(MASS * GRAVITY)
     spin = np.cross([0, 0, 0.1], INERTIA @ [0, 0, 0.1])
     assert moment == pytest.approx(INERTIA @ [0, 0, GAINS.kp_yaw_rate * 0.3] + spin)
@@ -306,11 +337,8 @@ def test_the_law_gives_the_same_numbers_with_derivatives(seed):
     guide = FREE._replace(hold_xy=1.0, hold_z=1.0, p_x=hold[0], p_y=hold[1], p_z=hold[2])
 
     def fly(p, v, a, w, quaternion):
-        *f_W, yaw_rate = pd.specific_force(
-            p, v, a, (0.0, 0.0, 0.0), ref, guide, GAINS, closed_loops()
-        )
-        body = pd.Body(MASS, SIX, 0.0)
-        return [*f_W, *pd.wrench(f_W, yaw_rate, quaternion, w, GAINS, body, closed_loops())]
+        found, signals = update(quaternion, p, v, a, w, ref=ref, guide=guide)
+        return [*found, *signals.values()]
 
     plain = fly(p_WB, v_WB, a_WB, w_WB, q)
     every = InitializeAutoDiff(np.concatenate([p_WB, v_WB, a_WB, w_WB, q])).ravel()

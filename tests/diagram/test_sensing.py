@@ -9,6 +9,7 @@ import pytest
 from pydrake.geometry import Meshcat
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import make_workbench
 from workbench.scenario.parameters import SENSOR_KINDS

@@ -6,6 +6,7 @@ from pydrake.geometry import Meshcat, Role
 from pydrake.systems.analysis import Simulator
 
 from workbench.common.resources import find_world
+from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.workbench import make_workbench
 from workbench.plant.worlds.reading import read_world
@@ -127,7 +128,11 @@ def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(
 def test_a_world_adds_what_it_needs(description, vehicle, gains, system_names, world, more):
     bench = make_workbench(
         load_controller(),
-        description, vehicle, gains, Rates(), world=read_world(find_world(world), {})
+        description,
+        vehicle,
+        gains,
+        Rates(),
+        world=read_world(find_world(world), {}),
     )
     assert set(system_names(bench.diagram)) == ALWAYS | more
     assert (bench.obstacles is not None) == bool(more)

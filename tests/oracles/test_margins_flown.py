@@ -7,10 +7,10 @@ these loops cross turns the phase as the delay does, and changes the size by les
 
 import numpy as np
 import pytest
-from workbench.control.controller import load_controller
 
-from workbench.control.flight_law import control_update, law_constants
-from workbench.control.loop_points import COUNT, INJECTIONS, POINTS, SIGNALS
+from workbench.control.controller import load_controller
+from workbench.control.flight_law import flight_law, law_constants
+from workbench.control.guidance import Setpoint
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
@@ -20,6 +20,9 @@ from workbench.session.session import Session
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import PROBES
 
+LAW = load_controller()
+LOOPS, POINTS = LAW.loops, LAW.point_names
+COUNT = len(POINTS)
 PERIOD = 1 / 128
 SMALL = 1e-5
 """Of the disturbance, so that rotors answer linearly [m/s, rad/s, N]."""
@@ -82,10 +85,11 @@ class FlownLoop:
 
     def signal(self) -> float:
         """Return what comes to the loop point now, of the pure law with what the computer sees."""
-        inputs = (
+        state, reference, guidance = (
             self.computer.GetInputPort(name).Eval(self.context).tolist()
             for name in ("state", "reference", "guidance")
         )
+        setpoint = Setpoint(reference, guidance, [0.0] * 3)
         gains, shares, probes = (
             self.context.get_numeric_parameter(index).value().tolist() for index in range(3)
         )
@@ -95,8 +99,19 @@ class FlownLoop:
         loops = [*probes, *[0.0] * COUNT]
         estimate = sampled_estimate(PERIOD)
         constants = law_constants(self.session.vehicle)
-        control_update(*inputs, gains, shares, constants, loops, estimate, filtered, commands)
-        return loops[SIGNALS + self.place]
+        flight_law(LAW).update(
+            state,
+            setpoint,
+            gains,
+            shares,
+            constants,
+            loops,
+            estimate,
+            filtered,
+            LAW.initial_memory,
+            commands,
+        )
+        return loops[2 * COUNT + self.place]
 
     def swing(self) -> float:
         """Fly on for a while and return how fast the axis' velocity changed at most."""
@@ -116,7 +131,7 @@ class FlownLoop:
         share = self.delay - whole
         early, late = (self.past[max(-len(self.past), -1 - whole - i)] for i in (0, 1))
         probes = self.context.get_mutable_numeric_parameter(PROBES)
-        probes.SetAtIndex(INJECTIONS + self.place, (1.0 - share) * early + share * late)
+        probes.SetAtIndex(COUNT + self.place, (1.0 - share) * early + share * late)
 
 
 def check(session, loop, gain, delay) -> bool:

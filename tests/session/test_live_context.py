@@ -4,6 +4,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model, find_world
+from workbench.control.controller import load_controller
 from workbench.control.guidance import Reference
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import make_workbench

@@ -5,19 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
-from workbench.control.pd import Gains
 
-from workbench.control.flight_law import law_constants, rotor_commands, yaw_moment
-from workbench.control.loop_points import closed_loops
+from workbench.control.controller import load_controller
+from workbench.control.flight_law import commanded_wrench, flight_law, law_constants
+from workbench.control.guidance import Setpoint
 from workbench.plant.thrust_frame import thrust_frame
-from workbench.systems.controller import ContinuousController_
+from workbench.systems.controller import SHORT, ContinuousController_
 
+LAW = load_controller()
 PORTS = ("state", "acceleration", "reference", "guidance")
 
 
 @pytest.fixture
 def controller(vehicle, gains):
-    return ContinuousController_[float](vehicle=vehicle, gains=gains)
+    return ContinuousController_[float](controller=LAW, vehicle=vehicle, gains=list(gains))
 
 
 def output(controller, context, signals) -> np.ndarray:
@@ -30,7 +31,21 @@ def pure(vehicle, signals, gains) -> list[float]:
     commands = [0.0] * len(vehicle.rotors)
     whole = [1.0] * len(vehicle.rotors)
     constants = law_constants(vehicle)
-    rotor_commands(*signals, gains, whole, constants, closed_loops(), 0.0, 0.0, commands)
+    state, acceleration, reference, guidance = signals
+    flight_law(LAW).commands(
+        state,
+        acceleration,
+        Setpoint(reference, guidance, [0.0] * 3),
+        gains,
+        LAW.initial_memory,
+        whole,
+        constants,
+        None,
+        0.0,
+        [0.0] * 4,
+        SHORT,
+        commands,
+    )
     return commands
 
 
@@ -46,12 +61,12 @@ def test_gains_are_live_and_in_the_order_of_their_names(controller, vehicle, gai
     context = controller.CreateDefaultContext()
     signals = random_signals(np.random.default_rng(14))
     output(controller, context, signals)
-    for index in range(len(Gains._fields)):
+    for index in range(len(gains)):
         changed = list(gains)
         changed[index] *= 0.9
         context.get_mutable_numeric_parameter(0).SetFromVector(changed)
         found = output(controller, context, signals)
-        assert found == pytest.approx(pure(vehicle, signals, Gains(*changed)))
+        assert found == pytest.approx(pure(vehicle, signals, type(gains)(*changed)))
 
 
 def test_where_rotors_have_an_inertia_yaw_moments_wait_for_their_spin_up(
@@ -63,7 +78,9 @@ def test_where_rotors_have_an_inertia_yaw_moments_wait_for_their_spin_up(
     time = thrust_frame(spinning).spin_up_time
     assert time == pytest.approx(1 / 3.11, rel=0.01)  # four J / (2 k w moment_constant)
     reckoning = gains._replace(spin_up_feedforward=1.0)
-    controller = ContinuousController_[float](vehicle=spinning, gains=reckoning)
+    controller = ContinuousController_[float](
+        controller=LAW, vehicle=spinning, gains=list(reckoning)
+    )
     context = controller.CreateDefaultContext()
     signals = random_signals(np.random.default_rng(14))
     still = [1.0, *[0.0] * 5, 10.0, *[0.0] * 6]
@@ -72,7 +89,7 @@ def test_where_rotors_have_an_inertia_yaw_moments_wait_for_their_spin_up(
     context.SetContinuousState([0.01])
     found = output(controller, context, signals)
     constants = law_constants(spinning)
-    assert yaw_moment(found, constants) == pytest.approx(0.01)
+    assert commanded_wrench(found, constants)[3] == pytest.approx(0.01)
     wanted = controller.wanted_yaw_moment(context)
     slope = controller.EvalTimeDerivatives(context).CopyToVector()
     assert slope == pytest.approx([(wanted - 0.01) / time])
@@ -112,6 +129,8 @@ def test_with_derivatives_it_also_stands_still_and_idles(
 
 def test_conversion_copies_the_gains(vehicle, gains):
     changed = gains._replace(kp_roll=77.0)
-    twin = ContinuousController_[float](vehicle=vehicle, gains=changed).ToAutoDiffXd()
+    twin = ContinuousController_[float](
+        controller=LAW, vehicle=vehicle, gains=list(changed)
+    ).ToAutoDiffXd()
     carried = twin.CreateDefaultContext().get_numeric_parameter(0).CopyToVector()
     assert [x.value() for x in carried] == list(changed)

@@ -3,27 +3,39 @@
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from workbench.control.pd import Gains
 
-from workbench.control.flight_law import control_update, law_constants
-from workbench.control.loop_points import closed_loops
+from workbench.control.controller import load_controller
+from workbench.control.flight_law import flight_law, law_constants
+from workbench.control.guidance import Setpoint
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import FlightComputer
 
+LAW = load_controller()
 PERIOD = 1 / 128
 PORTS = ("state", "reference", "guidance")
 
 
 @pytest.fixture
 def computer(vehicle, gains):
-    return FlightComputer(vehicle=vehicle, gains=gains, period=PERIOD)
+    return FlightComputer(controller=LAW, vehicle=vehicle, gains=gains._asdict(), period=PERIOD)
 
 
 def pure(vehicle, inputs, gains, filtered, shares=(1.0, 1.0, 1.0, 1.0)):
     commands = np.zeros(4)
     constants, estimate = law_constants(vehicle), sampled_estimate(PERIOD)
-    loops = closed_loops()
-    after = control_update(*inputs, gains, shares, constants, loops, estimate, filtered, commands)
+    state, reference, guidance = inputs
+    after, _ = flight_law(LAW).update(
+        state,
+        Setpoint(reference, guidance, [0.0] * 3),
+        gains,
+        shares,
+        constants,
+        None,
+        estimate,
+        filtered,
+        LAW.initial_memory,
+        commands,
+    )
     return commands, np.array(after)
 
 
@@ -90,12 +102,12 @@ def test_gains_are_live_and_in_the_order_of_their_names(computer, vehicle, gains
     inputs, filtered = drawn(np.random.default_rng(20), random_signals)
     fix(computer, context, inputs)
     context.SetDiscreteState(1, filtered)
-    for index in range(len(Gains._fields)):
+    for index in range(len(gains)):
         changed = list(gains)
         changed[index] *= 0.9
         context.get_mutable_numeric_parameter(0).SetFromVector(changed)
         commands, _ = next_values(computer, context)
-        wanted, _ = pure(vehicle, inputs, Gains(*changed), filtered)
+        wanted, _ = pure(vehicle, inputs, changed, filtered)
         assert commands == pytest.approx(wanted, rel=1e-8, abs=1e-9)
 
 

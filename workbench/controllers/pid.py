@@ -126,10 +126,10 @@ def update(
         loops,
     )
     f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
-    beyond = f_x * f_x + f_y * f_y - f_W[0] * f_W[0] - f_W[1] * f_W[1]  # 0 within the tilt
+    beyond_x, beyond_y = f_x - f_W[0], f_y - f_W[1]  # 0 within the largest tilt
     missing = m.asked_z - measured.wrench[0] / weight
-    i_vx = integrated(m.i_velocity_x, g.ki_velocity_xy * e[0], beyond * f_x, 0.0, dt)
-    i_vy = integrated(m.i_velocity_y, g.ki_velocity_xy * e[1], beyond * f_y, 0.0, dt)
+    i_vx = integrated(m.i_velocity_x, g.ki_velocity_xy * e[0], beyond_x, 0.0, dt)
+    i_vy = integrated(m.i_velocity_y, g.ki_velocity_xy * e[1], beyond_y, 0.0, dt)
     i_vz = integrated(m.i_velocity_z, g.ki_velocity_z * e[2], missing, SATURATED, dt)
 
     R_WT = attitude_matrix(measured.q_WT)

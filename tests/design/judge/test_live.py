@@ -1,12 +1,14 @@
 """Oracle: the same from two models, one of steering and one of holding."""
 
 import pytest
-from workbench.control.controller import load_controller
 
+from workbench.control.controller import load_controller
 from workbench.design.judge.live import live_margins
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+
+LOOPS = load_controller().loops
 
 
 @pytest.mark.parametrize("gains", [{}, {"kp_pitch": 150.0, "kp_velocity_y": 6.0}])

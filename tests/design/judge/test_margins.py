@@ -7,8 +7,8 @@ import warnings
 import control
 import numpy as np
 import pytest
-from workbench.control.controller import load_controller
 
+from workbench.control.controller import load_controller
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import UNSTABLE, all_margins, loop_margins
 from workbench.design.linear.operating_point import OperatingPoint

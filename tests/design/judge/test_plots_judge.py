@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from workbench.control.controller import find_loop, load_controller
 
+from workbench.control.controller import find_loop, load_controller
 from workbench.design.judge.margins import loop_margins
 from workbench.design.judge.operating_map import OperatingMap, find_direction
 from workbench.design.judge.plots_loop import plot_loop, plot_loops
@@ -14,6 +14,8 @@ from workbench.design.judge.sampled_stability import RateSample, SlowestRate
 from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.judge.step_pair import StepPair, linear_step
 from workbench.design.response_metrics import step_metrics
+
+LOOPS = load_controller().loops
 
 
 def titled(figure):

@@ -4,13 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from workbench.control.controller import load_controller
 
+from workbench.control.controller import load_controller
 from workbench.design.judge.loop_judgement import growing_loops, judge_loops
 from workbench.design.judge.report import judge
 from workbench.design.judge.step_pair import linear_step, step_pair
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.scenario.scenario import Scenario
+
+LOOPS = load_controller().loops
 
 
 @pytest.fixture(scope="module")

@@ -93,9 +93,7 @@ def test_a_and_b_are_the_differences_of_the_nonlinear_core_at_many_trims(study, 
             hold=hold,
         )
         factors = rng.uniform(0.7, 1.4, 13)
-        gains = {
-            name: study.gains[name] * f for name, f in zip(GAINS, factors, strict=False)
-        }
+        gains = {name: study.gains[name] * f for name, f in zip(GAINS, factors, strict=False)}
         model = study.continuous(point, gains)
         nonlinear = Nonlinear(core, model.trim, {**study.gains, **gains})
         by_state = differences(partial(nonlinear, inputs=np.zeros(22)), 20)

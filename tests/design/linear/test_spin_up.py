@@ -8,8 +8,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
-from workbench.control.flight_law import slowest_rotor
 
+from workbench.control.controller import load_controller
+from workbench.control.flight_law import slowest_rotor
 from workbench.control.guidance import Guidance
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
@@ -107,7 +108,9 @@ def flown(description, gains, yaw_rate: float, duration: float) -> np.ndarray:
     """Return angular velocities at the control updates of a yaw step on the diagram."""
     vehicle, rates = make_vehicle(description), Rates()
     builder = DiagramBuilder()
-    airframe, computer = add_sampled_core(builder, description, vehicle, gains, rates)
+    airframe, computer = add_sampled_core(
+        builder, load_controller(), description, vehicle, gains, rates
+    )
     simulator = Simulator(builder.Build())
     root = simulator.get_mutable_context()
     still = [0.0] * 3

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.trim import guidance_of, reference_of
-from workbench.control.controller import load_controller
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
 

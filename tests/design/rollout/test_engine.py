@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.design.rollout.compiled_block import compiled_block, compiled_measures
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.metrics import rollout_metrics
@@ -15,6 +16,7 @@ from workbench.design.step_response import EDGE, fly_step
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Rates, Start
 
+GAINS = [row.name for row in load_controller().parameters]
 FLIPS = {"kp_roll": 2500.0, "kd_roll": 0.0}
 NO_NUMBER = {"kp_roll": float("nan")}
 

@@ -86,9 +86,7 @@ def test_so_it_is_the_other_way(engine, diagram, axis, amplitude):
 
 def test_so_it_is_with_any_gains(engine, diagram):
     rng = np.random.default_rng(3)
-    tuned = [
-        row.name for row in load_controller().parameters if row.name.startswith(("kp", "kd"))
-    ]
+    tuned = [row.name for row in load_controller().parameters if row.name.startswith(("kp", "kd"))]
     for index in range(10):
         gains = {}
         for name in tuned:

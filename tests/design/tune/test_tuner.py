@@ -7,7 +7,6 @@ from pathlib import Path
 import control
 import numpy as np
 import pytest
-from workbench.gains.gains import rule_gains
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.study import LinearStudy
@@ -18,6 +17,7 @@ from workbench.design.tune.report import report_html
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.wish import merged, parse_wish
 from workbench.design.tune.wish_file import Wishes
+from workbench.gains.gains import rule_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.parameters import find_parameter

@@ -105,7 +105,11 @@ class Rig:
 
     def know(self, **stable: tuple[float, float]) -> None:
         """Find ranges around what flies: those, and the limits of every other gain."""
-        every = {row.name: (row.minimum, row.maximum) for row in parameter_table() if row.system == "controller"}
+        every = {
+            row.name: (row.minimum, row.maximum)
+            for row in parameter_table()
+            if row.system == "controller"
+        }
         gains = {name: self.editor.flown[name] for name in every}
         self.analysis.ranges_found.emit(Ranges(gains, every | stable))
 
