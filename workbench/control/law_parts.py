@@ -76,3 +76,21 @@ def moment(alpha: Vector, w: Vector, inertia: Vector) -> tuple[Scalar, Scalar, S
 def difference(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@register_jitable(forceinline=True)
+def integrated(integral: Any, slope: Any, missing: Any, tolerance: float, dt: float) -> Any:
+    """Return an integral after an update; it stands where more of it would be more beyond a limit.
+
+    This is conditional integration: Åström and Hägglund, Advanced PID Control, 2006, section 3.5.
+
+    Args:
+        integral: before.
+        slope: its change over time.
+        missing: what the vehicle did not do of what was asked, of the sign of the integral.
+        tolerance: so much may be missing.
+        dt: since the update before [s].
+    """
+    if (missing > tolerance and slope > 0.0) or (missing < -tolerance and slope < 0.0):
+        return integral
+    return integral + dt * slope

@@ -10,6 +10,7 @@ from workbench.control.law_parts import Scalar as Scalar
 from workbench.control.law_parts import Vector as Vector
 from workbench.control.law_parts import attitude_error as attitude_error
 from workbench.control.law_parts import difference as difference
+from workbench.control.law_parts import integrated as integrated
 from workbench.control.law_parts import moment as moment
 from workbench.control.law_parts import tilted as tilted
 from workbench.control.loop_points import probe as probe

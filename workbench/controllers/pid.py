@@ -28,6 +28,7 @@ from workbench.controllers import (
     attitude_matrix,
     difference,
     gain,
+    integrated,
     into_body,
     moment,
     position_error,
@@ -161,21 +162,6 @@ def update(
     filtered = m.rate_filtered_x + dt * dw_x, m.rate_filtered_y + dt * dw_y
     asked = m_x / xx, m_y / yy, force / weight
     return (force, m_x, m_y, m_z), (i_vx, i_vy, i_vz, i_wx, i_wy, i_wz, *filtered, *asked)
-
-
-def integrated(integral: Any, slope: Any, missing: Any, tolerance: float, dt: float) -> Any:
-    """Return an integral after an update; it stands where more of it would be more beyond a limit.
-
-    Args:
-        integral: before.
-        slope: its change over time.
-        missing: what the vehicle did not do of what was asked, of the sign of the integral.
-        tolerance: so much may be missing.
-        dt: since the update before [s].
-    """
-    if (missing > tolerance and slope > 0.0) or (missing < -tolerance and slope < 0.0):
-        return integral
-    return integral + dt * slope
 
 
 def rule(vehicle: Any) -> dict[str, float]:

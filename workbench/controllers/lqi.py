@@ -1,0 +1,231 @@
+"""LQI: state feedback with integrals, whose gains follow from weights by a Riccati equation.
+
+Near hover three chains stand side by side, with the rotors' lag τ at the end of each:
+
+    level   dξ/dt = e_v,  de_v/dt = -g θ,  dθ/dt = ω,  dω/dt = α,  τ dα/dt = u - α     (x and y)
+    climb   dξ/dt = e_v,  de_v/dt = -a,    τ da/dt = u - a
+    yaw     dξ/dt = e_ω,  de_ω/dt = -α,    τ dα/dt = u - α
+
+Each is sampled with its input held for a control period, and `control.dlqr` gives the feedback
+u = -K x that makes the sum of x' Q x + u² smallest, with the weights q_* on the diagonal of Q
+(Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, section 9.3; integral states
+section 8.5). In flight the same feedback holds at any attitude, as a cascade:
+
+    f = g (K_v e_v + K_ξ ξ) / K_θ + a_path + d + g       specific force in W [m/s²], within tilt
+    α = K_θ e_tilt + K_ω (ω_sp - ω) - K_α α_rotors       angular acceleration in T [rad/s²]
+    m = I α + ω x I ω,   F = mass f · z
+
+α_rotors is what the lag makes of the wrench that was commanded. Integrals stand still while the
+vehicle cannot do more, as in `pid`.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    attitude_error,
+    attitude_matrix,
+    difference,
+    gain,
+    integrated,
+    into_body,
+    moment,
+    position_error,
+    probe3,
+    tilted,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+
+SATURATED = 0.02
+"""What is missing of a force, over the weight."""
+MOST_TURN = 1.0
+"""Square of the largest integral of a yaw rate [rad²]."""
+_WEIGHT = (1e-6, 1e8)
+
+PARAMETERS = (
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "pull to a held place, level", "Position"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "pull to a held place, height", "Position"),
+    gain("q_level_integral", "1/(s^2*m^2)", _WEIGHT, 100.0, "weight of displacement", "Level"),
+    gain("q_level_velocity", "1/(s^2*m^2)", _WEIGHT, 100.0, "weight of velocity", "Level"),
+    gain("q_tilt", "1/s^4", _WEIGHT, 1000.0, "weight of tilt", "Level"),
+    gain("q_tilt_rate", "1/s^2", _WEIGHT, 10.0, "weight of the rate of tilt", "Level"),
+    gain("q_climb_integral", "1/s^4", _WEIGHT, 10.0, "weight of displacement", "Climb"),
+    gain("q_climb_velocity", "1/s^2", _WEIGHT, 10.0, "weight of velocity", "Climb"),
+    gain("q_yaw_integral", "1/s^4", _WEIGHT, 10.0, "weight of the angle that is missing", "Yaw"),
+    gain("q_yaw_rate", "1/s^2", _WEIGHT, 10.0, "weight of the rate", "Yaw"),
+)
+
+DESIGNED = (
+    *(f"level_{state}" for state in ("integral", "velocity", "tilt", "rate", "rotors")),
+    *(f"climb_{state}" for state in ("integral", "velocity", "rotors")),
+    *(f"yaw_{state}" for state in ("integral", "rate", "rotors")),
+)
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit)
+    for name, unit, axes in (
+        ("integral", "m", "xyz"),
+        ("yaw_integral", "rad", "z"),
+        ("rotors", "rad/s^2", "xyz"),
+        ("lift", "m/s^2", "z"),
+        ("asked", "1", "z"),
+    )
+    for axis in axes
+)
+
+POINTS = {
+    f"{name}_{axis}{after}": unit
+    for name, after, unit in (
+        ("position", "_error", "m"),
+        ("velocity", "_error", "m/s"),
+        ("acceleration", "", "m/s^2"),
+        ("attitude", "_error", "1"),
+        ("angular_acceleration", "", "rad/s^2"),
+    )
+    for axis in "xyz"
+}
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
+
+_LEVEL = ("q_level_integral", "q_level_velocity")
+_TILT = ("q_tilt", "q_tilt_rate")
+LOOPS = tuple(
+    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
+    for name, error, actuator, axis, gains in (
+        ("velocity_x", "velocity_x_error", "acceleration_x", "x", _LEVEL),
+        ("velocity_y", "velocity_y_error", "acceleration_y", "y", _LEVEL),
+        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("q_climb_velocity",)),
+        ("roll", "attitude_x_error", "angular_acceleration_x", "y", _TILT),
+        ("pitch", "attitude_y_error", "angular_acceleration_y", "x", _TILT),
+        ("yaw_rate", "attitude_z_error", "angular_acceleration_z", "yaw", ("q_yaw_rate",)),
+        ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
+        ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
+        ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),
+    )
+)
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    d, m = measured.drag, memory
+    a = setpoint.a_WBcm
+    weight = vehicle.mass * GRAVITY
+    xx, yy, zz = vehicle.inertia[0], vehicle.inertia[3], vehicle.inertia[5]
+
+    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
+    v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
+    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
+    level = GRAVITY / g.level_tilt
+    lift = m.lift_z + share(dt, vehicle) * (measured.wrench[0] / vehicle.mass - GRAVITY - m.lift_z)
+    f_x, f_y, f_z = probe3(
+        (
+            level * (g.level_velocity * e[0] + g.level_integral * m.integral_x) + a[0] + d[0],
+            level * (g.level_velocity * e[1] + g.level_integral * m.integral_y) + a[1] + d[1],
+            g.climb_velocity * e[2] + g.climb_integral * m.integral_z - g.climb_rotors * lift
+            + (1.0 + g.climb_rotors) * (a[2] + d[2]),
+        ),
+        ACCELERATION,
+        loops,
+    )
+    f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
+    integral_x = integrated(m.integral_x, e[0], f_x - f_W[0], 0.0, dt)
+    integral_y = integrated(m.integral_y, e[1], f_y - f_W[1], 0.0, dt)
+    missing = m.asked_z - measured.wrench[0] / weight
+    integral_z = integrated(m.integral_z, e[2], missing, SATURATED, dt)
+
+    R_WT = attitude_matrix(measured.q_WT)
+    f, w = into_body(R_WT, f_W), into_body(R_WT, measured.w_WB)
+    w_sp = (R_WT[6] * yaw_rate, R_WT[7] * yaw_rate, R_WT[8] * yaw_rate)
+    e = probe3(attitude_error(f, w, w_sp), ATTITUDE, loops)
+    r_x = m.rotors_x + share(dt, vehicle) * (measured.wrench[1] / xx - m.rotors_x)
+    r_y = m.rotors_y + share(dt, vehicle) * (measured.wrench[2] / yy - m.rotors_y)
+    r_z = m.rotors_z + share(dt, vehicle) * (measured.wrench[3] / zz - m.rotors_z)
+    alpha = probe3(
+        (
+            g.level_tilt * e[0] + g.level_rate * (w_sp[0] - w[0]) - g.level_rotors * r_x,
+            g.level_tilt * e[1] + g.level_rate * (w_sp[1] - w[1]) - g.level_rotors * r_y,
+            g.yaw_rate * e[2] + g.yaw_integral * m.yaw_integral_z - g.yaw_rotors * r_z
+            + (1.0 + g.yaw_rotors) * vehicle.yaw_drag * w[2],
+        ),
+        ANGULAR_ACCELERATION,
+        loops,
+    )
+    past = m.yaw_integral_z if m.yaw_integral_z * m.yaw_integral_z > MOST_TURN else 0.0
+    yaw_integral = integrated(m.yaw_integral_z, e[2], past, 0.0, dt)
+
+    force = vehicle.mass * f[2]
+    m_x, m_y, m_z = moment(alpha, w, vehicle.inertia)
+    integrals = integral_x, integral_y, integral_z, yaw_integral
+    return (force, m_x, m_y, m_z), (*integrals, r_x, r_y, r_z, lift, force / weight)
+
+
+def share(dt: float, vehicle: Any) -> Any:
+    """Return how much of the way to their command rotors go in an update."""
+    return dt / (vehicle.rotor_lag + dt)
+
+
+def design(vehicle: Any, g: Any, dt: float) -> Sequence[float]:
+    """Return the feedback gains of the three chains, see above."""
+    import numpy as np
+
+    lag = vehicle.rotor_lag
+    level = np.diag([1.0, -GRAVITY, 1.0, 1.0], k=1)
+    level[4, 4] = -1.0 / lag
+    climb = np.diag([1.0, -1.0], k=1)
+    climb[2, 2] = -1.0 / lag
+    tilt = (g.q_level_integral, g.q_level_velocity, g.q_tilt, g.q_tilt_rate, 0.0)
+    return [
+        *feedback(level, lag, tilt, dt),
+        *feedback(climb, lag, (g.q_climb_integral, g.q_climb_velocity, 0.0), dt),
+        *feedback(climb, lag, (g.q_yaw_integral, g.q_yaw_rate, 0.0), dt),
+    ]
+
+
+def feedback(A: Any, lag: float, weights: Sequence[float], dt: float) -> list[float]:
+    """Return the gains of a chain whose last state follows its input with a lag [s].
+
+    Errors come with the sign of the command minus what is measured, the others as they are; so the
+    gains are those of the cascade above.
+    """
+    import control
+    import numpy as np
+
+    B = np.zeros((len(A), 1))
+    B[-1] = 1.0 / lag
+    sampled = control.c2d(control.ss(A, B, np.eye(len(A)), 0.0), dt)
+    K, _, _ = control.dlqr(sampled.A, sampled.B, np.diag(weights), np.eye(1))
+    signs = [-1.0, -1.0, *[1.0] * (len(A) - 2)]
+    return [float(sign * k) for sign, k in zip(signs, K[0], strict=True)]
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return weights for a vehicle.
+
+    With only the integral weighted, the closed loop's poles would lie on a circle about 0 (a
+    Butterworth pattern) of radius p where q = p^(2 n) over the squared gain of the chain of n; the
+    weights of the states between damp that further.
+    """
+    pd = pd_rule(vehicle)
+    level, climb, yaw = pd["kp_velocity_x"], pd["kp_velocity_z"], pd["kp_yaw_rate"]
+    tilt = min(pd["kp_roll"], pd["kp_pitch"])
+    return {
+        "kp_position_xy": pd["kp_position_xy"],
+        "kp_position_z": pd["kp_position_z"],
+        "q_level_integral": (tilt * 0.4 * level**2 / GRAVITY) ** 2,
+        "q_level_velocity": (tilt * level / GRAVITY) ** 2,
+        "q_tilt": tilt**2,
+        "q_tilt_rate": 0.5 * tilt,
+        "q_climb_integral": (0.4 * climb**2) ** 2,
+        "q_climb_velocity": climb**2,
+        "q_yaw_integral": (0.2 * yaw**2) ** 2,
+        "q_yaw_rate": yaw**2,
+        "spin_up_feedforward": pd["spin_up_feedforward"],
+        "max_climb_rate": pd["max_climb_rate"],
+        "max_tilt": pd["max_tilt"],
+    }
