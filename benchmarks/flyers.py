@@ -20,6 +20,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from workbench.common.resources import find_model
+from workbench.control.controller import load_controller
 from workbench.control.flight_mode import Settings, initial_state
 from workbench.control.mode import FlightMode
 from workbench.diagram.airframe import Airframe
@@ -135,7 +136,7 @@ class Hangar:
         """Return the flight core in closed loop, with rotor dynamics and flight mode."""
         builder = DiagramBuilder()
         airframe, computer = add_sampled_core(
-            builder, self._description, self._vehicle, self._gains, rates
+            builder, load_controller(), self._description, self._vehicle, self._gains, rates
         )
         names = [row.name for row in parameters_of("modes")]
         settings = Settings(**{name: self._gains[name] for name in names})
@@ -157,7 +158,9 @@ class Hangar:
 
     def workbench(self, rates: Rates) -> Flyer:
         """Return the whole workbench: with air, battery, pilot, frames and recorder besides."""
-        bench = make_workbench(self._description, self._vehicle, self._gains, rates)
+        bench = make_workbench(
+            load_controller(), self._description, self._vehicle, self._gains, rates
+        )
         simulator = Simulator(bench.diagram)
         return self._hovering(simulator, bench.airframe, bench.computer, bench.modes)
 

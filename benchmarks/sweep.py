@@ -26,7 +26,7 @@ from simulators import NoSimulatorError, OtherSimulator, version
 from spread import Spread, ratios, spread, text
 
 from workbench.common.resources import find_model
-from workbench.control.pd import Gains
+from workbench.control.controller import load_controller
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import EDGE, step_scenario
 from workbench.plant.loading import load_vehicle
@@ -105,8 +105,8 @@ def show(rows: list[SweepRow | Missing]) -> None:
 
 
 def candidates(own: dict[str, float], count: int) -> np.ndarray:
-    """Return gains (count, 18) that all fly, and differ."""
-    names = Gains._fields
+    """Return gains (count, 19) that all fly, and differ."""
+    names = [row.name for row in load_controller().parameters]
     gains = np.tile([own[name] for name in names], (count, 1))
     rng = np.random.default_rng(0)
     for name in ("kp_pitch", "kd_pitch", "kp_velocity_x"):

@@ -9,6 +9,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.control.controller import load_controller
 from workbench.control.flight_mode import Settings, initial_state
 from workbench.control.mode import FlightMode
 from workbench.control.obstacle_brake import braked
@@ -92,7 +93,9 @@ def fly(description, vehicle):
     def flown(shapes, velocity, settings: Settings, duration: float, sees: bool = True):
         builder = DiagramBuilder()
         gains = vehicle_gains(vehicle)
-        airframe, computer = add_sampled_core(builder, description, vehicle, gains, RATES)
+        airframe, computer = add_sampled_core(
+            builder, load_controller(), description, vehicle, gains, RATES
+        )
         scene_graph, plant = airframe.scene_graph, airframe.plant
         source = scene_graph.RegisterSource("walls")
         for index, (X_WG, shape) in enumerate(shapes):

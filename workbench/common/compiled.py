@@ -7,6 +7,7 @@ several, and so do rays. So the cache lies in a folder named after the content o
 import fcntl
 import hashlib
 import logging
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,6 +23,8 @@ from workbench.common.jitable import tell_numba
 _PACKAGE = Path(__file__).parent.parent
 PERIOD = 4.0
 """Between two messages about one compilation [s]."""
+_PREPARING = threading.Lock()
+"""One thread at a time: numba's setting of its cache, and what it was told of, are the process's."""
 
 
 def compile_cached(
@@ -30,6 +33,7 @@ def compile_cached(
     what: str,
     parts: int = 1,
     text: str = "",
+    file: str = "",
     **options: Any,
 ) -> "Compiled":
     """Return `function` compiled at its first call, up to a minute once a machine.
@@ -43,10 +47,11 @@ def compile_cached(
         what: it computes, for people.
         parts: about how many functions are compiled for it, for the progress that is told.
         text: of a source that stands elsewhere, as a user's own.
+        file: where that stands, for the sentence about what cannot be compiled.
         options: of `numba.njit`, such as `nogil=True`, which lets other Python threads run
             meanwhile: worth it where a call takes long.
     """
-    return Compiled(function, sources, what, parts, text, options)
+    return Compiled(function, sources, what, parts, text, file, options)
 
 
 class Compiled:
@@ -63,6 +68,7 @@ class Compiled:
         what: str,
         parts: int,
         text: str,
+        file: str,
         options: Mapping[str, Any],
     ) -> None:
         self._function = function
@@ -70,20 +76,31 @@ class Compiled:
         self._what = what
         self._parts = parts
         self._text = text
+        self._file = file
         self._options = options
-        self._lock = threading.Lock()
         self._dispatcher: Any = None
         self._ready = False
 
     def __call__(self, *args: Any) -> Any:
         if self._ready:
             return self._dispatcher(*args)
-        with self._lock:
+        with _PREPARING:
             folder = self._prepare()
         with _alone(folder, self._what), _told(self._dispatcher, self._what, self._parts):
-            result = self._dispatcher(*args)
+            result = self._first(*args)
         self._ready = True
         return result
+
+    def _first(self, *args: Any) -> Any:
+        """Call it for the first time; what numba cannot compile is said in a sentence."""
+        from numba.core.errors import NumbaError
+
+        try:
+            return self._dispatcher(*args)
+        except NumbaError as error:
+            if not self._file:
+                raise
+            raise WorkbenchError(uncompilable(str(error), self._file)) from None
 
     @property
     def signatures(self) -> list[Any]:
@@ -118,6 +135,30 @@ class Compiled:
         made._cache._index_key = lambda signature, codegen: (signature, codegen.magic_tuple())
         self._dispatcher = made
         return folder
+
+
+def uncompilable(said: str, file: str) -> str:
+    """Return numba's complaint about a user's file as a sentence.
+
+    Args:
+        said: by numba, which names every function on the way.
+        file: of the user.
+    """
+    plain = re.sub(r"\x1b\[\d*m", "", said)
+    lines = re.findall(rf"(?:{re.escape(file)}|{re.escape(Path(file).name)}) \((\d+)\)", plain)
+    reasons = re.findall(
+        r"^\s*(?:>>> (\w[^(]*)\(|(Untyped global name [^\n]*)|(Cannot [^\n]*)|(Unknown [^\n]*)"
+        r"|(Invalid use [^\n]*)|(Use of unsupported [^\n]*)|(cannot [^\n]*))",
+        plain,
+        re.MULTILINE,
+    )
+    words = [next(filter(None, found)) for found in reasons]
+    what = " ".join(words[-1].split()) if words else plain.strip().splitlines()[-1]
+    where = f"{file}:{lines[-1]}" if lines else file
+    return (
+        f"{where}: cannot be compiled at '{what:.120}': write it with numbers, tuples, + - * / ** "
+        "and comparisons, see docs/controllers.md"
+    )
 
 
 @contextmanager

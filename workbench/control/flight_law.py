@@ -41,14 +41,16 @@ NEAR = 1e-3
 class Body(NamedTuple):
     """What a law knows of the body: mass [kg], inertia xx, xy, xz, yy, yz, zz [kg·m²], in T.
 
-    And what drag takes of the turn about z, as an angular acceleration over its rate [1/s], and the
-    time constant of the slowest rotor at hover [s].
+    And what drag takes of the turn about z, as an angular acceleration over its rate [1/s], the
+    time constant of the slowest rotor at hover [s], and by how much spin-up torque leads drag
+    torque in yaw [s].
     """
 
     mass: float
     inertia: Any
     yaw_drag: float
     rotor_lag: float
+    spin_up_time: float
 
 
 class LawConstants(NamedTuple):
@@ -127,7 +129,13 @@ def slowest_rotor(vehicle: Vehicle) -> float:
 @register_jitable(forceinline=True)
 def known_body(constants: LawConstants) -> Body:
     """Return what a law knows of the body."""
-    return Body(constants.mass, constants.inertia, constants.drag[2], constants.rotor_lag)
+    return Body(
+        constants.mass,
+        constants.inertia,
+        constants.drag[2],
+        constants.rotor_lag,
+        constants.spin_up_time,
+    )
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
@@ -307,7 +315,8 @@ def flight_law(controller: Controller) -> FlightLaw:
         q_WT = thrust_attitude(state[0:4], constants.q_BT)
         v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
         drag = still_air_drag(q_WT, v_WBcm, constants.drag)
-        measured = Measured(state[4:7], v_WBcm, acceleration, q_WT, state[7:10], drag, commanded)
+        p_WB, w_WB = (state[4], state[5], state[6]), (state[7], state[8], state[9])
+        measured = Measured(p_WB, v_WBcm, acceleration, q_WT, w_WB, drag, commanded)
         wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
         return wanted, plain_memory(after)
 
@@ -422,7 +431,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         loops[: 2 * points] = probes
         after, remembered = update(
             state,
-            Setpoint(reference, guidance, a_WBcm),
+            Setpoint(reference, guidance, (a_WBcm[0], a_WBcm[1], a_WBcm[2])),
             gains,
             shares,
             constants,

@@ -127,7 +127,9 @@ def update(
         (
             level * (g.level_velocity * e[0] + g.level_integral * m.integral_x) + a[0] + d[0],
             level * (g.level_velocity * e[1] + g.level_integral * m.integral_y) + a[1] + d[1],
-            g.climb_velocity * e[2] + g.climb_integral * m.integral_z - g.climb_rotors * lift
+            g.climb_velocity * e[2]
+            + g.climb_integral * m.integral_z
+            - g.climb_rotors * lift
             + (1.0 + g.climb_rotors) * (a[2] + d[2]),
         ),
         ACCELERATION,
@@ -150,7 +152,9 @@ def update(
         (
             g.level_tilt * e[0] + g.level_rate * (w_sp[0] - w[0]) - g.level_rotors * r_x,
             g.level_tilt * e[1] + g.level_rate * (w_sp[1] - w[1]) - g.level_rotors * r_y,
-            g.yaw_rate * e[2] + g.yaw_integral * m.yaw_integral_z - g.yaw_rotors * r_z
+            g.yaw_rate * e[2]
+            + g.yaw_integral * m.yaw_integral_z
+            - g.yaw_rotors * r_z
             + (1.0 + g.yaw_rotors) * vehicle.yaw_drag * w[2],
         ),
         ANGULAR_ACCELERATION,

@@ -35,7 +35,9 @@ def compiled_update(controller: Controller) -> Callable[..., Any]:
     """Return the control update with a controller, compiled at its first call."""
     what = "the control law" if controller.shipped else f"the control law {controller.name}"
     function = flight_law(controller).packed_update
-    return compile_cached(function, SOURCES, what, parts=72, text=controller.text)
+    return compile_cached(
+        function, SOURCES, what, parts=72, text=controller.text, file=str(controller.file)
+    )
 
 
 class FlightComputer(LeafSystem):

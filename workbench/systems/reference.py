@@ -31,8 +31,13 @@ def add_reference(
 
 def add_feedforward(builder: DiagramBuilder, path: PiecewisePolynomial, port: InputPort) -> None:
     """Connect the acceleration along a path in W (3) [m/s²]."""
-    velocity = path.Block(0, 0, 3, 1)
-    source = builder.AddNamedSystem("feedforward", TrajectorySource(velocity.derivative()))
+    times = np.array(path.get_segment_times())
+    velocity = path.vector_values(times)[:3]
+    # the slopes of straight pieces would be steps, half a piece late
+    slope = np.gradient(velocity, times, axis=1)
+    source = builder.AddNamedSystem(
+        "feedforward", TrajectorySource(PiecewisePolynomial.FirstOrderHold(times, slope))
+    )
     builder.Connect(source.get_output_port(), port)
 
 

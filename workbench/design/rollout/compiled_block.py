@@ -24,6 +24,7 @@ def compiled_block(controller: Controller) -> Callable[..., Any]:
         f"flights by the thousand{whose}",
         parts=174,
         text=controller.text,
+        file=str(controller.file),
         nogil=True,
         error_model="numpy",  # divisions that might raise make no vector instructions
         fastmath={"contract"},  # a b + c in one instruction: a fifth quicker, equal to rounding

@@ -1,0 +1,193 @@
+"""Geometric tracking on SE(3), with the acceleration of the path fed forward.
+
+After T. Lee, M. Leok, N. H. McClamroch, Geometric tracking control of a quadrotor UAV on SE(3),
+49th IEEE Conference on Decision and Control, 2010, equations 10 to 16. With z up, gains over mass
+and inertia, and e_p = p_sp - p, e_v = v_sp - v:
+
+    f    = k_position e_p + k_velocity e_v + a_path + d + g     specific force in W [m/s²]
+    R_sp = [b2 x b3, b2, b3],  b3 = f / |f|,  b2 = b3 x h / |b3 x h|
+    e_R  = ½ (R_spᵀ R - Rᵀ R_sp)^∨,   e_ω = ω - Rᵀ R_sp ω_sp
+    m    = I (-k_attitude e_R - k_rate e_ω) + ω x I ω            moment [N·m]
+    F    = mass f · z                                           force along the rotors' axis [N]
+
+h is the heading that is asked for, a level unit vector, which turns with the reference's yaw rate;
+ω_sp is that rate about world z, and b3 x (da_path/dt) / |f|, at which b3 turns along the path. The
+limits of speed and tilt hold as for every law, d is what drag of still air takes. Left out is the
+derivative of ω_sp, which needs a path's snap.
+"""
+
+from typing import Any
+
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    attitude_matrix,
+    difference,
+    gain,
+    into_body,
+    moment,
+    position_error,
+    probe3,
+    tilted,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+
+NO_HEADING = 0.25
+"""Squared length of a heading that is none yet: the law begins with the vehicle's."""
+
+PARAMETERS = (
+    gain("k_position_xy", "1/s^2", (0.0, 100.0), 4.0, "acceleration per error, level", "Position"),
+    gain("k_position_z", "1/s^2", (0.0, 100.0), 6.0, "acceleration per error, height", "Position"),
+    gain("k_velocity_xy", "1/s", (0.1, 30.0), 3.0, "acceleration per error, level", "Velocity"),
+    gain("k_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per error, height", "Velocity"),
+    gain("k_attitude_xy", "1/s^2", (0.0, 2500.0), 150.0, "of roll and pitch", "Attitude"),
+    gain("k_attitude_z", "1/s^2", (0.0, 500.0), 8.0, "of the heading", "Attitude"),
+    gain("k_rate_xy", "1/s", (0.0, 150.0), 20.0, "of roll and pitch rates", "Attitude"),
+    gain("k_rate_z", "1/s", (0.0, 60.0), 4.0, "of the yaw rate", "Attitude"),
+)
+
+MEMORY = (
+    State("heading_x", "1"),
+    State("heading_y", "1"),
+    *(State(f"path_{axis}", "m/s^2") for axis in "xyz"),
+)
+
+POINTS = {
+    f"{name}_{axis}{after}": unit
+    for name, after, unit in (
+        ("position", "_error", "m"),
+        ("velocity", "_error", "m/s"),
+        ("acceleration", "", "m/s^2"),
+        ("attitude", "_error", "1"),
+        ("angular_acceleration", "", "rad/s^2"),
+    )
+    for axis in "xyz"
+}
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
+
+LOOPS = tuple(
+    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
+    for name, error, actuator, axis, gains in (
+        ("velocity_x", "velocity_x_error", "acceleration_x", "x", ("k_velocity_xy",)),
+        ("velocity_y", "velocity_y_error", "acceleration_y", "y", ("k_velocity_xy",)),
+        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("k_velocity_z",)),
+        ("roll", "attitude_x_error", "angular_acceleration_x", "y", ("k_attitude_xy",)),
+        ("pitch", "attitude_y_error", "angular_acceleration_y", "x", ("k_attitude_xy",)),
+        ("heading", "attitude_z_error", "angular_acceleration_z", "yaw", ("k_attitude_z",)),
+        ("position_x", "position_x_error", "position_x_error", "x", ("k_position_xy",)),
+        ("position_y", "position_y_error", "position_y_error", "y", ("k_position_xy",)),
+        ("position_z", "position_z_error", "position_z_error", "z", ("k_position_z",)),
+    )
+)
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    a, d, m = setpoint.a_WBcm, measured.drag, memory
+    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    share_xy, share_z = g.k_position_xy / g.k_velocity_xy, g.k_position_z / g.k_velocity_z
+    e = share_xy * e[0], share_xy * e[1], share_z * e[2]  # so that the limits of speed hold
+    v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
+    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
+    f_x, f_y, f_z = probe3(
+        (
+            g.k_velocity_xy * e[0] + a[0] + d[0],
+            g.k_velocity_xy * e[1] + a[1] + d[1],
+            g.k_velocity_z * e[2] + a[2] + d[2],
+        ),
+        ACCELERATION,
+        loops,
+    )
+    f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
+
+    R = attitude_matrix(measured.q_WT)
+    h_x, h_y = turned(m.heading_x, m.heading_y, R, yaw_rate * dt)
+    R_sp = wanted_attitude(f_W, h_x, h_y)
+    w = into_body(R, measured.w_WB)
+    j_x, j_y, j_z = (a[0] - m.path_x) / dt, (a[1] - m.path_y) / dt, (a[2] - m.path_z) / dt
+    f_squared = f_W[0] * f_W[0] + f_W[1] * f_W[1] + f_W[2] * f_W[2]
+    w_sp = into_body(
+        R,
+        (
+            (f_W[1] * j_z - f_W[2] * j_y) / f_squared,
+            (f_W[2] * j_x - f_W[0] * j_z) / f_squared,
+            yaw_rate,
+        ),
+    )
+    e_R = probe3(attitude_error_so3(R, R_sp), ATTITUDE, loops)
+    alpha = probe3(
+        (
+            -g.k_attitude_xy * e_R[0] - g.k_rate_xy * (w[0] - w_sp[0]),
+            -g.k_attitude_xy * e_R[1] - g.k_rate_xy * (w[1] - w_sp[1]),
+            -g.k_attitude_z * e_R[2] - g.k_rate_z * (w[2] - w_sp[2]) + vehicle.yaw_drag * w[2],
+        ),
+        ANGULAR_ACCELERATION,
+        loops,
+    )
+    m_x, m_y, m_z = moment(alpha, w, vehicle.inertia)
+    return (vehicle.mass * into_body(R, f_W)[2], m_x, m_y, m_z), (h_x, h_y, a[0], a[1], a[2])
+
+
+def turned(h_x: Any, h_y: Any, R: Any, angle: Any) -> tuple[Any, Any]:
+    """Return the heading that is asked for, turned by a small angle [rad], of unit length.
+
+    Where there is none yet, it is that of x of T with z upright: the level part of b2 turned back,
+    which roll does not turn.
+    """
+    if h_x * h_x + h_y * h_y < NO_HEADING:
+        h_x, h_y = R[4], -R[1]
+    n_x, n_y = h_x - angle * h_y, h_y + angle * h_x
+    length = (n_x * n_x + n_y * n_y + 1e-12) ** 0.5
+    return n_x / length, n_y / length
+
+
+def wanted_attitude(f: Any, h_x: Any, h_y: Any) -> tuple[Any, ...]:
+    """Return R_sp row by row (9): z along f, x ahead as far as that lets it."""
+    length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) ** 0.5
+    x, y, z = f[0] / length, f[1] / length, f[2] / length
+    s_x, s_y, s_z = -z * h_y, z * h_x, x * h_y - y * h_x  # b3 x h
+    length = (s_x * s_x + s_y * s_y + s_z * s_z) ** 0.5
+    s_x, s_y, s_z = s_x / length, s_y / length, s_z / length
+    return (
+        s_y * z - s_z * y,
+        s_x,
+        x,
+        s_z * x - s_x * z,
+        s_y,
+        y,
+        s_x * y - s_y * x,
+        s_z,
+        z,
+    )
+
+
+def attitude_error_so3(R: Any, S: Any) -> tuple[Any, Any, Any]:
+    """Return ½ (Sᵀ R - Rᵀ S)^∨ of two matrices row by row."""
+    return (
+        0.5 * (S[2] * R[1] + S[5] * R[4] + S[8] * R[7] - R[2] * S[1] - R[5] * S[4] - R[8] * S[7]),
+        0.5 * (S[0] * R[2] + S[3] * R[5] + S[6] * R[8] - R[0] * S[2] - R[3] * S[5] - R[6] * S[8]),
+        0.5 * (S[1] * R[0] + S[4] * R[3] + S[7] * R[6] - R[1] * S[0] - R[4] * S[3] - R[7] * S[6]),
+    )
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return gains for a vehicle: the PD cascade's bandwidths, and a place held as firmly."""
+    pd = pd_rule(vehicle)
+    level, climb, yaw = pd["kp_velocity_x"], pd["kp_velocity_z"], pd["kp_yaw_rate"]
+    return {
+        "k_position_xy": level * pd["kp_position_xy"],
+        "k_position_z": climb * pd["kp_position_z"],
+        "k_velocity_xy": level,
+        "k_velocity_z": climb,
+        "k_attitude_xy": min(pd["kp_roll"], pd["kp_pitch"]),
+        "k_rate_xy": min(pd["kd_roll"], pd["kd_pitch"]),
+        "k_attitude_z": yaw * yaw / 4.0,
+        "k_rate_z": yaw,
+        "spin_up_feedforward": pd["spin_up_feedforward"],
+        "max_climb_rate": pd["max_climb_rate"],
+        "max_tilt": pd["max_tilt"],
+    }
