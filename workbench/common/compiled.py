@@ -24,7 +24,7 @@ _PACKAGE = Path(__file__).parent.parent
 PERIOD = 4.0
 """Between two messages about one compilation [s]."""
 _PREPARING = threading.Lock()
-"""One thread at a time: numba's setting of its cache, and what it was told of, are the process's."""
+"""One thread at a time: where numba's cache lies, and what it was told of, are the process's."""
 
 
 def compile_cached(
