@@ -1,0 +1,174 @@
+"""INDI: the law adds to what the rotors do now what is missing of the acceleration it wants.
+
+Incremental nonlinear dynamic inversion, after E. J. J. Smeur, Q. P. Chu, G. C. H. E. de Croon,
+Adaptive incremental nonlinear dynamic inversion for attitude control of micro air vehicles, Journal
+of Guidance, Control, and Dynamics 39 (3), 2016, and for the position E. J. J. Smeur, G. C. H. E. de
+Croon, Q. P. Chu, Cascaded incremental nonlinear dynamic inversion for MAV disturbance rejection,
+Control Engineering Practice 73, 2018. With the filter H = 1 / (1 + `FILTER` s) on what is measured
+and on what the rotors do, which lag their commands by τ (subscript f):
+
+    a_sp = kp_velocity (v_sp - v) + a_path                    wanted acceleration in W [m/s²]
+    f    = f_f + a_sp - a_f                                   specific force in W [m/s²]
+    ν    = kp_tilt e_tilt + kd_tilt (ω_sp - ω)                wanted angular acceleration, roll, pitch
+    ν_z  = kp_yaw_rate (ω_sp - ω)                             and yaw [rad/s²]
+    m    = m_f + I (ν - dω_f/dt),   F = mass f · z            moment in T [N·m] and force [N]
+
+Wind, a wrong mass, a wrong inertia and weak rotors are in what is measured, so the law need not
+know them; it has no model of drag and no term ω x I ω. The rotors' spin-up torque is part of what
+they do in yaw.
+"""
+
+from typing import Any
+
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    attitude_error,
+    attitude_matrix,
+    difference,
+    gain,
+    into_body,
+    position_error,
+    probe3,
+    tilted,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+
+FILTER = 0.02
+"""Time constant of H [s]; that of the estimated acceleration, see `acceleration_estimate`."""
+
+PARAMETERS = (
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "pull to a held place, level", "Position"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "pull to a held place, height", "Position"),
+    gain("kp_velocity_xy", "1/s", (0.0, 30.0), 3.0, "acceleration per error, level", "Velocity"),
+    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per error, up", "Velocity"),
+    gain("kp_tilt", "1/s^2", (0.0, 2500.0), 150.0, "angular acceleration per error", "Attitude"),
+    gain("kd_tilt", "1/s", (0.0, 150.0), 20.0, "angular acceleration per rate", "Attitude"),
+    gain("kp_yaw_rate", "1/s", (0.0, 30.0), 4.0, "angular acceleration per error", "Yaw"),
+)
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit, initial)
+    for name, unit, axes, initial in (
+        ("lift", "m/s^2", "z", GRAVITY),
+        ("moment", "N*m", "xyz", 0.0),
+        ("force_filtered", "m/s^2", "xy", 0.0),
+        ("force_filtered", "m/s^2", "z", GRAVITY),
+        ("moment_filtered", "N*m", "xyz", 0.0),
+        ("rate_filtered", "rad/s", "xyz", 0.0),
+    )
+    for axis in axes
+)
+
+POINTS = {
+    f"{name}_{axis}{after}": unit
+    for name, after, unit in (
+        ("position", "_error", "m"),
+        ("velocity", "_error", "m/s"),
+        ("acceleration", "", "m/s^2"),
+        ("attitude", "_error", "1"),
+        ("angular_acceleration", "", "rad/s^2"),
+    )
+    for axis in "xyz"
+}
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
+
+LOOPS = tuple(
+    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
+    for name, error, actuator, axis, gains in (
+        ("velocity_x", "velocity_x_error", "acceleration_x", "x", ("kp_velocity_xy",)),
+        ("velocity_y", "velocity_y_error", "acceleration_y", "y", ("kp_velocity_xy",)),
+        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("kp_velocity_z",)),
+        ("roll", "attitude_x_error", "angular_acceleration_x", "y", ("kp_tilt", "kd_tilt")),
+        ("pitch", "attitude_y_error", "angular_acceleration_y", "x", ("kp_tilt", "kd_tilt")),
+        ("yaw_rate", "attitude_z_error", "angular_acceleration_z", "yaw", ("kp_yaw_rate",)),
+        ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
+        ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
+        ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),
+    )
+)
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    a, a_path, m = measured.a_WBcm, setpoint.a_WBcm, memory
+    R = attitude_matrix(measured.q_WT)
+    w = into_body(R, measured.w_WB)
+
+    turning = dt / (vehicle.rotor_lag + dt)  # what the rotors do now, and that filtered
+    commanded = measured.wrench
+    lift = m.lift_z + turning * (commanded[0] / vehicle.mass - m.lift_z)
+    m_x = m.moment_x + turning * (commanded[1] - m.moment_x)
+    m_y = m.moment_y + turning * (commanded[2] - m.moment_y)
+    m_z = m.moment_z + turning * (commanded[3] - m.moment_z)
+    spin_up = vehicle.spin_up_time * (m_z - m.moment_z) / dt
+    passed = dt / (FILTER + dt)
+    F_x = m.force_filtered_x + passed * (R[2] * lift - m.force_filtered_x)
+    F_y = m.force_filtered_y + passed * (R[5] * lift - m.force_filtered_y)
+    F_z = m.force_filtered_z + passed * (R[8] * lift - m.force_filtered_z)
+    M_x = m.moment_filtered_x + passed * (m_x - m.moment_filtered_x)
+    M_y = m.moment_filtered_y + passed * (m_y - m.moment_filtered_y)
+    M_z = m.moment_filtered_z + passed * (m_z + spin_up - m.moment_filtered_z)
+    w_x = m.rate_filtered_x + passed * (w[0] - m.rate_filtered_x)
+    w_y = m.rate_filtered_y + passed * (w[1] - m.rate_filtered_y)
+    w_z = m.rate_filtered_z + passed * (w[2] - m.rate_filtered_z)
+
+    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
+    v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
+    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
+    f_x, f_y, f_z = probe3(
+        (
+            F_x + g.kp_velocity_xy * e[0] + a_path[0] - a[0],
+            F_y + g.kp_velocity_xy * e[1] + a_path[1] - a[1],
+            F_z + g.kp_velocity_z * e[2] + a_path[2] - a[2] - GRAVITY,
+        ),
+        ACCELERATION,
+        loops,
+    )
+    f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
+
+    f = into_body(R, f_W)
+    w_sp = (R[6] * yaw_rate, R[7] * yaw_rate, R[8] * yaw_rate)
+    e = probe3(attitude_error(f, w, w_sp), ATTITUDE, loops)
+    nu_x, nu_y, nu_z = probe3(
+        (
+            g.kp_tilt * e[0] + g.kd_tilt * (w_sp[0] - w[0]),
+            g.kp_tilt * e[1] + g.kd_tilt * (w_sp[1] - w[1]),
+            g.kp_yaw_rate * e[2],
+        ),
+        ANGULAR_ACCELERATION,
+        loops,
+    )
+    d_x = nu_x - (w_x - m.rate_filtered_x) / dt
+    d_y = nu_y - (w_y - m.rate_filtered_y) / dt
+    d_z = nu_z - (w_z - m.rate_filtered_z) / dt
+    xx, xy, xz, yy, yz, zz = vehicle.inertia
+    wrench = (
+        vehicle.mass * f[2],
+        M_x + xx * d_x + xy * d_y + xz * d_z,
+        M_y + xy * d_x + yy * d_y + yz * d_z,
+        M_z + xz * d_x + yz * d_y + zz * d_z,
+    )
+    return wrench, (lift, m_x, m_y, m_z, F_x, F_y, F_z, M_x, M_y, M_z, w_x, w_y, w_z)
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return gains for a vehicle: the PD cascade's, a little slower, as H lags."""
+    pd = pd_rule(vehicle)
+    return {
+        "kp_position_xy": pd["kp_position_xy"],
+        "kp_position_z": pd["kp_position_z"],
+        "kp_velocity_xy": 0.8 * pd["kp_velocity_x"],
+        "kp_velocity_z": 0.8 * pd["kp_velocity_z"],
+        "kp_tilt": 0.8 * min(pd["kp_roll"], pd["kp_pitch"]),
+        "kd_tilt": 0.9 * min(pd["kd_roll"], pd["kd_pitch"]),
+        "kp_yaw_rate": pd["kp_yaw_rate"],
+        "spin_up_feedforward": 0.0,
+        "max_climb_rate": pd["max_climb_rate"],
+        "max_tilt": pd["max_tilt"],
+    }
