@@ -10,12 +10,11 @@ from pydrake.math import RotationMatrix
 
 from workbench.control.controller import load_controller
 from workbench.control.flight_law import (
-    Body,
     commanded_wrench,
     flight_law,
+    known_body,
     law_constants,
     packed,
-    slowest_rotor,
     unpacked,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
@@ -63,7 +62,8 @@ def commands_in_a_row(vehicle, signals, gains) -> list[float]:
     )
     setpoint = Setpoint(reference, guide, STRAIGHT)
     six = vehicle.inertia[np.triu_indices(3)].tolist()
-    body = Body(vehicle.mass, six, rates.yaw, slowest_rotor(vehicle))
+    known = known_body(law_constants(vehicle))
+    body = known._replace(mass=vehicle.mass, inertia=six, yaw_drag=rates.yaw)
     asked, _ = LAW.update(measured, setpoint, gains, body, (), PERIOD, None)
     most = [rotor.motor_constant * rotor.max_rot_velocity**2 for rotor in vehicle.rotors]
     least = [0.01 * thrust for thrust in most]  # a tenth of the speed

@@ -113,7 +113,7 @@ def update(
     measured = Measured(p_WB, v_WB, a_WB, q, w_WB, drag, (0.0, 0.0, 0.0, 0.0))
     asked = Setpoint(ref or reference(), guide, (0.0, 0.0, 0.0))
     loops = [*LAW.closed, *[0.0] * len(LAW.points)]
-    body = Body(MASS, SIX, yaw_drag, 0.02)
+    body = Body(MASS, SIX, yaw_drag, rotor_lag=0.02, spin_up_time=0.0)
     found, memory = LAW.update(measured, asked, GAINS, body, (), 1 / 128, loops)
     assert memory == ()
     return found, dict(zip(LAW.points, loops[len(LAW.closed) :], strict=True))
