@@ -5,14 +5,13 @@ import numpy as np
 from workbench.analysis.predicting import check_short, ready_engine
 from workbench.analysis.questions import DrawMap
 from workbench.analysis.replies import Mapped
-from workbench.analysis.subject import CONTROLLER, Subject
+from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import unknown_name
 from workbench.design.metrics import find_metric
 from workbench.design.sweep.gain_map import gain_map
 from workbench.design.sweep.ranges import SweepRange
 from workbench.scenario.axes import find_axis
-from workbench.scenario.parameters import find_parameter
 
 POINTS = 25
 """Along each axis; odd, so that the gains themselves are in the middle."""
@@ -31,7 +30,7 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
     step = question.step
     check_short(step, LONGEST)
     gains = subject.gains(question.gains)
-    x, y = (_around(name, gains) for name in (question.x, question.y))
+    x, y = (_around(subject, name, gains) for name in (question.x, question.y))
     engine = yield from ready_engine(subject)
     values = np.full((y.points, x.points), np.nan)
     for first in range(0, y.points, BAND):
@@ -56,11 +55,11 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
     yield Mapped(question, x.grid, y.grid, values, unit)
 
 
-def _around(name: str, gains: dict[str, float]) -> SweepRange:
+def _around(subject: Subject, name: str, gains: dict[str, float]) -> SweepRange:
     """Return the values of a gain around its own."""
-    if name not in CONTROLLER:
-        raise unknown_name("gain", name, CONTROLLER)
-    row, own = find_parameter(name), gains[name]
+    if name not in subject.law:
+        raise unknown_name("gain", name, subject.law)
+    row, own = subject.table.find(name), gains[name]
     if own <= 0.0:
         return SweepRange(name, row.minimum, SHARE * row.maximum, POINTS)
     low, high = max(own / FACTOR, row.minimum), min(own * FACTOR, row.maximum)

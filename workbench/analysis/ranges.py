@@ -12,11 +12,8 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.linear.model import LinearModel
-from workbench.design.tune.variables import GAINS_OF_LOOP
-from workbench.scenario.parameters import Parameter, find_parameter
+from workbench.scenario.parameters import Parameter
 
-GAINS = tuple(dict.fromkeys(name for names in GAINS_OF_LOOP.values() for name in names))
-"""What the loops' stability depends on."""
 COARSE = 8
 """Values looked at between a gain's own and its limit, each way."""
 LEAST = 1e-3
@@ -35,8 +32,10 @@ def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
     """
     gains = subject.gains(question.gains)
     found: dict[str, tuple[float, float]] = {}
-    for name in GAINS:
-        row = find_parameter(name)
+    loops = subject.table.controller.loops
+    # what the loops' stability depends on
+    for name in dict.fromkeys(name for loop in loops for name in loop.gains):
+        row = subject.table.find(name)
         for span in _stable_span(row, gains[name], _test(subject, gains, name)):
             work.check()
             if span is not None:

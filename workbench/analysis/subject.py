@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.parameters import checked, find_parameter, parameters_of
+from workbench.control.controller import load_controller
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -16,10 +17,6 @@ if TYPE_CHECKING:
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.design.tune.retuned import RetunedModels
 
-CONTROLLER = tuple(row.name for row in parameters_of("controller"))
-"""Gains and limits of the law."""
-PAYLOAD = tuple(row.name for row in parameters_of("payload"))
-"""What is carried, and what the law knows of that."""
 OF_A_STEP = ("controller", "air", "payload", "rotors")
 """Whose parameters act on a step from hover."""
 FIRST_STEP = 0.1
@@ -32,11 +29,17 @@ class Subject:
     Args:
         scenario: its vehicle, variation and rates count; all of it where a flight is flown.
         settings: values of the live parameters, over those of the scenario's gains.
+
+    Attributes:
+        table: of the parameters of the scenario's controller.
+        law: names of the controller's own, gains and limits.
     """
 
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
         self.scenario = scenario
         self.settings = dict(settings)
+        self.table = parameter_table(load_controller(scenario.controller))
+        self.law = tuple(row.name for row in self.table.controller.parameters)
         self._loading: Future[RolloutEngine] | None = None
 
     @cached_property
@@ -56,7 +59,7 @@ class Subject:
         acting = {
             name: value
             for name, value in self.settings.items()
-            if find_parameter(name).system in OF_A_STEP
+            if self.table.find(name).system in OF_A_STEP
         }
         return {**self.study.gains, **acting}
 
@@ -66,7 +69,8 @@ class Subject:
         from workbench.design.judge.live import HOLDING
         from workbench.design.tune.retuned import RetunedModels
 
-        gains = {name: self.own[name] for name in (*CONTROLLER, *PAYLOAD)}
+        payload = [row.name for row in self.table.of("payload")]
+        gains = {name: self.own[name] for name in (*self.law, *payload)}
         return RetunedModels(self.study, HOLDING, {**self.study.gains, **gains})
 
     @cached_property
@@ -86,10 +90,10 @@ class Subject:
         Raises:
             WorkbenchError: for a name that is none of the controller's, or a value out of range.
         """
-        for name in checked(asked):
-            if name not in CONTROLLER:
+        for name in self.table.checked(asked):
+            if name not in self.law:
                 raise WorkbenchError(f"{name} is no gain of the controller: leave it out")
-        return {name: asked.get(name, self.own[name]) for name in CONTROLLER}
+        return {name: asked.get(name, self.own[name]) for name in self.law}
 
     def load_engine(self) -> "Future[RolloutEngine]":
         """Return what will have the engine of compiled flights; it takes a second to load.
@@ -117,6 +121,7 @@ class Subject:
                 seed=scenario.sensors.seed,
                 threads=1,  # the flight beside has the other core
                 own=self.own,
+                controller=self.table.controller,
             )
             engine.fly([{}], "x", 1.0, duration=FIRST_STEP)
             engine.measure([{}], "x", 1.0, duration=FIRST_STEP)

@@ -103,7 +103,7 @@ class ClientRequests:
                 return FlightDone(id, what, round(now * 1e9))
             case SetParameters(id, values):
                 self._get(tuple(values))  # all are there, or none is set
-                self._act(Action(set=checked(values)), now)
+                self._act(Action(set=checked(values, controller=self._session.controller)), now)
                 return ParameterValues(id, self._get(tuple(values)), round(now * 1e9))
 
     def _is_free(self) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from workbench.control.controller import Controller
 from workbench.link.backplane import Disconnect
 
 if TYPE_CHECKING:
@@ -237,6 +238,7 @@ class Started:
         url: of the page where Meshcat draws it, "" without.
         scenario: what is flown.
         topics: that it publishes.
+        controller: that flies it.
     """
 
     vehicle: Vehicle
@@ -244,6 +246,7 @@ class Started:
     url: str
     scenario: Scenario
     topics: tuple[Topic, ...]
+    controller: Controller
 
 
 @dataclass(frozen=True)

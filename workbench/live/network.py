@@ -24,7 +24,7 @@ from workbench.live.messages import (
 )
 from workbench.live.server_supervisor import ServerSupervisor
 from workbench.live.stream import NoStream, Stream
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Action
 from workbench.session.session import Session
 from workbench.systems.bridge import Applied, Bridge
@@ -218,9 +218,10 @@ class FlightNetwork:
         self._server.close()
 
     def _flight(self) -> Flight:
+        table = parameter_table(self._session.controller)
         rows = tuple(
             ParameterRow(row.name, row.unit, row.minimum, row.maximum, row.default, row.help)
-            for row in map(find_parameter, self._session.parameters())
+            for row in map(table.find, self._session.parameters())
         )
         limits = self._bridge.authority.limits
         return Flight(

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from workbench.control.controller import Controller
 from workbench.link.topics import Topic
 from workbench.live.messages import Hit, NetworkView, Pace, Phase, Report, Started, Starting, Told
 from workbench.plant.formats.xacro_arguments import XacroArgument
@@ -27,6 +28,7 @@ class LiveView:
         url: of Meshcat's page, "" without.
         scenario: what is flown, None until the flight has begun.
         topics: that it publishes.
+        controller: that flies it, None until the flight has begun.
         remarks: on what was read and built.
         network: who watches and who commands.
         exciting: the excitation that is flown, None while none is.
@@ -45,6 +47,7 @@ class LiveView:
     url: str = ""
     scenario: Scenario | None = None
     topics: tuple[Topic, ...] = ()
+    controller: Controller | None = None
     remarks: tuple[str, ...] = ()
     network: NetworkView = NetworkView()
     exciting: Exciting | None = None
@@ -69,9 +72,15 @@ class LiveView:
                     excitation_ended=why,
                     hit=hit,
                 )
-            case Started(vehicle, values, url, scenario, topics):
+            case Started(vehicle, values, url, scenario, topics, controller):
                 return dataclasses.replace(
-                    self, vehicle=vehicle, values=values, url=url, scenario=scenario, topics=topics
+                    self,
+                    vehicle=vehicle,
+                    values=values,
+                    url=url,
+                    scenario=scenario,
+                    topics=topics,
+                    controller=controller,
                 )
             case Starting(said):
                 return dataclasses.replace(self, said=said)

@@ -92,7 +92,8 @@ def _fly(
         session.reset()
     url = meshcat.web_url() if meshcat else ""
     values = session.parameters()
-    send_queue.post(Started(session.vehicle, values, url, scenario, session.topics))
+    law = session.controller
+    send_queue.post(Started(session.vehicle, values, url, scenario, session.topics, law))
     stream = Stream(send_queue) if begin.stream else NoStream()
     flying = Flying(session, bridge, begin.settings, send_queue, time.perf_counter, stream)
     if meshcat:

@@ -15,7 +15,7 @@ from workbench.gui.gains.stability import StabilityCheck, same_loops
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import Parameter, find_parameter
+from workbench.scenario.parameters import Parameter, parameter_table
 
 AT_ONCE = "at once"
 MOST_STEPS = 500
@@ -108,7 +108,8 @@ class GainEditor(QObject):
         parent: owner.
 
     Attributes:
-        rows: of the parameter table that the flight has, in its order.
+        table: of the parameters of the flight's controller.
+        rows: of that table, those that the flight has, in its order.
         profile_names: names of those rows that are kept, reverted, stored and saved.
         proposed: values that the sliders show, of all rows.
         kept: values of the profile that `revert` brings back.
@@ -148,6 +149,7 @@ class GainEditor(QObject):
         self._steps.setUndoLimit(MOST_STEPS)
         self._edits, self._edit = 0, ALONE
         self._vehicle: object = None
+        self.table = parameter_table()
         self.rows: tuple[Parameter, ...] = ()
         self.profile_names: tuple[str, ...] = ()
         self.proposed: dict[str, float] = {}
@@ -164,6 +166,10 @@ class GainEditor(QObject):
         self._stability.doubted.connect(self._warn)
         self._stability.ranges_changed.connect(self.ranges_changed)
         preferences.changed.connect(lambda _: self.state_changed.emit())
+
+    def words(self, name: str) -> str:
+        """Return how a parameter is called."""
+        return gain_label(self.table.find(name)).text
 
     @property
     def flown(self) -> Values:
@@ -248,7 +254,8 @@ class GainEditor(QObject):
             return
         self._vehicle = view.vehicle
         self._flown.begin(view)
-        self.rows = flight_rows(view.values)
+        self.table = parameter_table(view.controller)
+        self.rows = flight_rows(view.values, self.table)
         self.profile_names = tuple(row.name for row in self.rows if in_profile(row))
         self.proposed = dict(view.values)
         self.kept = self.proposed_profile
@@ -287,7 +294,7 @@ class GainEditor(QObject):
         if name not in self.proposed:
             self._refuse(name, f"nothing that flies has {name}: begin a flight first")
             return
-        row = find_parameter(name)
+        row = self.table.find(name)
         try:
             value = row.check(value)
         except WorkbenchError as error:
@@ -311,7 +318,7 @@ class GainEditor(QObject):
         Raises:
             WorkbenchError: if the table refuses one; then none is taken.
         """
-        good = {name: find_parameter(name).check(value) for name, value in values.items()}
+        good = {name: self.table.find(name).check(value) for name, value in values.items()}
         self._edit = ALONE
         changed = self._put({name: good[name] for name in good if name in self.proposed}, what)
         self.apply()

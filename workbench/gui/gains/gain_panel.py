@@ -19,7 +19,7 @@ from PyQt6.QtWidgets import (
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_group import GainGroup
 from workbench.gui.gains.gain_row import GainRow
-from workbench.gui.gains.gain_rows import GAIN_GROUPS, gain_label, is_gain
+from workbench.gui.gains.gain_rows import gain_groups, gain_label, is_gain
 from workbench.gui.soon import Soon
 from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
@@ -216,7 +216,7 @@ class GainPanel(QWidget):
         column.setContentsMargins(8, 0, 2, 2)
         column.setSpacing(0)
         gains = [row for row in self._shown if is_gain(row)]
-        for title in GAIN_GROUPS:
+        for title in gain_groups(gains):
             group = self._make_group(title, gains, title != CLOSED)
             column.addWidget(group)
         self._more = GainGroup(MORE, False, self)

@@ -3,7 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from workbench.scenario.parameters import Parameter, parameter_table
+from workbench.control.controller import COMMON
+from workbench.scenario.parameters import OTHERS, Parameter, ParameterTable
 
 PAIRS = (
     ("kp_velocity_x", "kp_velocity_y"),
@@ -22,6 +23,7 @@ _YAW = "Yaw"
 _POSITION = "Position hold"
 _LIMITS = "Limits"
 _PAYLOAD = "Payload"
+_SYMBOLS = ("kp", "ki", "kd", "k", "q")
 GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
 """Headings of the controller's rows, in their order."""
 
@@ -80,19 +82,29 @@ _LABELS = {
 }
 
 
-_CONTROLLER = frozenset(row.name for row in parameter_table() if row.system == "controller")
-_LOOPS = frozenset(
-    name for name in _CONTROLLER if name not in _LABELS or _LABELS[name].group != _LIMITS
-)
+_OTHERS = frozenset(row.name for row in OTHERS)
+_NO_LOOP = _OTHERS | {row.name for row in COMMON if row.group == _LIMITS}
 
 
 def gain_label(row: Parameter) -> GainLabel:
     """Return how a row is shown; a row that nobody has named is named by itself."""
-    if row.name in _LABELS:
+    if row.name in _LABELS and row.group in ("", _LABELS[row.name].group):
         return _LABELS[row.name]
+    symbol, _, words = row.name.partition("_")
+    if is_gain(row) and words and symbol in _SYMBOLS:
+        words = words.replace("_", " ").capitalize()
+        return GainLabel(row.group or GAIN_GROUPS[0], words, symbol.capitalize())
     words = row.name.removesuffix("_fault").replace("_", " ").capitalize()
-    group = GAIN_GROUPS[0] if is_gain(row) else _SYSTEMS.get(row.system, _FAULTS)
+    group = row.group or GAIN_GROUPS[0] if is_gain(row) else _SYSTEMS.get(row.system, _FAULTS)
     return GainLabel(group, words)
+
+
+def gain_groups(rows: Iterable[Parameter]) -> tuple[str, ...]:
+    """Return the headings of a controller's rows, in their order; limits stand last."""
+    found = dict.fromkeys(gain_label(row).group for row in rows)
+    if set(found) <= set(GAIN_GROUPS):
+        return GAIN_GROUPS
+    return (*(group for group in found if group != _LIMITS), _LIMITS)
 
 
 def is_gain(row: Parameter) -> bool:
@@ -107,12 +119,12 @@ def in_profile(row: Parameter) -> bool:
 
 def controller_gains(values: Mapping[str, float]) -> dict[str, float]:
     """Return the controller's among some values; the others are conditions of the flight."""
-    return {name: value for name, value in values.items() if name in _CONTROLLER}
+    return {name: value for name, value in values.items() if name not in _OTHERS}
 
 
 def loop_gains(values: Mapping[str, float]) -> dict[str, float]:
     """Return those of some values that a loop near hover feels: gains without limits."""
-    return {name: value for name, value in values.items() if name in _LOOPS}
+    return {name: value for name, value in values.items() if name not in _NO_LOOP}
 
 
 def partner(name: str) -> str:
@@ -123,7 +135,7 @@ def partner(name: str) -> str:
     return ""
 
 
-def flight_rows(names: Iterable[str]) -> tuple[Parameter, ...]:
+def flight_rows(names: Iterable[str], table: ParameterTable) -> tuple[Parameter, ...]:
     """Return the rows of those names in the table's order."""
     known = set(names)
-    return tuple(row for row in parameter_table() if row.name in known)
+    return tuple(row for row in table if row.name in known)

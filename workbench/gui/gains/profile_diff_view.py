@@ -20,7 +20,6 @@ from workbench.gui.gains.profiles import GainProfiles, ProfileDiff, percent_text
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import dressed
 from workbench.gui.units import unit_for
-from workbench.scenario.parameters import find_parameter
 
 TALLEST = 240
 """Of the list; longer ones scroll [px]."""
@@ -84,7 +83,7 @@ class ProfileDiffView(QFrame):
         self.fly.setFocus()
 
     def _add_line(self, grid: QGridLayout, line: int, change: GainChange) -> None:
-        label = gain_label(find_parameter(change.name))
+        label = gain_label(self._profiles.row(change.name))
         unit = unit_for(change.unit, self._preferences)
         a, b = (f"{unit.shown(value):.4g}" for value in (change.a, change.b))
         tick = QCheckBox(label.text)

@@ -10,6 +10,7 @@ import yaml
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller
 from workbench.gains.difference import GainChange, diff_gains
 from workbench.gains.profiles import GainFile, load_gains, save_gains
 from workbench.gui.answers import Answers
@@ -18,7 +19,7 @@ from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.notices import Notices
 from workbench.live.view import LiveView
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import Parameter
 
 OWN = "gains.yaml"
 """A model's own gains stand beside its description, under this name."""
@@ -75,28 +76,39 @@ class GainProfiles(QObject):
         editor.begun.connect(self._begin)
 
     @property
+    def _law(self) -> Controller:
+        """The controller whose gains these are."""
+        return self._editor.table.controller
+
+    def row(self, name: str) -> Parameter:
+        """Return the row of one of the flight's parameters."""
+        return self._editor.table.find(name)
+
+    @property
     def is_changed(self) -> bool:
         """Whether the flight has other values than the profile that was loaded or saved last."""
         return not self._has(self._editor.flown)
 
     def load(self, path: Path) -> None:
         """Compare with what a gain file has."""
-        self._read(path.stem, lambda: load_gains(path))
+        self._read(path.stem, lambda: load_gains(path, self._law))
 
     def load_own(self) -> None:
         """Compare with the model's own gains; with those of the start where it brings none."""
         if self._vehicle is None:
             self._notices.warn("nothing flies: open a scenario first")
             return
-        own = self._vehicle.source.parent / OWN
-        start = GainFile(self._vehicle.name, "as the flight began", self._start)
+        own, law = self._vehicle.source.parent / OWN, self._law
+        start = GainFile(
+            self._vehicle.name, "as the flight began", self._start, controller=law.name
+        )
         self._read(
-            f"{self._vehicle.name}'s own", lambda: load_gains(own) if own.is_file() else start
+            f"{self._vehicle.name}'s own", lambda: load_gains(own, law) if own.is_file() else start
         )
 
     def paste(self, text: str) -> None:
         """Compare with what a text of the clipboard has."""
-        self._read(f"the {CLIPBOARD}", lambda: read_text(text))
+        self._read(f"the {CLIPBOARD}", lambda: read_text(text, self._law))
 
     def take(self, names: Iterable[str]) -> None:
         """Fly those lines of the loaded profile whose parameters have these names."""
@@ -141,7 +153,8 @@ class GainProfiles(QObject):
     def as_yaml(self) -> str:
         """Return what flies as a gain file's text, without a history."""
         gains = {
-            name: _with_unit(name, value) for name, value in self._editor.ordered_profile.items()
+            name: _with_unit(self._editor.table.find(name), value)
+            for name, value in self._editor.ordered_profile.items()
         }
         file = {"vehicle": self._vehicle_name, "origin": "copied while flying", "gains": gains}
         text: str = yaml.safe_dump(file, sort_keys=False, allow_unicode=True, width=100)
@@ -175,7 +188,7 @@ class GainProfiles(QObject):
         self._answers.expect(self._errands.run(read), done=lambda file: self._compare(name, file))
 
     def _compare(self, name: str, file: GainFile) -> None:
-        diff = compare_profile(name, file, self._vehicle_name, self._editor.flown)
+        diff = compare_profile(name, file, self._vehicle_name, self._editor.flown, self._law)
         if diff.changes:
             self.diff = diff
             self.diff_changed.emit(diff)
@@ -185,21 +198,24 @@ class GainProfiles(QObject):
 
     def _save(self, path: Path, values: Values, saved: Callable[[], object] = lambda: None) -> None:
         origin = f"tuned in flight, from {self.name}"
-        profile = GainFile(self._vehicle_name, origin, dict(values))
+        law = self._law
+        profile = GainFile(self._vehicle_name, origin, dict(values), controller=law.name)
 
         def tell(written: GainFile) -> None:
             self._set_name(path.stem, written.gains)
             self._notices.inform(f"Saved {len(written.gains)} values to {path}.")
             saved()
 
-        self._answers.expect(self._errands.run(lambda: save_gains(path, profile)), done=tell)
+        self._answers.expect(self._errands.run(lambda: save_gains(path, profile, law)), done=tell)
 
     def _set_name(self, name: str, values: Values) -> None:
         self.name, self._values = name, dict(values)
         self.named.emit(name)
 
 
-def compare_profile(name: str, file: GainFile, vehicle: str, present: Values) -> ProfileDiff:
+def compare_profile(
+    name: str, file: GainFile, vehicle: str, present: Values, controller: Controller
+) -> ProfileDiff:
     """Return what a profile would change.
 
     Args:
@@ -207,9 +223,10 @@ def compare_profile(name: str, file: GainFile, vehicle: str, present: Values) ->
         file: what it says.
         vehicle: name of the one that flies.
         present: all values that the flight has.
+        controller: that flies.
     """
     values = {name: value for name, value in file.gains.items() if name in present}
-    compared = diff_gains({each: present[each] for each in values}, values, present)
+    compared = diff_gains({each: present[each] for each in values}, values, present, controller)
     said = [file.origin] if file.origin else []
     if file.vehicle and vehicle and file.vehicle != vehicle:
         said.append(f"these are gains of '{file.vehicle}', and '{vehicle}' flies")
@@ -219,7 +236,7 @@ def compare_profile(name: str, file: GainFile, vehicle: str, present: Values) ->
     return ProfileDiff(name, "; ".join(said), values, changes)
 
 
-def read_text(text: str) -> GainFile:
+def read_text(text: str, controller: Controller | None = None) -> GainFile:
     """Return a profile from text: a whole gain file, or its NAME: VALUE lines alone.
 
     Raises:
@@ -234,7 +251,7 @@ def read_text(text: str) -> GainFile:
         path = Path(folder) / CLIPBOARD
         path.write_text(text, encoding="utf-8")
         try:
-            return load_gains(path)
+            return load_gains(path, controller)
         except WorkbenchError as error:
             raise WorkbenchError(str(error).replace(str(path), f"the {CLIPBOARD}")) from None
 
@@ -244,6 +261,5 @@ def percent_text(change: GainChange) -> str:
     return "–" if math.isnan(change.percent) else f"{change.percent:+.1f} %".replace("-", "−")
 
 
-def _with_unit(name: str, value: float) -> float | str:
-    unit = find_parameter(name).unit
-    return value if unit == "1" else f"{value!r} {unit}"
+def _with_unit(row: Parameter, value: float) -> float | str:
+    return value if row.unit == "1" else f"{value!r} {row.unit}"

@@ -5,7 +5,6 @@ from PyQt6.QtWidgets import QComboBox, QGridLayout, QWidget
 
 from workbench.analysis.questions import DrawMap, Question
 from workbench.analysis.replies import Mapped, Reply
-from workbench.gui.gains.gain_rows import gain_label
 from workbench.gui.number_field import buddy
 from workbench.gui.tuning.card import SPACING, Card, Sentence
 from workbench.gui.tuning.follower import Follower
@@ -13,7 +12,6 @@ from workbench.gui.tuning.limit_table import STEP_LIMITS
 from workbench.gui.tuning.map_view import MapView
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
-from workbench.scenario.parameters import find_parameter
 
 PAIRS = {
     "x": ("kp_velocity_x", "kp_pitch"),
@@ -82,8 +80,8 @@ class MapCard(Card):
         for box in (self.across, self.upwards):
             box.clear()
             for name in self._trial.names:
-                box.addItem(_words(name), name)
-                box.setItemData(box.count() - 1, find_parameter(name).help, 3)
+                box.addItem(self._trial.gains.words(name), name)
+                box.setItemData(box.count() - 1, self._trial.gains.table.find(name).help, 3)
         self._axis = ""
         self._follow()
 
@@ -141,10 +139,6 @@ class MapCard(Card):
 
     def _read(self, said: str) -> None:
         self.reading.say(said or "Click to propose; hatched: lost")
-
-
-def _words(name: str) -> str:
-    return gain_label(find_parameter(name)).text
 
 
 def _rounded(value: float) -> float:

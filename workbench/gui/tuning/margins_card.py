@@ -56,6 +56,7 @@ class MarginsCard(Card):
             self.table.set_rows(())
             return
         other = before if before is not None and before is not now else None
+        self.table.expect(len(now.loops))
         self.table.set_rows(margin_rows(now, other, self._limits.value))
         if caveat := self._judgement.caveat:
             self.said.say(caveat, "warning")

@@ -27,7 +27,7 @@ from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.scenario.axes import AXIS_ROWS, find_axis
 from workbench.scenario.excitation import Excitation
-from workbench.scenario.parameters import defaults
+from workbench.scenario.parameters import parameter_table
 
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
@@ -228,7 +228,8 @@ class ResponseCard(Card):
             self.strip.show_uses((), 1.0)
             return
         axis = find_axis(self._choice.axis)
-        values = {**defaults(), **self._view.values, **self._gains}
+        table = parameter_table(self._view.controller)
+        values = {**table.defaults(), **self._view.values, **self._gains}
         preferences = self._workspace.preferences
         speed = "yaw rate" if axis.place is None else "speed"
         uses = (

@@ -1,17 +1,15 @@
 """Which gain moves a metric most, as bars to either side."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from PyQt6.QtCore import QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent
 from PyQt6.QtWidgets import QSizePolicy, QWidget
 
 from workbench.analysis.replies import Weight
-from workbench.gui.gains.gain_rows import gain_label
 from workbench.gui.theme import Look
 from workbench.gui.tuning.limit_table import Limit
-from workbench.scenario.parameters import find_parameter
 
 PERCENT = 10.0
 """By so much more of a gain a bar is long."""
@@ -44,11 +42,12 @@ class WeightBars(QWidget):
 
     Args:
         look: colours.
+        words: from a gain's name to how it is called.
     """
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: Look, words: Callable[[str], str]) -> None:
         super().__init__()
-        self._look = look
+        self._look, self._words = look, words
         self._weights: tuple[Weight, ...] = ()
         self._limit: Limit | None = None
         self.setMinimumHeight(120)
@@ -83,7 +82,7 @@ class WeightBars(QWidget):
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "Not known yet")
             return
         height = min(self.height() / len(self._weights), self.fontMetrics().height() + 12.0)
-        names = [gain_label(find_parameter(weight.gain)).text for weight in self._weights]
+        names = [self._words(weight.gain) for weight in self._weights]
         label = max(self.fontMetrics().horizontalAdvance(name) for name in names) + 10.0
         numbers = [text.rsplit(" ", 2 if self._limit.unit else 1) for text in self.texts]
         shown = [" ".join(parts[1:]) for parts in numbers]

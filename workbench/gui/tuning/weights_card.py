@@ -36,7 +36,7 @@ class WeightsCard(Card):
         self.number = QComboBox()
         for row in STEP_LIMITS:
             self.number.addItem(row.label, row.name)
-        self.bars = WeightBars(workspace.look)
+        self.bars = WeightBars(workspace.look, trial.gains.words)
         self.words = wrapped()
         line = QHBoxLayout()
         line.addWidget(buddy("What moves the &metric", self.number))
