@@ -43,6 +43,12 @@ def add_parser(commands: Any) -> None:
         help=f"sensors that measure, by name or kind, all, or {NO_SENSORS} (default: the "
         "scenario's)",
     )
+    parser.add_argument(
+        "--controller",
+        default="",
+        metavar="NAME|FILE",
+        help="shipped control law, or a .py file of your own (default: the scenario's, or pd)",
+    )
     parser.add_argument("--gains", default="", metavar="FILE", help="gain file (YAML)")
     parser.add_argument(
         "--demo",
@@ -65,9 +71,13 @@ def run(args: argparse.Namespace) -> int:
     from workbench.commands.display import check_display, check_libraries
     from workbench.gui.screen_table import find_screen
 
-    named = (args.scenario, args.model, args.world, args.gains, args.sensors, args.demo or None)
+    named = (args.scenario, args.model, args.world, args.gains, args.sensors, args.controller)
     described = args.arg or args.package
-    choice = _choice(args) if described or any(each not in (None, "") for each in named) else None
+    choice = (
+        _choice(args)
+        if described or args.demo or any(each not in (None, "") for each in named)
+        else None
+    )
     if choice:
         choice.check()
     if args.screen:
@@ -101,4 +111,5 @@ def _choice(args: argparse.Namespace) -> "Choice":
         sensors,
         dict(args.arg),
         dict(args.package),
+        args.controller,
     )

@@ -13,6 +13,11 @@ def models_dir() -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent / "models"
 
 
+def controllers_dir() -> Path:
+    """Return the folder of the shipped controllers' files."""
+    return _PACKAGE / "controllers"
+
+
 def worlds_dir() -> Path:
     """Return the folder of shipped worlds, which is `package://worlds` in any world."""
     return models_dir() / "worlds"

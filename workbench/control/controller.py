@@ -228,7 +228,8 @@ class Controller:
 
     def _record(self, own: Sequence[float]) -> Any:
         names = [row.name for row in self.parameters]
-        return namedtuple("Gains", names)._make(own)
+        record: Any = namedtuple("Gains", names)
+        return record(*own)
 
 
 def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
@@ -248,6 +249,8 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
         return _shipped(name)
     if name.endswith(".py"):
         path = Path(name)
+        if path.stem in SHIPPED and path.resolve() == _shipped_file(path.stem):
+            return _shipped(path.stem)
         try:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:

@@ -9,8 +9,8 @@ and on what the rotors do, which lag their commands by τ (subscript f):
 
     a_sp = kp_velocity (v_sp - v) + a_path                    wanted acceleration in W [m/s²]
     f    = f_f + a_sp - a_f                                   specific force in W [m/s²]
-    ν    = kp_tilt e_tilt + kd_tilt (ω_sp - ω)                wanted angular acceleration, roll, pitch
-    ν_z  = kp_yaw_rate (ω_sp - ω)                             and yaw [rad/s²]
+    ν    = kp_tilt e_tilt + kd_tilt (ω_sp - ω)                wanted angular acceleration
+    ν_z  = kp_yaw_rate (ω_sp - ω)                             of roll, pitch and yaw [rad/s²]
     m    = m_f + I (ν - dω_f/dt),   F = mass f · z            moment in T [N·m] and force [N]
 
 Wind, a wrong mass, a wrong inertia and weak rotors are in what is measured, so the law need not

@@ -12,6 +12,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QKeySequence
 from PyQt6.QtWidgets import QWidget
 
+from workbench.control.controller import SHIPPED
 from workbench.gui.screen_table import SCREENS
 
 FILE, FLIGHT, VIEW, HELP = "&File", "F&light", "&View", "&Help"
@@ -59,6 +60,7 @@ THEME_MENU = "T&heme"
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Real-time factors that are offered."""
 SPEED_MENU = "Spee&d"
+CONTROLLER_MENU = "&Controller"
 CAMERA_MENU = "3-D &camera"
 
 ACTIONS: tuple[ActionRow, ...] = (
@@ -71,6 +73,23 @@ ACTIONS: tuple[ActionRow, ...] = (
         "Ctrl+Shift+O",
     ),
     ActionRow("open_world", FILE, "Open &world...", "Fly in another world.", "Ctrl+Shift+W"),
+    *(
+        ActionRow(
+            f"controller_{name}",
+            FILE,
+            name,
+            f"Begin again with the control law {name}, and with its own gains.",
+            submenu=CONTROLLER_MENU,
+        )
+        for name in SHIPPED
+    ),
+    ActionRow(
+        "open_controller",
+        FILE,
+        "&From a file...",
+        "Begin again with a control law of your own: a file of Python, whose code runs.",
+        submenu=CONTROLLER_MENU,
+    ),
     ActionRow("open_log", FILE, "Open &log...", "Show a recorded flight.", "Ctrl+L"),
     ActionRow(
         "record",

@@ -44,10 +44,22 @@ class FlightControl(QObject):
         """Fly another drone; its sensors have other names, so all that it has measure."""
         now = self._flight.what
         if isinstance(now, Choice):
-            self.fly(Choice(now.scenario, path, now.world, sensors=("all",)))
+            law = now.controller
+            self.fly(Choice(now.scenario, path, now.world, sensors=("all",), controller=law))
         else:
             sensors = replace(now.sensors, use=["all"], rates={}, latency={})
             self.fly(replace(now, vehicle=VehicleConfig(model=path), sensors=sensors))
+
+    def fly_controller(self, name: str) -> None:
+        """Fly with another control law: a shipped one's name, or a file's path.
+
+        It begins with its own gains: those of a gain file are of another law.
+        """
+        now = self._flight.what
+        if isinstance(now, Choice):
+            self.fly(replace(now, controller=name, gains=""))
+        else:
+            self.fly(replace(now, controller=name, vehicle=replace(now.vehicle, gains="")))
 
     def fly_world(self, path: str) -> None:
         """Fly in another world."""

@@ -17,6 +17,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.control.controller import SHIPPED
 from workbench.gui.actions import SPEEDS, THEMES, make_actions
 from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.banner import Banner
@@ -112,6 +113,7 @@ class MainWindow(QMainWindow):
             "open_scenario": lambda: opener.ask(FileKind.SCENARIO),
             "open_model": lambda: opener.ask(FileKind.MODEL),
             "open_world": lambda: opener.ask(FileKind.WORLD),
+            "open_controller": lambda: opener.ask(FileKind.CONTROLLER),
             "open_log": lambda: opener.ask(FileKind.LOG),
             "record": self._record,
             "screenshot": self._camera.take,
@@ -132,6 +134,8 @@ class MainWindow(QMainWindow):
             "keys": lambda: KeysPage(self).show(),
             "about": lambda: AboutPage(self).show(),
         }
+        for name in SHIPPED:
+            handlers[f"controller_{name}"] = partial(control.fly_controller, name)
         for screen in SCREENS:
             handlers[f"show_{screen.name}"] = partial(self.show_screen, screen.name)
         for factor in SPEEDS:

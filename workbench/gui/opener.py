@@ -6,7 +6,7 @@ from pathlib import Path
 from PyQt6.QtWidgets import QFileDialog, QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import models_dir, worlds_dir
+from workbench.common.resources import controllers_dir, models_dir, worlds_dir
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.notices import Notices
@@ -18,7 +18,7 @@ class Opener:
     """Gives files to whoever shows them.
 
     Args:
-        control: flies scenarios, models and worlds.
+        control: flies scenarios, models, worlds and controllers.
         recent: remembers them.
         notices: where refusals are told.
         shows_log: told the path of a log that is to be shown.
@@ -38,12 +38,14 @@ class Opener:
             FileKind.SCENARIO: lambda path: control.fly_scenario(str(path)),
             FileKind.MODEL: lambda path: control.fly_model(str(path)),
             FileKind.WORLD: lambda path: control.fly_world(str(path)),
+            FileKind.CONTROLLER: lambda path: control.fly_controller(str(path)),
             FileKind.LOG: shows_log,
         }
         self._folders = {
             FileKind.SCENARIO: models_dir() / "scenarios",
             FileKind.MODEL: models_dir(),
             FileKind.WORLD: worlds_dir(),
+            FileKind.CONTROLLER: controllers_dir(),
             FileKind.LOG: Path.cwd(),
         }
 

@@ -18,6 +18,7 @@ class FileKind(Enum):
     SCENARIO = "scenario"
     MODEL = "model"
     WORLD = "world"
+    CONTROLLER = "controller"
     LOG = "log"
 
 
@@ -25,6 +26,7 @@ FILTERS = {
     FileKind.SCENARIO: "Scenarios (*.yaml *.yml)",
     FileKind.MODEL: "Drones (*.xacro *.urdf *.sdf *.xml)",
     FileKind.WORLD: "Worlds (*.yaml *.yml *.sdf *.world)",
+    FileKind.CONTROLLER: "Controllers (*.py)",
     FileKind.LOG: "Logs (*.mcap)",
 }
 """What a file dialog shows of each."""
@@ -33,6 +35,7 @@ _BY_ENDING = {
     ".urdf": FileKind.MODEL,
     ".xml": FileKind.MODEL,
     ".world": FileKind.WORLD,
+    ".py": FileKind.CONTROLLER,
     ".mcap": FileKind.LOG,
 }
 

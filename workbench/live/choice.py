@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from workbench.common.resources import find_file, find_model, find_scenario, find_world
+from workbench.control.controller import load_controller
 from workbench.scenario.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
 
 
@@ -21,6 +22,7 @@ class Choice:
         sensors: that measure, by name or kind; "all" for all.
         args: values of arguments of the drone's xacro file, by name.
         packages: folders that its description refers to, by the package's name.
+        controller: a shipped one's name, or a file's path.
     """
 
     scenario: str = ""
@@ -30,6 +32,7 @@ class Choice:
     sensors: tuple[str, ...] | None = None
     args: Mapping[str, str] = field(default_factory=dict)
     packages: Mapping[str, str] = field(default_factory=dict)
+    controller: str = ""
 
     def check(self) -> None:
         """Refuse what is not there, without a look inside.
@@ -45,6 +48,8 @@ class Choice:
         ):
             if name:
                 find(name)
+        if self.controller:
+            load_controller(self.controller)
 
     def load(self) -> Scenario:
         """Return the scenario.
@@ -53,11 +58,14 @@ class Choice:
             WorkbenchError: if a file is missing, or what it says is wrong.
         """
         self.check()
-        scenario = load_scenario(find_scenario(self.scenario)) if self.scenario else Scenario()
+        scenario = Scenario()
+        if self.scenario:
+            scenario = load_scenario(find_scenario(self.scenario), self.controller)
         if self.model:
             scenario.vehicle = VehicleConfig(model=self.model)
             # rates and latencies were for the sensors of the scenario's own drone
             scenario.sensors = dataclasses.replace(scenario.sensors, rates={}, latency={})
+        scenario.controller = self.controller or scenario.controller
         scenario.vehicle.args |= self.args
         scenario.vehicle.packages |= self.packages
         if self.gains:

@@ -10,7 +10,7 @@ import yaml
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller
+from workbench.control.controller import DEFAULT, Controller
 from workbench.gains.difference import GainChange, diff_gains
 from workbench.gains.profiles import GainFile, load_gains, save_gains
 from workbench.gui.answers import Answers
@@ -156,7 +156,13 @@ class GainProfiles(QObject):
             name: _with_unit(self._editor.table.find(name), value)
             for name, value in self._editor.ordered_profile.items()
         }
-        file = {"vehicle": self._vehicle_name, "origin": "copied while flying", "gains": gains}
+        whose = {} if self._law.name == DEFAULT else {"controller": self._law.name}
+        file = {
+            "vehicle": self._vehicle_name,
+            **whose,
+            "origin": "copied while flying",
+            "gains": gains,
+        }
         text: str = yaml.safe_dump(file, sort_keys=False, allow_unicode=True, width=100)
         return text
 
