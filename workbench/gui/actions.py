@@ -60,7 +60,7 @@ THEME_MENU = "T&heme"
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Real-time factors that are offered."""
 SPEED_MENU = "Spee&d"
-CONTROLLER_MENU = "&Controller"
+CONTROLLER_MENU = "Con&troller"
 CAMERA_MENU = "3-D &camera"
 
 ACTIONS: tuple[ActionRow, ...] = (
