@@ -227,9 +227,9 @@ class Controller:
         return found
 
     def _record(self, own: Sequence[float]) -> Any:
-        names = [row.name for row in self.parameters]
-        record: Any = namedtuple("Gains", names)
-        return record(*own)
+        """Return the parameters' values by name."""
+        make: Any = namedtuple  # whose fields only the file knows
+        return make("Gains", [row.name for row in self.parameters])(*own)
 
 
 def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
