@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from workbench.design.fork import Forker
     from workbench.design.linear.study import LinearStudy
     from workbench.design.rollout.engine import RolloutEngine
-    from workbench.design.tune.retuned import RetunedModels
+    from workbench.design.tune.retuned import LinearisedModels, RetunedModels
 
 OF_A_STEP = ("controller", "air", "payload", "rotors")
 """Whose parameters act on a step from hover."""
@@ -64,14 +64,14 @@ class Subject:
         return {**self.study.gains, **acting}
 
     @cached_property
-    def models(self) -> "RetunedModels":
+    def models(self) -> "RetunedModels | LinearisedModels":
         """The sampled closed loop in hover while a place is held, for any gains."""
         from workbench.design.judge.live import HOLDING
-        from workbench.design.tune.retuned import RetunedModels
+        from workbench.design.tune.retuned import LinearisedModels, RetunedModels
 
         payload = [row.name for row in self.table.of("payload")]
         gains = {name: self.own[name] for name in (*self.law, *payload)}
-        return RetunedModels(self.study, HOLDING, {**self.study.gains, **gains})
+        return retuned_models(self.study, HOLDING, {**self.study.gains, **gains})
 
     @cached_property
     def forker(self) -> "Forker":

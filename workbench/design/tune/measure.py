@@ -19,7 +19,7 @@ from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.flight_numbers import flight_numbers
-from workbench.design.tune.retuned import RetunedModels
+from workbench.design.tune.retuned import LinearisedModels, RetunedModels, retuned_models
 from workbench.design.tune.variables import AROUND, loop_of
 from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
 from workbench.gains.gains import flight_gains
@@ -81,7 +81,7 @@ class Instruments:
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
         self._scenario = scenario
         self._studies: dict[Case, LinearStudy] = {}
-        self._models: dict[tuple[Case, OperatingPoint], RetunedModels] = {}
+        self._models: dict[tuple[Case, OperatingPoint], RetunedModels | LinearisedModels] = {}
         self._engines: dict[Case, RolloutEngine] = {}
         self.vehicle: Vehicle = self._study(NOMINAL).vehicle
         self.base = flight_gains(
@@ -89,14 +89,14 @@ class Instruments:
         )
         self.steps: dict[str, Step] = {}
 
-    def models(self, case: Case, point: OperatingPoint) -> RetunedModels:
+    def models(self, case: Case, point: OperatingPoint) -> RetunedModels | LinearisedModels:
         """Return the linear models of a case in hover.
 
         Raises:
             WorkbenchError: if it cannot hover.
         """
         if (case, point) not in self._models:
-            self._models[case, point] = RetunedModels(self._study(case), point, self.base)
+            self._models[case, point] = retuned_models(self._study(case), point, self.base)
         return self._models[case, point]
 
     def _study(self, case: Case) -> LinearStudy:

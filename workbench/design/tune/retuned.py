@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.control.controller import load_controller
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
@@ -126,6 +127,35 @@ class RetunedModels:
         if signal in self._columns:
             row[self._columns[signal]] += 1.0
         return row
+
+
+class LinearisedModels:
+    """Gives the sampled models of one vehicle in hover by linearising anew for each set of gains.
+
+    It does for any controller what `RetunedModels` does for one whose gains are known to enter
+    linearly, in some milliseconds a model.
+
+    Arguments and exceptions are those of `RetunedModels`.
+    """
+
+    def __init__(
+        self, study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]
+    ) -> None:
+        self._study, self._point, self._gains = study, point, dict(gains)
+        study.trim(point, self._gains)
+
+    def model(self, gains: Mapping[str, float]) -> LinearModel:
+        """Return the sampled model with other gains."""
+        return self._study.sampled(self._point, {**self._gains, **gains})
+
+
+def retuned_models(
+    study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]
+) -> RetunedModels | LinearisedModels:
+    """Return what gives models for many sets of gains; arguments are those of `RetunedModels`."""
+    if study.controller is load_controller():
+        return RetunedModels(study, point, gains)
+    return LinearisedModels(study, point, gains)
 
 
 def _whole(model: LinearModel) -> np.ndarray:
