@@ -67,7 +67,7 @@ class Subject:
     def models(self) -> "RetunedModels | LinearisedModels":
         """The sampled closed loop in hover while a place is held, for any gains."""
         from workbench.design.judge.live import HOLDING
-        from workbench.design.tune.retuned import LinearisedModels, RetunedModels
+        from workbench.design.tune.retuned import retuned_models
 
         payload = [row.name for row in self.table.of("payload")]
         gains = {name: self.own[name] for name in (*self.law, *payload)}
