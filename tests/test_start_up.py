@@ -59,8 +59,8 @@ def test_help_loads_nothing_slow_of_pythons_own(tmp_path):
     [
         ["--nonsense"],
         ["--axis", "w"],
-        ["--set", "kp_velocity_q=1"],
-        ["--set", "kp_velocity_z=1e9"],
+        ["--set", "kp_velocity_q"],
+        ["--set", "kp_velocity_z=fast"],
         ["--vary", "mas=1"],
         ["--arg", "mass"],
     ],
@@ -75,6 +75,8 @@ def test_a_wrong_option_is_refused_without_any_package(option, tmp_path):
 @pytest.mark.parametrize(
     "option",
     [
+        ["--set", "kp_velocity_q=1"],
+        ["--set", "kp_velocity_z=1e9"],
         ["--amplitude", "0"],
         ["--duration", "-1"],
         ["--vary", "mass=-1"],

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.control.flight_law import slowest_rotor
 from workbench.controllers.pd_rule import (
     CONTROL_DELAY,
     spare_angular_acceleration,
@@ -181,8 +180,8 @@ def test_the_slowest_rotor_counts_at_the_mean_of_its_rates():
         vehicle.rotors[2], time_constant_up=0.01, time_constant_down=0.03
     )  # 100 and 33.3 1/s
     mixed = dataclasses.replace(vehicle, rotors=(*vehicle.rotors[:2], slow, vehicle.rotors[3]))
-    assert slowest_rotor(vehicle) == pytest.approx(0.005)
-    assert slowest_rotor(mixed) == pytest.approx(0.015)
+    assert vehicle.rotor_lag == pytest.approx(0.005)
+    assert mixed.rotor_lag == pytest.approx(0.015)
 
 
 def test_what_the_rule_takes_for_granted_is_so():

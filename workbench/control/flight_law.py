@@ -111,19 +111,8 @@ def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstan
         motor_constants=[rotor.motor_constant for rotor in vehicle.rotors],
         half_linear_speeds=[0.5 * rotor.linear_speed for rotor in vehicle.rotors],
         spin_up_time=frame.spin_up_time,
-        rotor_lag=slowest_rotor(vehicle),
+        rotor_lag=vehicle.rotor_lag,
     )
-
-
-def slowest_rotor(vehicle: Vehicle) -> float:
-    """Return the largest time constant of a rotor that hovers [s].
-
-    There the rates of speeding up and slowing down blend to their mean, see
-    `dynamics.rotor_response`.
-    """
-    lifting = (rotor for rotor in vehicle.rotors if rotor.lifts)
-    rates = (1.0 / rotor.time_constant_up + 1.0 / rotor.time_constant_down for rotor in lifting)
-    return 2.0 / min(rates)
 
 
 @register_jitable(forceinline=True)

@@ -41,7 +41,6 @@ import math
 import numpy as np
 
 from workbench.control.controller import COMMON
-from workbench.control.flight_law import slowest_rotor
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.thrust_frame import ThrustFrame, thrust_frame
 from workbench.plant.vehicle import Vehicle
@@ -73,7 +72,7 @@ STIFFEST = 2500.0
 def rule(vehicle: Vehicle) -> dict[str, float]:
     """Return the values of those parameters that depend on the vehicle, by name; see above."""
     frame = thrust_frame(vehicle)
-    lag = slowest_rotor(vehicle) + CONTROL_DELAY
+    lag = vehicle.rotor_lag + CONTROL_DELAY
     spare = GRAVITY * max(0.0, thrust_to_weight(frame) - 1.0)
     *alphas, alpha_z = spare_angular_acceleration(frame)
     max_tilt = min(_default("max_tilt"), math.acos(1.0 / (1.0 + TILT_SHARE * spare / GRAVITY)))

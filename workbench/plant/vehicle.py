@@ -78,6 +78,17 @@ class Vehicle:
         return float(lift / (self.mass * GRAVITY))
 
     @property
+    def rotor_lag(self) -> float:
+        """Largest time constant of a rotor that hovers [s].
+
+        There the rates of speeding up and slowing down blend to their mean, see
+        `dynamics.rotor_response`.
+        """
+        lifting = (rotor for rotor in self.rotors if rotor.lifts)
+        rates = (1.0 / rotor.time_constant_up + 1.0 / rotor.time_constant_down for rotor in lifting)
+        return 2.0 / min(rates)
+
+    @property
     def span(self) -> float:
         """Largest distance between two rotors' hubs [m]."""
         hubs = [rotor.p_BR for rotor in self.rotors]

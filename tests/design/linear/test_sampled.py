@@ -35,7 +35,9 @@ def period_matrix(study, model) -> np.ndarray:
     """
     trim, rates = model.trim, study.scenario.rates
     builder = DiagramBuilder()
-    airframe, computer = add_sampled_core(builder, study._flown, study.vehicle, study.gains, rates)
+    airframe, computer = add_sampled_core(
+        builder, study.controller, study._flown, study.vehicle, study.gains, rates
+    )
     diagram = builder.Build()
     simulator = Simulator(diagram)
     root = simulator.get_mutable_context()

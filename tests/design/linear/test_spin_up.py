@@ -10,7 +10,6 @@ from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
 
 from workbench.control.controller import load_controller
-from workbench.control.flight_law import slowest_rotor
 from workbench.control.guidance import Guidance
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
@@ -50,7 +49,7 @@ def closed_form(study, feedforward: float):
     """
     vehicle, period = study.vehicle, 1 / 128
     rotor: Rotor = vehicle.rotors[0]
-    lag, kp = slowest_rotor(vehicle), study.gains["kp_yaw_rate"]
+    lag, kp = vehicle.rotor_lag, study.gains["kp_yaw_rate"]
     speed = vehicle.hover_speeds[0]
     lead = rotor.inertia / (2.0 * rotor.motor_constant * rotor.moment_constant * speed)
     drag = drag_rates(vehicle).yaw

@@ -118,7 +118,9 @@ def test_a_difference_would_be_seen(monkeypatch):
     monkeypatch.setattr(
         module,
         "RolloutEngine",
-        lambda vehicle, *_, own: RolloutEngine(vehicle, variation=Variation(mass=1.01), own=own),
+        lambda vehicle, *_, own, **_more: RolloutEngine(
+            vehicle, variation=Variation(mass=1.01), own=own
+        ),
     )
     assert agreement(Scenario(), [trial], duration=1.0).velocity[0] > VELOCITY
 
