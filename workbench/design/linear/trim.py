@@ -66,6 +66,8 @@ def find_trim(
         if worst < TOLERANCE:
             return trim
         change = np.linalg.lstsq(jacobian, -residual, rcond=1e-12)[0]
+        if point.hold and trim.memory.size:  # a pilot who asks for anything ends the hold
+            change[2 + n : 2 + n + REFERENCE] = 0.0
         turn = float(np.abs(change[:2]).max())
         share = min(1.0, LARGEST_TURN / max(turn, 1e-12))
         trim = _moved(derivatives, trim, share * change, n)
