@@ -19,8 +19,9 @@ PACKAGE = ROOT / "workbench"
 
 MAY_IMPORT = {
     "common": "",
-    "plant": "common",
-    "link": "common",
+    "ipc": "common",
+    "plant": "common ipc",
+    "link": "common ipc",
     "gateways": "common link",
     "scenario": "common plant",
     "gains": "common plant scenario",
@@ -29,13 +30,13 @@ MAY_IMPORT = {
     "systems": "common plant link dynamics control",
     "diagram": "common plant link scenario dynamics control systems",
     "session": "common plant link scenario gains dynamics control systems diagram",
-    "design": "common plant scenario gains dynamics control systems diagram session",
+    "design": "common ipc plant scenario gains dynamics control systems diagram session",
     "logs": "common link gateways scenario systems session",
     "logs/plots": "design",
-    "live": "common plant link scenario control systems session logs",
-    "analysis": "common scenario session design live",
-    "gui": "common plant link scenario gains control systems session design logs live analysis",
-    "commands": "common plant link gateways scenario gains systems diagram session design logs "
+    "live": "common ipc plant link scenario control systems session logs",
+    "analysis": "common ipc scenario session design live",
+    "gui": "common ipc plant link scenario gains control systems session design logs live analysis",
+    "commands": "common ipc plant link gateways scenario gains systems diagram session design logs "
     "live",
     "commands/gui": "gui",
     "pytest_plugin": "common design",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.ipc.send_queue import SendQueue
 from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
 from workbench.live.messages import (
@@ -24,7 +25,6 @@ from workbench.live.messages import (
     Report,
     SetSpeed,
 )
-from workbench.live.send_queue import SendQueue
 from workbench.scenario.scenario import (
     Action,
     Gust,

@@ -19,7 +19,7 @@ from workbench.analysis.questions import (
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError
-from workbench.live.send_queue import SendQueue
+from workbench.ipc.send_queue import SendQueue
 
 ORDER = (Judge, Predict, Fork, DrawMap, FindRanges, Weigh, Tune, Pin)
 """The kinds of questions, the most urgent first."""

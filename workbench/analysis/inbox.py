@@ -6,7 +6,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 from workbench.analysis.messages import Ask, Stop, Superseded
-from workbench.live.send_queue import SendQueue
+from workbench.ipc.send_queue import SendQueue
 
 
 class Inbox:

@@ -20,8 +20,8 @@ from workbench.analysis.questions import Question
 from workbench.analysis.replies import Searched
 from workbench.analysis.superseded import SupersededError
 from workbench.common.errors import WorkbenchError
-from workbench.live.process import DYING, ChildProcess
-from workbench.live.send_queue import SendQueue
+from workbench.ipc.child_process import DYING, ChildProcess
+from workbench.ipc.send_queue import SendQueue
 
 CLOSED = "the analyst is closed"
 MODULE = "workbench.analysis.worker"

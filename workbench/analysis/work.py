@@ -7,7 +7,7 @@ from workbench.analysis.inbox import Inbox
 from workbench.analysis.messages import Progressed
 from workbench.analysis.replies import Reply, Searched
 from workbench.common.errors import WorkbenchError
-from workbench.live.send_queue import SendQueue
+from workbench.ipc.send_queue import SendQueue
 
 STOPPED = "it was stopped before it was done"
 

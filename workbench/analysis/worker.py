@@ -24,7 +24,7 @@ from workbench.analysis.questions import (
 )
 from workbench.analysis.subject import Subject
 from workbench.common.cache import PROGRESS_LOGGER
-from workbench.live.send_queue import LogPoster, SendQueue
+from workbench.ipc.send_queue import LogPoster, SendQueue
 
 ANSWERERS = {
     Judge: "judging:judge",

@@ -5,7 +5,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from workbench.common.errors import WorkbenchError
-from workbench.live.process import ChildProcess
+from workbench.ipc.child_process import ChildProcess
 
 
 class Drawer:

@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from workbench.common.errors import WorkbenchError
+from workbench.ipc.child_process import DYING, ChildProcess
 from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
@@ -42,7 +43,6 @@ from workbench.live.messages import (
     StopExciting,
     Streamed,
 )
-from workbench.live.process import DYING, ChildProcess
 from workbench.live.view import LiveView
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.scenario import FARTHEST, Action, Gust, Push, Scenario

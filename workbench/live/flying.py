@@ -8,6 +8,7 @@ from multiprocessing.connection import Connection, wait
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
+from workbench.ipc.send_queue import SendQueue
 from workbench.link.backplane import Disconnect
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.exciter import Exciter
@@ -37,7 +38,6 @@ from workbench.live.messages import (
     StopExciting,
 )
 from workbench.live.network import Deferred, FlightNetwork
-from workbench.live.send_queue import SendQueue
 from workbench.live.stream import NoStream, Stream
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.scenario import Action

@@ -9,7 +9,7 @@ from PyQt6.QtCore import QObject, Qt, pyqtSignal
 from workbench.common.errors import WorkbenchError
 from workbench.gui.errands import Errands
 from workbench.gui.visualization.log_messages import LogContents, Progress, ReadLog, Refused
-from workbench.live.process import ChildProcess
+from workbench.ipc.child_process import ChildProcess
 
 
 class LogReader(QObject):
