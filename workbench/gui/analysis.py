@@ -20,10 +20,10 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.replies import Reply, Searched
-from workbench.analysis.superseded import SupersededError
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
 from workbench.gui.notices import Notices
+from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
 STREAMED = (Judge, Predict, DrawMap, FindRanges)
