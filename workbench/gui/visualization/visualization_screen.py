@@ -157,7 +157,7 @@ class VisualizationScreen(Screen):
         show_file_dialog(dialog, lambda name: self.open_log(Path(name)))
 
     def _cancel(self) -> None:
-        self._reader.stop()
+        self._reader.close()
         self._reading.hide()
 
     def _refuse(self, said: str) -> None:
