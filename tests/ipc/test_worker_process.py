@@ -9,11 +9,7 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.worker_process import (
-    SupersededError,
-    WorkerProcess,
-    unanswered_future,
-)
+from workbench.ipc.worker_process import SupersededError, WorkerProcess
 
 ENOUGH = 60.0
 """No test waits so long unless it fails [s]."""
@@ -77,9 +73,7 @@ def open_sockets() -> int:
 
 
 def asked(worker, what):
-    answer = unanswered_future()
-    assert worker.ask(what, answer)
-    return answer
+    return worker.ask(lambda: what)
 
 
 def test_requests_are_answered_refused_or_dropped_and_the_rest_is_heard(start):
@@ -93,9 +87,14 @@ def test_requests_are_answered_refused_or_dropped_and_the_rest_is_heard(start):
         answers = [asked(worker, number) for number in range(100)]
         assert [each.result(ENOUGH) for each in answers] == [[number] for number in range(100)]
         assert heard == [("told", number) for number in range(100)]
-        assert worker.answered and worker.requests == 102 and worker.unanswered == 0
+        assert worker.answered and worker.requests == 102
         with pytest.raises(TypeError, match="pickle"):
-            worker.ask(threading.Lock(), unanswered_future())
+            asked(worker, threading.Lock())
+
+        def refuse():
+            raise WorkbenchError("it is no number")
+
+        assert str(worker.ask(refuse).exception(0.0)) == "it is no number"
         assert asked(worker, "next").result(ENOUGH) == ["next"]
 
 
@@ -130,15 +129,14 @@ def test_a_death_is_a_sentence_and_fails_what_waits(start, case):
             assert reason == f"it is over: {reasons[0]}"
             assert reasons[0].startswith(said) and len(reasons) == 1
             assert worker.ended == reason
-            assert not worker.ask("later", unanswered_future())
+            assert str(asked(worker, "later").exception(0.0)) == reason
 
 
 def test_an_answer_may_close_its_worker(start):
     with start() as worker:
-        closed = unanswered_future()
-        asked(worker, "wait").add_done_callback(lambda _: closed.set_result(None))
+        waiting = asked(worker, "wait")
         asked(worker, "now").add_done_callback(lambda _: worker.close())
-        closed.result(ENOUGH)
+        assert str(waiting.exception(ENOUGH)) == "the test is closed"
 
 
 def test_closing_does_not_wait_for_a_process_that_stands_still(start):

@@ -21,7 +21,8 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.replies import Searched
-from workbench.ipc.worker_process import failed, unanswered_future
+from workbench.common.errors import WorkbenchError
+from workbench.ipc.worker_process import unanswered_future
 from workbench.scenario.scenario import Scenario
 
 QUICK = (Judge, Predict, DrawMap, FindRanges)
@@ -85,13 +86,16 @@ class Analyst:
         `SupersededError`; one that is being worked on is answered, so that a screen can follow a
         slider that never rests.
         """
+        answer = unanswered_future()
         processes = ((QUICK, self._quick), (SLOW, self._slow), (LONG, self._searching))
         for kinds, process in processes:
             if isinstance(question, kinds):
-                answer = unanswered_future()
-                sent = self._submit(partial(process.ask, question, answer))
-                return answer if sent else failed(CLOSED)
-        return failed(f"{question!r:.60} is no question: ask one of workbench.analysis.questions")
+                if not self._submit(partial(process.ask, question, answer)):
+                    answer.set_exception(WorkbenchError(CLOSED))
+                return answer
+        said = f"{question!r:.60} is no question: ask one of workbench.analysis.questions"
+        answer.set_exception(WorkbenchError(said))
+        return answer
 
     def warm_up(self) -> None:
         """Start the quick and the slow process, so that the first questions find them ready."""

@@ -47,8 +47,7 @@ class AnalysisProcess:
     def ask(self, question: Question, answer: "Future[Any]") -> None:
         """Ask, and give the answer to a Future; a process is started if there is none."""
         try:
-            if not (self._living().ask(question, answer) or self._living().ask(question, answer)):
-                answer.set_exception(WorkbenchError(CLOSED))
+            self._living().ask(lambda: question, answer)
         except WorkbenchError as error:
             answer.set_exception(error)
         except Exception as error:  # a stranger's object may fail in any way

@@ -1,15 +1,17 @@
 """A child process that answers requests, without letting its caller wait."""
 
+import math
+import pickle
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
+from queue import SimpleQueue
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import DYING, ChildProcess
-from workbench.ipc.send_queue import SendQueue
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,7 @@ class WorkerProcess(ChildProcess):
         hear: called with every other message, in a thread of this object's.
         on_end: called there when the process is gone, with the reason; what it returns is the
             reason that counts.
+        most_unanswered: requests without an answer; further ones are refused.
 
     Attributes:
         answered: whether it ever answered or refused a request.
@@ -74,17 +77,21 @@ class WorkerProcess(ChildProcess):
         name: str,
         hear: Callable[[object], None],
         on_end: Callable[[str], str] = str,
+        most_unanswered: float = math.inf,
     ) -> None:
         super().__init__(module, name)
         self.answered = False
         self.ended = ""
         self._hear, self._on_end = hear, on_end
+        self._most_unanswered = most_unanswered
         self._lock = threading.Lock()
         self._requests = 0
         self._unanswered: dict[int, Future[Any]] = {}
         self._closed = False
-        self._queue = SendQueue(self.connection)
+        self._to_send: SimpleQueue[bytes | None] = SimpleQueue()
+        self._sender = threading.Thread(target=self._send, name=f"to the {name}", daemon=True)
         self._listener = threading.Thread(target=self._listen, name=name, daemon=True)
+        self._sender.start()
         self._listener.start()
 
     @property
@@ -92,29 +99,34 @@ class WorkerProcess(ChildProcess):
         """Number of the last request."""
         return self._requests
 
-    @property
-    def unanswered(self) -> int:
-        """How many requests wait for an answer."""
-        return len(self._unanswered)
-
     def send(self, message: object) -> None:
         """Send a message that is not answered; it is pickled now, and whatever that raises."""
-        self._queue.post(message)
+        self._to_send.put(pickle.dumps(message))
 
-    def ask(self, what: object, answer: "Future[Any]") -> bool:
-        """Send a request, which is pickled now; return False if the process has ended.
+    def ask(self, make: Callable[[], object], answer: "Future[Any] | None" = None) -> "Future[Any]":
+        """Send a request, which is pickled now, and return what will be its answer.
 
         Args:
-            what: to do.
-            answer: see `unanswered_future`; gets what comes of it, or a WorkbenchError.
+            make: makes what is asked; a WorkbenchError that it raises is the answer's exception.
+            answer: an `unanswered_future` to be returned, where somebody has it already.
         """
-        with self._lock:
-            if self._closed or self.ended:
-                return False
-            self._queue.post(Request(self._requests + 1, what))
-            self._requests += 1
-            self._unanswered[self._requests] = answer
-        return True
+        answer = answer or unanswered_future()
+        try:
+            what = make()
+            with self._lock:
+                if self._closed or self.ended:
+                    raise WorkbenchError(self.ended or f"the {self.name} is closed")
+                if len(self._unanswered) >= self._most_unanswered:
+                    raise WorkbenchError(
+                        f"the {self.name} has {self._most_unanswered} orders to answer still: "
+                        "wait a bit"
+                    )
+                self.send(Request(self._requests + 1, what))
+                self._requests += 1
+                self._unanswered[self._requests] = answer
+        except WorkbenchError as error:
+            answer.set_exception(error)
+        return answer
 
     def close(self, limit: float = 0.0, last: object = None) -> None:
         """Wait for the process's end for a time [s], then kill it; nothing of it is left.
@@ -125,10 +137,18 @@ class WorkerProcess(ChildProcess):
         """
         self._closed = True
         if last is not None:
-            self._queue.post(last)
+            self.send(last)
         self.end(limit)
         if threading.current_thread() is not self._listener:  # an answer's callback may close
             self._listener.join(DYING)
+
+    def _send(self) -> None:
+        """Send what is queued until the end, or until nobody reads any more."""
+        # The process is gone, as `_listen` finds out; or (TypeError) the connection was closed
+        # here in the middle of a message.
+        with suppress(OSError, TypeError):
+            while (data := self._to_send.get()) is not None:
+                self.connection.send_bytes(data)
 
     def _listen(self) -> None:
         """Hear the process until it is gone, and let go of it."""
@@ -146,7 +166,8 @@ class WorkerProcess(ChildProcess):
             unanswered, self._unanswered = self._unanswered, {}
         for answer in unanswered.values():
             answer.set_exception(WorkbenchError(reason))
-        self._queue.close(DYING)
+        self._to_send.put(None)
+        self._sender.join(DYING)
         self.release()
 
     def _take(self, message: object) -> None:
@@ -172,11 +193,4 @@ def unanswered_future() -> "Future[Any]":
     """Return what will be the answer to a request; it cannot be cancelled."""
     answer: Future[Any] = Future()
     answer.set_running_or_notify_cancel()
-    return answer
-
-
-def failed(said: str) -> "Future[Any]":
-    """Return the answer to a request that is refused at once."""
-    answer: Future[Any] = Future()
-    answer.set_exception(WorkbenchError(said))
     return answer

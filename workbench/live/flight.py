@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.worker_process import WorkerProcess, failed, unanswered_future
+from workbench.ipc.worker_process import WorkerProcess
 from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
@@ -91,7 +91,10 @@ class LiveFlight:
         self._streamed: deque[Published] = deque(maxlen=MOST_STREAMED)
         self._missed = 0
         self._failed = Failed("")
-        self._process = WorkerProcess("workbench.live.worker", "flight", self._hear, self._end)
+        self._process = WorkerProcess(
+            "workbench.live.worker", "flight", self._hear, self._end, MOST_WAITING
+        )
+        self._order: Callable[[Callable[[], Wanted]], Future[Any]] = self._process.ask
         try:
             self._process.send(Begin(scenario or Scenario(), dict(settings or {}), draw, stream))
         except Exception as error:  # a stranger's object may fail in any way
@@ -299,19 +302,6 @@ class LiveFlight:
         It is killed at once if nothing was flown yet.
         """
         self._process.close(limit if self._begun.is_set() else 0.0, Close.CLOSE)
-
-    def _order(self, make: Callable[[], Wanted]) -> Future[Any]:
-        """Make an order and send it; what is wrong with it is the exception of its answer."""
-        try:
-            wanted = make()
-        except WorkbenchError as error:
-            return failed(str(error))
-        if self._process.unanswered >= MOST_WAITING:
-            return failed(f"the flight has {MOST_WAITING} orders to answer still: wait a bit")
-        answer = unanswered_future()
-        if not self._process.ask(wanted, answer):
-            return failed(self._process.ended or "the flight is closed")
-        return answer
 
     def _hear(self, message: object) -> None:
         match message:

@@ -9,7 +9,7 @@ from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.visualization.log_messages import Progress
-from workbench.ipc.worker_process import WorkerProcess, unanswered_future
+from workbench.ipc.worker_process import WorkerProcess
 
 
 class LogReader(QObject):
@@ -46,10 +46,7 @@ class LogReader(QObject):
             self.refused.emit(str(error))
             return
         self._process = process
-        contents = unanswered_future()
-        contents.add_done_callback(heard)
-        if not process.ask(path, contents):
-            contents.set_exception(WorkbenchError(process.ended))
+        process.ask(lambda: path).add_done_callback(heard)
 
     def close(self) -> None:
         """Read no further; nothing is left of it."""
