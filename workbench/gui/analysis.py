@@ -36,7 +36,7 @@ class Analysis(QObject):
 
     Args:
         notices: where refusals are told, but for those of questions that come in streams.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     judged = pyqtSignal(object)

@@ -35,7 +35,7 @@ class VisualizationScreen(Screen):
 
     Args:
         workspace: what all screens share.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         charts: page of charts.
