@@ -18,7 +18,7 @@ from spread import Spread, spread
 
 from workbench.analysis.analyst import Analyst
 from workbench.analysis.questions import DrawMap, FindRanges, Judge, Predict, Step
-from workbench.analysis.superseded import SupersededError
+from workbench.ipc.worker_process import SupersededError
 from workbench.live.flight import LiveFlight
 from workbench.scenario.scenario import Scenario, SensorsConfig
 

@@ -19,8 +19,9 @@ PACKAGE = ROOT / "workbench"
 
 MAY_IMPORT = {
     "common": "",
-    "plant": "common",
-    "link": "common",
+    "ipc": "common",
+    "plant": "common ipc",
+    "link": "common ipc",
     "gateways": "common link",
     "dynamics": "common plant",
     "control": "common plant dynamics",
@@ -30,14 +31,14 @@ MAY_IMPORT = {
     "systems": "common plant link dynamics control",
     "diagram": "common plant link dynamics control scenario systems",
     "session": "common plant link dynamics control scenario gains systems diagram",
-    "design": "common plant dynamics control scenario gains systems diagram session",
+    "design": "common ipc plant dynamics control scenario gains systems diagram session",
     "logs": "common link gateways scenario systems session",
     "logs/plots": "design",
-    "live": "common plant link control scenario systems session logs",
-    "analysis": "common control scenario session design live",
-    "gui": "common plant link control scenario gains systems session design logs live analysis",
-    "commands": "common plant link gateways control scenario gains systems diagram session design "
-    "logs live",
+    "live": "common ipc plant link control scenario systems session logs",
+    "analysis": "common ipc control scenario session design live",
+    "gui": "common ipc plant link control scenario gains systems session design logs live analysis",
+    "commands": "common ipc plant link gateways control scenario gains systems diagram session "
+    "design logs live",
     "commands/gui": "gui",
     "pytest_plugin": "common design",
     "__main__": "commands",

@@ -14,7 +14,7 @@ from workbench.scenario.scenario import Scenario
 
 
 class Caller:
-    """An inbox and an outbox in one, with nobody at the other end.
+    """A request queue and a send queue in one, with nobody at the other end.
 
     Attributes:
         stopped: number up to which questions are stopped.

@@ -22,8 +22,8 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.replies import Judged, Mapped, Predicted, Ranges
-from workbench.analysis.superseded import SupersededError
 from workbench.common.errors import WorkbenchError
+from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 ENOUGH = 120.0

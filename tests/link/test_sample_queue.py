@@ -90,7 +90,7 @@ def test_the_newest_of_a_topic_is_there_read_or_not(clock):
     assert queue.newest(STATES[0].name).t_ns == 2
 
 
-def test_waiting_ends_with_a_sample_or_with_the_inbox():
+def test_waiting_ends_with_a_sample_or_with_the_queue():
     queue = SampleQueue()
     taken = []
 

@@ -9,11 +9,11 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
 from workbench.design.step_response import unwrapped_yaw
+from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.clock import SLICE
 from workbench.live.flight import LiveFlight
 from workbench.live.flying import Flying
 from workbench.live.messages import (
-    Answer,
     Excite,
     FlyOn,
     GetCheckpoint,
@@ -21,9 +21,7 @@ from workbench.live.messages import (
     Hold,
     KeepLog,
     Network,
-    Order,
     Phase,
-    Refusal,
     Report,
     SetSpeed,
     StopExciting,
@@ -46,8 +44,8 @@ TURN = Excitation("yaw", Shape.DOUBLET, 0.3, 0.5, repeats=True)
 AT_REST = Action(velocity=[0.0, 0.0, 0.0], yaw_rate=0.0)
 
 
-class Letters:
-    """An outbox that keeps all."""
+class KeptMessages:
+    """A send queue that keeps all."""
 
     def __init__(self) -> None:
         self.sent: list[object] = []
@@ -63,10 +61,10 @@ class Bench:
 
     def __init__(self, scenario: Scenario | None = None) -> None:
         self.wall = 0.0
-        self.letters = Letters()
+        self.messages = KeptMessages()
         self.bridge = Bridge()
         self.session = Session(scenario, bridge=self.bridge)
-        self.flying = Flying(self.session, self.bridge, {}, self.letters, lambda: self.wall)
+        self.flying = Flying(self.session, self.bridge, {}, self.messages, lambda: self.wall)
         self.orders = 0
 
     def fly(self, seconds: float) -> None:
@@ -84,14 +82,14 @@ class Bench:
 
     def obey(self, wanted: object) -> Answer | Refusal:
         self.orders += 1
-        self.flying.obey([Order(self.orders, wanted)])
-        answer = self.letters.sent[-1]
+        self.flying.obey([Request(self.orders, wanted)])
+        answer = self.messages.sent[-1]
         assert answer.number == self.orders
         return answer
 
     @property
     def shown(self) -> Report:
-        return next(each for each in reversed(self.letters.sent) if isinstance(each, Report))
+        return next(each for each in reversed(self.messages.sent) if isinstance(each, Report))
 
     @property
     def asked(self) -> tuple[float, ...]:
@@ -143,7 +141,7 @@ def test_the_law_flies_it_from_its_very_beginning():
 def test_it_is_shown_before_the_order_is_answered():
     bench = Bench()
     bench.obey(Excite(SQUARE))
-    report, answer = bench.letters.sent[-2:]
+    report, answer = bench.messages.sent[-2:]
     assert isinstance(answer, Answer)
     assert report.exciting.excitation == SQUARE
     assert report.exciting.began == answer.value == 0.0

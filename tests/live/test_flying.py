@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.ipc.send_queue import SendQueue
+from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
 from workbench.live.messages import (
-    Answer,
     Close,
     Flown,
     FlyOn,
@@ -18,13 +19,10 @@ from workbench.live.messages import (
     GetParameter,
     GetReading,
     Hold,
-    Order,
     Phase,
-    Refusal,
     Report,
     SetSpeed,
 )
-from workbench.live.send_queue import SendQueue
 from workbench.scenario.scenario import (
     Action,
     Gust,
@@ -44,8 +42,8 @@ STEP = Rates().physics_step
 SETTINGS = {"kp_roll": 90.0, "max_tilt": 0.4, "wind_x": 1.0, "rotor_2": 0.97}
 
 
-class Letters:
-    """An outbox that keeps all."""
+class KeptMessages:
+    """A send queue that keeps all."""
 
     def __init__(self) -> None:
         self.sent: list[object] = []
@@ -59,13 +57,13 @@ class Letters:
 class Bench:
     """A `Flying` and its wall clock."""
 
-    def __init__(self, scenario: Scenario | None = None, settings=None, outbox=None) -> None:
+    def __init__(self, scenario: Scenario | None = None, settings=None, send_queue=None) -> None:
         self.wall = 0.0
-        self.letters = outbox or Letters()
+        self.messages = send_queue or KeptMessages()
         self.bridge = Bridge()
         self.session = Session(scenario, settings, bridge=self.bridge)
         self.flying = Flying(
-            self.session, self.bridge, settings or {}, self.letters, lambda: self.wall
+            self.session, self.bridge, settings or {}, self.messages, lambda: self.wall
         )
         self.orders = 0
 
@@ -77,8 +75,8 @@ class Bench:
 
     def obey(self, wanted) -> Answer | Refusal:
         self.orders += 1
-        self.flying.obey([Order(self.orders, wanted)])
-        answer = self.letters.sent[-1]
+        self.flying.obey([Request(self.orders, wanted)])
+        answer = self.messages.sent[-1]
         assert answer.number == self.orders
         return answer
 
@@ -132,7 +130,7 @@ def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():
 def test_a_report_that_shows_the_effect_goes_before_the_answer():
     bench = Bench()
     bench.obey(Action(velocity=[0.5, 0.0, 0.0], yaw_rate=0.1))
-    report, answer = bench.letters.sent[-2:]
+    report, answer = bench.messages.sent[-2:]
     assert isinstance(answer, Answer)
     assert isinstance(report, Report)
     assert report.snapshot.reference[:4] == (0.5, 0.0, 0.0, 0.1)
@@ -241,7 +239,7 @@ def test_a_report_tells_a_flight_from_the_one_before_a_reset_at_any_time():
     numbers = []
     for _ in range(2):
         bench.obey(Hold.RESET)  # time stands at 0
-        report = bench.letters.sent[-2]
+        report = bench.messages.sent[-2]
         assert isinstance(report, Report)
         assert report.snapshot.time == 0.0
         numbers.append(report.flight)
@@ -252,13 +250,13 @@ def test_a_pause_holds_time_and_flying_on_moves_it():
     bench = Bench()
     bench.fly(0.125)
     assert bench.obey(Hold.PAUSE).value == 0.125
-    assert bench.letters.sent[-2].phase is Phase.PAUSED
+    assert bench.messages.sent[-2].phase is Phase.PAUSED
     bench.fly(1.0)
     assert bench.session.time == 0.125
     assert bench.obey(FlyOn(0.5)).value == 0.625
     assert bench.obey(FlyOn(STEP)).value == 0.625 + STEP
     bench.obey(Hold.RESUME)
-    assert bench.letters.sent[-2].phase is Phase.FLYING
+    assert bench.messages.sent[-2].phase is Phase.FLYING
     bench.fly(0.125)
     assert bench.session.time == 0.75 + STEP
 
@@ -276,7 +274,7 @@ def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch, kind):
     monkeypatch.setattr(bench.session, "tick", breaks)
     bench.fly(0.125)
     monkeypatch.setattr(bench.session, "tick", tick)
-    report = bench.letters.sent[-1]
+    report = bench.messages.sent[-1]
     assert (report.phase, report.said[:26]) == (Phase.BROKEN, "the flight broke off after")
     bench.fly(1.0)
     assert bench.session.time == 0.125  # it does not try again
@@ -284,7 +282,7 @@ def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch, kind):
         assert "reset it first" in bench.obey(wanted).said
     assert bench.flown().recording.time[-1] == 0.125
     assert bench.obey(Hold.RESET).value == 0.0
-    assert bench.letters.sent[-2].phase is Phase.FLYING
+    assert bench.messages.sent[-2].phase is Phase.FLYING
     bench.fly(0.25)
     assert bench.session.time == 0.25
 
@@ -305,20 +303,20 @@ def test_reports_come_sixty_times_a_second_whatever_the_speed():
     for speed in (1.0, 8.0):
         bench = Bench()
         bench.obey(SetSpeed(speed))
-        before = len(bench.letters.sent)
+        before = len(bench.messages.sent)
         bench.fly(1.0)
-        assert 50 <= len(bench.letters.sent) - before <= 61
+        assert 50 <= len(bench.messages.sent) - before <= 61
 
 
 def test_a_reader_that_stands_still_does_not_stop_the_flight():
     """Nobody reads the pipe, which holds a few hundred reports at most."""
     here, there = Pipe()
-    outbox = SendQueue(here)
-    bench = Bench(outbox=outbox)
+    send_queue = SendQueue(here)
+    bench = Bench(send_queue=send_queue)
     bench.fly(12.0)
     assert bench.session.time == 12.0
     there.close()
-    outbox.close(30.0)
+    send_queue.close(30.0)
     here.close()
 
 
@@ -329,7 +327,7 @@ def test_a_flood_of_orders_does_not_stop_the_flight_and_closing_is_heard(monkeyp
     bench = Bench()
     count = 30  # few enough for the pipe to take them all
     for number in range(count):
-        there.send(Order(number, Action(set={"kp_roll": 50.0 + number / count})))
+        there.send(Request(number, Action(set={"kp_roll": 50.0 + number / count})))
     there.send(Close.CLOSE)
 
     def wanted() -> bool:
@@ -337,7 +335,7 @@ def test_a_flood_of_orders_does_not_stop_the_flight_and_closing_is_heard(monkeyp
         return True
 
     bench.flying.run(here, wanted)
-    times = [answer.value for answer in bench.letters.sent if isinstance(answer, Answer)]
+    times = [answer.value for answer in bench.messages.sent if isinstance(answer, Answer)]
     assert len(times) == count
     assert len(set(times)) == 3  # at three steps
     assert times == sorted(times)

@@ -29,20 +29,20 @@ def at(t_ns):
 
 
 def test_a_reader_that_is_too_slow_is_told_how_much_is_left_out():
-    outbox = SendQueue()
-    stream = Stream(outbox)
+    send_queue = SendQueue()
+    stream = Stream(send_queue)
     stream.flush()
-    assert outbox.sent == []
+    assert send_queue.sent == []
     stream.add(at(1))
     stream.flush()
-    outbox.open = False
+    send_queue.open = False
     for time in (2, 3, 4):
         stream.add(at(time))
     stream.flush()
-    outbox.open = True
+    send_queue.open = True
     stream.add(at(5))
     stream.flush()
-    assert outbox.sent == [Streamed((at(1),), 0), Streamed((at(5),), 3)]
+    assert send_queue.sent == [Streamed((at(1),), 0), Streamed((at(5),), 3)]
 
 
 @pytest.fixture

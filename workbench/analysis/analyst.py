@@ -4,11 +4,11 @@ import copy
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
-from workbench.analysis.assistant import Assistant
-from workbench.analysis.line import CLOSED
 from workbench.analysis.messages import Begin, Preparing
+from workbench.analysis.process import CLOSED, AnalysisProcess
 from workbench.analysis.questions import (
     DrawMap,
     FindRanges,
@@ -21,7 +21,8 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.replies import Searched
-from workbench.live.flight import failed
+from workbench.common.errors import WorkbenchError
+from workbench.ipc.worker_process import unanswered_future
 from workbench.scenario.scenario import Scenario
 
 QUICK = (Judge, Predict, DrawMap, FindRanges)
@@ -60,13 +61,13 @@ class Analyst:
         self.scenario = copy.deepcopy(scenario)
         self.settings = dict(settings)
         self._quick, self._slow, self._searching = (
-            Assistant(Begin(self.scenario, self.settings, niceness), progress)
+            AnalysisProcess(Begin(self.scenario, self.settings, niceness), progress)
             for niceness in (QUICK_NICENESS, SLOW_NICENESS, SLOW_NICENESS)
         )
         self._lock = threading.Lock()
         self._closed = False
         # To start a process takes ten milliseconds, more than a screen may wait.
-        self._clerk = ThreadPoolExecutor(1, thread_name_prefix="analyst's clerk")
+        self._background = ThreadPoolExecutor(1, thread_name_prefix="analyst")
 
     @property
     def pids(self) -> tuple[int | None, int | None, int | None]:
@@ -76,8 +77,7 @@ class Analyst:
     @property
     def has_given_up(self) -> bool:
         """Whether a process died so often that questions to it are refused from now on."""
-        assistants = (self._quick, self._slow, self._searching)
-        return any(each.has_given_up for each in assistants)
+        return any(each.has_given_up for each in (self._quick, self._slow, self._searching))
 
     def ask(self, question: Question) -> "Future[Any]":
         """Ask; the Future has the reply, or a WorkbenchError that says why there is none.
@@ -86,56 +86,38 @@ class Analyst:
         `SupersededError`; one that is being worked on is answered, so that a screen can follow a
         slider that never rests.
         """
-        if isinstance(question, QUICK):
-            return self._pass_on(self._quick, question)
-        if isinstance(question, SLOW):
-            return self._pass_on(self._slow, question)
-        if isinstance(question, LONG):
-            return self._pass_on(self._searching, question)
-        return failed(f"{question!r:.60} is no question: ask one of workbench.analysis.questions")
+        answer = unanswered_future()
+        processes = ((QUICK, self._quick), (SLOW, self._slow), (LONG, self._searching))
+        for kinds, process in processes:
+            if isinstance(question, kinds):
+                if not self._submit(partial(process.ask, question, answer)):
+                    answer.set_exception(WorkbenchError(CLOSED))
+                return answer
+        said = f"{question!r:.60} is no question: ask one of workbench.analysis.questions"
+        answer.set_exception(WorkbenchError(said))
+        return answer
 
     def warm_up(self) -> None:
         """Start the quick and the slow process, so that the first questions find them ready."""
-        self._give(self._quick.warm_up)
-        self._give(self._slow.warm_up)
+        self._submit(self._quick.warm_up)
+        self._submit(self._slow.warm_up)
 
     def stop(self) -> None:
         """End a search soon, and keep its best."""
-        self._give(self._searching.stop)
+        self._submit(self._searching.stop)
 
     def close(self) -> None:
         """Kill the processes, and wait until they are gone; the last call."""
         with self._lock:
             self._closed = True
-        self._clerk.shutdown()
+        self._background.shutdown()
         self._quick.close()
         self._slow.close()
         self._searching.close()
 
-    def _pass_on(self, assistant: Assistant, question: Question) -> "Future[Any]":
-        """Let a question be asked, and return what the reply will be."""
-        reply: Future[Any] = Future()
-        reply.set_running_or_notify_cancel()  # from now on it cannot be cancelled
-        if not self._give(lambda: assistant.ask(question).add_done_callback(_copy_to(reply))):
-            return failed(CLOSED)
-        return reply
-
-    def _give(self, act: Callable[[], None]) -> bool:
-        """Let the clerk do something, in the order of what is given; return whether it will."""
+    def _submit(self, act: Callable[[], None]) -> bool:
+        """Run something in the background thread, in order; return False once closed."""
         with self._lock:
             if not self._closed:
-                self._clerk.submit(act)
+                self._background.submit(act)
             return not self._closed
-
-
-def _copy_to(reply: "Future[Any]") -> "Callable[[Future[Any]], None]":
-    """Return what gives a Future what another one came to."""
-
-    def copy_result(done: "Future[Any]") -> None:
-        error = done.exception()
-        if error is not None:
-            reply.set_exception(error)
-        else:
-            reply.set_result(done.result())
-
-    return copy_result

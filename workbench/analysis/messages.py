@@ -1,10 +1,9 @@
-"""What goes between who asks an analyst and its processes: frozen records."""
+"""What goes between who asks an analyst and its processes, besides requests: frozen records."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.analysis.questions import Question
-from workbench.analysis.replies import Reply, Searched
+from workbench.analysis.replies import Searched
 from workbench.scenario.scenario import Scenario
 
 # From the caller.
@@ -26,14 +25,6 @@ class Begin:
 
 
 @dataclass(frozen=True)
-class Ask:
-    """A question; what is said of it has the same number. Numbers rise."""
-
-    number: int
-    question: Question
-
-
-@dataclass(frozen=True)
 class Stop:
     """End what was asked up to a number: a search keeps its best, other work is given up."""
 
@@ -41,29 +32,6 @@ class Stop:
 
 
 # From the process.
-
-
-@dataclass(frozen=True)
-class Answered:
-    """The reply to a question."""
-
-    number: int
-    reply: Reply
-
-
-@dataclass(frozen=True)
-class Refused:
-    """A question has no answer, and why, in a sentence."""
-
-    number: int
-    said: str
-
-
-@dataclass(frozen=True)
-class Superseded:
-    """A question waited until a newer one of its kind came."""
-
-    number: int
 
 
 @dataclass(frozen=True)

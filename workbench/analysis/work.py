@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from workbench.analysis.inbox import Inbox
 from workbench.analysis.messages import Progressed
 from workbench.analysis.replies import Reply, Searched
+from workbench.analysis.request_queue import RequestQueue
 from workbench.common.errors import WorkbenchError
-from workbench.live.send_queue import SendQueue
+from workbench.ipc.send_queue import SendQueue
 
 STOPPED = "it was stopped before it was done"
 
@@ -21,18 +21,18 @@ class Work:
 
     Attributes:
         number: of the question.
-        inbox: where a stop is heard.
-        outbox: where progress is told.
+        requests: where a stop is heard.
+        send_queue: where progress is told.
     """
 
     number: int
-    inbox: Inbox
-    outbox: SendQueue
+    requests: RequestQueue
+    send_queue: SendQueue
 
     @property
     def stopped(self) -> bool:
         """Whether the asker wants it no more."""
-        return self.number <= self.inbox.stopped
+        return self.number <= self.requests.stopped
 
     def check(self, _share: float = 0.0) -> None:
         """Give up if the asker wants it no more; a callback of progress.
@@ -45,8 +45,8 @@ class Work:
 
     def on_stop(self, act: Callable[[], None]) -> None:
         """Call when the asker wants it no more: at once, in another thread."""
-        self.inbox.on_stop(self.number, act)
+        self.requests.on_stop(self.number, act)
 
     def tell(self, searched: Searched) -> None:
         """Tell how it goes."""
-        self.outbox.show(Progressed(self.number, searched))
+        self.send_queue.show(Progressed(self.number, searched))

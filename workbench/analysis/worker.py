@@ -9,8 +9,6 @@ import os
 import sys
 from multiprocessing.connection import Connection
 
-from workbench.analysis.desk import Answerer, Desk
-from workbench.analysis.inbox import Inbox
 from workbench.analysis.messages import Begin, Preparing
 from workbench.analysis.questions import (
     DrawMap,
@@ -22,9 +20,11 @@ from workbench.analysis.questions import (
     Tune,
     Weigh,
 )
+from workbench.analysis.request_queue import RequestQueue
+from workbench.analysis.scheduler import Answerer, Scheduler
 from workbench.analysis.subject import Subject
 from workbench.common.cache import PROGRESS_LOGGER
-from workbench.live.send_queue import LogPoster, SendQueue
+from workbench.ipc.send_queue import LogPoster, SendQueue
 
 ANSWERERS = {
     Judge: "judging:judge",
@@ -48,10 +48,11 @@ def main(connection: Connection) -> int:
     if not isinstance(begin, Begin):
         return 1
     os.nice(begin.niceness)
-    outbox = SendQueue(connection)
-    logging.getLogger(PROGRESS_LOGGER).addHandler(LogPoster(outbox, Preparing))
-    inbox = Inbox(connection, outbox)
-    Desk(Subject(begin.scenario, begin.settings), inbox, outbox, find_answerer).run()
+    send_queue = SendQueue(connection)
+    logging.getLogger(PROGRESS_LOGGER).addHandler(LogPoster(send_queue, Preparing))
+    requests = RequestQueue(connection, send_queue)
+    subject = Subject(begin.scenario, begin.settings)
+    Scheduler(subject, requests, send_queue, find_answerer).run()
     return 0
 
 

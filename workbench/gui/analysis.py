@@ -20,10 +20,10 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.replies import Reply, Searched
-from workbench.analysis.superseded import SupersededError
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
 from workbench.gui.notices import Notices
+from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
 STREAMED = (Judge, Predict, DrawMap, FindRanges)
@@ -36,7 +36,7 @@ class Analysis(QObject):
 
     Args:
         notices: where refusals are told, but for those of questions that come in streams.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     judged = pyqtSignal(object)

@@ -17,7 +17,7 @@ class Answers(QObject):
 
     Args:
         refused: told of a refusal where the asker says nothing else.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     _arrived = pyqtSignal(object, object, object)

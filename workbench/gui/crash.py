@@ -31,7 +31,7 @@ class CrashGuard(QObject):
 
     Args:
         notices: where it is told.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     interrupted = pyqtSignal()

@@ -27,7 +27,7 @@ class DemoPilot(QObject):
     Args:
         flight: which it flies.
         notices: where its end is told.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(

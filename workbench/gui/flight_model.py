@@ -41,7 +41,7 @@ class FlightModel(QObject):
 
     Args:
         notices: where refusals and ends are told.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         draws: whether any flight is drawn in 3-D.

@@ -34,7 +34,7 @@ class FocusGuard(QObject):
     shortcuts are dead in it. It keeps the keys that edit text on every system, and no others.
 
     Args:
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, parent: QObject) -> None:

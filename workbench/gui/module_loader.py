@@ -15,7 +15,7 @@ class ModuleLoader(QObject):
 
     Args:
         modules: full names.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     loaded = pyqtSignal(str)

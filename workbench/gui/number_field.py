@@ -33,7 +33,7 @@ class NumberField(QDoubleSpinBox):
         label: what the number is, for its accessible name.
         decimals: as shown.
         step: of an arrow, as shown.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
         whole: whether it is a whole number.
     """
 

@@ -13,7 +13,7 @@ class Preferences(QObject):
 
     Args:
         store: where they are kept.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal(str)

@@ -29,7 +29,7 @@ class RecentFiles(QObject):
 
     Args:
         store: where they are kept.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()

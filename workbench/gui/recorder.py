@@ -26,7 +26,7 @@ class Recorder(QObject):
         flight: which is recorded.
         preferences: where the folder for logs is chosen.
         notices: where its end is told.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()

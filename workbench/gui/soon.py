@@ -10,7 +10,7 @@ class Soon(QObject):
 
     Args:
         call: to be called.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, call: Callable[[], None], parent: QObject) -> None:

@@ -106,7 +106,7 @@ class Look(QObject):
 
     Args:
         preferences: where the theme is chosen.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()

@@ -1,23 +1,20 @@
 """A live flight as its caller sees it: orders that never wait, and the newest snapshot."""
 
-import pickle
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import suppress
 from pathlib import Path
-from queue import SimpleQueue
 from types import TracebackType
 from typing import Any, Self
 
 from workbench.common.errors import WorkbenchError
+from workbench.ipc.worker_process import WorkerProcess
 from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
 from workbench.live.messages import (
-    Answer,
     Begin,
     Close,
     Excite,
@@ -32,17 +29,14 @@ from workbench.live.messages import (
     KeepLog,
     Network,
     NetworkOrder,
-    Order,
     Phase,
     Question,
-    Refusal,
     Report,
     Serve,
     SetSpeed,
     StopExciting,
     Streamed,
 )
-from workbench.live.process import DYING, ChildProcess
 from workbench.live.view import LiveView
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.scenario import FARTHEST, Action, Gust, Push, Scenario
@@ -92,26 +86,20 @@ class LiveFlight:
         draw: bool = False,
         stream: bool = False,
     ) -> None:
-        begin = Begin(scenario or Scenario(), dict(settings or {}), draw, stream)
-        try:
-            data = pickle.dumps(begin)
-        except Exception as error:  # a stranger's object may fail in any way
-            raise WorkbenchError(f"the scenario cannot be sent to a process: {error}") from error
         self._view = LiveView()
         self._begun = threading.Event()  # set once the flight has begun, or has ended before
         self._streamed: deque[Published] = deque(maxlen=MOST_STREAMED)
         self._missed = 0
-        self._lock = threading.Lock()
-        self._unanswered: dict[int, Future[Any]] = {}
-        self._orders = 0
-        self._closed = False
-        self._process = ChildProcess("workbench.live.worker", "flight")
-        self._to_send: SimpleQueue[bytes | None] = SimpleQueue()
-        self._to_send.put(data)
-        self._sender = threading.Thread(target=self._send, name="orders", daemon=True)
-        self._listener = threading.Thread(target=self._listen, name="live flight", daemon=True)
-        self._sender.start()
-        self._listener.start()
+        self._failed = Failed("")
+        self._process = WorkerProcess(
+            "workbench.live.worker", "flight", self._hear, self._end, MOST_WAITING
+        )
+        self._order: Callable[[Callable[[], Wanted]], Future[Any]] = self._process.ask
+        try:
+            self._process.send(Begin(scenario or Scenario(), dict(settings or {}), draw, stream))
+        except Exception as error:  # a stranger's object may fail in any way
+            self._process.close()
+            raise WorkbenchError(f"the scenario cannot be sent to a process: {error}") from error
 
     def __enter__(self) -> Self:
         return self
@@ -313,97 +301,27 @@ class LiveFlight:
 
         It is killed at once if nothing was flown yet.
         """
-        with self._lock:
-            if self._closed:
-                return
-            self._closed = True
-        self._to_send.put(pickle.dumps(Close.CLOSE))
-        self._process.end(limit if self._begun.is_set() else 0.0)
-        # both end by themselves once nobody is at the other end
-        if threading.current_thread() is not self._listener:  # an answer's callback may close
-            self._listener.join(DYING)
-        self._to_send.put(None)
-        self._sender.join(DYING)
-        self._process.release()
-
-    def _order(self, make: Callable[[], Wanted]) -> Future[Any]:
-        """Make an order and send it; what is wrong with it is the exception of its answer."""
-        try:
-            wanted = make()
-        except WorkbenchError as error:
-            return failed(str(error))
-        with self._lock:
-            if self._closed or self._view.phase is Phase.ENDED:
-                return failed(self._view.said or "the flight is closed")
-            if len(self._unanswered) >= MOST_WAITING:
-                return failed(f"the flight has {MOST_WAITING} orders to answer still: wait a bit")
-            self._orders += 1
-            answer: Future[Any] = Future()
-            answer.set_running_or_notify_cancel()  # from now on it cannot be cancelled
-            self._unanswered[self._orders] = answer
-            self._to_send.put(pickle.dumps(Order(self._orders, wanted)))
-        return answer
-
-    def _send(self) -> None:
-        """Send what is queued, so that whoever orders never waits, until closed or unheard."""
-        # The process is gone, as `_listen` finds out; or (TypeError) the connection was closed
-        # here in the middle of a message.
-        with suppress(OSError, TypeError):
-            while (data := self._to_send.get()) is not None:
-                self._process.connection.send_bytes(data)
-
-    def _listen(self) -> None:
-        """Hear the process until it is gone, and show that it is."""
-        try:
-            failed = self._hear_all()
-        except Exception as error:  # what cannot be read: nothing can be trusted now
-            failed = Failed(f"the flight's process said what cannot be read: {error!r:.100}")
-            self._process.end(0.0)
-        self._end(failed)
-
-    def _hear_all(self) -> Failed:
-        """Hear the process until it is gone; return what it said of a failure, if anything."""
-        heard = Failed("")
-        with suppress(EOFError, OSError):  # it is gone; `_end` finds out why
-            while True:
-                message = self._process.connection.recv()
-                if isinstance(message, Failed):
-                    heard = message
-                else:
-                    self._hear(message)
-        return heard
+        self._process.close(limit if self._begun.is_set() else 0.0, Close.CLOSE)
 
     def _hear(self, message: object) -> None:
-        if isinstance(message, Streamed):
-            full = len(self._streamed) + len(message.published) - MOST_STREAMED
-            self._missed += message.lost + max(0, full)
-            self._streamed.extend(message.published)
-            return
-        self._view = self._view.after(message)
         match message:
-            case Report():
-                self._begun.set()
-            case Answer(number, value):
-                self._unanswered.pop(number).set_result(value)
-            case Refusal(number, said):
-                self._unanswered.pop(number).set_exception(WorkbenchError(said))
+            case Streamed(published, lost):
+                full = len(self._streamed) + len(published) - MOST_STREAMED
+                self._missed += lost + max(0, full)
+                self._streamed.extend(published)
+            case Failed():
+                self._failed = message
+            case _:
+                self._view = self._view.after(message)
+                if isinstance(message, Report):
+                    self._begun.set()
 
-    def _end(self, failed: Failed) -> None:
-        """Show that the flight has ended, and fail what still waits."""
-        reason = failed.said or ("the flight is closed" if self._closed else self._process.cause())
-        with self._lock:
-            self._view = self._view.ended(reason, failed.needed)
-            unanswered, self._unanswered = self._unanswered, {}
-        for answer in unanswered.values():
-            answer.set_exception(WorkbenchError(reason))
+    def _end(self, reason: str) -> str:
+        """Show that the flight has ended, and return why."""
+        said = self._failed.said or reason
+        self._view = self._view.ended(said, self._failed.needed)
         self._begun.set()
-
-
-def failed(said: str) -> Future[Any]:
-    """Return the answer to an order that is refused at once."""
-    answer: Future[Any] = Future()
-    answer.set_exception(WorkbenchError(said))
-    return answer
+        return said
 
 
 def _checked(config: ServerConfig) -> ServerConfig:

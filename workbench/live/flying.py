@@ -8,13 +8,14 @@ from multiprocessing.connection import Connection, wait
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
+from workbench.ipc.send_queue import SendQueue
+from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.exciter import Exciter
 from workbench.live.hard_hit import hit_speed
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
-    Answer,
     Close,
     Excite,
     Flown,
@@ -27,17 +28,14 @@ from workbench.live.messages import (
     Hold,
     KeepLog,
     Network,
-    Order,
     Pace,
     Phase,
-    Refusal,
     Report,
     Serve,
     SetSpeed,
     StopExciting,
 )
 from workbench.live.network import Deferred, FlightNetwork
-from workbench.live.send_queue import SendQueue
 from workbench.live.stream import NoStream, Stream
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.scenario import Action
@@ -115,7 +113,7 @@ class Flying:
                     orders = list(_received(connection))
                 except (EOFError, OSError):
                     return
-                self.obey([order for order in orders if isinstance(order, Order)])
+                self.obey([order for order in orders if isinstance(order, Request)])
                 if Close.CLOSE in orders:
                     return
                 self._network.hear()
@@ -141,7 +139,7 @@ class Flying:
             if self._now() >= self._next_report:
                 self.report()
 
-    def obey(self, orders: list[Order]) -> None:
+    def obey(self, orders: list[Request]) -> None:
         """Do what is wanted, at the present step, and answer after a report that shows it."""
         answers: list[Answer | Refusal] = []
         for order in orders:
@@ -178,9 +176,9 @@ class Flying:
         if not self._broken:
             self.shown(snapshot, pace)
 
-    def _do(self, order: Order) -> object:
+    def _do(self, order: Request) -> object:
         """Do what is wanted, and return what answers it."""
-        match order.wanted:
+        match order.what:
             case GetParameter(name):
                 return self._session.get(name)
             case GetReading(sensor):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from workbench.plant.formats.xacro_arguments import XacroArgument
     from workbench.plant.vehicle import Vehicle
     from workbench.scenario.excitation import Excitation, Exciting
-    from workbench.scenario.scenario import Action, Scenario
+    from workbench.scenario.scenario import Scenario
     from workbench.session.recording import Recording
     from workbench.session.snapshot import Snapshot
     from workbench.systems.sensors.samples import Samples
@@ -197,14 +197,6 @@ class Network(Enum):
 NetworkOrder = Serve | KeepLog | Network | Disconnect
 
 
-@dataclass(frozen=True)
-class Order:
-    """Something wanted; the answer has the same number."""
-
-    number: int
-    wanted: Action | Excite | StopExciting | Hold | SetSpeed | FlyOn | Question | NetworkOrder
-
-
 class Close(Enum):
     """The last message."""
 
@@ -315,22 +307,6 @@ class Streamed:
 
     published: tuple[Published, ...]
     lost: int
-
-
-@dataclass(frozen=True)
-class Answer:
-    """An order was obeyed: the time at which it took effect [s], or what was asked for."""
-
-    number: int
-    value: object
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """An order was not obeyed, and why, in a sentence."""
-
-    number: int
-    said: str
 
 
 @dataclass(frozen=True)

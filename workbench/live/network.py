@@ -6,6 +6,7 @@ import time
 from multiprocessing.connection import Connection
 
 from workbench.control.flight_mode import HOLD_HERE
+from workbench.ipc.worker_process import Answer, Refusal
 from workbench.link.authority import Effect
 from workbench.link.backplane import Command, Disconnect, Flight, Gone, Published, Request
 from workbench.link.hello import ParameterRow
@@ -14,12 +15,10 @@ from workbench.live.announcer import FAILURE, INFORMATION, RESERVE, WARNING, Ann
 from workbench.live.client_requests import ClientRequests, effect_action, in_landing
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
-    Answer,
     KeepLog,
     Network,
     NetworkOrder,
     NetworkView,
-    Refusal,
     Serve,
 )
 from workbench.live.server_supervisor import ServerSupervisor

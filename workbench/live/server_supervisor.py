@@ -14,11 +14,11 @@ from multiprocessing.connection import Connection
 from urllib.parse import urlsplit
 
 from workbench.common.errors import WorkbenchError
+from workbench.ipc.channel import Channel
+from workbench.ipc.child_process import ChildProcess
+from workbench.ipc.worker_process import Answer, Refusal
 from workbench.link.backplane import Flight, Published, ServerFailed, ServerStatus, Stop
-from workbench.link.channel import Channel
 from workbench.link.server.config import ServerConfig
-from workbench.live.messages import Answer, Refusal
-from workbench.live.process import ChildProcess
 
 STOPPED = "the server was stopped"
 STOOD_STILL = "the server read nothing any more, and was ended"

@@ -1,8 +1,8 @@
 """Everything that a flight publishes, sample by sample, on its way to who draws it."""
 
+from workbench.ipc.send_queue import SendQueue
 from workbench.link.backplane import Published
 from workbench.live.messages import Streamed
-from workbench.live.send_queue import SendQueue
 
 
 class Stream:

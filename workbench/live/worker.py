@@ -13,8 +13,8 @@ from multiprocessing.connection import Connection
 
 from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError, sentences
+from workbench.ipc.send_queue import LogPoster, SendQueue
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
-from workbench.live.send_queue import LogPoster, SendQueue
 from workbench.plant.formats.xacro_arguments import MissingArgumentsError
 
 LAST_WORDS = 2.0

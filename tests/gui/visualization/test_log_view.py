@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -162,13 +163,27 @@ def test_what_is_no_log_is_refused_with_a_sentence(begun, told, qtbot, tmp_path,
     assert not begun.is_reading
 
 
-def test_reading_can_be_cancelled(begun, log):
+def test_a_reader_that_dies_is_a_sentence_with_the_file(
+    begun, log, told, qtbot, tmp_path, monkeypatch
+):
+    killed = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
+    (tmp_path / "sitecustomize.py").write_text(killed)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    begun.open_log(log)
+    qtbot.waitUntil(lambda: bool(told), timeout=LIMIT)
+    assert told[0].what.startswith(f"{log}: the log reader's process was killed")
+    assert not begun.is_reading
+
+
+def test_reading_can_be_cancelled_and_leaves_nothing(begun, log):
+    threads = set(threading.enumerate())
     begun.open_log(log)
     assert begun.is_reading
     assert begun.cancel.isVisible()
     QTest.mouseClick(begun.cancel, Qt.MouseButton.LeftButton)
     assert not begun.is_reading
     assert not begun.cancel.isVisible()
+    assert set(threading.enumerate()) <= threads
 
 
 def test_the_newest_of_two_logs_wins(begun, log, told, qtbot, tmp_path):

@@ -14,7 +14,7 @@ import pytest
 from pydrake.geometry import Convex
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.limited import LimitedError
+from workbench.ipc.limited import LimitedError
 from workbench.plant.meshes import convert as meshes
 from workbench.plant.meshes.convert import MeshUse, convert
 from workbench.plant.meshes.job import is_sealed, sealed

@@ -35,11 +35,11 @@ from workbench.common.resources import (
 )
 from workbench.control.controller import load_controller
 from workbench.gains.gains import flight_gains
+from workbench.ipc.limited import LimitedError, run_limited, serve
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.xacro import is_xacro
 from workbench.plant.formats.xacro_child import expand
 from workbench.plant.formats.xml import read_xml
-from workbench.plant.limited import LimitedError, run_limited, serve
 from workbench.plant.loading import make_vehicle
 from workbench.plant.meshes.side_files import side_files
 from workbench.plant.packages import PackageFinder

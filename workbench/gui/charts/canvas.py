@@ -146,7 +146,7 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     Args:
         look: colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         view: the area of the curves.

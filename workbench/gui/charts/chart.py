@@ -58,7 +58,7 @@ class Chart(QWidget):
         workspace: colours, units and preferences.
         smallest: range of values that is shown where the data hardly move.
         kind: what it is called, before its title.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         legend: title and names.

@@ -40,7 +40,7 @@ class Legend(QLabel):
 
     Args:
         look: colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     toggled = pyqtSignal(int)

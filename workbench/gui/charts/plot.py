@@ -17,7 +17,7 @@ class StaticPlot(Chart):
 
     Args:
         workspace: colours, units and preferences.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:

@@ -31,7 +31,7 @@ class Copies(QObject):
 
     Args:
         workspace: folder and notices.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:

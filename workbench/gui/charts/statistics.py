@@ -112,7 +112,7 @@ class StatisticsTable(QTableWidget):
     """Shows rows; only the cells that have changed are written.
 
     Args:
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:

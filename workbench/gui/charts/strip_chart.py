@@ -18,7 +18,7 @@ class StripChart(Chart):
 
     Args:
         workspace: colours, units and preferences.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         pause: lets the picture stand still.

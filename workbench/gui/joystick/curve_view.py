@@ -18,7 +18,7 @@ class CurveView(QWidget):
 
     Args:
         look: colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:

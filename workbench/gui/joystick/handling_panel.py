@@ -36,7 +36,7 @@ class HandlingPanel(QWidget):
     Args:
         preferences: where they are kept.
         look: colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         curve: drawn beside.

@@ -24,7 +24,7 @@ class JoystickScreen(Screen):
 
     Args:
         workspace: what all screens share.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         pilot: reads the sticks and flies.

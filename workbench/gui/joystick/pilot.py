@@ -41,7 +41,7 @@ class Pilot(QObject):
     Args:
         flight: that is flown.
         preferences: how strongly sticks are felt.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         sticks: where they are, whatever moves them.

@@ -21,7 +21,7 @@ class ResponseView(QWidget):
     Args:
         look: colours.
         preferences: units that are shown.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, look: Look, preferences: Preferences, parent: QWidget | None = None) -> None:

@@ -22,7 +22,7 @@ class StateBar(QFrame):
     Args:
         pilot: whose sticks they are.
         workspace: what all screens share.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, pilot: Pilot, workspace: Workspace, parent: QWidget | None = None) -> None:

@@ -46,7 +46,7 @@ class StickPad(QWidget):
     Args:
         words: what it does.
         look: colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     dragged = pyqtSignal(object)

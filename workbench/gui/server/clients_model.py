@@ -66,7 +66,7 @@ class ClientsModel(QAbstractTableModel):
     """Rows of clients.
 
     Args:
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:

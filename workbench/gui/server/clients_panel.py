@@ -27,7 +27,7 @@ class ClientsPanel(QWidget):
 
     Args:
         flight: that they watch.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         model: its rows.

@@ -16,7 +16,7 @@ class ServerControl(QObject):
 
     Args:
         flight: that is served.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         config: with which the server was started last.

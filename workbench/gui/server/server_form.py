@@ -35,7 +35,7 @@ class ServerForm(QWidget):
 
     Args:
         store: where they are kept.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         lines: fields of text, by name.

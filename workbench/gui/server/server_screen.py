@@ -32,7 +32,7 @@ class ServerScreen(Screen):
 
     Args:
         workspace: what all screens share.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         control: starts and stops.

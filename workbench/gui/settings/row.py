@@ -11,7 +11,7 @@ class Row(QWidget):
         label: in words; the control's accessible name, too.
         help: what it does, a sentence.
         control: with which it is set.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         reset: puts the default back.

@@ -40,7 +40,7 @@ class AutoTuneCard(Card):
     Args:
         workspace: analysis, colours and units.
         trial: what is tried.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:

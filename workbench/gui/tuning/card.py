@@ -13,7 +13,7 @@ class Card(QFrame):
 
     Args:
         title: its heading and accessible name.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         head: the line of the heading; buttons go to its end.

@@ -38,7 +38,7 @@ class ExcitationCard(Card):
 
     Args:
         workspace: its flight is excited, its preferences keep the choice.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     chosen = pyqtSignal(object)

@@ -20,7 +20,7 @@ class Follower(QObject):
         heard: its signal of the answers.
         kind: of the questions.
         matches: whether an answer is to a question.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     answered = pyqtSignal(object)

@@ -33,7 +33,7 @@ class ForkCard(Card):
     Args:
         workspace: flight, analysis and colours.
         trial: what is tried.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     busy_changed = pyqtSignal(bool)

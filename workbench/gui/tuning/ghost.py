@@ -30,7 +30,7 @@ class Ghost(QObject):
         analysis: flies it.
         trial: what is tried.
         may_ask: whether nothing longer is worked on.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     seen_ahead = pyqtSignal(object, object)

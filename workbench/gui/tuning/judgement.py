@@ -22,7 +22,7 @@ class Judgement(QObject):
 
     Args:
         analysis: who judges.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         proposed: of the proposed gains, or of the last ones before them that are known.

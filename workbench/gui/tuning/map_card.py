@@ -30,7 +30,7 @@ class MapCard(Card):
     Args:
         workspace: analysis and colours.
         trial: what is tried.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:

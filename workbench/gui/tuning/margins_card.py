@@ -23,7 +23,7 @@ class MarginsCard(Card):
         workspace: colours.
         judgement: what is known of both.
         limits: that they should keep.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(

@@ -37,7 +37,7 @@ class PinCard(Card):
     Args:
         workspace: analysis, preferences and colours.
         trial: what is tried; what flies is pinned.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:

@@ -15,7 +15,7 @@ class PolesCard(Card):
     Args:
         workspace: colours.
         judgement: what is known of the gains.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(

@@ -45,7 +45,7 @@ class ResponseCard(Card):
         workspace: signals of the flight, colours and units.
         limits: that a step should keep.
         choice: of the excitation.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         table: the numbers.

@@ -31,7 +31,7 @@ class CameraPage(QWidget):
 
     Args:
         workspace: flight and colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:

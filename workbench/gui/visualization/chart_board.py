@@ -24,7 +24,7 @@ class ChartBoard(QWidget):
     Args:
         workspace: colours, units and notices.
         source: of the signals.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()

@@ -30,7 +30,7 @@ class ChartPane(StripChart):
         workspace: colours, units and notices.
         spec: what it shows.
         source: of the signals; those that it has not are waited for.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     spec_changed = pyqtSignal()

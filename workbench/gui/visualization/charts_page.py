@@ -40,7 +40,7 @@ class ChartsPage(QWidget):
 
     Args:
         workspace: signals, preferences and colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:

@@ -23,7 +23,7 @@ class CloudPage(QWidget):
 
     Args:
         workspace: signals and colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:

@@ -38,7 +38,7 @@ class CloudView(QWidget):
 
     Args:
         look: colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     turned = pyqtSignal()

@@ -26,7 +26,7 @@ class EventsPage(QWidget):
 
     Args:
         workspace: colours.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:

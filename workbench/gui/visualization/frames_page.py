@@ -31,7 +31,7 @@ class FramesPage(QWidget):
 
     Args:
         workspace: signals and units.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:

@@ -29,7 +29,7 @@ class LogBar(QFrame):
     """Time bar of a log.
 
     Args:
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     moved = pyqtSignal(float)

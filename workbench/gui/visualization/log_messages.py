@@ -8,24 +8,10 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class ReadLog:
-    """Read a log; the only message to the process."""
-
-    path: Path
-
-
-@dataclass(frozen=True)
 class Progress:
     """So much is read, 0 .. 1."""
 
     share: float
-
-
-@dataclass(frozen=True)
-class Refused:
-    """It cannot be read; a sentence."""
-
-    said: str
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,15 +1,15 @@
 """Reads a log in a process of its own and tells when it is there."""
 
-from contextlib import suppress
+from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.errands import Errands
-from workbench.gui.visualization.log_messages import LogContents, Progress, ReadLog, Refused
-from workbench.live.process import ChildProcess
+from workbench.gui.visualization.log_messages import Progress
+from workbench.ipc.worker_process import WorkerProcess
 
 
 class LogReader(QObject):
@@ -26,9 +26,8 @@ class LogReader(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._number = 0
-        self._process: ChildProcess | None = None
-        self._errands = Errands()
-        queued = Qt.ConnectionType.QueuedConnection
+        self._process: WorkerProcess | None = None
+        queued = Qt.ConnectionType.QueuedConnection  # from a thread of the process's
         self._heard.connect(self._deliver, queued)  # type: ignore[call-arg]
 
     @property
@@ -38,50 +37,32 @@ class LogReader(QObject):
 
     def read(self, path: Path) -> None:
         """Begin to read a log; nothing waits."""
-        self.stop()
+        self.close()
+        heard = partial(self._heard.emit, self._number)
+        module = "workbench.gui.visualization.log_worker"
         try:
-            process = ChildProcess("workbench.gui.visualization.log_worker", "log reader")
+            process = WorkerProcess(module, "log reader", heard, lambda why: f"{path}: {why}")
         except WorkbenchError as error:
             self.refused.emit(str(error))
             return
         self._process = process
-        self._errands.do(partial(self._listen, self._number, process, path))
+        process.ask(lambda: path).add_done_callback(heard)
 
-    def stop(self) -> None:
-        """Read no further."""
+    def close(self) -> None:
+        """Read no further; nothing is left of it."""
         process, self._process = self._process, None
         self._number += 1
         if process is not None:
-            process.end(0.0)
+            process.close()
 
-    def close(self) -> None:
-        """Stop, and wait until nothing is left of it; the last call."""
-        self.stop()
-        self._errands.close()
-
-    def _listen(self, number: int, process: ChildProcess, path: Path) -> None:
-        """Hear the process, in a thread, until it has said all."""
-        said = False
-        with suppress(EOFError, OSError):
-            process.connection.send(ReadLog(path))
-            while not said:
-                message = process.connection.recv()
-                said = not isinstance(message, Progress)
-                self._heard.emit(number, message)
-        cause = process.cause()
-        process.release()
-        if not said:
-            self._heard.emit(number, Refused(f"{path}: {cause}"))
-
-    def _deliver(self, number: int, message: object) -> None:
+    def _deliver(self, number: int, message: "Progress | Future[Any]") -> None:
         if number != self._number:
             return  # of a log that nobody waits for
-        match message:
-            case Progress(share):
-                self.progressed.emit(share)
-            case Refused(said):
-                self._process = None
-                self.refused.emit(said)
-            case LogContents():
-                self._process = None
-                self.ready.emit(message)
+        if isinstance(message, Progress):
+            self.progressed.emit(message.share)
+            return
+        self.close()
+        if error := message.exception():
+            self.refused.emit(str(error))
+        else:
+            self.ready.emit(message.result())

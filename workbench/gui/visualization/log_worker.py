@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.visualization.log_messages import LogContents, Progress, ReadLog, Refused
+from workbench.gui.visualization.log_messages import LogContents, Progress
 from workbench.gui.visualization.log_names import live_name, si_unit
+from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.logs.record import read_log
 
 READING = 0.7
@@ -69,13 +70,15 @@ def main(connection: Connection) -> None:
     """Read what is asked for, send it, and end; also where nobody listens any more."""
     with contextlib.suppress(EOFError, OSError):
         asked = connection.recv()
-        assert isinstance(asked, ReadLog)
+        assert isinstance(asked, Request)
+        path, tell = asked.what, _Teller(connection).tell
         try:
-            connection.send(contents_of(asked.path, _Teller(connection).tell))
+            connection.send(Answer(asked.number, contents_of(path, tell)))
         except WorkbenchError as error:
-            connection.send(Refused(str(error)))
+            connection.send(Refusal(asked.number, str(error)))
         except MemoryError:
-            connection.send(Refused(f"{asked.path}: there is not enough memory for this log"))
+            said = f"{path}: there is not enough memory for this log"
+            connection.send(Refusal(asked.number, said))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ class PictureView(QWidget):
     Args:
         look: colours.
         name: of the picture.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     pointed = pyqtSignal(object)

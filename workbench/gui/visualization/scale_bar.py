@@ -16,7 +16,7 @@ class ScaleBar(QWidget):
     Args:
         look: colours.
         table: from near to far.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     def __init__(self, look: Look, table: np.ndarray, parent: QWidget | None = None) -> None:

@@ -78,7 +78,7 @@ class SignalTree(QWidget):
     """Search field and tree.
 
     Args:
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
     """
 
     chosen = pyqtSignal(str)

@@ -35,7 +35,7 @@ class VisualizationScreen(Screen):
 
     Args:
         workspace: what all screens share.
-        parent: whose life it shares.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         charts: page of charts.
@@ -157,7 +157,7 @@ class VisualizationScreen(Screen):
         show_file_dialog(dialog, lambda name: self.open_log(Path(name)))
 
     def _cancel(self) -> None:
-        self._reader.stop()
+        self._reader.close()
         self._reading.hide()
 
     def _refuse(self, said: str) -> None:

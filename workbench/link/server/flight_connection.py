@@ -13,8 +13,8 @@ from collections import deque
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
+from workbench.ipc.channel import Channel
 from workbench.link.backplane import Command, FromServer, Gone, ServerFailed, ServerStatus
-from workbench.link.channel import Channel
 
 MOST_RECEIVED = 64
 """Records of the flight that are passed on at once."""

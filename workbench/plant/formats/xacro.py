@@ -10,9 +10,9 @@ from pathlib import Path
 
 from workbench.common.cache import cache_folder
 from workbench.common.errors import WorkbenchError
+from workbench.ipc.limited import LimitedError, run_limited
 from workbench.plant.formats.xacro_arguments import MissingArgumentsError, XacroArgument
 from workbench.plant.formats.xml import Element
-from workbench.plant.limited import LimitedError, run_limited
 from workbench.plant.packages import PackageFinder
 
 _SECONDS = 20.0

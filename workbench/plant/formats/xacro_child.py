@@ -12,8 +12,8 @@ from xml.dom import minidom
 import xacro
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.ipc.limited import one_line, serve
 from workbench.plant.formats.xml import MOST_BYTES, read_xml
-from workbench.plant.limited import one_line, serve
 from workbench.plant.packages import PackageFinder
 
 _DEEPEST_INCLUDE = 50

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.limited import one_line, serve
+from workbench.ipc.limited import one_line, serve
 from workbench.plant.meshes.gltf import write_gltf
 from workbench.plant.meshes.hull import convex_hull, write_obj
 from workbench.plant.meshes.job import MeshJob, sealed, write_whole

@@ -15,7 +15,7 @@ from typing import Literal
 
 from workbench.common.cache import cache_folder
 from workbench.common.errors import WorkbenchError
-from workbench.plant.limited import LimitedError, run_limited
+from workbench.ipc.limited import LimitedError, run_limited
 from workbench.plant.meshes.job import MeshJob, Rgba, is_sealed, write_whole
 from workbench.plant.shapes import Mesh
 

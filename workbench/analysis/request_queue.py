@@ -1,47 +1,48 @@
-"""Hears the caller while an answer is worked on; of each kind the newest question is kept."""
+"""Questions that wait while another one is worked on: of each kind the newest is kept."""
 
 import os
 import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from workbench.analysis.messages import Ask, Stop, Superseded
-from workbench.live.send_queue import SendQueue
+from workbench.analysis.messages import Stop
+from workbench.ipc.send_queue import SendQueue
+from workbench.ipc.worker_process import Request, Superseded
 
 
-class Inbox:
-    """What was asked and not begun yet; a thread fills it.
+class RequestQueue:
+    """Keeps what was asked and is not begun yet; a thread fills it.
 
     The process ends at once when the caller's end of the connection does, whatever is worked on:
     nobody would hear of it, and a search may take minutes.
 
     Args:
         connection: to the caller.
-        outbox: to the caller; questions that are dropped are told of.
+        send_queue: to the caller; questions that are dropped are told of.
         end: called when the caller is gone.
     """
 
     def __init__(
         self,
         connection: Connection,
-        outbox: SendQueue,
+        send_queue: SendQueue,
         end: Callable[[], None] = lambda: os._exit(0),
     ) -> None:
         self._connection = connection
-        self._outbox = outbox
+        self._send_queue = send_queue
         self._end = end
-        self._waiting: dict[type, Ask] = {}
+        self._waiting: dict[type, Request] = {}
         self._stopped = 0
         self._stopper: tuple[int, Callable[[], None]] | None = None
         self._change = threading.Condition()
-        threading.Thread(target=self._listen, name="inbox", daemon=True).start()
+        threading.Thread(target=self._listen, name="request queue", daemon=True).start()
 
     @property
     def stopped(self) -> int:
         """Number up to which questions are stopped."""
         return self._stopped
 
-    def take(self, kinds: set[type], wait: bool) -> list[Ask]:
+    def take(self, kinds: set[type], wait: bool) -> list[Request]:
         """Take the questions that wait.
 
         Args:
@@ -71,10 +72,10 @@ class Inbox:
     def _hear(self, message: object) -> None:
         with self._change:
             match message:
-                case Ask(_, question):
+                case Request(_, question):
                     older = self._waiting.pop(type(question), None)
                     if older is not None:
-                        self._outbox.post(Superseded(older.number))
+                        self._send_queue.post(Superseded(older.number))
                     self._waiting[type(question)] = message
                     self._change.notify()
                 case Stop(number):

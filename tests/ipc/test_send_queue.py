@@ -4,7 +4,7 @@ from multiprocessing import Pipe
 
 import pytest
 
-from workbench.live.send_queue import SendQueue
+from workbench.ipc.send_queue import SendQueue
 
 ENOUGH = 30.0
 """No test waits so long unless it fails [s]."""

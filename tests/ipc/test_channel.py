@@ -7,7 +7,7 @@ from multiprocessing import Pipe
 
 import pytest
 
-from workbench.link.channel import Channel
+from workbench.ipc.channel import Channel
 
 MOST = 1_000_000
 

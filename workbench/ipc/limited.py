@@ -14,10 +14,10 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import IO, Any
 
 from workbench.common.errors import WorkbenchError
+from workbench.ipc.child_process import last_line, start_module
 
 LARGEST_FILE = 128_000_000
 """Of what a process writes, its answer included [bytes]."""
@@ -81,17 +81,7 @@ def _run(
     module: str, given: IO[bytes], answer: IO[bytes], noise: IO[bytes], wall: float
 ) -> int | None:
     """Return the exit code, negative for a signal, None if time was up."""
-    root = str(Path(__file__).resolve().parents[2])
-    paths = [root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    process = subprocess.Popen(
-        # -P: a file json.py in the user's folder is not to be imported
-        [sys.executable, "-P", "-m", module],
-        stdin=given,
-        stdout=answer,
-        stderr=noise,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in paths if path)},
-        start_new_session=True,
-    )
+    process = start_module(module, stdin=given, stdout=answer, stderr=noise, start_new_session=True)
     # A thread, as `wait(timeout)` looks only every 50 ms.
     timer = threading.Timer(wall, _kill, (process,))
     end = time.monotonic() + wall
@@ -119,9 +109,7 @@ def _cause(code: int, seconds: float, noise: IO[bytes]) -> str:
         return "its process was killed: it took too much time or memory"
     if code < 0:
         return f"its process crashed ({signal.strsignal(-code) or -code})"
-    noise.seek(max(0, noise.seek(0, os.SEEK_END) - 4 * _LONGEST_TEXT))
-    last = noise.read().decode(errors="replace").strip().rpartition("\n")[2]
-    return f"its process ended with {code}: {last[:_LONGEST_TEXT]}"
+    return f"its process ended with {code}: {last_line(noise, _LONGEST_TEXT)}"
 
 
 def serve(function: Callable[[Any], Any]) -> None:

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant import limited
-from workbench.plant.limited import LimitedError, run_limited
+from workbench.ipc import limited
+from workbench.ipc.limited import LimitedError, run_limited
 
 CHILD = """
 import os, resource, signal, subprocess, sys, time
 from workbench.common.errors import WorkbenchError
-from workbench.plant.limited import serve
+from workbench.ipc.limited import serve
 
 def work(request):
     {body}

@@ -1,11 +1,9 @@
-"""Where questions are worked on: in turns, the urgent ones first, the long ones in slices."""
+"""Works on questions in turns, the urgent ones first, the long ones in slices."""
 
 import time
 from collections.abc import Callable
 from typing import Any
 
-from workbench.analysis.inbox import Inbox
-from workbench.analysis.messages import Answered, Ask, Refused
 from workbench.analysis.questions import (
     DrawMap,
     FindRanges,
@@ -16,10 +14,12 @@ from workbench.analysis.questions import (
     Tune,
     Weigh,
 )
+from workbench.analysis.request_queue import RequestQueue
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError
-from workbench.live.send_queue import SendQueue
+from workbench.ipc.send_queue import SendQueue
+from workbench.ipc.worker_process import Answer, Refusal, Request
 
 ORDER = (Judge, Predict, Fork, DrawMap, FindRanges, Weigh, Tune, Pin)
 """The kinds of questions, the most urgent first."""
@@ -29,7 +29,7 @@ SLICE = 0.005
 Answerer = Callable[[Subject, Any, Work], Working]
 
 
-class Desk:
+class Scheduler:
     """Answers what is asked, one question of each kind at a time, each kind in its turn.
 
     In turns, so that a map and ranges are drawn although a slider that never rests asks for
@@ -37,19 +37,23 @@ class Desk:
 
     Args:
         subject: about which is asked.
-        inbox: where questions come in.
-        outbox: where answers go out.
+        requests: questions that wait.
+        send_queue: where answers go.
         find: returns who answers a kind of question.
     """
 
     def __init__(
-        self, subject: Subject, inbox: Inbox, outbox: SendQueue, find: Callable[[type], Answerer]
+        self,
+        subject: Subject,
+        requests: RequestQueue,
+        send_queue: SendQueue,
+        find: Callable[[type], Answerer],
     ) -> None:
         self._subject = subject
-        self._inbox = inbox
-        self._outbox = outbox
+        self._requests = requests
+        self._send_queue = send_queue
         self._find = find
-        self._begun: dict[type, tuple[Ask, Working]] = {}
+        self._begun: dict[type, tuple[Request, Working]] = {}
 
     def run(self) -> None:
         """Answer until the process ends."""
@@ -66,32 +70,32 @@ class Desk:
 
     def _take_in(self, *, wait: bool) -> None:
         """Begin what is asked, of kinds that are not being worked on."""
-        for ask in self._inbox.take(set(self._begun), wait):
-            work = Work(ask.number, self._inbox, self._outbox)
-            self._begun[type(ask.question)] = ask, self._work(ask, work)
+        for request in self._requests.take(set(self._begun), wait):
+            work = Work(request.number, self._requests, self._send_queue)
+            self._begun[type(request.what)] = request, self._work(request, work)
 
-    def _work(self, ask: Ask, work: Work) -> Working:
+    def _work(self, request: Request, work: Work) -> Working:
         """Work on a question; who answers it is looked up now, as that may load a library."""
         work.check()
-        yield from self._find(type(ask.question))(self._subject, ask.question, work)
+        yield from self._find(type(request.what))(self._subject, request.what, work)
 
     def _go_on(self, kind: type) -> None:
         """Work on a kind for a slice of time."""
-        ask, working = self._begun[kind]
+        request, working = self._begun[kind]
         end = time.perf_counter() + SLICE
         reply = None
         try:
             while reply is None and time.perf_counter() < end:
                 reply = next(working)
         except WorkbenchError as error:
-            self._answer(kind, Refused(ask.number, str(error)))
+            self._answer(kind, Refusal(request.number, str(error)))
         except (Exception, SystemExit) as error:  # Drake's failed assertions are SystemExit
             said = f"the analyst failed: {type(error).__name__}: {' '.join(str(error).split())}"
-            self._answer(kind, Refused(ask.number, said))
+            self._answer(kind, Refusal(request.number, said))
         else:
             if reply is not None:
-                self._answer(kind, Answered(ask.number, reply))
+                self._answer(kind, Answer(request.number, reply))
 
-    def _answer(self, kind: type, answer: Answered | Refused) -> None:
+    def _answer(self, kind: type, answer: Answer | Refusal) -> None:
         del self._begun[kind]
-        self._outbox.post(answer)
+        self._send_queue.post(answer)

@@ -1,0 +1,148 @@
+"""A worker of the test's own in a real process: what it says, how it dies, what is left of it."""
+
+import os
+import signal
+import threading
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.ipc.worker_process import SupersededError, WorkerProcess
+
+ENOUGH = 60.0
+"""No test waits so long unless it fails [s]."""
+MODULE = "worker_of_the_test"
+CODE = """
+import os, sys
+from multiprocessing.connection import Connection
+from workbench.ipc.worker_process import Answer, Refusal, Request, Superseded
+
+caller = Connection(int(sys.argv[1]))
+while True:
+    try:
+        message = caller.recv()
+    except EOFError:
+        break
+    match message:
+        case Request(number, "refuse"):
+            caller.send(Refusal(number, "there is no such thing"))
+        case Request(number, "supersede"):
+            caller.send(Superseded(number))
+        case Request(number, "garbage"):
+            caller.send_bytes(b"no pickle")
+        case Request(number, "fail"):
+            sys.exit("out of paper")
+        case Request(number, "wait"):
+            pass
+        case Request(number, what):
+            caller.send(("told", what))
+            caller.send(Answer(number, [what]))
+        case "end":
+            break
+print("last line")
+os._exit(0)
+"""
+
+
+@pytest.fixture
+def start(tmp_path, monkeypatch):
+    """Begin workers; afterwards neither process, thread nor socket of them may be left."""
+    (tmp_path / f"{MODULE}.py").write_text(CODE)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+
+    @contextmanager
+    def begun(hear=lambda message: None, on_end=str):
+        threads, sockets = set(threading.enumerate()), open_sockets()
+        worker = WorkerProcess(MODULE, "test", hear, on_end)
+        try:
+            yield worker
+        finally:
+            worker.close()
+            worker.close()  # twice does no harm
+        assert not Path(f"/proc/{worker.pid}").exists()
+        assert set(threading.enumerate()) == threads
+        assert open_sockets() == sockets
+
+    return begun
+
+
+def open_sockets() -> int:
+    return sum(os.path.realpath(fd).find("socket:") > 0 for fd in Path("/proc/self/fd").iterdir())
+
+
+def asked(worker, what):
+    return worker.ask(lambda: what)
+
+
+def test_requests_are_answered_refused_or_dropped_and_the_rest_is_heard(start):
+    heard = []
+    with start(heard.append) as worker:
+        superseded = asked(worker, "supersede").exception(ENOUGH)
+        assert isinstance(superseded, SupersededError)
+        assert not worker.answered
+        refused = asked(worker, "refuse").exception(ENOUGH)
+        assert (type(refused), str(refused)) == (WorkbenchError, "there is no such thing")
+        answers = [asked(worker, number) for number in range(100)]
+        assert [each.result(ENOUGH) for each in answers] == [[number] for number in range(100)]
+        assert heard == [("told", number) for number in range(100)]
+        assert worker.answered and worker.requests == 102
+        with pytest.raises(TypeError, match="pickle"):
+            asked(worker, threading.Lock())
+
+        def refuse():
+            raise WorkbenchError("it is no number")
+
+        assert str(worker.ask(refuse).exception(0.0)) == "it is no number"
+        assert asked(worker, "next").result(ENOUGH) == ["next"]
+
+
+def test_a_death_is_a_sentence_and_fails_what_waits(start, case):
+    def killed(worker):
+        os.kill(worker.pid, signal.SIGKILL)
+
+    def crashed(worker):
+        os.kill(worker.pid, signal.SIGABRT)
+
+    table = [
+        (killed, "the test's process was killed: by somebody, or as memory ran out"),
+        (crashed, "the test's process crashed (Aborted)"),
+        (lambda worker: worker.send("end"), "the test's process ended with 0: last line"),
+        (lambda worker: asked(worker, "fail"), "the test's process ended with 1: out of paper"),
+        (lambda worker: asked(worker, "garbage"), "the test's process said what cannot be read: "),
+        (WorkerProcess.close, "the test is closed"),
+        (lambda worker: worker.close(ENOUGH, "end"), "the test is closed"),
+    ]
+    for end, said in table:
+        reasons = []
+
+        def on_end(reason, reasons=reasons):
+            reasons.append(reason)
+            return f"it is over: {reason}"
+
+        with case(said), start(on_end=on_end) as worker:
+            waiting = asked(worker, "wait")
+            asked(worker, "begun").result(ENOUGH)
+            end(worker)
+            reason = str(waiting.exception(ENOUGH))
+            assert reason == f"it is over: {reasons[0]}"
+            assert reasons[0].startswith(said) and len(reasons) == 1
+            assert worker.ended == reason
+            assert str(asked(worker, "later").exception(0.0)) == reason
+
+
+def test_an_answer_may_close_its_worker(start):
+    with start() as worker:
+        waiting = asked(worker, "wait")
+        asked(worker, "now").add_done_callback(lambda _: worker.close())
+        assert str(waiting.exception(ENOUGH)) == "the test is closed"
+
+
+def test_closing_does_not_wait_for_a_process_that_stands_still(start):
+    with start() as worker:
+        asked(worker, "begun").result(ENOUGH)
+        os.kill(worker.pid, signal.SIGSTOP)
+        asked(worker, b"x" * 10_000_000)  # more than a socket takes
+        worker.close(0.01, "end")
+        assert worker.ended == "the test is closed"

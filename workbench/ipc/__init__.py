@@ -1,0 +1,1 @@
+"""One way to own a child process and talk to it."""
