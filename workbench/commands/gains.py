@@ -189,7 +189,7 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
     )
     add_description_options(group)
     add_rotors_option(group)
-    parser.set_defaults(world="", gains="", set=[], vary=[])
+    parser.set_defaults(world="", controller="", gains="", set=[], vary=[])
 
 
 def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
