@@ -61,6 +61,7 @@ class FlownLoop:
         self.context = self.computer.GetMyMutableContextFromRoot(
             session._live.simulator.get_mutable_context()
         )
+        self.constants = law_constants(session.vehicle)
         self.past = [self.signal()]
         probes = self.context.get_mutable_numeric_parameter(PROBES)
         probes.SetAtIndex(self.place, 0.0 if delay else gain)
@@ -94,8 +95,7 @@ class FlownLoop:
         )
         loops = [*probes, *[0.0] * COUNT]
         estimate = sampled_estimate(PERIOD)
-        constants = law_constants(self.session.vehicle)
-        control_update(*inputs, gains, shares, constants, loops, estimate, filtered, commands)
+        control_update(*inputs, gains, shares, self.constants, loops, estimate, filtered, commands)
         return loops[SIGNALS + self.place]
 
     def swing(self) -> float:
