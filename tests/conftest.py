@@ -21,8 +21,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # Drake ends the process where a Meshcat, and Qt where a widget, is collected in another thread than
 # its own: so Python collects nothing by itself, and all is collected here, between tests.
 gc.disable()
-_COLLECT_EVERY = 20
-"""So many tests."""
+_COLLECT_EVERY, _COLLECT_ALL_EVERY = 20, 200
+"""So many tests: what was made since the last time, and all, which takes a tenth of a second."""
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +31,7 @@ def collected(request):
     count = request.config.stash.get(_COUNT, 0) + 1
     request.config.stash[_COUNT] = count
     if count % _COLLECT_EVERY == 0:
-        gc.collect()
+        gc.collect(2 if count % _COLLECT_ALL_EVERY == 0 else 1)
 
 
 _COUNT = pytest.StashKey[int]()

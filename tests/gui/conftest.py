@@ -5,7 +5,7 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 import pytest
-from PyQt6.QtCore import QSettings
+from PyQt6.QtCore import QEvent, QSettings
 from pytestqt.qtbot import QtBot
 
 from workbench.gui.main_window import MainWindow
@@ -92,8 +92,8 @@ def shared_window(request, qapp, shared_workspace, tmp_path_factory):
 
 def _window(request, qapp, shared_workspace, tmp_path_factory):
     shared_workspace.preferences.set("log_folder", str(tmp_path_factory.mktemp("logs")))
+    apply_style(qapp, shared_workspace.look)  # first: a style takes seconds where a window stands
     made = MainWindow(shared_workspace, first="home", view3d=False)
-    apply_style(qapp, shared_workspace.look)
     made.show()
     made.activateWindow()
     QtBot(request).waitUntil(lambda: made.stack.name == "home", timeout=120_000)
@@ -101,6 +101,15 @@ def _window(request, qapp, shared_workspace, tmp_path_factory):
         made.stack.screen_of(row.name)
     yield made
     made.close()
+    made.deleteLater()  # nor does it stand in the way of the next file's
+    qapp.sendPostedEvents(made, QEvent.Type.DeferredDelete)
+
+
+@pytest.fixture
+def unasked(workspace, monkeypatch):
+    """Let no screen start processes that judge what flies out of a can."""
+    monkeypatch.setattr(workspace.analysis, "ask", lambda question: None)
+    monkeypatch.setattr(workspace.analysis, "warm_up", lambda: None)
 
 
 @pytest.fixture

@@ -56,7 +56,7 @@ def window(shared_window):
 
 
 @pytest.fixture
-def orders(window, workspace, canned, monkeypatch):
+def orders(window, workspace, canned, unasked, monkeypatch):
     """What a flight out of a can is asked for."""
     made = Orders()
     monkeypatch.setattr(

@@ -1,17 +1,18 @@
-"""No text is cut, nothing lies on anything, and charts can be read: all screens, usual sizes."""
+"""All screens in the real window: one window, names, no text cut, nothing on anything else."""
 
 from collections.abc import Iterator
 from itertools import combinations, product
 
 import numpy as np
 import pytest
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QEvent, QObject, Qt, QTimer
 from PyQt6.QtWidgets import (
     QAbstractButton,
     QAbstractScrollArea,
     QAbstractSpinBox,
     QComboBox,
     QLabel,
+    QLineEdit,
     QMainWindow,
     QMenuBar,
     QSizeGrip,
@@ -23,14 +24,18 @@ from PyQt6.QtWidgets import (
     QToolButton,
     QWidget,
 )
+from pytestqt.qtbot import QtBot
 
+from workbench.analysis.questions import Judge, Predict
 from workbench.analysis.replies import Tuned, TunedStep, Wished
+from workbench.analysis.subject import Subject
+from workbench.analysis.work import Work
+from workbench.analysis.worker import find_answerer
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_group import GainGroup
 from workbench.gui.help_pages import AboutPage, KeysPage
 from workbench.gui.screen_table import SCREENS
-from workbench.gui.style import apply_style
 
 LEAST_CHART = 110
 """Height below which a chart shows nothing [px]."""
@@ -38,6 +43,7 @@ NARROWEST_SLIDER, WIDE_SLIDER, LARGE = 70, 120, 1800
 """Least width of a slider, that in a large window, and width of a large window [px]."""
 INNER = (QAbstractSpinBox, QComboBox, QTabBar, QAbstractScrollArea)
 """They lay their parts out by themselves."""
+CONTROLS = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
 SIZES = ((1024, 640), (1024, 700), (1366, 768), (1920, 1080))
 TIME = np.linspace(0.0, 2.0, 50)
 TUNED = Tuned(
@@ -141,10 +147,47 @@ def workspace(shared_workspace):
     return shared_workspace
 
 
+class Windows(QObject):
+    """Takes note of every widget that is shown as a window of its own."""
+
+    def __init__(self):
+        super().__init__()
+        self.seen = []
+
+    def eventFilter(self, receiver, event):
+        if event.type() == QEvent.Type.Show and receiver.isWidgetType() and receiver.isWindow():
+            self.seen.append(type(receiver).__name__)
+        return False
+
+
 @pytest.fixture(scope="module")
-def window(shared_window, workspace, canned):
-    """The window before a flight out of a can, with what opens on its screens open."""
+def windows(qapp):
+    """Watch before the window is made: it is asked for before `shared_window`."""
+    made = Windows()
+    qapp.installEventFilter(made)
+    yield made
+    qapp.removeEventFilter(made)
+
+
+@pytest.fixture(scope="module")
+def window(request, windows, shared_window, workspace, canned):
+    """The window before a flight out of a can, with what opens on its screens open.
+
+    Margins and prediction are answered here, not by processes of which nobody knows when.
+    """
+    analysis, subject = workspace.analysis, Subject(canned.views[0].scenario, {})
+    answers, answered = {Judge: analysis.judged, Predict: analysis.predicted}, set()
+
+    def answer(question):
+        kind = type(question)
+        if kind in answers:
+            *_, reply = find_answerer(kind)(subject, question, Work(1, None, None))
+            QTimer.singleShot(0, lambda: answers[kind].emit(reply))
+            answered.add(kind)
+
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(analysis, "warm_up", lambda: None)
+        patch.setattr(analysis, "ask", answer)
         for index in range(60):
             view = canned.views[index]
             patch.setattr(workspace.flight, "_view", view)
@@ -152,8 +195,10 @@ def window(shared_window, workspace, canned):
                 workspace.flight.begun.emit(view)
             workspace.flight.streamed.emit(list(canned.published[index]))
             workspace.flight.viewed.emit(view)
-        shared_window.stack.screen_of("tuning").autotune.search()
-        workspace.analysis.tuned.emit(TUNED)
+        shared_window.show_screen("tuning")
+        shared_window.stack.current.autotune.search()
+        analysis.tuned.emit(TUNED)
+        QtBot(request).waitUntil(lambda: answered == set(answers), timeout=120_000)
         yield shared_window
 
 
@@ -169,21 +214,27 @@ def pages_of(screen):
         yield ""
 
 
-def test_a_drop_down_list_shows_whole_rows(qapp, qtbot, case, workspace):
-    """First of all: where the window stands, a style takes seconds to apply."""
-    apply_style(qapp, workspace.look)
-    for count in (3, 7, 18):
-        with case(count):
-            box = QComboBox()
-            qtbot.addWidget(box)
-            box.addItems([f"item {number}" for number in range(count)])
-            box.setCurrentIndex(count // 2)
-            box.show()
-            box.showPopup()
-            qapp.processEvents()
-            rows = box.view().viewport().height() / box.view().sizeHintForRow(0)
-            assert rows == pytest.approx(min(count, box.maxVisibleItems()))
-            box.hidePopup()
+def test_there_is_one_window(window, windows, qapp):
+    """The first one here: it counts all that was shown since the window was made."""
+    for row in SCREENS:
+        window.show_screen(row.name)
+        qapp.processEvents()
+    assert windows.seen == ["MainWindow"]
+
+
+def test_every_control_has_a_name(window, qapp):
+    buddies = {label.buddy() for label in window.findChildren(QLabel)}
+    for row in SCREENS:
+        window.show_screen(row.name)
+        qapp.processEvents()
+        for control in window.stack.current.findChildren(CONTROLS):
+            if not control.isVisible() or control.focusPolicy() is Qt.FocusPolicy.NoFocus:
+                continue
+            if isinstance(control.parent(), QAbstractSpinBox | QComboBox):
+                continue  # part of a control that has a name
+            named = control.accessibleName() or control in buddies or control.focusProxy()
+            text = control.text() if isinstance(control, QAbstractButton) else ""
+            assert named or text, f"{row.name}: {type(control).__name__} in {control.parent()}"
 
 
 def test_all_screens_are_laid_out_well(window, qapp):
@@ -233,3 +284,19 @@ def test_dialogs_fit_into_the_smallest_window(window, qapp, qtbot, kind):
     assert list(faults(page)) == []
     assert page.width() <= window.width() and page.height() <= window.height()
     assert page.findChildren(QAbstractButton)
+
+
+def test_a_drop_down_list_shows_whole_rows(window, qapp, qtbot, case):
+    """In the style that was applied before the window was made."""
+    for count in (3, 7, 18):
+        with case(count):
+            box = QComboBox()
+            qtbot.addWidget(box)
+            box.addItems([f"item {number}" for number in range(count)])
+            box.setCurrentIndex(count // 2)
+            box.show()
+            box.showPopup()
+            qapp.processEvents()
+            rows = box.view().viewport().height() / box.view().sizeHintForRow(0)
+            assert rows == pytest.approx(min(count, box.maxVisibleItems()))
+            box.hidePopup()

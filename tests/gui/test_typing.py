@@ -42,7 +42,7 @@ def workspace(shared_workspace):
 
 
 @pytest.fixture
-def window(shared_window, workspace, canned, monkeypatch):
+def window(shared_window, workspace, canned, unasked, monkeypatch):
     """The window with all its screens, before a flight out of a can that does what it is told."""
     monkeypatch.setattr(workspace.flight, "_view", canned.views[0])
     monkeypatch.setattr(workspace.flight, "order", lambda give, done=None, refused=None: None)

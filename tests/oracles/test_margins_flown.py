@@ -64,6 +64,7 @@ class FlownLoop:
         self.context = self.computer.GetMyMutableContextFromRoot(
             session._live.simulator.get_mutable_context()
         )
+        self.constants = law_constants(session.vehicle)
         self.past = [self.signal()]
         probes = self.context.get_mutable_numeric_parameter(PROBES)
         probes.SetAtIndex(self.place, 0.0 if delay else gain)
@@ -98,13 +99,12 @@ class FlownLoop:
         )
         loops = [*probes, *[0.0] * COUNT]
         estimate = sampled_estimate(PERIOD)
-        constants = law_constants(self.session.vehicle)
         flight_law(LAW).update(
             state,
             setpoint,
             gains,
             shares,
-            constants,
+            self.constants,
             loops,
             estimate,
             filtered,

@@ -270,11 +270,12 @@ def test_each_effect_is_the_references(printed, flown, tmp_path, case):
             recording = flown(vehicle, start, time, commands, 2.0)
             assert recording.p_WB[:, 2].min() > 1.0
             given = (first_state(recording), commands[0], time, commands, 2.0)
-            reference = fly(vehicle, *given, sample=PERIOD)
+            steps = {"sample": PERIOD, "step": 1 / 512}
+            reference = fly(vehicle, *given, **steps)
             place, angle = differences(recording, reference)
             assert place < 1e-3 and angle < ANGLE / 10
             for effect in wanted:
-                other = fly(off(vehicle, effect), *given, sample=PERIOD)
+                other = fly(off(vehicle, effect), *given, **steps)
                 assert differences(recording, other)[0] > 2e-3, effect
 
 

@@ -116,13 +116,10 @@ def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.nda
     The air's drag turns the body against the rotor: the moment of a counter-clockwise rotor
     (direction +1) is -moment_constant times its thrust along its axis.
     """
-    columns = []
-    for rotor in rotors:
-        axis = np.array(rotor.axis_B)
-        arm = np.array(rotor.p_BR) - np.array(p_BoBcm_B)
-        drag = -rotor.direction * rotor.moment_constant * axis
-        columns.append(np.concatenate([axis, np.cross(arm, axis) + drag]))
-    return np.array(columns).T
+    axes = np.array([rotor.axis_B for rotor in rotors])
+    arms = np.array([rotor.p_BR for rotor in rotors]) - np.array(p_BoBcm_B)
+    drags = np.array([-rotor.direction * rotor.moment_constant for rotor in rotors])
+    return np.hstack([axes, np.cross(arms, axes) + drags[:, None] * axes]).T
 
 
 def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:

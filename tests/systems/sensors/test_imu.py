@@ -100,6 +100,7 @@ def flying(description, vehicle, imu):
         simulator = Simulator(builder.Build())
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
         state = [*unit(rng.normal(size=4)), *rng.uniform(5, 9, 3), *rng.uniform(-12, 12, 6)]
+        state[6] += 30.0  # a ground that is hit takes the continuous plant seconds to integrate
         plant.SetPositionsAndVelocities(context, state)
         return simulator, plant, pairs
 
