@@ -58,7 +58,7 @@ class Card(Instrument):
     """What belongs together.
 
     Attributes:
-        name: in the plans of the dashboard.
+        name: in the plans of the Home screen.
         title: at its top.
         parts: instruments inside.
     """
@@ -109,7 +109,7 @@ class Card(Instrument):
         self.units = units
 
     def place_parts(self, body: QRectF) -> None:
-        """Give the parts their places; without a word from the card, each fills it."""
+        """Place the parts; by default each of them fills the card."""
         for part in self.parts:
             put(part, body)
 

@@ -201,7 +201,7 @@ class Turns:
 
 
 class HomeScreen(Screen):
-    """A dashboard of cards, in two or three columns as there is room.
+    """Cards in two or three columns, as there is room.
 
     Dials follow every view, numbers change ten times a second, and what has not changed is not
     painted.
