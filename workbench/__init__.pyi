@@ -6,7 +6,6 @@ from workbench.common.resources import find_scenario as find_scenario
 from workbench.control.controller import Controller as Controller
 from workbench.control.controller import find_loop as find_loop
 from workbench.control.controller import load_controller as load_controller
-from workbench.control.flight_law import slowest_rotor as slowest_rotor
 from workbench.controllers.pd_rule import CONTROL_DELAY as CONTROL_DELAY
 from workbench.design.block_graph import read_block_graph as read_block_graph
 from workbench.design.branches import Branch as Branch
@@ -74,6 +73,7 @@ from workbench.plant.loading import load_vehicle as load_vehicle
 from workbench.plant.rotors import wrench_matrix as wrench_matrix
 from workbench.plant.variation import Variation as Variation
 from workbench.plant.vehicle import Vehicle as Vehicle
+from workbench.plant.vehicle import slowest_rotor as slowest_rotor
 from workbench.scenario.excitation import Excitation as Excitation
 from workbench.scenario.excitation import Shape as Shape
 from workbench.scenario.scenario import Scenario as Scenario

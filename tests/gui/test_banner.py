@@ -9,8 +9,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QGuiApplication
 
 from workbench.gui import flight_model
-from workbench.gui.banner import REMEDIES, Banner
-from workbench.gui.banner_queue import MOST, STAYS, BannerQueue
+from workbench.gui.banner import MOST, REMEDIES, STAYS, Banner, BannerQueue
 from workbench.gui.crash import CrashNotice
 from workbench.gui.notices import Notice, Severity
 from workbench.live.messages import Phase

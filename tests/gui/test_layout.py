@@ -34,7 +34,7 @@ from workbench.analysis.worker import find_answerer
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_group import GainGroup
-from workbench.gui.help_pages import AboutPage, KeysPage
+from workbench.gui.help_pages import about_page, keys_page
 from workbench.gui.screen_table import SCREENS
 
 LEAST_CHART = 110
@@ -274,7 +274,7 @@ def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
     assert found == []
 
 
-@pytest.mark.parametrize("kind", [KeysPage, AboutPage])
+@pytest.mark.parametrize("kind", [keys_page, about_page])
 def test_dialogs_fit_into_the_smallest_window(window, qapp, qtbot, kind):
     window.resize(*SIZES[0])
     page = kind(window)

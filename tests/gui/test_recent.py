@@ -11,8 +11,7 @@ from workbench.common.resources import (
     list_scenarios,
     list_worlds,
 )
-from workbench.gui.opening import FileKind, kind_of
-from workbench.gui.recent import KEY, MOST, Recent, RecentFiles
+from workbench.gui.opener import KEY, MOST, FileKind, Recent, RecentFiles, kind_of
 
 
 @pytest.fixture

@@ -273,7 +273,7 @@ def serve_and_take_over(pilot) -> None:
         network = lambda: pilot.flight.view.network  # noqa: E731
         pilot.until(lambda: network().control is not None and network().control.hand is Hand.CLIENT)
         pilot.until(lambda: pilot.snapshot.v_WB[1] > 0.3)
-        assert screen.clients.model.rowCount() == 1
+        assert screen.clients.table.rowCount() == 1
         pilot.click(screen.clients.take_over)
         pilot.until(lambda: network().control.hand is Hand.OPERATOR)
         pilot.until(lost.is_set)

@@ -8,9 +8,8 @@ from PyQt6.QtGui import QColor, QPalette
 from PyQt6.QtWidgets import QApplication, QLabel, QPushButton, QSlider
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.icons import icon, icon_names, picture
-from workbench.gui.style import PICTURES, palette, set_class
-from workbench.gui.style_sheet import style_sheet
+from workbench.gui.icons import DRAWN, icon, picture
+from workbench.gui.style import PICTURES, palette, set_class, style_sheet
 from workbench.gui.theme import DARK, LIGHT
 
 
@@ -83,7 +82,7 @@ def test_a_slider_without_the_focus_has_no_frame(qtbot):
 
 
 def test_every_picture_is_drawn_in_its_colour(case, qapp):
-    for name in icon_names():
+    for name in DRAWN:
         with case(name):
             pixmap = picture(name, QColor("#c22030"), 20, 2.0)
             assert (pixmap.width(), pixmap.devicePixelRatio()) == (40, 2.0)

@@ -10,13 +10,39 @@ from dataclasses import dataclass
 
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QKeySequence
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtWidgets import QMenu, QMenuBar, QWidget
 
 from workbench.control.controller import SHIPPED
 from workbench.gui.screen_table import SCREENS
 
+RECENT = "Recent &files"
+AFTER = "open_log"
+"""The action below which the recent files stand."""
+
 FILE, FLIGHT, VIEW, HELP = "&File", "F&light", "&View", "&Help"
 MENUS = (FILE, FLIGHT, VIEW, HELP)
+
+
+def fill_menus(bar: QMenuBar, actions: Mapping[str, QAction]) -> dict[str, QMenu]:
+    """Fill the menu bar, and return all menus by their text."""
+    made = {}
+    for text in MENUS:
+        menu = QMenu(text, bar)
+        bar.addMenu(menu)
+        made[text] = menu
+        for row in rows_of(text):
+            if not row.in_menu:
+                continue
+            if row.after_line:
+                menu.addSeparator()
+            if row.submenu and row.submenu not in made:
+                made[row.submenu] = QMenu(row.submenu, menu)
+                menu.addMenu(made[row.submenu])
+            made.get(row.submenu, menu).addAction(actions[row.name])
+            if row.name == AFTER:
+                made[RECENT] = QMenu(RECENT, made[FILE])
+                menu.addMenu(made[RECENT])
+    return made
 
 
 @dataclass(frozen=True)

@@ -40,11 +40,6 @@ class DemoPilot(QObject):
         flight.begun.connect(self._begin)
         flight.viewed.connect(self._follow)
 
-    @property
-    def is_over(self) -> bool:
-        """Whether somebody else flies."""
-        return self._over
-
     def _begin(self, view: LiveView) -> None:
         """Begin with the first flight, and again with each of the same scenario."""
         self._prepare()

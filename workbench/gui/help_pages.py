@@ -39,65 +39,63 @@ ABOUT = (
 )
 
 
-class KeysPage(QDialog):
-    """All shortcuts, made of the table of actions.
+def keys_page(parent: QWidget | None = None) -> QDialog:
+    """Return a dialog of all shortcuts, made of the table of actions.
 
     Args:
         parent: above which it opens.
     """
+    dialog = QDialog(parent)
+    dialog.setWindowTitle("Keys")
+    page = QWidget()
+    columns = QHBoxLayout(page)
+    columns.setSpacing(24)
+    for tables in (
+        [(menu.replace("&", ""), _keys_of(menu)) for menu in MENUS],
+        [("Tuning", _tuning_keys())],
+    ):
+        column = QVBoxLayout()
+        for heading, keys in tables:
+            if keys:
+                column.addLayout(_table(heading, keys))
+                column.addSpacing(12)
+        column.addStretch(1)
+        columns.addLayout(column)
+    scrolling = QScrollArea()
+    scrolling.setWidgetResizable(True)
+    scrolling.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    scrolling.setWidget(page)
+    bar = scrolling.verticalScrollBar()
+    assert bar is not None
+    scrolling.setMinimumWidth(page.sizeHint().width() + bar.sizeHint().width())
+    layout = QVBoxLayout(dialog)
+    layout.setContentsMargins(22, 18, 22, 14)
+    layout.addWidget(scrolling)
+    layout.addWidget(_close_button(dialog))
+    above = parent.window() if parent is not None else None
+    room = above.height() - MARGIN if above is not None else page.sizeHint().height()
+    rest = layout.minimumSize().height() - scrolling.minimumSizeHint().height()
+    dialog.resize(0, min(room, page.sizeHint().height() + rest + MARGIN // 2))
+    return dialog
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Keys")
-        page = QWidget()
-        columns = QHBoxLayout(page)
-        columns.setSpacing(24)
-        for tables in (
-            [(menu.replace("&", ""), _keys_of(menu)) for menu in MENUS],
-            [("Tuning", _tuning_keys())],
-        ):
-            column = QVBoxLayout()
-            for heading, keys in tables:
-                if keys:
-                    column.addLayout(_table(heading, keys))
-                    column.addSpacing(12)
-            column.addStretch(1)
-            columns.addLayout(column)
-        scrolling = QScrollArea()
-        scrolling.setWidgetResizable(True)
-        scrolling.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        scrolling.setWidget(page)
-        bar = scrolling.verticalScrollBar()
-        assert bar is not None
-        scrolling.setMinimumWidth(page.sizeHint().width() + bar.sizeHint().width())
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(22, 18, 22, 14)
-        layout.addWidget(scrolling)
-        layout.addWidget(_close_button(self))
-        above = parent.window() if parent is not None else None
-        room = above.height() - MARGIN if above is not None else page.sizeHint().height()
-        rest = layout.minimumSize().height() - scrolling.minimumSizeHint().height()
-        self.resize(0, min(room, page.sizeHint().height() + rest + MARGIN // 2))
 
-
-class AboutPage(QDialog):
-    """What this is, and its licence.
+def about_page(parent: QWidget | None = None) -> QDialog:
+    """Return a dialog that says what this is, and its licence.
 
     Args:
         parent: above which it opens.
     """
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("About")
-        words = QLabel(ABOUT)
-        words.setTextFormat(Qt.TextFormat.RichText)
-        words.setWordWrap(True)
-        words.setMinimumWidth(380)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(22, 18, 22, 14)
-        layout.addWidget(words)
-        layout.addWidget(_close_button(self))
+    dialog = QDialog(parent)
+    dialog.setWindowTitle("About")
+    words = QLabel(ABOUT)
+    words.setTextFormat(Qt.TextFormat.RichText)
+    words.setWordWrap(True)
+    words.setMinimumWidth(380)
+    layout = QVBoxLayout(dialog)
+    layout.setContentsMargins(22, 18, 22, 14)
+    layout.addWidget(words)
+    layout.addWidget(_close_button(dialog))
+    return dialog
 
 
 def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:

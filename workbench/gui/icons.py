@@ -6,7 +6,7 @@ from PyQt6.QtSvg import QSvgRenderer
 
 from workbench.common.errors import unknown_name
 
-_DRAWN = {
+DRAWN = {
     "home": '<path d="M4 11 12 4l8 7v9h-5v-6H9v6H4z"/>',
     "server": '<rect x="4" y="4" width="16" height="6.5" rx="1.5"/>'
     '<rect x="4" y="13.5" width="16" height="6.5" rx="1.5"/><path d="M7.5 7.3h2M7.5 16.8h2"/>',
@@ -52,11 +52,6 @@ _FRAME = (
 )
 
 
-def icon_names() -> tuple[str, ...]:
-    """Return the names of all pictures."""
-    return tuple(_DRAWN)
-
-
 def picture(name: str, colour: QColor, size: int, ratio: float | None = None) -> QPixmap:
     """Return a picture.
 
@@ -69,15 +64,15 @@ def picture(name: str, colour: QColor, size: int, ratio: float | None = None) ->
     Raises:
         WorkbenchError: if there is none of that name.
     """
-    if name not in _DRAWN:
-        raise unknown_name("icon", name, _DRAWN)
+    if name not in DRAWN:
+        raise unknown_name("icon", name, DRAWN)
     app = QGuiApplication.instance()
     if ratio is None:
         ratio = app.devicePixelRatio() if isinstance(app, QGuiApplication) else 1.0
     pixmap = QPixmap(round(size * ratio), round(size * ratio))
     pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(Qt.GlobalColor.transparent)
-    body = _DRAWN[name].format(colour=colour.name())
+    body = DRAWN[name].format(colour=colour.name())
     svg = _FRAME.format(colour=colour.name(), body=body)
     painter = QPainter(pixmap)
     QSvgRenderer(QByteArray(svg.encode())).render(painter, QRectF(0.0, 0.0, size, size))

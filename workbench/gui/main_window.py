@@ -1,11 +1,13 @@
 """The window: side bar, top bar, screens, the 3-D view beside them, and the banner."""
 
+import gc
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from PyQt6.QtCore import QEvent, Qt, QTimer
+from PyQt6.QtCore import QByteArray, QEvent, Qt, QTimer
 from PyQt6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPaintEvent
 from PyQt6.QtWidgets import (
     QHBoxLayout,
@@ -17,27 +19,21 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.common.errors import WorkbenchError
 from workbench.control.controller import SHIPPED
-from workbench.gui.actions import SPEEDS, THEMES, make_actions
+from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actions
 from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.banner import Banner
-from workbench.gui.camera import Camera
 from workbench.gui.flight_control import FlightControl, possible
 from workbench.gui.focus_guard import FocusGuard
-from workbench.gui.help_pages import AboutPage, KeysPage
-from workbench.gui.interpreter import spare_collector, take_short_turns
-from workbench.gui.menus import RECENT, RecentMenu, fill_menus
-from workbench.gui.opener import Opener
-from workbench.gui.opening import FileKind
-from workbench.gui.recent import RecentFiles
-from workbench.gui.recorder import Recorder
+from workbench.gui.help_pages import about_page, keys_page
+from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent
+from workbench.gui.recorder import Camera, Recorder
 from workbench.gui.screen import Screen
-from workbench.gui.screen_stack import ScreenStack
-from workbench.gui.screen_table import SCREENS, ScreenRow
-from workbench.gui.side_bar import SideBar
-from workbench.gui.top_bar.top_bar import TopBar
+from workbench.gui.screen_stack import ScreenStack, SideBar
+from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
+from workbench.gui.top_bar import TopBar
 from workbench.gui.view3d.view3d_panel import LOOKS, View3d
-from workbench.gui.window_state import WindowState
 from workbench.gui.workspace import Workspace
 from workbench.live.choice import Choice, with_arguments
 from workbench.live.messages import Phase
@@ -45,13 +41,36 @@ from workbench.live.view import LiveView
 from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.scenario.scenario import Scenario
 
+TURN = 0.0005
+"""After which a thread that paints lets one go on that carries an answer [s].
+
+Python's own 5 ms, taken twice on the way out and once on the way back, would be most of the time
+from a slider to its margins.
+"""
+
 TITLE = "Drake drone workbench"
 FIRST_SIZE = (1280, 720)
 SMALLEST = (1024, 640)
 SHARES = (760, 430)
 """Of the width, for the screens and the 3-D view, at first."""
+GROUP = "window/1"
+"""Of settings; another number where what is kept would no longer fit."""
 CLOSING = 2.0
 """Time that a log has to be ended when the window closes [s]."""
+
+
+def take_short_turns() -> None:
+    """Let the threads that carry orders and answers wait little for the one that paints."""
+    sys.setswitchinterval(TURN)
+
+
+def spare_collector() -> None:
+    """Let the collector pass over all that is there by now, which lives as long as the window.
+
+    Looking through all of it takes a tenth of a second at a time, while nothing is painted.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 class MainWindow(QMainWindow):
@@ -78,7 +97,7 @@ class MainWindow(QMainWindow):
         self.control = FlightControl(workspace.flight, workspace.preferences, self)
         workspace.flight.draws = view3d
         store = workspace.preferences.store
-        self._state = WindowState(store)
+        self._store = store
         self.recent = RecentFiles(store, self)
         self.recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices, self)
         self.recorder.recorded.connect(lambda path: self.recent.add(FileKind.LOG, path))
@@ -93,13 +112,13 @@ class MainWindow(QMainWindow):
         self.view3d = View3d(workspace, self.actions_by_name)
         self.banner = Banner(workspace, self.actions_by_name)
         self.splitter = QSplitter(Qt.Orientation.Horizontal)
-        self._first = first or self._state.screen
+        self._first = first or self._last_screen()
         self._painted = self._closed = False
         self._question: QMessageBox | None = None
         self._lay_out()
         self._connect()
-        self._state.restore(self, self.splitter)
-        self._set_beside(view3d and self._state.beside)
+        self._restore_places()
+        self._set_beside(view3d and self._was_beside())
 
     def show_screen(self, name: str) -> None:
         """Show a screen by its name."""
@@ -131,8 +150,8 @@ class MainWindow(QMainWindow):
             "trail_3d": lambda: self.view3d.show_trail(),
             "dismiss": lambda: self.banner.dismiss(),
             "full_screen": self._toggle_full_screen,
-            "keys": lambda: KeysPage(self).show(),
-            "about": lambda: AboutPage(self).show(),
+            "keys": lambda: keys_page(self).show(),
+            "about": lambda: about_page(self).show(),
         }
         for name in SHIPPED:
             handlers[f"controller_{name}"] = partial(control.fly_controller, name)
@@ -154,7 +173,11 @@ class MainWindow(QMainWindow):
         bar = QMenuBar(self)
         self.setMenuBar(bar)
         menus = fill_menus(bar, self.actions_by_name)
-        self._recent_menu = RecentMenu(menus[RECENT], self.recent, self.opener.open_recent)
+        self.recent_menu = menus[RECENT]
+        fill = partial(fill_recent, self.recent_menu, self.recent, self.opener.open_recent)
+        self.recent_menu.aboutToShow.connect(fill)
+        self.recent.changed.connect(fill)
+        fill()
         self.splitter.setChildrenCollapsible(False)
         self.splitter.addWidget(self.stack)
         self.splitter.addWidget(self.view3d)
@@ -354,12 +377,7 @@ class MainWindow(QMainWindow):
             return
         if not self._closed:
             self._closed = True
-            screen = self.stack.name or self._first
-            # a start without 3-D says nothing about the next one
-            beside = (
-                self.view3d.isVisibleTo(self) if self.workspace.flight.draws else self._state.beside
-            )
-            self._state.save(self, self.splitter, screen, beside=beside)
+            self._keep_places()
             self.hide()
             self._end_log()
             self.stack.close_screens()
@@ -376,3 +394,37 @@ class MainWindow(QMainWindow):
             ended = live.stop_log()
             while not ended.done() and time.monotonic() < until:
                 time.sleep(0.01)
+
+    def _keep_places(self) -> None:
+        """Keep where the window is and what it shows for the next start."""
+        store = self._store
+        # a start without 3-D says nothing about the next one
+        draws = self.workspace.flight.draws
+        beside = self.view3d.isVisibleTo(self) if draws else self._was_beside()
+        store.setValue(f"{GROUP}/geometry", self.saveGeometry())
+        if beside:
+            store.setValue(f"{GROUP}/splitter", self.splitter.saveState())
+        store.setValue(f"{GROUP}/screen", self.stack.name or self._first)
+        store.setValue(f"{GROUP}/beside", beside)
+        store.sync()
+
+    def _restore_places(self) -> None:
+        """Put window and splitter where they were; whatever else is kept there is ignored."""
+        for name, restore in (
+            ("geometry", self.restoreGeometry),
+            ("splitter", self.splitter.restoreState),
+        ):
+            kept = self._store.value(f"{GROUP}/{name}")
+            if isinstance(kept, QByteArray):
+                restore(kept)
+
+    def _last_screen(self) -> str:
+        """Return the name of the screen that was seen last."""
+        try:
+            return find_screen(str(self._store.value(f"{GROUP}/screen", ""))).name
+        except WorkbenchError:
+            return SCREENS[0].name
+
+    def _was_beside(self) -> bool:
+        """Return whether the 3-D view was beside the screen."""
+        return str(self._store.value(f"{GROUP}/beside", True)).lower() == "true"

@@ -1,17 +1,160 @@
 """Opens files: chosen in a dialog, dropped onto the window, or from the recent ones."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 
-from PyQt6.QtWidgets import QFileDialog, QWidget
+from PyQt6.QtCore import QObject, QSettings, pyqtSignal
+from PyQt6.QtGui import QAction
+from PyQt6.QtWidgets import QFileDialog, QMenu, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import controllers_dir, models_dir, worlds_dir
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.notices import Notices
-from workbench.gui.opening import FILTERS, FileKind, kind_of
-from workbench.gui.recent import Recent, RecentFiles
+
+READ = 65536
+"""Of a file, to find out what it is [bytes]."""
+_WORLD_KEYS = ("directives:", "obstacles:")
+_WORLDS = "worlds"
+"""Name of a folder in which a file of a title alone is an empty world."""
+
+KEY = "recent/1"
+MOST = 8
+
+
+class FileKind(Enum):
+    """What can be opened."""
+
+    SCENARIO = "scenario"
+    MODEL = "model"
+    WORLD = "world"
+    CONTROLLER = "controller"
+    LOG = "log"
+
+
+FILTERS = {
+    FileKind.SCENARIO: "Scenarios (*.yaml *.yml)",
+    FileKind.MODEL: "Drones (*.xacro *.urdf *.sdf *.xml)",
+    FileKind.WORLD: "Worlds (*.yaml *.yml *.sdf *.world)",
+    FileKind.CONTROLLER: "Controllers (*.py)",
+    FileKind.LOG: "Logs (*.mcap)",
+}
+"""What a file dialog shows of each."""
+_BY_ENDING = {
+    ".xacro": FileKind.MODEL,
+    ".urdf": FileKind.MODEL,
+    ".xml": FileKind.MODEL,
+    ".world": FileKind.WORLD,
+    ".py": FileKind.CONTROLLER,
+    ".mcap": FileKind.LOG,
+}
+
+
+def kind_of(path: Path) -> FileKind:
+    """Return what a file, or a Gazebo model's folder, is, by its name and its beginning.
+
+    Raises:
+        WorkbenchError: if it is nothing that can be opened.
+    """
+    ending = path.suffix.lower()
+    if ending in _BY_ENDING:
+        return _BY_ENDING[ending]
+    if path.is_dir() and (path / "model.config").is_file():
+        return FileKind.MODEL
+    if ending == ".sdf":
+        return FileKind.WORLD if "<world" in _beginning(path) else FileKind.MODEL
+    if ending in (".yaml", ".yml"):
+        lines = _beginning(path).splitlines()
+        world = any(line.startswith(_WORLD_KEYS) for line in lines) or path.parent.name == _WORLDS
+        return FileKind.WORLD if world else FileKind.SCENARIO
+    raise WorkbenchError(
+        f"{path.name} cannot be opened: drop a scenario or world (.yaml), a drone (.xacro, .urdf, "
+        ".sdf, .xml), a controller (.py), or a log (.mcap)"
+    )
+
+
+def _beginning(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return file.read(READ).decode(errors="replace")
+    except OSError as error:
+        raise WorkbenchError(f"{path} cannot be read: {error.strerror}") from error
+
+
+@dataclass(frozen=True)
+class Recent:
+    """A file that was opened.
+
+    Attributes:
+        kind: what it is.
+        path: of it.
+    """
+
+    kind: FileKind
+    path: str
+
+
+class RecentFiles(QObject):
+    """The newest files first.
+
+    Args:
+        store: where they are kept.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    changed = pyqtSignal()
+    """Another file was opened."""
+
+    def __init__(self, store: QSettings, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._store = store
+
+    def add(self, kind: FileKind, path: str) -> None:
+        """Remember a file as the newest."""
+        new = Recent(kind, str(Path(path).expanduser().absolute()))
+        kept = [each for each in self._read() if each.path != new.path]
+        self._write([new, *kept][:MOST])
+        self.changed.emit()
+
+    def files(self) -> tuple[Recent, ...]:
+        """Return those that are still there."""
+        return tuple(each for each in self._read() if Path(each.path).exists())
+
+    def _read(self) -> list[Recent]:
+        """Return what is kept, without what makes no sense."""
+        kept = self._store.value(KEY, [])
+        lines = [kept] if isinstance(kept, str) else kept if isinstance(kept, list) else []
+        found = []
+        kinds = {kind.value: kind for kind in FileKind}
+        for line in lines:
+            word, colon, path = str(line).partition(":")
+            if colon and word in kinds and path:
+                found.append(Recent(kinds[word], path))
+        return found
+
+    def _write(self, files: list[Recent]) -> None:
+        self._store.setValue(KEY, [f"{each.kind.value}:{each.path}" for each in files])
+
+
+def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[Recent], None]) -> None:
+    """List the files that are still there in a menu; to be called again when they change.
+
+    Args:
+        menu: to fill.
+        files: which there are.
+        opens: told which is chosen.
+    """
+    menu.clear()
+    present = files.files()
+    menu.setEnabled(bool(present))
+    for number, each in enumerate(present, start=1):
+        path = each.path.replace("&", "&&")
+        action = QAction(f"&{number}  {path}  ({each.kind.value})", menu)
+        action.triggered.connect(lambda _checked, each=each: opens(each))
+        menu.addAction(action)
 
 
 class Opener:

@@ -1,5 +1,7 @@
 """What the user prefers, kept between starts."""
 
+from pathlib import Path
+
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
@@ -68,3 +70,9 @@ class Preferences(QObject):
             return row.read(kept)
         except WorkbenchError:  # another version wrote it, or an editor
             return row.default
+
+
+def log_folder(preferences: Preferences) -> Path:
+    """Return the folder that the user prefers, or where the app was started."""
+    chosen = preferences.text("log_folder")
+    return Path(chosen).expanduser() if chosen else Path.cwd()

@@ -1,17 +1,155 @@
-"""The screens behind each other; each is made when it is first seen, or when nothing is to do."""
+"""The screens, of which one is seen, and the side bar that chooses it.
 
-from PyQt6.QtCore import QTimer, pyqtSignal
-from PyQt6.QtWidgets import QStackedWidget, QWidget
+Each is made when it is first seen, or when there is nothing else to do.
+"""
 
-from workbench.gui.missing_page import MissingPage
-from workbench.gui.module_loader import ModuleLoader
+import contextlib
+import importlib
+import threading
+from collections.abc import Mapping, Sequence
+
+from PyQt6.QtCore import QObject, QSize, Qt, QTimer, pyqtSignal
+from PyQt6.QtGui import QAction
+from PyQt6.QtWidgets import (
+    QFrame,
+    QLabel,
+    QSizePolicy,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from workbench.gui.icons import icon
 from workbench.gui.screen import Screen
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
+from workbench.gui.style import dressed
+from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 
+ICON = 26
+"""Edge of a picture [pixels of the layout]."""
+
 PAUSE = 60
 """Between two screens that are made in advance, for the window to breathe [ms]."""
+
+
+class SideBar(QFrame):
+    """Buttons one below the other; that of the present screen has a bar beside it.
+
+    Args:
+        actions: those that show screens, by name.
+        look: colours.
+        parent: in which it stands.
+    """
+
+    def __init__(
+        self, actions: Mapping[str, QAction], look: Look, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("side_bar")
+        self.setAccessibleName("Screens")
+        self._look = look
+        self._actions = {row.name: actions[f"show_{row.name}"] for row in SCREENS}
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 6, 0, 6)
+        layout.setSpacing(2)
+        for number, row in enumerate(SCREENS, start=1):
+            button = QToolButton(self)
+            button.setDefaultAction(self._actions[row.name])
+            button.setProperty("class", "side")
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+            button.setIconSize(QSize(ICON, ICON))
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            button.setAccessibleName(f"{row.title} screen, Ctrl+{number}")
+            layout.addWidget(button)
+        layout.addStretch(1)
+        look.changed.connect(self.paint_icons)
+        self.paint_icons()
+
+    def mark(self, name: str) -> None:
+        """Show which screen is seen."""
+        for each, action in self._actions.items():
+            action.setChecked(each == name)
+        self.paint_icons()
+
+    def paint_icons(self) -> None:
+        """Draw the pictures in the present colours, that of the present screen in the accent."""
+        for row in SCREENS:
+            action = self._actions[row.name]
+            colour = "accent" if action.isChecked() else "muted"
+            action.setIcon(icon(row.icon, self._look.colour(colour)))
+
+
+class ModuleLoader(QObject):
+    """Imports modules in a thread of its own, one after another, so that the window stays quick.
+
+    A module that cannot be imported is passed over: who needs it finds out why.
+
+    Args:
+        modules: full names.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    loaded = pyqtSignal(str)
+    """Name of a module that is there now, or cannot be had."""
+    _arrived = pyqtSignal(str)
+
+    def __init__(self, modules: Sequence[str], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._modules = tuple(modules)
+        self._wanted = True
+        self._thread: threading.Thread | None = None
+        queued = Qt.ConnectionType.QueuedConnection
+        self._arrived.connect(self._pass_on, queued)  # type: ignore[call-arg]
+
+    def start(self) -> None:
+        """Begin."""
+        if self._thread is None and self._wanted:
+            self._thread = threading.Thread(target=self._load, name="loading screens")
+            self._thread.start()
+
+    def close(self) -> None:
+        """Load no further module, and wait for the one that is being loaded."""
+        self._wanted = False
+        if self._thread is not None:
+            self._thread.join()
+
+    def _load(self) -> None:
+        for name in self._modules:
+            if not self._wanted:
+                return
+            # who shows the screen imports it again, and tells what is wrong with it
+            with contextlib.suppress(Exception):
+                importlib.import_module(name)
+            self._arrived.emit(name)
+
+    def _pass_on(self, name: str) -> None:
+        if self._wanted:
+            self.loaded.emit(name)
+
+
+def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
+    """Return what stands where a screen should that could not be made: a sentence in the middle.
+
+    Args:
+        title: of the screen.
+        said: why it is not here.
+        parent: in which it stands.
+    """
+    page = QWidget(parent)
+    layout = QVBoxLayout(page)
+    layout.addStretch(1)
+    words = dressed(QLabel(said), "muted")
+    words.setWordWrap(True)
+    for label in (dressed(QLabel(title), "title"), words):
+        label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        layout.addWidget(label)
+    layout.addStretch(2)
+    page.setAccessibleName(f"{title} screen")
+    return page
 
 
 class ScreenStack(QStackedWidget):
@@ -135,7 +273,7 @@ class ScreenStack(QStackedWidget):
         except Exception as error:
             said = f"the {row.title} screen cannot be shown: {type(error).__name__}: {error}"
             self._workspace.notices.fail(said, "The other screens work; restart to try again.")
-            page: QWidget = MissingPage(row.title, said, self)
+            page: QWidget = missing_page(row.title, said, self)
         else:
             self._screens[row.name] = screen
             page = screen

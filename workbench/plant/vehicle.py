@@ -101,3 +101,8 @@ class Vehicle:
             WorkbenchError: if there is no such link.
         """
         return find_row("frame", name, self.frames)
+
+
+def slowest_rotor(vehicle: Vehicle) -> float:
+    """Return the largest time constant of a rotor that hovers [s], see `Vehicle.rotor_lag`."""
+    return vehicle.rotor_lag

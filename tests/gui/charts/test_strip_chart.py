@@ -134,30 +134,30 @@ def test_arrows_move_the_crosshair(chart):
     assert chart.cursor_time == pytest.approx(40.0)
 
 
-def test_two_cursors_tell_their_difference(chart):
+def test_two_cursors_tell_their_difference(chart, statistic):
     chart.set_cursor(25.0)
     QTest.keyClick(chart, Qt.Key.Key_A)
     chart.set_cursor(35.0)
     QTest.keyClick(chart, Qt.Key.Key_B)
-    assert chart.statistics.text_at(0, "A at 25") == "2.500"
-    assert chart.statistics.text_at(0, "B at 35") == "3.500"
-    assert chart.statistics.text_at(0, "B − A over 10.000 s") == "1.000"
+    assert statistic(chart, 0, "A at 25") == "2.500"
+    assert statistic(chart, 0, "B at 35") == "3.500"
+    assert statistic(chart, 0, "B − A over 10.000 s") == "1.000"
 
 
-def test_the_statistics_are_those_of_what_is_seen(chart):
+def test_the_statistics_are_those_of_what_is_seen(chart, statistic):
     QTest.keyClick(chart, Qt.Key.Key_S)
     assert chart.statistics.isVisible()
-    assert chart.statistics.text_at(0, "Min") == "2.000"
-    assert chart.statistics.text_at(0, "Max") == "4.000"
-    assert chart.statistics.text_at(0, "Mean") == "3.000"
+    assert statistic(chart, 0, "Min") == "2.000"
+    assert statistic(chart, 0, "Max") == "4.000"
+    assert statistic(chart, 0, "Mean") == "3.000"
     seen = np.sin(TIME[4000:8001])
-    assert float(chart.statistics.text_at(1, "Std dev")) == pytest.approx(seen.std(), abs=0.01)
+    assert float(statistic(chart, 1, "Std dev")) == pytest.approx(seen.std(), abs=0.01)
 
 
-def test_a_cursor_is_dragged(chart, mouse):
+def test_a_cursor_is_dragged(chart, mouse, statistic):
     chart.set_mark("A", 25.0)
     mouse.drag((25.0, 0.5), (30.0, 0.5))
-    assert float(chart.statistics.text_at(0, "A at ")) == pytest.approx(3.0, abs=0.1)
+    assert float(statistic(chart, 0, "A at ")) == pytest.approx(3.0, abs=0.1)
 
 
 def test_the_wheel_changes_the_time_and_with_ctrl_the_values(chart, mouse):

@@ -3,8 +3,9 @@
 import itertools
 
 import pytest
+from PyQt6.QtCore import QRectF
 
-from workbench.gui.home.dashboard import SMALLEST, THREE, TWO, arrange, choose_plan
+from workbench.gui.home.home_screen import SMALLEST, THREE, TWO, arrange, choose_plan
 
 SIZES = ((760, 600), (1190, 600), (2400, 1500), (1280, 720), (1000, 900), (3600, 2000), (800, 1600))
 
@@ -21,21 +22,17 @@ def test_both_plans_have_the_same_cards():
 def test_cards_fill_the_screen_and_do_not_overlap(size):
     arrangement = arrange(*size)
     assert (arrangement.width, arrangement.height) == size
-    for spot in arrangement.spots:
-        assert spot.left >= 0 and spot.top >= 0
-        assert spot.left + spot.width <= size[0] + 1e-6
-        assert spot.top + spot.height <= size[1] + 1e-6
-    for one, other in itertools.combinations(arrangement.spots, 2):
-        aside = one.left + one.width <= other.left or other.left + other.width <= one.left
-        above = one.top + one.height <= other.top or other.top + other.height <= one.top
-        assert aside or above, f"{one.name} overlaps {other.name}"
+    screen = QRectF(0.0, 0.0, size[0] + 1e-6, size[1] + 1e-6)
+    assert all(screen.contains(spot) for spot in arrangement.spots.values())
+    for (name, one), (second, other) in itertools.combinations(arrangement.spots.items(), 2):
+        assert not one.intersects(other), f"{name} overlaps {second}"
 
 
 @pytest.mark.parametrize("plan", [THREE, TWO])
 def test_the_slots_of_a_plan_fit_into_its_own_size(plan):
     arrangement = arrange(plan.width, plan.height)
     assert arrangement.scale == 1.0
-    bottoms = [spot.top + spot.height for spot in arrangement.spots]
+    bottoms = [spot.bottom() for spot in arrangement.spots.values()]
     assert max(bottoms) <= plan.height
 
 

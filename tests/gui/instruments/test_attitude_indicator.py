@@ -5,8 +5,7 @@ import math
 import pytest
 from PyQt6.QtCore import QPoint
 
-from workbench.gui.instruments.attitude import Attitude
-from workbench.gui.instruments.attitude_indicator import AttitudeIndicator
+from workbench.gui.instruments.attitude_indicator import Attitude, AttitudeIndicator
 
 SIDE = 240
 

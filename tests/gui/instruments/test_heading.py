@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from workbench.gui.home.attitude_card import HeadingTape
 from workbench.gui.instruments.heading import direction_of, heading_of, mark_text, point_of
-from workbench.gui.instruments.heading_tape import HeadingTape
 
 
 @pytest.mark.parametrize(

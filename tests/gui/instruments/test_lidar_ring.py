@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workbench.gui.instruments.lidar_ring import LidarRing
+from workbench.gui.home.lidar_card import LidarRing
 from workbench.gui.instruments.ring_scan import (
     NOTHING,
     SECTORS,

@@ -4,10 +4,15 @@ import math
 
 import pytest
 
-from workbench.gui.instruments.map_frame import LEAST, MapFrame, Place, SteadyFrame
-from workbench.gui.instruments.path_map import PathMap, Pose
-from workbench.gui.instruments.steady_scale import SteadyScale, round_reach
-from workbench.gui.instruments.trail import MOST_POINTS, Trail, TrailPoint
+from workbench.gui.home.gps_card import MOST_POINTS, PathMap, Pose, Trail, TrailPoint
+from workbench.gui.instruments.map_frame import (
+    LEAST,
+    MapFrame,
+    Place,
+    SteadyFrame,
+    SteadyScale,
+    round_reach,
+)
 
 HOME = Place(0.0, 0.0)
 

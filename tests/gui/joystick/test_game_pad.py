@@ -6,7 +6,7 @@ import warnings
 import pytest
 
 from workbench.gui.joystick.game_pad import INSTALL, GamePads, PadButton
-from workbench.gui.joystick.sticks import NEUTRAL, Stick
+from workbench.gui.joystick.piloting import NEUTRAL, Stick
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # it warns of which library it has found

@@ -10,10 +10,9 @@ from PyQt6.QtWidgets import QLineEdit, QMainWindow, QPushButton, QVBoxLayout, QW
 
 from workbench.control.mode import FlightMode
 from workbench.gui.joystick.game_pad import PadButton, PadReading
-from workbench.gui.joystick.gate import CENTRE, NO_FLIGHT, ON_THE_GROUND, PAUSED
 from workbench.gui.joystick.joystick_screen import JoystickScreen
-from workbench.gui.joystick.pilot import Device
-from workbench.gui.joystick.sticks import NEUTRAL, Stick, Sticks
+from workbench.gui.joystick.pilot import CENTRE, NO_FLIGHT, ON_THE_GROUND, PAUSED, Device
+from workbench.gui.joystick.piloting import NEUTRAL, Stick, Sticks
 from workbench.gui.preferences import Preferences
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client

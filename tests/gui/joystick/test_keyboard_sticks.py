@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.gui.joystick.keyboard_sticks import RUN_UP, KeyboardSticks, StickKey
-from workbench.gui.joystick.sticks import NEUTRAL
+from workbench.gui.joystick.piloting import NEUTRAL
 
 
 def test_a_held_key_runs_up_to_full_stick():

@@ -6,13 +6,28 @@ from dataclasses import replace
 import pytest
 
 from workbench.control.mode import FlightMode
-from workbench.gui.joystick.courier import Courier
-from workbench.gui.joystick.flight_limits import FlightLimits
-from workbench.gui.joystick.gate import CENTRE, LANDING, ON_THE_GROUND, PAUSED, Gate, barrier
-from workbench.gui.joystick.piloting import NOTHING, Handling, Wish, heading_velocity
-from workbench.gui.joystick.response import answered
-from workbench.gui.joystick.stick_curve import StickCurve
-from workbench.gui.joystick.sticks import MIDDLE, Stick, Sticks, within_circle
+from workbench.gui.joystick.pilot import (
+    CENTRE,
+    LANDING,
+    ON_THE_GROUND,
+    PAUSED,
+    Courier,
+    Gate,
+    barrier,
+)
+from workbench.gui.joystick.piloting import (
+    MIDDLE,
+    NOTHING,
+    FlightLimits,
+    Handling,
+    Stick,
+    StickCurve,
+    Sticks,
+    Wish,
+    heading_velocity,
+    within_circle,
+)
+from workbench.gui.joystick.response_view import answered
 from workbench.link.server_messages import Hand
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.gui.joystick.stick_curve import StickCurve
+from workbench.gui.joystick.piloting import StickCurve
 
 
 def test_a_stick_asks_for_what_was_worked_by_hand(case):

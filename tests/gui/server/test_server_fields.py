@@ -8,16 +8,16 @@ import pytest
 from PyQt6.QtCore import QSettings
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.server.connect_line import connect_line, fingerprint, reachable_address
-from workbench.gui.server.fields import (
+from workbench.gui.server.connect_panel import connect_line, fingerprint, reachable_address
+from workbench.gui.server.server_control import Running, Wanted, server_state
+from workbench.gui.server.server_form import (
     ServerFields,
     file_faults,
     keep_fields,
     read_fields,
     written_faults,
 )
-from workbench.gui.server.refusal_log import LONGEST, RefusalLog, say_counts
-from workbench.gui.server.server_state import Running, Wanted, server_state
+from workbench.gui.server.server_screen import LONGEST, RefusalLog, say_counts
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import ServerStatus
 from workbench.link.server.config import ServerConfig

@@ -10,8 +10,8 @@ from PyQt6.QtTest import QTest
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.preferences import Preferences
+from workbench.gui.server.server_control import Running
 from workbench.gui.server.server_screen import ServerScreen
-from workbench.gui.server.server_state import Running
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.authentication import read_tokens
@@ -182,9 +182,9 @@ def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
     try:
         panel = screen.clients
         qtbot.waitUntil(lambda: panel.control.text() == "tuner has control.", timeout=LONG)
-        qtbot.waitUntil(lambda: panel.model.index(0, 4).data() == "flies", timeout=LONG)
-        qtbot.waitUntil(lambda: panel.model.name_at(0) == "tuner", timeout=LONG)
-        assert panel.model.index(0, 3).data() == "fly"
+        qtbot.waitUntil(lambda: panel.table.model().index(0, 4).data() == "flies", timeout=LONG)
+        qtbot.waitUntil(lambda: panel.table.item(0, 0).text() == "tuner", timeout=LONG)
+        assert panel.table.model().index(0, 3).data() == "fly"
         bench.press(panel.take_over)
         operator = Hand.OPERATOR
         qtbot.waitUntil(lambda: bench.flight.view.network.control.hand is operator, timeout=LONG)
@@ -199,7 +199,7 @@ def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
         QTest.keyClick(panel.table, Qt.Key.Key_Delete)
         qtbot.waitUntil(client.ended.is_set, timeout=LONG)
         assert "the operator ended it" in client.said
-        qtbot.waitUntil(lambda: panel.model.rowCount() == 0, timeout=LONG)
+        qtbot.waitUntil(lambda: panel.table.rowCount() == 0, timeout=LONG)
     finally:
         client.leave()
     assert bench.told == []

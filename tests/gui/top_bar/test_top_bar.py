@@ -10,13 +10,24 @@ from PyQt6.QtWidgets import QMainWindow
 from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS, make_actions
 from workbench.gui.flight_control import FlightControl, possible
-from workbench.gui.icons import icon_names
+from workbench.gui.icons import DRAWN
 from workbench.gui.recorder import Recorder
-from workbench.gui.top_bar import wording
-from workbench.gui.top_bar.chip import Chip
-from workbench.gui.top_bar.speed_box import SpeedBox, next_speed
-from workbench.gui.top_bar.top_bar import TopBar
-from workbench.gui.top_bar.wording import Said
+from workbench.gui.top_bar import (
+    BAD,
+    PLAIN,
+    WARNING,
+    Chip,
+    Said,
+    SpeedBox,
+    TopBar,
+    battery_said,
+    link_said,
+    mode_said,
+    next_speed,
+    reached_said,
+    time_said,
+    warnings_said,
+)
 from workbench.link.backplane import ClientStatus, ServerStatus
 from workbench.link.operations import Role
 from workbench.link.server_messages import ControlState, Hand, Stage
@@ -46,46 +57,46 @@ def served(view, hand=Hand.NOBODY, stage=Stage.LIVE, clients=0):
 
 @pytest.mark.parametrize("mode", list(FlightMode))
 def test_every_mode_has_a_word_and_a_shape(view, mode):
-    said = wording.mode_said(with_snapshot(view, mode=mode))
+    said = mode_said(with_snapshot(view, mode=mode))
     assert said.text == mode.label
-    assert said.icon in icon_names()
+    assert said.icon in DRAWN
 
 
 @pytest.mark.parametrize("phase", list(Phase))
 def test_every_phase_has_a_word_and_a_shape(view, phase):
-    said = wording.mode_said(dataclasses.replace(view, phase=phase))
-    assert said.icon in icon_names()
+    said = mode_said(dataclasses.replace(view, phase=phase))
+    assert said.icon in DRAWN
     if phase is not Phase.FLYING:
         assert phase.value in said.text
 
 
 def test_what_is_being_done_before_the_flight_is_said():
     view = LiveView(said="loading Drake")
-    assert wording.mode_said(view).text == "starting"
-    assert wording.time_said(view).text == "loading Drake"
-    for said in (wording.battery_said(view), wording.reached_said(view)):
+    assert mode_said(view).text == "starting"
+    assert time_said(view).text == "loading Drake"
+    for said in (battery_said(view), reached_said(view)):
         assert said.text == "–"
-    assert wording.warnings_said(view) == ()
+    assert warnings_said(view) == ()
 
 
 @pytest.mark.parametrize(
     ("time", "text"), [(0.0, "0:00.0"), (59.99, "0:59.9"), (60.0, "1:00.0"), (3725.46, "62:05.4")]
 )
 def test_time_is_never_rounded_up(view, time, text):
-    assert wording.time_said(with_snapshot(view, time=time)).text == text
+    assert time_said(with_snapshot(view, time=time)).text == text
 
 
 @pytest.mark.parametrize(
     ("charge", "text", "tone"),
     [
-        (1.0, "100 %", wording.PLAIN),
-        (0.29, "29 % low", wording.WARNING),
-        (0.2, "20 % left", wording.BAD),
+        (1.0, "100 %", PLAIN),
+        (0.29, "29 % low", WARNING),
+        (0.2, "20 % left", BAD),
     ],
 )
 def test_the_battery_says_low_in_words(view, charge, text, tone):
     view = dataclasses.replace(view, values={"battery_reserve": 0.2})
-    said = wording.battery_said(with_snapshot(view, charge=charge))
+    said = battery_said(with_snapshot(view, charge=charge))
     assert (said.text, said.tone) == (text, tone)
 
 
@@ -107,33 +118,33 @@ def test_too_slow_is_what_keeps_neither_real_time_nor_what_was_asked(
     view, asked, achieved, behind, reached, too_slow
 ):
     paced = dataclasses.replace(view, pace=Pace(asked, achieved, 0.1, 2.0, behind))
-    said = wording.reached_said(paced)
+    said = reached_said(paced)
     assert said.text.replace("\N{NO-BREAK SPACE}", " ") == reached
     assert ("too slow" in said.full) is too_slow
-    assert (said.tone == wording.WARNING) is too_slow
-    warned = [each.text for each in wording.warnings_said(paced)]
+    assert (said.tone == WARNING) is too_slow
+    warned = [each.text for each in warnings_said(paced)]
     assert warned == (["machine too slow"] if too_slow else [])
     paused = dataclasses.replace(paced, phase=Phase.PAUSED)
-    assert wording.warnings_said(paused) == ()
+    assert warnings_said(paused) == ()
 
 
 def test_the_obstacle_comes_before_slowness(view):
     near = Clearance(0.44, (1.0, 0.0, 0.0), True)
     view = with_snapshot(view, clearance=near)
     view = dataclasses.replace(view, pace=Pace(1.0, 0.5, 0.1, 2.0, True))
-    said = wording.warnings_said(view)
+    said = warnings_said(view)
     assert [each.text for each in said] == ["obstacle 0.4 m", "machine too slow"]
     far = dataclasses.replace(near, warning=False, distance=math.inf)
-    assert wording.warnings_said(with_snapshot(view, clearance=far))[0].text == "machine too slow"
+    assert warnings_said(with_snapshot(view, clearance=far))[0].text == "machine too slow"
 
 
 def test_the_link_says_who_watches_and_who_flies(view):
-    assert wording.link_said(view).text == "no server"
-    assert wording.link_said(served(view)).text == "0 clients, nobody flies"
-    assert wording.link_said(served(view, Hand.OPERATOR, clients=1)).text == "1 client, you fly"
-    assert wording.link_said(served(view, Hand.CLIENT, clients=2)).text == "2 clients, Ada flies"
-    silent = wording.link_said(served(view, Hand.CLIENT, Stage.LOST, 1))
-    assert (silent.text, silent.tone) == ("Ada silent: lost", wording.WARNING)
+    assert link_said(view).text == "no server"
+    assert link_said(served(view)).text == "0 clients, nobody flies"
+    assert link_said(served(view, Hand.OPERATOR, clients=1)).text == "1 client, you fly"
+    assert link_said(served(view, Hand.CLIENT, clients=2)).text == "2 clients, Ada flies"
+    silent = link_said(served(view, Hand.CLIENT, Stage.LOST, 1))
+    assert (silent.text, silent.tone) == ("Ada silent: lost", WARNING)
 
 
 @pytest.mark.parametrize(
@@ -201,13 +212,13 @@ def test_a_chip_changes_only_where_its_words_do(qtbot, workspace, monkeypatch):
     qtbot.addWidget(chip)
     drawn = []
     monkeypatch.setattr(chip, "_draw", lambda: drawn.append(1))
-    said = Said("87 %", "battery", wording.PLAIN, "battery 87 %")
+    said = Said("87 %", "battery", PLAIN, "battery 87 %")
     chip.show_said(said)
-    chip.show_said(Said("87 %", "battery", wording.PLAIN, "battery 87 %"))
+    chip.show_said(Said("87 %", "battery", PLAIN, "battery 87 %"))
     assert drawn == [1]
     chip.show_said(dataclasses.replace(said, text="86 %"))
     assert drawn == [1]
-    chip.show_said(dataclasses.replace(said, tone=wording.BAD))
+    chip.show_said(dataclasses.replace(said, tone=BAD))
     assert drawn == [1, 1]
     assert chip.accessibleName() == "Battery: battery 87 %"
 
@@ -263,7 +274,7 @@ def test_the_speed_box_orders_a_speed(bar, qtbot):
 
 def test_the_bar_follows_the_flight(bar, workspace, view):
     workspace.flight.viewed.emit(with_snapshot(view, mode=FlightMode.LANDING, time=61.27))
-    assert bar.badge.chip.text == "landing"
+    assert bar.badge.text == "landing"
     assert bar.strip.time.text == "1:01.2"
     assert bar.speed.value() == 1.0
 
@@ -281,5 +292,5 @@ def test_no_text_is_cut_at_the_smallest_width(bar, view):
     for mode in FlightMode:
         bar.show_view(dataclasses.replace(with_snapshot(view, mode=mode), phase=Phase.PAUSED))
     bar.strip.recording.show()
-    bar.strip.recording.show_said(Said("612:03  1.23 GB", "record", wording.BAD))
+    bar.strip.recording.show_said(Said("612:03  1.23 GB", "record", BAD))
     assert bar.minimumSizeHint().width() <= 1190

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.gui.charts.colour_scale import colour_table, colour_words, colours_of
-from workbench.gui.visualization.cloud import TOP, Viewpoint, paint_points, rays_from
-from workbench.gui.visualization.cloud_page import turned
-from workbench.gui.visualization.depth_picture import (
+from workbench.gui.visualization.camera_page import (
     BEYOND,
     TOO_NEAR,
     DepthScale,
@@ -16,6 +14,8 @@ from workbench.gui.visualization.depth_picture import (
     depth_text,
     scale_of,
 )
+from workbench.gui.visualization.cloud import TOP, Viewpoint, paint_points, rays_from
+from workbench.gui.visualization.cloud_page import turned
 from workbench.gui.visualization.event_list import MOST, EventList
 from workbench.gui.visualization.frame_tree import poses_in_parent, poses_in_world
 from workbench.link.backplane import Published

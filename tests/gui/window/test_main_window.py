@@ -7,7 +7,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QFileDialog, QLineEdit
 
 from workbench.control.mode import FlightMode
-from workbench.gui.help_pages import KeysPage
+from workbench.gui.help_pages import keys_page
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 
@@ -114,7 +114,7 @@ def test_the_page_of_keys_lists_every_shortcut(qtbot):
 
     from workbench.gui.actions import ACTIONS
 
-    page = KeysPage()
+    page = keys_page()
     qtbot.addWidget(page)
     words = " ".join(label.text() for label in page.findChildren(QLabel))
     for row in ACTIONS:

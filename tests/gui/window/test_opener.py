@@ -5,7 +5,7 @@ from PyQt6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PyQt6.QtGui import QDropEvent
 
 from workbench.common.resources import find_scenario
-from workbench.gui.opening import FileKind
+from workbench.gui.opener import FileKind
 from workbench.live.choice import Choice
 from workbench.scenario.scenario import Scenario, SensorsConfig
 
@@ -90,7 +90,7 @@ def test_what_cannot_be_opened_is_a_notice(opened, told, tmp_path):
 def test_recent_files_fly_again_from_the_menu(opened, flown):
     window = opened()
     window.opener.open(FileKind.SCENARIO, find_scenario("hover"))
-    (action,) = window._recent_menu._menu.actions()
+    (action,) = window.recent_menu.actions()
     assert "hover.yaml" in action.text()
     action.trigger()
     assert flown == [Choice(str(find_scenario("hover")))] * 2

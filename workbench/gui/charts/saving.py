@@ -13,7 +13,7 @@ from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
-from workbench.gui.log_folder import log_folder
+from workbench.gui.preferences import log_folder
 from workbench.gui.workspace import Workspace
 
 

@@ -142,12 +142,6 @@ class StatisticsTable(QTableWidget):
             for column, text in enumerate(row.texts):
                 self._write(index, column, text)
 
-    def text_at(self, row: int, column: str) -> str:
-        """Return what stands in the column that begins with a name."""
-        index = next(i for i, head in enumerate(self._heads) if head.startswith(column))
-        item = self.item(row, index)
-        return item.text() if item is not None else ""
-
     def _show_heads(self, marks: Mapping[str, float]) -> None:
         heads = [*HEADS, *(f"{name} at {number_text(marks[name], 3)} s" for name in sorted(marks))]
         if len(marks) == 2:

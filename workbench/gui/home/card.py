@@ -12,6 +12,11 @@ from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
 
+WIDE = 1.2
+"""From this ratio of width to height on, they stand beside each other."""
+PICTURE = 0.6
+"""Most of the width that the picture takes then."""
+
 PADDING = 0.8
 """Inside the frame, relative to plain text."""
 TITLE = 1.75
@@ -26,11 +31,34 @@ SIGNS = {
 }
 
 
+def beside(
+    body: QRectF, gap: float, numbers_height: float, share: float = PICTURE
+) -> tuple[QRectF, QRectF]:
+    """Return where a card's picture and its numbers stand: side by side, or one above the other.
+
+    Args:
+        body: of the card.
+        gap: between the two [px].
+        numbers_height: that the numbers need where they stand below [px].
+        share: most of the width that the picture takes where it stands on the left.
+    """
+    if body.width() >= WIDE * body.height():
+        width = min(body.height(), share * body.width())
+        picture = QRectF(body.left(), body.top(), width, body.height())
+        numbers = QRectF(body)
+        numbers.setLeft(picture.right() + gap)
+        return picture, numbers
+    picture, numbers = QRectF(body), QRectF(body)
+    picture.setBottom(body.bottom() - numbers_height - gap)
+    numbers.setTop(body.bottom() - numbers_height)
+    return picture, numbers
+
+
 class Card(Instrument):
     """What belongs together.
 
     Attributes:
-        name: in the plans of the dashboard.
+        name: in the plans of the Home screen.
         title: at its top.
         parts: instruments inside.
     """
@@ -65,7 +93,7 @@ class Card(Instrument):
     @property
     def spoken(self) -> str:
         """All of it as a sentence, for a screen reader."""
-        return self._note
+        return "; ".join(part.spoken for part in self.parts if part.isVisibleTo(self))
 
     def begin(self, view: LiveView) -> None:
         """A flight begins."""
@@ -81,7 +109,9 @@ class Card(Instrument):
         self.units = units
 
     def place_parts(self, body: QRectF) -> None:
-        """Give the parts their places."""
+        """Place the parts; by default each of them fills the card."""
+        for part in self.parts:
+            put(part, body)
 
     def set_note(self, note: str, sign: Sign | None = None) -> None:
         """Show a note beside the title, with a shape where it says how something is."""

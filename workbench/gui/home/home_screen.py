@@ -1,10 +1,11 @@
-"""The Home screen: all of a flight at a glance."""
+"""The Home screen: all of a flight at a glance, as cards in columns."""
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 
-from PyQt6.QtCore import QRect, QSize, Qt, QTimer
+from PyQt6.QtCore import QRect, QRectF, QSize, Qt, QTimer
 from PyQt6.QtGui import QFontInfo, QHideEvent, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import QApplication, QScrollArea, QVBoxLayout, QWidget
 
@@ -13,20 +14,34 @@ from workbench.gui.home.battery_card import BatteryCard
 from workbench.gui.home.card import Card
 from workbench.gui.home.clock_card import ClockCard
 from workbench.gui.home.condition_card import ConditionCard
-from workbench.gui.home.dashboard import arrange
 from workbench.gui.home.gps_card import GpsCard
-from workbench.gui.home.height_card import HeightCard
-from workbench.gui.home.imu_card import ImuCard
 from workbench.gui.home.lidar_card import LidarCard
-from workbench.gui.home.motion_card import MotionCard
 from workbench.gui.home.rotor_card import RotorCard
 from workbench.gui.home.shown_units import shown_units
 from workbench.gui.home.stream_watch import StreamWatch
-from workbench.gui.home.turns import Turns
+from workbench.gui.home.table_cards import HeightCard, ImuCard, MotionCard
 from workbench.gui.screen import Screen
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
+
+MARGIN = 10.0
+"""Around all cards, at scale 1 [px]."""
+GAP = 8.0
+"""Between cards, at scale 1 [px]."""
+SMALLEST = 0.8
+"""Scale under which text is no longer readable: then the screen scrolls."""
+WIDE_ENOUGH = 0.75
+"""Three columns are taken where text in them is not smaller than this share of that in two..."""
+LARGE_ENOUGH = 0.95
+"""...and not smaller than at this scale, unless it would be in two as well."""
+
+PERIOD = 0.1
+"""Between two looks at the same number: digits that change faster cannot be read [s]."""
+MOST = 3
+"""So many in one frame, of those that wait longest..."""
+LATEST = 0.2
+"""...and all that have waited for longer than this [s]."""
 
 TEXT = (11.0, 12.0)
 """Bounds of the height of plain text at scale 1, within which the desktop's is taken [px]."""
@@ -38,8 +53,155 @@ SPEAKING = 1.0
 """Between two new descriptions for a screen reader [s]."""
 
 
+@dataclass(frozen=True)
+class Slot:
+    """A place in a column.
+
+    Attributes:
+        name: of the card.
+        height: that it needs at scale 1 [px].
+        stretch: share that it takes of what is left.
+    """
+
+    name: str
+    height: float
+    stretch: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Columns of equal width.
+
+    Attributes:
+        width: at which the scale is 1 [px].
+        height: likewise.
+        columns: slots from top to bottom.
+    """
+
+    width: float
+    height: float
+    columns: tuple[tuple[Slot, ...], ...]
+
+    def scale(self, width: float, height: float) -> float:
+        """Return by how much larger everything may be on so many pixels."""
+        return min(width / self.width, height / self.height)
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """All cards.
+
+    Attributes:
+        scale: of text and margins.
+        width: that they take [px].
+        height: that they take [px].
+        spots: where each card stands, by its name [px].
+    """
+
+    scale: float
+    width: float
+    height: float
+    spots: Mapping[str, QRectF]
+
+
+THREE = Plan(
+    1190.0,
+    600.0,
+    (
+        (
+            Slot("clock", 76.0),
+            Slot("condition", 92.0),
+            Slot("motion", 132.0),
+            Slot("battery", 62.0),
+            Slot("rotors", 140.0, 1.0),
+        ),
+        (Slot("attitude", 290.0, 0.7), Slot("imu", 116.0, 0.15), Slot("height", 112.0, 0.15)),
+        (Slot("lidar", 290.0, 1.2), Slot("gps", 230.0, 1.0)),
+    ),
+)
+TWO = Plan(
+    760.0,
+    600.0,
+    (
+        (
+            Slot("clock", 62.0),
+            Slot("attitude", 190.0, 1.0),
+            Slot("motion", 118.0),
+            Slot("imu", 86.0),
+            Slot("height", 86.0),
+        ),
+        (
+            Slot("condition", 82.0),
+            Slot("battery", 48.0),
+            Slot("lidar", 160.0, 1.0),
+            Slot("gps", 130.0, 0.6),
+            Slot("rotors", 126.0, 0.4),
+        ),
+    ),
+)
+
+
+def choose_plan(width: float, height: float) -> Plan:
+    """Return the plan that shows most on so many pixels."""
+    three, two = THREE.scale(width, height), TWO.scale(width, height)
+    return THREE if three >= min(two, max(LARGE_ENOUGH, WIDE_ENOUGH * two)) else TWO
+
+
+def arrange(width: float, height: float) -> Arrangement:
+    """Return where the cards stand on so many pixels, or on more where these are too few."""
+    plan = choose_plan(width, height)
+    scale = plan.scale(width, height)
+    if scale < SMALLEST:
+        scale = SMALLEST
+        width, height = max(width, scale * plan.width), max(height, scale * plan.height)
+    count = len(plan.columns)
+    margin, gap = scale * MARGIN, scale * GAP
+    column = (width - 2 * margin - (count - 1) * gap) / count
+    spots: dict[str, QRectF] = {}
+    for index, slots in enumerate(plan.columns):
+        left, top = margin + index * (column + gap), margin
+        spare = height - 2 * margin - (len(slots) - 1) * gap
+        spare -= sum(scale * slot.height for slot in slots)
+        total = sum(slot.stretch for slot in slots)
+        for slot in slots:
+            tall = scale * slot.height + max(0.0, spare) * slot.stretch / total
+            spots[slot.name] = QRectF(left, top, column, tall)
+            top += tall + gap
+    return Arrangement(scale, width, height, spots)
+
+
+class Turns:
+    """Tells which of some names are due.
+
+    Args:
+        names: that take turns.
+    """
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._names = tuple(names)
+        self._due: dict[str, float] = {}
+
+    def reset(self) -> None:
+        """Let all be due at once."""
+        self._due.clear()
+
+    def due(self, time: float) -> list[str]:
+        """Return the names that are due at a time [s], which then wait for their next turn."""
+        if not self._due:  # and from here on they come one after the other
+            share = PERIOD / len(self._names)
+            self._due = {n: time + PERIOD + k * share for k, n in enumerate(self._names)}
+            return list(self._names)
+        waiting = [name for name in self._names if self._due[name] <= time + 1e-9]
+        waiting.sort(key=lambda name: self._due[name])
+        late = [name for name in waiting if self._due[name] < time - LATEST]
+        taken = waiting[: max(MOST, len(late))]
+        for name in taken:
+            self._due[name] = max(self._due[name] + PERIOD, time + PERIOD / 2)
+        return taken
+
+
 class HomeScreen(Screen):
-    """A dashboard of cards, in two or three columns as there is room.
+    """Cards in two or three columns, as there is room.
 
     Dials follow every view, numbers change ten times a second, and what has not changed is not
     painted.
@@ -155,10 +317,10 @@ class HomeScreen(Screen):
         self._board.resize(round(arrangement.width), round(arrangement.height))
         own = QFontInfo(QApplication.font()).pixelSize()
         size = arrangement.scale * min(TEXT[1], max(TEXT[0], own))
-        for spot in arrangement.spots:
-            left, top = round(spot.left), round(spot.top)
-            right, bottom = round(spot.left + spot.width), round(spot.top + spot.height)
-            card = self.cards[spot.name]
+        for name, spot in arrangement.spots.items():
+            left, top = round(spot.left()), round(spot.top())
+            right, bottom = round(spot.right()), round(spot.bottom())
+            card = self.cards[name]
             card.set_text_size(size)
             card.setGeometry(QRect(left, top, right - left, bottom - top))
 

@@ -39,6 +39,11 @@ class Instrument(QWidget):
         look.changed.connect(self._recolour)
 
     @property
+    def spoken(self) -> str:
+        """What it shows as a sentence, for a screen reader."""
+        return ""
+
+    @property
     def area(self) -> QRectF:
         """All of it."""
         return QRectF(self.rect())

@@ -10,7 +10,7 @@ from enum import Enum
 from types import ModuleType
 from typing import Any
 
-from workbench.gui.joystick.sticks import Stick, Sticks, within_circle
+from workbench.gui.joystick.piloting import Stick, Sticks, within_circle
 
 INSTALL = "Game pads need PySDL2: pip install PySDL2 pysdl2-dll, then start again."
 FULL = 32767.0

@@ -1,8 +1,41 @@
 """Keys as sticks: W A S D is the left one, the arrows are the right one."""
 
+from collections.abc import Callable
 from enum import Enum
 
-from workbench.gui.joystick.sticks import MIDDLE, Stick, Sticks, within_circle
+from PyQt6.QtCore import QEvent, QObject, Qt
+from PyQt6.QtGui import QGuiApplication, QKeyEvent
+from PyQt6.QtWidgets import (
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QLineEdit,
+    QMenu,
+    QPlainTextEdit,
+    QTextEdit,
+    QWidget,
+)
+
+from workbench.gui.joystick.piloting import MIDDLE, Stick, Sticks, within_circle
+
+FIELDS = (
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QComboBox,
+    QLineEdit,
+    QMenu,
+    QPlainTextEdit,
+    QTextEdit,
+)
+"""Widgets that need letters or arrows for themselves."""
+_PLAIN = (
+    Qt.KeyboardModifier.NoModifier,
+    Qt.KeyboardModifier.KeypadModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+)
 
 RUN_UP = 0.5
 """From the middle to full stick while a key is held [s]."""
@@ -19,6 +52,18 @@ class StickKey(Enum):
     BACK = (False, 0, -1)
     LEFT = (False, -1, 0)
     RIGHT = (False, 1, 0)
+
+
+KEYS = {
+    Qt.Key.Key_W: StickKey.CLIMB,
+    Qt.Key.Key_S: StickKey.SINK,
+    Qt.Key.Key_A: StickKey.TURN_LEFT,
+    Qt.Key.Key_D: StickKey.TURN_RIGHT,
+    Qt.Key.Key_Up: StickKey.FORWARD,
+    Qt.Key.Key_Down: StickKey.BACK,
+    Qt.Key.Key_Left: StickKey.LEFT,
+    Qt.Key.Key_Right: StickKey.RIGHT,
+}
 
 
 class KeyboardSticks:
@@ -74,3 +119,79 @@ def _run(place: float, towards: int, step: float) -> float:
         return 0.0
     start = max(0.0, towards * place)
     return towards * min(1.0, start + step)
+
+
+class KeyWatcher(QObject):
+    """Watches the one widget that has the focus, as keys come to it first.
+
+    Args:
+        page: keys count only in its window.
+        pressed: told of a key that goes down.
+        released: told of a key that is let go.
+        lost: told when the focus is in a field, or in another window.
+    """
+
+    def __init__(
+        self,
+        page: QWidget,
+        pressed: Callable[[StickKey], None],
+        released: Callable[[StickKey], None],
+        lost: Callable[[], None],
+    ) -> None:
+        super().__init__(page)
+        self._page = page
+        self._pressed, self._released, self._lost = pressed, released, lost
+        self._watched: QWidget | None = None
+
+    def start(self) -> None:
+        """Listen from now on."""
+        application = QGuiApplication.instance()
+        assert isinstance(application, QApplication)
+        application.focusChanged.connect(self._follow)
+        self._follow(None, QApplication.focusWidget())
+
+    def stop(self) -> None:
+        """Listen no more."""
+        application = QGuiApplication.instance()
+        assert isinstance(application, QApplication)
+        application.focusChanged.disconnect(self._follow)
+        self._watch(None)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Take the keys that move sticks; Qt's name."""
+        if not isinstance(event, QKeyEvent) or event.key() not in KEYS:
+            return False
+        key = KEYS[Qt.Key(event.key())]
+        if event.type() is QEvent.Type.KeyRelease:
+            if not event.isAutoRepeat():
+                self._released(key)
+            return True
+        if event.modifiers() not in _PLAIN:
+            return False
+        if event.type() is QEvent.Type.ShortcutOverride:
+            event.accept()  # a shortcut of one letter is none here
+        elif not event.isAutoRepeat():
+            self._pressed(key)
+        return True
+
+    def _follow(self, before: QWidget | None, now: QWidget | None) -> None:
+        """Watch the widget that has the focus now, where it leaves keys to the sticks."""
+        window = self._page.window()
+        if now is None or now.window() is not window or isinstance(now, FIELDS):
+            self._watch(None)
+            self._lost()
+        else:
+            self._watch(now)
+
+    def _watch(self, widget: QWidget | None) -> None:
+        if self._watched is not None:
+            self._watched.removeEventFilter(self)
+            self._watched.destroyed.disconnect(self._forget)
+        self._watched = widget
+        if widget is not None:
+            widget.installEventFilter(self)
+            widget.destroyed.connect(self._forget)
+
+    def _forget(self) -> None:
+        self._watched = None
+        self._lost()

@@ -1,29 +1,157 @@
 """The operator's hand: sticks of all kinds on one side, the flight on the other."""
 
 import time
+from collections.abc import Callable
 from enum import Enum
 
 from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
+from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.joystick.courier import Courier, Velocity
-from workbench.gui.joystick.flight_limits import FlightLimits
 from workbench.gui.joystick.game_pad import GamePads
-from workbench.gui.joystick.gate import NO_FLIGHT, Gate, barrier
 from workbench.gui.joystick.keyboard_sticks import KeyboardSticks
-from workbench.gui.joystick.piloting import NOTHING, Handling, Wish
-from workbench.gui.joystick.stick_curve import StickCurve
-from workbench.gui.joystick.sticks import NEUTRAL, Stick, Sticks
+from workbench.gui.joystick.piloting import (
+    NEUTRAL,
+    NOTHING,
+    FlightLimits,
+    Handling,
+    Stick,
+    StickCurve,
+    Sticks,
+    Wish,
+)
 from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
 from workbench.link.backplane import Published
 from workbench.link.server_messages import Hand
+from workbench.live.messages import Phase
 from workbench.live.view import LiveView
+
+NO_FLIGHT = "Nothing flies: open a scenario first."
+STARTING = "The flight is starting."
+BROKEN = "The flight cannot go on: reset it first."
+PAUSED = "The flight is paused: resume it, then the sticks count."
+ON_THE_GROUND = "On the ground: take off first."
+LANDING = "Landing: the sticks count again after the next take-off."
+FIGURE_EIGHT = "The scenario flies its figure of eight: sticks have no say."
+CENTRE = "Let go of the sticks first: they were held while they did not count."
+
+Velocity = tuple[float, float, float]
+Send = Callable[[Velocity, float], None]
+
+MOST_A_SECOND = 30.0
+"""Commands that are sent, zeros left out: each of them ends a wish, so they are no more."""
+REPEAT = 1.0
+"""After which a wish that has not changed is said again [s]."""
+STEP = 0.005
+"""Changes smaller than this are none: a hovering drone's heading trembles [m/s]."""
+TURN_STEP = 0.001
+"""The same of the yaw rate [rad/s]."""
+_STILL = (0.0, 0.0, 0.0)
 
 PERIOD = 16
 """Between two looks at keys and pads [ms]."""
 LONGEST_STEP = 0.1
 """By which held keys run up at once [s]."""
+
+
+def barrier(view: LiveView) -> str:
+    """Return why sticks have no effect on a flight, "" if they have."""
+    if view.phase is Phase.ENDED:
+        return NO_FLIGHT
+    if view.phase is Phase.BROKEN:
+        return BROKEN
+    if view.snapshot is None:
+        return STARTING
+    if view.scenario is not None and view.scenario.figure_eight:
+        return FIGURE_EIGHT
+    if view.phase is Phase.PAUSED:
+        return PAUSED
+    if view.snapshot.mode in (FlightMode.OFF, FlightMode.ARMED):
+        return ON_THE_GROUND
+    if view.snapshot.mode is FlightMode.LANDING:
+        return LANDING
+    return ""
+
+
+class Gate:
+    """Lets sticks through, once they were in the middle after whatever barred them."""
+
+    def __init__(self) -> None:
+        self._centre_first = False
+        self._hand = Hand.NOBODY
+
+    def close(self) -> None:
+        """Ask for the middle first: the screen was left, or another flight begins."""
+        self._centre_first = True
+
+    def pass_on(self, barred: str, neutral: bool, hand: Hand) -> str:
+        """Return why the sticks do not count now, "" if they do.
+
+        Args:
+            barred: why the flight does not listen to them, "" if it does.
+            neutral: whether they are in the middle.
+            hand: who flies; a client that was given the drone does not lose it to a held stick.
+        """
+        given = hand is Hand.CLIENT and self._hand is not Hand.CLIENT
+        self._hand = hand
+        if neutral:
+            self._centre_first = False
+        elif barred or given:
+            self._centre_first = True
+        return barred or (CENTRE if self._centre_first else "")
+
+
+class Courier:
+    """Sends commands on change.
+
+    Args:
+        send: gives the flight a velocity in W [m/s] and a yaw rate [rad/s].
+        clock: rises, whatever happens to the date [s].
+    """
+
+    def __init__(self, send: Send, clock: Callable[[], float]) -> None:
+        self._send, self._clock = send, clock
+        self._sent: tuple[Velocity, float] = (_STILL, 0.0)
+        self._when = -REPEAT
+
+    @property
+    def is_asking(self) -> bool:
+        """Whether the last thing sent asked for a motion."""
+        return self._sent != (_STILL, 0.0)
+
+    def put(self, velocity: Velocity, yaw_rate: float) -> None:
+        """Send what is wished now, if it is due; to be called again until it is another.
+
+        Args:
+            velocity: in W [m/s].
+            yaw_rate: seen from above to the left [rad/s].
+        """
+        if not any((*velocity, yaw_rate)):
+            self.stop()
+            return
+        now = self._clock()
+        waited = now - self._when
+        if waited < 1.0 / MOST_A_SECOND:
+            return
+        if waited >= REPEAT or self._differs(velocity, yaw_rate):
+            self._sent, self._when = (velocity, yaw_rate), now
+            self._send(velocity, yaw_rate)
+
+    def stop(self) -> None:
+        """Send zero at once, if a motion was asked for."""
+        if self.is_asking:
+            self._sent = (_STILL, 0.0)
+            self._send(*self._sent)
+
+    def forget(self) -> None:
+        """Take nothing as sent: another flight begins."""
+        self._sent = (_STILL, 0.0)
+
+    def _differs(self, velocity: Velocity, yaw_rate: float) -> bool:
+        before, turned = self._sent
+        step = max(abs(new - old) for new, old in zip(velocity, before, strict=True))
+        return not self.is_asking or step > STEP or abs(yaw_rate - turned) > TURN_STEP
 
 
 class Device(Enum):

@@ -5,10 +5,89 @@ Left stick: up climbs, right turns clockwise. Right stick: up is forward, right 
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.gui.joystick.stick_curve import StickCurve
-from workbench.gui.joystick.sticks import Sticks
+
+@dataclass(frozen=True)
+class StickCurve:
+    """Gentle around the middle, and full at the end.
+
+    Attributes:
+        sensitivity: share that full stick reaches, 0 .. 1.
+        expo: share of the cubic part, 0 .. 1; 0 is a straight line.
+        dead_band: share of the way around the middle that asks for nothing, below 1.
+    """
+
+    sensitivity: float = 1.0
+    expo: float = 0.0
+    dead_band: float = 0.0
+
+    def shaped(self, raw: float) -> float:
+        """Return what a stick asks for, -1 .. 1.
+
+        What is beyond the dead band is stretched, so that nothing jumps at its edge and full stick
+        stays full.
+
+        Args:
+            raw: how far it is pushed along one axis, -1 .. 1; what is beyond counts as full.
+        """
+        way = min(abs(raw), 1.0)
+        if way <= self.dead_band:
+            return 0.0
+        way = (way - self.dead_band) / (1.0 - self.dead_band)
+        gentle = (1.0 - self.expo) * way + self.expo * way**3
+        return self.sensitivity * (gentle if raw > 0.0 else -gentle)
+
+
+@dataclass(frozen=True)
+class Stick:
+    """A stick's place within its circle of radius 1.
+
+    Attributes:
+        x: to the right.
+        y: away from the pilot, up on a screen.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether it stands in its middle."""
+        return self.x == 0.0 and self.y == 0.0
+
+
+MIDDLE = Stick()
+
+
+@dataclass(frozen=True)
+class Sticks:
+    """Both sticks of a pilot.
+
+    Attributes:
+        left: climbs and turns.
+        right: flies level.
+    """
+
+    left: Stick = MIDDLE
+    right: Stick = MIDDLE
+
+    @property
+    def are_neutral(self) -> bool:
+        """Whether both stand in their middle."""
+        return self.left.is_neutral and self.right.is_neutral
+
+
+NEUTRAL = Sticks()
+
+
+def within_circle(x: float, y: float) -> Stick:
+    """Return the stick at a place, drawn back to its circle where that is outside."""
+    way = math.hypot(x, y)
+    if not math.isfinite(way):
+        return MIDDLE
+    return Stick(x, y) if way <= 1.0 else Stick(x / way, y / way)
 
 
 @dataclass(frozen=True)
@@ -34,6 +113,61 @@ class Wish:
 
 
 NOTHING = Wish()
+
+SLACK = 1.001
+"""So that a stick at exactly the limit is not said to be beyond it."""
+
+
+@dataclass(frozen=True)
+class Bite:
+    """A limit that a wish is beyond.
+
+    Attributes:
+        what: is limited, in words.
+        parameter: that says so.
+        asked: too much, in SI.
+        limit: in SI.
+        unit: of both.
+    """
+
+    what: str
+    parameter: str
+    asked: float
+    limit: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class FlightLimits:
+    """The fastest that the flight flies, whoever asks; infinite where that is not known.
+
+    Attributes:
+        level: largest level speed [m/s].
+        climb: largest speed up or down [m/s].
+        turn: largest yaw rate [rad/s].
+    """
+
+    level: float = math.inf
+    climb: float = math.inf
+    turn: float = math.inf
+
+    def after(self, values: Mapping[str, float]) -> "FlightLimits":
+        """Return the limits once live parameters, by name, have these values."""
+        return FlightLimits(
+            values.get("max_speed", self.level),
+            values.get("max_climb_rate", self.climb),
+            values.get("max_yaw_rate", self.turn),
+        )
+
+    def bites(self, wish: Wish) -> tuple[Bite, ...]:
+        """Return where a wish asks for more than is flown."""
+        level = math.hypot(wish.forward, wish.left)
+        rows = (
+            Bite("level speed", "max_speed", level, self.level, "m/s"),
+            Bite("climb", "max_climb_rate", abs(wish.climb), self.climb, "m/s"),
+            Bite("turning", "max_yaw_rate", abs(wish.yaw_rate), self.turn, "rad/s"),
+        )
+        return tuple(row for row in rows if row.asked > SLACK * row.limit)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from PyQt6.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PyQt6.QtWidgets import QSizePolicy, QWidget
 
-from workbench.gui.joystick.sticks import MIDDLE, Stick, within_circle
+from workbench.gui.joystick.piloting import MIDDLE, Stick, within_circle
 from workbench.gui.theme import Look
 
 KNOB = 0.2

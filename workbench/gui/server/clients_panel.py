@@ -1,25 +1,138 @@
 """Who is connected and who flies, with what the operator can do about it."""
 
+import math
+from collections.abc import Sequence
+
 from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QAction, QKeySequence
+from PyQt6.QtGui import QAction, QKeySequence, QPainter, QPaintEvent
 from PyQt6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
     QHeaderView,
     QLabel,
     QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
     QVBoxLayout,
     QWidget,
 )
 
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.server.clients_model import COLUMNS, ClientsModel
-from workbench.gui.server.clients_table import ClientsTable
 from workbench.gui.style import dressed
 from workbench.link.authority import NOBODY_YET
-from workbench.link.server_messages import ControlState, Hand
+from workbench.link.backplane import ClientStatus
+from workbench.link.operations import Role
+from workbench.link.server_messages import ControlState, Hand, Stage
 from workbench.live.messages import NetworkView
+
+COLUMNS = (
+    ("Client", "what it calls itself"),
+    ("Address", "its host and port"),
+    ("By", "tcp, tls, or websocket for a browser"),
+    ("May", "watch, or watch and fly"),
+    ("Control", "whether it flies"),
+    ("Frames/s", "frames a second that it gets"),
+    ("Age", "of the newest data that it has acknowledged"),
+    ("Drops", "frames that it was too slow for"),
+    ("Refused", "commands and operations that were refused"),
+)
+FIRST_NUMBER = 5
+"""Columns from here on are numbers, to the right."""
+_MAY = {None: "login", Role.VIEW: "watch", Role.COMMAND: "fly"}
+_DOES = {Stage.LIVE: "flies", Stage.HOLD: "silent, holds"}
+
+NOBODY = "No client is connected."
+
+
+class ClientsTable(QTableWidget):
+    """Rows of clients, changed in place so that a selection outlives updates."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(0, len(COLUMNS), parent)
+        for column, (name, help) in enumerate(COLUMNS):
+            heading = QTableWidgetItem(name)
+            heading.setToolTip(help)
+            heading.setTextAlignment(_side(column))
+            self.setHorizontalHeaderItem(column, heading)
+
+    def show_clients(self, clients: Sequence[ClientStatus], control: ControlState | None) -> None:
+        """Show who is here now; who stays keeps its row."""
+        present = {client.peer for client in clients}
+        for row in reversed(range(self.rowCount())):
+            if self.peer_at(row) not in present:
+                self.removeRow(row)
+        rows = {self.peer_at(row): row for row in range(self.rowCount())}
+        for client in clients:
+            texts = client_texts(client, control)
+            if client.peer in rows:
+                self._update(rows[client.peer], texts)
+            else:
+                self._append(client.peer, texts)
+
+    def peer_at(self, row: int) -> int:
+        """Return the number of the client in a row."""
+        item = self.item(row, 0)
+        assert item is not None
+        return int(item.data(Qt.ItemDataRole.UserRole))
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint the rows, or that there are none."""
+        super().paintEvent(event)
+        port = self.viewport()
+        if port is None or self.rowCount() > 0:
+            return
+        painter = QPainter(port)
+        painter.setPen(self.palette().placeholderText().color())
+        painter.drawText(port.rect(), Qt.AlignmentFlag.AlignCenter, NOBODY)
+
+    def _append(self, peer: int, texts: Sequence[str]) -> None:
+        row = self.rowCount()
+        self.insertRow(row)
+        for column in range(len(COLUMNS)):
+            item = QTableWidgetItem()
+            item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
+            item.setTextAlignment(_side(column))
+            item.setData(Qt.ItemDataRole.UserRole, peer)
+            self.setItem(row, column, item)
+        self._update(row, texts)
+
+    def _update(self, row: int, texts: Sequence[str]) -> None:
+        for column, text in enumerate(texts):
+            item = self.item(row, column)
+            if item is not None and item.text() != text:
+                item.setText(text)
+                item.setToolTip(text)
+                spoken = f"{COLUMNS[column][0]}: {text}"
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
+
+
+def client_texts(client: ClientStatus, control: ControlState | None) -> tuple[str, ...]:
+    """Return what stands in the columns of a client."""
+    flies = control is not None and control.hand is Hand.CLIENT and control.peer == client.peer
+    does = _DOES.get(control.stage, "lost") if control and flies else "–"
+    age = f"{1e3 * client.age:.0f}\N{NO-BREAK SPACE}ms" if client.age < 10.0 else _long(client.age)
+    return (
+        client.name or f"client {client.peer}",
+        client.address,
+        client.transport,
+        _MAY[client.role],
+        does,
+        f"{client.rate:.0f}",
+        age,
+        str(client.dropped),
+        str(client.refused),
+    )
+
+
+def _side(column: int) -> Qt.AlignmentFlag:
+    across = Qt.AlignmentFlag.AlignRight if column >= FIRST_NUMBER else Qt.AlignmentFlag.AlignLeft
+    return across | Qt.AlignmentFlag.AlignVCenter
+
+
+def _long(age: float) -> str:
+    """Return an age that is no good sign [s]."""
+    return f"{age:.0f}\N{NO-BREAK SPACE}s" if math.isfinite(age) and age < 1e4 else "–"
 
 
 class ClientsPanel(QWidget):
@@ -30,8 +143,7 @@ class ClientsPanel(QWidget):
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        model: its rows.
-        table: shows them.
+        table: of clients.
         control: who flies, in words.
         take_over: lets the operator fly.
         give_back: lets clients ask for control again.
@@ -41,7 +153,6 @@ class ClientsPanel(QWidget):
     def __init__(self, flight: FlightModel, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._flight = flight
-        self.model = ClientsModel(self)
         self.table = ClientsTable(self)
         self.control = ElidedLabel(self)
         self.take_over = self._button("Take over", "Take over: you fly, and clients wait")
@@ -71,10 +182,10 @@ class ClientsPanel(QWidget):
         """Show who is here and who flies."""
         peers = network.server.clients if network.server else ()
         chosen = self.chosen
-        meant = None if chosen is None else self.model.peer_at(chosen)
-        self.model.show_clients(peers, network.control)
+        meant = None if chosen is None else self.table.peer_at(chosen)
+        self.table.show_clients(peers, network.control)
         chosen = self.chosen
-        if chosen is not None and self.model.peer_at(chosen) != meant:
+        if chosen is not None and self.table.peer_at(chosen) != meant:
             self._choose_nobody()  # Qt chose a neighbour, whom nobody means to send away
         said = say_control(network)
         if self.control.text() != said:
@@ -94,7 +205,6 @@ class ClientsPanel(QWidget):
 
     def _prepare_table(self) -> None:
         table = self.table
-        table.setModel(self.model)
         table.setAccessibleName("Clients: name, address, role, control, rate, age, drops, refused")
         table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
@@ -112,7 +222,6 @@ class ClientsPanel(QWidget):
         across.setHighlightSections(False)
         across.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         across.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        assert len(COLUMNS) == across.count()
         selection.selectionChanged.connect(self._show_choice)
         leave = QAction("Disconnect", table)
         leave.setShortcut(QKeySequence(Qt.Key.Key_Delete))
@@ -133,7 +242,7 @@ class ClientsPanel(QWidget):
     def _disconnect(self) -> None:
         row = self.chosen
         if row is not None:
-            peer = self.model.peer_at(row)
+            peer = self.table.peer_at(row)
             self._flight.order(lambda live: live.disconnect(peer))
 
     def _button(self, text: str, name: str) -> QPushButton:

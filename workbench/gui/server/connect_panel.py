@@ -1,14 +1,27 @@
 """How others connect: a command line and a page, ready to be copied, and a code for phones."""
 
-from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QGuiApplication
-from PyQt6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QPushButton, QWidget
+import hashlib
+import ssl
+from pathlib import Path
 
-from workbench.gui.server.code_view import CodeView
-from workbench.gui.server.connect_line import connect_line, reachable_address
+from PyQt6.QtCore import QRect, QSize, Qt
+from PyQt6.QtGui import QGuiApplication, QPainter, QPaintEvent, QPixmap
+from PyQt6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QWidget,
+)
+
 from workbench.gui.style import dressed
+from workbench.link.address import Address, parse_address
 from workbench.link.backplane import ServerStatus
-from workbench.link.page_address import PageAddress
+from workbench.link.client_tls import FINGERPRINT
+from workbench.link.page_address import PageAddress, is_wildcard, lan_address
+from workbench.link.qr import png_code
 from workbench.link.server.config import ServerConfig
 
 NOT_YET = "Once the server listens, its command line and its page stand here, to be copied."
@@ -16,6 +29,85 @@ NO_PAGE = "Tick the page for phones to watch and fly in a browser, too."
 FILE_HINT = "FILE: a copy of the tokens."
 PHONE_HINT = "A phone in the same network opens the page by this code."
 LOCAL_HINT = "Only this machine opens the page; for a phone, listen at 0.0.0.0 with tokens."
+
+
+def reachable_address(listening: str) -> str:
+    """Return where others reach a server; this asks the system, and nothing is sent.
+
+    Args:
+        listening: HOST:PORT, whose host may mean all addresses of this machine.
+    """
+    address = parse_address(listening)
+    if not is_wildcard(address.host):
+        return listening
+    by_ipv6 = ":" in address.host
+    own = lan_address(by_ipv6) or ("::1" if by_ipv6 else "127.0.0.1")
+    return str(Address(own, address.port))
+
+
+def connect_line(address: str, config: ServerConfig) -> str:
+    """Return the command that watches a served flight.
+
+    Args:
+        address: where the server is reached.
+        config: what it was started with.
+    """
+    words = ["workbench monitor", address]
+    if config.token_file:
+        words.append("--token-file FILE")
+    if config.tls_cert:
+        words.append(f"--tls {fingerprint(config.tls_cert)}")
+    return " ".join(words)
+
+
+def fingerprint(certificate: str) -> str:
+    """Return by what a client knows a server's certificate, the first one of a file (PEM)."""
+    begin, end = ssl.PEM_HEADER, ssl.PEM_FOOTER
+    try:
+        text = Path(certificate).read_text(encoding="ascii", errors="replace")
+        first = text[text.index(begin) : text.index(end) + len(end)]
+        digits = hashlib.sha256(ssl.PEM_cert_to_DER_cert(first)).hexdigest()
+    except (OSError, ValueError):  # the server has read it before it was taken away
+        digits = "FINGERPRINT"
+    return FINGERPRINT + digits
+
+
+class CodeView(QWidget):
+    """Shows a QR code, black on white in every theme, in whole pixels a module."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._text = ""
+        self._code = QPixmap()
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Return a size that a phone reads from an arm's length."""
+        return QSize(132, 132)
+
+    def show_text(self, text: str) -> None:
+        """Show a text as a code; nothing for ""."""
+        if text != self._text:
+            self._text = text
+            self._code = QPixmap()
+            if text:
+                self._code.loadFromData(png_code(text, scale=1))
+            self.setAccessibleName(f"QR code of {text}" if text else "")
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint the code as large as whole pixels allow, in the middle."""
+        if self._code.isNull():
+            return
+        ratio = self.devicePixelRatioF()
+        room = round(min(self.width(), self.height()) * ratio)
+        side = max(1, room // self._code.width()) * self._code.width() / ratio
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, on=False)
+        left, top = (self.width() - side) / 2, (self.height() - side) / 2
+        area = QRect(round(left), round(top), round(side), round(side))
+        painter.fillRect(area, Qt.GlobalColor.white)
+        painter.drawPixmap(area, self._code)
 
 
 class ConnectPanel(QWidget):

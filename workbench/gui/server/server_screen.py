@@ -1,30 +1,131 @@
 """The server screen: let others watch and fly, and see who does."""
 
+from collections import deque
+from collections.abc import Mapping, Sequence
+
+from PyQt6.QtCore import QTime
 from PyQt6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QPlainTextEdit,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
+from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.page import fit_page
 from workbench.gui.screen import Screen
 from workbench.gui.server.clients_panel import ClientsPanel
 from workbench.gui.server.connect_panel import ConnectPanel
-from workbench.gui.server.refusals_panel import RefusalsPanel
-from workbench.gui.server.server_control import ServerControl
+from workbench.gui.server.server_control import Running, ServerControl
 from workbench.gui.server.server_form import ServerForm
-from workbench.gui.server.server_state import Running
 from workbench.gui.style import dressed, set_class
 from workbench.gui.workspace import Workspace
+from workbench.link.backplane import ServerStatus
 from workbench.live.messages import NetworkView
 from workbench.live.view import LiveView
 
+LONGEST = 300
+"""Lines that are kept."""
+
 CLASSES = {Running.LISTENING: "value good", Running.FAILED: "value bad"}
 SIGNS = {Running.LISTENING: "●", Running.FAILED: "✕"}
+
+
+class RefusalLog:
+    """The last refusals in words, with the time at which they were heard of.
+
+    Attributes:
+        lines: oldest first.
+    """
+
+    def __init__(self) -> None:
+        self.lines: deque[str] = deque(maxlen=LONGEST)
+        self._total = 0
+
+    def begin(self) -> None:
+        """Take what a new server tells as new."""
+        self._total = 0
+
+    def hear(self, told: Sequence[str], counts: Mapping[str, int], clock: str) -> list[str]:
+        """Take what a server tells, and return the lines that are new.
+
+        Args:
+            told: its last refusals, newest last.
+            counts: how often something was refused since its start, by code.
+            clock: the time of the day, as text.
+        """
+        total = sum(counts.values())
+        fresh = total - self._total
+        self._total = total
+        if fresh <= 0:
+            return []
+        new = [f"{clock}  {said}" for said in told[-fresh:]]
+        if fresh > len(told):
+            new.insert(0, f"{clock}  … {fresh - len(told)} more, too many to be told")
+        self.lines.extend(new)
+        return new
+
+
+def say_counts(counts: Mapping[str, int]) -> str:
+    """Return how often something was refused, as a sentence."""
+    if not counts:
+        return "Nothing was refused."
+    often = sorted(counts.items(), key=lambda pair: -pair[1])
+    said = ", ".join(f"{code.replace('_', ' ')} {count}×" for code, count in often)
+    return f"Refused since the server's start: {said}."
+
+
+class RefusalsPanel(QWidget):
+    """A line that counts, and a list that does not grow without bound.
+
+    Attributes:
+        counts: the line.
+        list: the last refusals, newest below.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._log = RefusalLog()
+        self._served = False
+        heading = dressed(QLabel("Refusals", self), "heading")
+        self.counts = ElidedLabel(say_counts({}), self)
+        self.counts.setProperty("class", "muted")
+        self.list = QPlainTextEdit(self)
+        self.list.setReadOnly(True)
+        self.list.setMaximumBlockCount(LONGEST)
+        self.list.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
+        self.list.setTabChangesFocus(True)
+        self.list.setAccessibleName("What was refused, newest last")
+        self.list.setMinimumHeight(46)
+        heading.setBuddy(self.list)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(6)
+        top = QHBoxLayout()
+        top.setSpacing(16)
+        top.addWidget(heading)
+        top.addWidget(self.counts, 1)
+        layout.addLayout(top)
+        layout.addWidget(self.list, 1)
+
+    def show_server(self, server: ServerStatus | None) -> None:
+        """Show what a server tells; what earlier ones told stays in the list."""
+        if server is None:
+            self._served = False
+            return
+        if not self._served:
+            self._served = True
+            self._log.begin()
+        clock = QTime.currentTime().toString("HH:mm:ss")
+        for line in self._log.hear(server.log, server.refusals, clock):
+            self.list.appendPlainText(line)
+        said = say_counts(server.refusals)
+        if said != self.counts.text():
+            self.counts.setText(said)
 
 
 class ServerScreen(Screen):

@@ -1,8 +1,10 @@
 """The Settings screen: what the user prefers, what bounds the flight, and what it is built from."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import groupby
+from pathlib import Path
 
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import (
@@ -16,24 +18,195 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
 from workbench.gui.parameter_reader import ParameterReader
-from workbench.gui.preference_table import PREFERENCES
+from workbench.gui.preference_table import PREFERENCES, Preference, PreferenceValue
 from workbench.gui.screen import Screen
+from workbench.gui.settings.controls import Choices, Folder, NumberBox, Switch
 from workbench.gui.settings.flight_form import FlightForm
 from workbench.gui.settings.last_setup import keep_setup, last_setup
-from workbench.gui.settings.limit_rows import limit_rows
-from workbench.gui.settings.preference_rows import PreferenceRow
 from workbench.gui.settings.row import Row
 from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.parameters import Parameter, find_parameter
 from workbench.scenario.scenario import Scenario
+
+LIMITS = (
+    "max_speed",
+    "max_climb_rate",
+    "max_height",
+    "max_tilt",
+    "max_yaw_rate",
+    "take_off_speed",
+    "landing_speed",
+    "battery_reserve",
+    "obstacle_brake",
+    "stop_distance",
+    "warning_distance",
+)
+"""Parameters that bound what a flight does; the gains have a screen of their own."""
+GROUP = "limits"
 
 WIDEST = 900
 """Lines longer than this are hard to follow [px]."""
+
+
+class LimitRow(Row):
+    """One limit of what flies; a value set here is kept, and set again in later flights.
+
+    Args:
+        workspace: of the flight.
+        parameter: its row of the table.
+    """
+
+    def __init__(self, workspace: Workspace, parameter: Parameter) -> None:
+        self._workspace, self._parameter = workspace, parameter
+        label = words(parameter.name)
+        self._box = NumberBox(
+            workspace.preferences,
+            parameter.unit,
+            parameter.minimum,
+            parameter.maximum,
+            label,
+            self._set,
+        )
+        super().__init__(label, f"{parameter.help[0].upper()}{parameter.help[1:]}.", self._box)
+        self.reset.clicked.connect(self._forget)
+        self._start = parameter.default
+        self._vehicle = ""
+        self.setEnabled(False)
+        self.mark(False)
+
+    def begin(self, vehicle: str, values: Mapping[str, float]) -> bool:
+        """Take note of a new flight; return whether a kept value was set.
+
+        Args:
+            vehicle: that flies; limits are kept for each by itself.
+            values: of its parameters at the start.
+        """
+        name = self._parameter.name
+        self._vehicle = vehicle
+        self.setEnabled(name in values)
+        if name not in values:
+            return False
+        self._start = values[name]
+        kept = self._workspace.preferences.store.value(self._key)
+        value = self._start if kept is None else _number(kept, self._parameter, self._start)
+        self.show_value(value)
+        if value != self._start:
+            self._order(value)
+        return value != self._start
+
+    def show_value(self, value: float) -> None:
+        """Show what is flown."""
+        self._box.show_value(value)
+        self.mark(abs(value - self._start) > 1e-9 * max(1.0, abs(self._start)))
+
+    @property
+    def name(self) -> str:
+        """Of the parameter."""
+        return self._parameter.name
+
+    @property
+    def _key(self) -> str:
+        return f"{GROUP}/{self._vehicle}/{self._parameter.name}"
+
+    def _set(self, value: float) -> None:
+        self._workspace.preferences.store.setValue(self._key, value)
+        self._order(value)
+
+    def _forget(self) -> None:
+        self._workspace.preferences.store.remove(self._key)
+        self._order(self._start)
+
+    def _order(self, value: float) -> None:
+        name = self._parameter.name
+        self._workspace.flight.order(
+            lambda live: live.set(name, value), lambda _: self.show_value(value)
+        )
+
+
+def limit_rows(workspace: Workspace) -> list[LimitRow]:
+    """Return a row for every limit."""
+    return [LimitRow(workspace, find_parameter(name)) for name in LIMITS]
+
+
+def words(name: str) -> str:
+    """Return a parameter's name in words, as Max climb rate."""
+    return name.replace("_", " ").capitalize()
+
+
+def _number(kept: object, parameter: Parameter, otherwise: float) -> float:
+    """Return a number that was kept, unless that is no good any more."""
+    try:
+        value = float(str(kept))
+    except ValueError:
+        return otherwise
+    return value if parameter.minimum <= value <= parameter.maximum else otherwise
+
+
+class PreferenceRow(Row):
+    """One preference, and what it is now.
+
+    Args:
+        workspace: where it is kept.
+        preference: its row of the table.
+    """
+
+    def __init__(self, workspace: Workspace, preference: Preference) -> None:
+        self.preference = preference
+        self._preferences, self._notices = workspace.preferences, workspace.notices
+        self._control = self._make(workspace)
+        super().__init__(preference.label, preference.help, self._control)
+        self.reset.clicked.connect(lambda: self._preferences.reset(preference.name))
+        self._preferences.changed.connect(self._hear)
+        self.show_present()
+
+    def show_present(self) -> None:
+        """Show what is preferred now."""
+        name, default = self.preference.name, self.preference.default
+        value: PreferenceValue
+        if isinstance(self._control, Switch):
+            value = self._preferences.switch(name)
+            self._control.show_value(value)
+        elif isinstance(self._control, NumberBox):
+            value = self._preferences.number(name)
+            self._control.show_value(value)
+        else:
+            value = self._preferences.text(name)
+            self._control.show_value(value)
+        self.mark(value != default)
+
+    def _hear(self, name: str) -> None:
+        if name == self.preference.name:
+            self.show_present()
+
+    def _make(self, workspace: Workspace) -> Switch | NumberBox | Choices | Folder:
+        row, change = self.preference, self._set
+        if isinstance(row.default, bool):
+            return Switch(change)
+        if isinstance(row.default, float):
+            assert math.isfinite(row.maximum - row.minimum)
+            preferences = workspace.preferences
+            return NumberBox(preferences, row.unit, row.minimum, row.maximum, row.label, change)
+        if row.choices:
+            return Choices(row.choices, change)
+        return Folder(row.label, str(Path.cwd()), change)
+
+    def _set(self, value: PreferenceValue) -> None:
+        if self.preference.folder and value and not Path(str(value)).is_dir():
+            self._notices.warn(f"There is no folder {value}.", "Choose one that is there.")
+            self.show_present()
+            return
+        try:
+            self._preferences.set(self.preference.name, value)
+        except WorkbenchError as error:
+            self._notices.warn(str(error))
+            self.show_present()
 
 
 class Group(QFrame):

@@ -1,21 +1,30 @@
-"""The page of the depth camera: its two pictures."""
+"""The page of the depth camera: its two pictures, and the scale of the depth."""
 
+import math
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QResizeEvent
-from PyQt6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PyQt6.QtCore import QEvent, QRectF, Qt, pyqtSignal
+from PyQt6.QtGui import QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PyQt6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
-from workbench.gui.charts.colour_scale import colour_table, colour_words, image_of
-from workbench.gui.charts.ticks import number_text
+from workbench.gui.charts.colour_scale import (
+    colour_table,
+    colour_words,
+    colours_of,
+    image_of,
+    paint_scale,
+)
+from workbench.gui.charts.ticks import number_text, round_step
 from workbench.gui.style import set_class
-from workbench.gui.visualization.depth_picture import depth_colours, depth_text, scale_of
-from workbench.gui.visualization.picture_view import PictureView
-from workbench.gui.visualization.scale_bar import ScaleBar
+from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.systems.sensors.readings import DepthImage
+
+TOO_NEAR = 0xFF000000
+BEYOND = 0xFF8A8F98
 
 EVERY = 0.1
 """Between two pictures that are asked for [s]."""
@@ -24,6 +33,153 @@ NO_CAMERA = (
     "depth_camera under sensors in the scenario; it needs a model with a camera."
 )
 KIND = "depth_camera"
+
+
+@dataclass(frozen=True)
+class DepthScale:
+    """What the colours of a depth image stand for.
+
+    Attributes:
+        low: depth of the first colour [m].
+        high: of the last one [m].
+    """
+
+    low: float
+    high: float
+
+
+def scale_of(depth: np.ndarray) -> DepthScale:
+    """Return round ends around the depths that were measured."""
+    finite = depth[np.isfinite(depth)]
+    if len(finite) == 0:
+        return DepthScale(0.0, 1.0)
+    low, high = float(finite.min()), float(finite.max())
+    step = round_step(max(high - low, 0.5), 6)
+    return DepthScale(step * math.floor(low / step), step * math.ceil(high / step))
+
+
+def depth_colours(depth: np.ndarray, scale: DepthScale, table: np.ndarray) -> np.ndarray:
+    """Return a depth image as colours 0xffrrggbb: grey beyond range, black where too near."""
+    colours = colours_of(
+        np.where(np.isfinite(depth), depth, scale.low), scale.low, scale.high, table
+    )
+    colours[np.isposinf(depth) | np.isnan(depth)] = BEYOND
+    colours[np.isneginf(depth)] = TOO_NEAR
+    return colours
+
+
+def depth_text(depth: float) -> str:
+    """Return what a pixel says."""
+    if math.isnan(depth):
+        return "no measurement"
+    if math.isinf(depth):
+        return "nothing within range" if depth > 0.0 else "nearer than it measures"
+    return f"{number_text(depth, 2)} m"
+
+
+class ScaleBar(QWidget):
+    """Shows which colour is how far.
+
+    Args:
+        look: colours.
+        table: from near to far.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(self, look: Look, table: np.ndarray, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._look, self._table = look, table
+        self._scale = DepthScale(0.0, 1.0)
+        self.setFixedWidth(74)
+        self.setAccessibleName("Scale of the depth in m")
+        look.changed.connect(self.update)
+
+    def show_scale(self, scale: DepthScale) -> None:
+        """Show another scale."""
+        if scale != self._scale:
+            self._scale = scale
+            self.setAccessibleDescription(f"from {scale.low:g} to {scale.high:g} m")
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint."""
+        painter = QPainter(self)
+        box = QRectF(self.rect()).adjusted(8, 0, 0, 0)
+        ends = self._scale.low, self._scale.high
+        paint_scale(painter, box, *ends, self._table, self._look.colour("ink"), "Depth m")
+
+
+class PictureView(QWidget):
+    """Shows a picture.
+
+    Args:
+        look: colours.
+        name: of the picture.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    pointed = pyqtSignal(object)
+    """Column and row of the pixel under the mouse, None where there is none."""
+
+    def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._look = look
+        self._image = QImage()
+        self._hint = ""
+        self.setMouseTracking(True)
+        self.setMinimumSize(160, 120)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAccessibleName(name)
+        look.changed.connect(self.update)
+
+    @property
+    def image(self) -> QImage:
+        """What is shown."""
+        return self._image
+
+    def show_image(self, image: QImage) -> None:
+        """Show a picture."""
+        self._image, self._hint = image, ""
+        self.update()
+
+    def show_hint(self, hint: str) -> None:
+        """Say why there is no picture."""
+        self._image, self._hint = QImage(), hint
+        self.update()
+
+    def box(self) -> QRectF:
+        """Return where the picture is."""
+        if self._image.isNull():
+            return QRectF()
+        scale = min(self.width() / self._image.width(), self.height() / self._image.height())
+        width, height = scale * self._image.width(), scale * self._image.height()
+        return QRectF(0.5 * (self.width() - width), 0.5 * (self.height() - height), width, height)
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), self._look.colour("ground"))
+        if self._image.isNull():
+            painter.setPen(self._look.colour("muted"))
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), int(flags), self._hint)
+        else:
+            painter.drawImage(self.box(), self._image)
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Tell the pixel."""
+        box = self.box()
+        if event is None or not box.contains(event.position()):
+            self.pointed.emit(None)
+            return
+        place = event.position() - box.topLeft()
+        column = min(int(place.x() / box.width() * self._image.width()), self._image.width() - 1)
+        row = min(int(place.y() / box.height() * self._image.height()), self._image.height() - 1)
+        self.pointed.emit((column, row))
+
+    def leaveEvent(self, event: QEvent | None) -> None:
+        """The mouse is elsewhere."""
+        self.pointed.emit(None)
 
 
 class CameraPage(QWidget):

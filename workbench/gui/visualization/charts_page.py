@@ -21,8 +21,7 @@ from workbench.gui.visualization.board_layout import (
     read_board,
 )
 from workbench.gui.visualization.chart_board import ChartBoard
-from workbench.gui.visualization.derived_signals import WithDerived
-from workbench.gui.visualization.series_source import SeriesSource
+from workbench.gui.visualization.derived_signals import SeriesSource, WithDerived
 from workbench.gui.visualization.signal_catalog import make_catalog
 from workbench.gui.visualization.signal_tree import SignalTree
 from workbench.gui.workspace import Workspace

@@ -1,21 +1,245 @@
 """The page of the lidar's cloud."""
 
-import numpy as np
-from PyQt6.QtCore import Qt
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+import dataclasses
+import math
 
+import numpy as np
+from PyQt6.QtCore import QPointF, QRectF, Qt, pyqtSignal
+from PyQt6.QtGui import (
+    QFocusEvent,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QWheelEvent,
+)
+from PyQt6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+from pyqtgraph.functions import arrayToQPolygonF
+
+from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of, paint_scale
 from workbench.gui.charts.statistics import value_at
-from workbench.gui.charts.ticks import number_text
+from workbench.gui.charts.ticks import number_text, round_step
 from workbench.gui.style import set_class
-from workbench.gui.visualization.cloud import SIDE, SLANTED, TOP, CloudRays, Viewpoint, rays_from
-from workbench.gui.visualization.cloud_view import CloudView
+from workbench.gui.theme import Look
+from workbench.gui.visualization.cloud import (
+    SIDE,
+    SLANTED,
+    TOP,
+    CloudRays,
+    Viewpoint,
+    paint_points,
+    rays_from,
+)
 from workbench.gui.workspace import Workspace
 from workbench.link.topics import PREFIX, Topic
+
+TURN = math.radians(10.0)
+"""By one key."""
+POINTS = 500.0
+"""That would fill the width side by side, where there is much room."""
+NEAREST, FARTHEST = 2.0, 200.0
+"""Widths that can be seen [m]."""
 
 NO_LIDAR = (
     "No lidar measures in this flight. Open a scenario with one, such as “network” or "
     "“all-sensors”, or list lidar under sensors in the scenario."
 )
+
+
+class CloudView(QWidget):
+    """Shows points about the drone, which is in the middle.
+
+    Drag, or arrows: turn. Wheel, or + and -: nearer. T, S, P: from the top, the side, slanted.
+
+    Args:
+        look: colours.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    turned = pyqtSignal()
+    """It is seen from somewhere else."""
+
+    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._look = look
+        self._points = np.zeros((0, 3))
+        self._values = np.zeros(0)
+        self._ends = (0.0, 1.0)
+        self._name = "Height m"
+        self._heading = 0.0
+        self._hint = ""
+        self._dragged: QPointF | None = None
+        self.viewpoint = SLANTED
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMinimumSize(200, 160)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAccessibleName("Lidar cloud")
+        self.setAccessibleDescription("Arrows turn it, plus and minus change the distance")
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        look.changed.connect(self.update)
+
+    def show_points(
+        self, points: np.ndarray, values: np.ndarray, name: str, heading: float
+    ) -> None:
+        """Show points about the drone.
+
+        Args:
+            points: from the drone (n, 3) [m].
+            values: that colours stand for (n).
+            name: of these, with unit.
+            heading: of the drone in the frame of the points [rad].
+        """
+        self._points, self._values, self._name, self._heading = points, values, name, heading
+        self._hint = ""
+        if len(values):
+            low, high = np.percentile(values, (1.0, 99.0))
+            step = round_step(max(high - low, 0.5), 8)
+            # whole steps, so that the colours do not flicker from scan to scan
+            self._ends = step * math.floor(low / step), step * math.ceil(high / step)
+        self.update()
+
+    def show_hint(self, hint: str) -> None:
+        """Say why there are no points."""
+        if hint != self._hint:
+            self._points, self._values, self._hint = np.zeros((0, 3)), np.zeros(0), hint
+            self.update()
+
+    def look_from(self, viewpoint: Viewpoint) -> None:
+        """Look from somewhere else."""
+        width = min(max(viewpoint.width, NEAREST), FARTHEST)
+        tilt = min(max(viewpoint.tilt, -math.pi / 2), math.pi / 2)
+        self.viewpoint = dataclasses.replace(viewpoint, width=width, tilt=tilt)
+        self.turned.emit()
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint."""
+        painter = QPainter(self)
+        painter.drawImage(0, 0, self._picture())
+        self._paint_rings(painter)
+        self._paint_drone(painter)
+        ink = self._look.colour("ink")
+        if self._hint:
+            painter.setPen(self._look.colour("muted"))
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(QRectF(self.rect()).adjusted(20, 20, -20, -20), int(flags), self._hint)
+        elif len(self._values):
+            box = QRectF(self.width() - 88.0, 10.0, 84.0, min(260.0, self.height() - 20.0))
+            painter.fillRect(box.adjusted(-6, -4, 0, 4), self._look.colour("field"))
+            paint_scale(painter, box, *self._ends, self._table(), ink, self._name)
+        if self.hasFocus():
+            painter.setPen(QPen(self._look.colour("accent"), 2))
+            painter.drawRect(self.rect().adjusted(1, 1, -1, -1))
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Begin to turn."""
+        if event is not None and event.button() == Qt.MouseButton.LeftButton:
+            self._dragged = event.position()
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Turn."""
+        if event is not None and self._dragged is not None:
+            way = event.position() - self._dragged
+            self._dragged = event.position()
+            self._turn(-way.x() * 0.008, way.y() * 0.008)
+
+    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
+        """Turn no more."""
+        self._dragged = None
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        """Come nearer."""
+        if event is not None:
+            self._zoom(0.85 ** (event.angleDelta().y() / 120.0))
+            event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Turn by keys."""
+        turns = {
+            Qt.Key.Key_Left: (TURN, 0.0),
+            Qt.Key.Key_Right: (-TURN, 0.0),
+            Qt.Key.Key_Up: (0.0, TURN),
+            Qt.Key.Key_Down: (0.0, -TURN),
+        }
+        zooms = {Qt.Key.Key_Plus: 0.8, Qt.Key.Key_Equal: 0.8, Qt.Key.Key_Minus: 1.25}
+        views = {Qt.Key.Key_T: TOP, Qt.Key.Key_S: SIDE, Qt.Key.Key_P: SLANTED}
+        key = event.key() if event is not None else 0
+        if key in turns:
+            self._turn(*turns[Qt.Key(key)])
+        elif key in zooms:
+            self._zoom(zooms[Qt.Key(key)])
+        elif key in views:
+            self.look_from(dataclasses.replace(views[Qt.Key(key)], width=self.viewpoint.width))
+        else:
+            super().keyPressEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent | None) -> None:
+        """Show that keys go here."""
+        self.update()
+
+    def focusOutEvent(self, event: QFocusEvent | None) -> None:
+        """Keys go elsewhere."""
+        self.update()
+
+    def _turn(self, turn: float, tilt: float) -> None:
+        at = self.viewpoint
+        self.look_from(dataclasses.replace(at, turn=at.turn + turn, tilt=at.tilt + tilt))
+
+    def _zoom(self, factor: float) -> None:
+        self.look_from(dataclasses.replace(self.viewpoint, width=self.viewpoint.width * factor))
+
+    def _table(self) -> np.ndarray:
+        # the end that is near the ground's own brightness is left out
+        return colour_table(0.2, 1.0) if self._look.is_dark else colour_table(0.0, 0.82)
+
+    def _picture(self) -> QImage:
+        """Return the picture of the points at the pixels of the screen."""
+        ratio = self.devicePixelRatioF()
+        width, height = max(1, int(self.width() * ratio)), max(1, int(self.height() * ratio))
+        ground = self._look.colour("field").rgb() & 0xFFFFFFFF
+        seen = self.viewpoint.project(self._points, width, height)
+        colours = colours_of(self._values, *self._ends, self._table())
+        size = round(max(2.0, self.width() / POINTS) * ratio)
+        picture = image_of(paint_points(seen, colours, ground, width, height, size))
+        picture.setDevicePixelRatio(ratio)
+        return picture
+
+    def _paint_rings(self, painter: QPainter) -> None:
+        """Paint circles of round distances around the drone, at its height."""
+        step = round_step(0.5 * self.viewpoint.width, 3)
+        painter.setPen(QPen(self._look.colour("line"), 0))
+        angles = np.linspace(0.0, 2.0 * math.pi, 73)
+        circle = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
+        for number in (1, 2, 3):
+            seen = self.viewpoint.project(number * step * circle, self.width(), self.height())
+            painter.setPen(QPen(self._look.colour("line"), 0))
+            painter.drawPolyline(arrayToQPolygonF(seen[:, 0], seen[:, 1]))
+            painter.setPen(self._look.colour("muted"))
+            nearest = seen[int(np.argmin(seen[:, 2] - 1e-3 * seen[:, 1]))]
+            painter.drawText(QPointF(nearest[0] + 4, nearest[1] - 3), f"{number * step:g} m")
+
+    def _paint_drone(self, painter: QPainter) -> None:
+        """Paint an arrow along the drone's x."""
+        size = 0.035 * self.viewpoint.width
+        c, s = math.cos(self._heading), math.sin(self._heading)
+        shape = size * np.array([[1.0, 0, 0], [-0.7, 0.6, 0], [-0.35, 0, 0], [-0.7, -0.6, 0]])
+        turned = shape @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        seen = self.viewpoint.project(turned, self.width(), self.height())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(self._look.colour("field"), 1))
+        painter.setBrush(self._look.colour("accent"))
+        painter.drawPolygon(arrayToQPolygonF(seen[:, 0], seen[:, 1]))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
 class CloudPage(QWidget):

@@ -1,13 +1,27 @@
-"""Signals that follow from others: errors and sizes."""
+"""Where charts take their series from, and signals that are derived from others."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from workbench.gui.visualization.series_source import SeriesSource
-
 Series = tuple[np.ndarray, np.ndarray]
+
+
+class SeriesSource(Protocol):
+    """Series by their names."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """SI unit of every series, by name."""
+
+    def series(self, name: str, since: float = ...) -> tuple[np.ndarray, np.ndarray]:
+        """Return times [s] and values from a time on (N).
+
+        Raises:
+            WorkbenchError: if there is no such series.
+        """
 
 
 @dataclass(frozen=True)

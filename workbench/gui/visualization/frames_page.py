@@ -108,15 +108,6 @@ class FramesPage(QWidget):
             ]
             self._write(self._items[child], texts)
 
-    def pose_text(self, name: str) -> list[str]:
-        """Return what stands beside a frame."""
-        item = self._items[name]
-        return [item.text(column) for column in range(1, len(HEADS))]
-
-    def names_shown(self) -> list[str]:
-        """Return the frames that the search leaves."""
-        return [name for name, item in self._items.items() if not item.isHidden()]
-
     def _write(self, item: QTreeWidgetItem, texts: list[str]) -> None:
         for column, text in enumerate(texts, 1):
             if item.text(column) != text:

@@ -1,15 +1,45 @@
-"""Reads a log in a process of its own and tells when it is there."""
+"""Reads logs in a process of its own, and gives their series to charts."""
 
+from collections.abc import Mapping
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
-from workbench.common.errors import WorkbenchError
-from workbench.gui.visualization.log_messages import Progress
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.gui.visualization.log_messages import LogContents, Progress
 from workbench.ipc.worker_process import WorkerProcess
+
+
+class LogSource:
+    """Series of a log by the names that a flight has.
+
+    Args:
+        contents: of the log.
+    """
+
+    def __init__(self, contents: LogContents) -> None:
+        self._contents = contents
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """SI unit of every series, by name."""
+        return self._contents.units
+
+    def series(self, name: str, since: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
+        """Return times [s] and values from a time on (N): views.
+
+        Raises:
+            WorkbenchError: if there is no such series.
+        """
+        if name not in self._contents.values:
+            raise unknown_name("signal", name, self._contents.values)
+        time = self._contents.times[self._contents.topic_of[name]]
+        first = int(np.searchsorted(time, since))
+        return time[first:], self._contents.values[name][first:]
 
 
 class LogReader(QObject):

@@ -1,6 +1,8 @@
 """The process that reads a log, so that the window stays quick: `python -m MODULE FD`."""
 
 import contextlib
+import math
+import re
 import sys
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -10,14 +12,44 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.visualization.log_messages import LogContents, Progress
-from workbench.gui.visualization.log_names import live_name, si_unit
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.logs.record import read_log
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_QUATERNION = {"w": 0, "x": 1, "y": 2, "z": 3}
+_UNWANTED = re.compile(
+    r"covariance|^actions\.|^lidar_cloud\.|^tf|\.fields\.|^pose\.|^twist\.|^gps\.status|"
+    r"^command_velocity\.(lease|axes)$|twist\.angular"
+)
 
 READING = 0.7
 """Share of the time that reading takes; the rest goes into decoding."""
 STEP = 0.01
 """Progress is told in steps of it."""
+
+
+def live_name(name: str) -> str | None:
+    """Return the name of a log's series as a flight has it; None where it is not worth a curve."""
+    if _UNWANTED.search(name):
+        return None
+    patterns = (
+        (r"^imu\.linear_acceleration\.([xyz])$", "imu.specific_force.{}", _AXES),
+        (r"^imu\.angular_velocity\.([xyz])$", "imu.angular_velocity.{}", _AXES),
+        (r"^imu\.orientation\.([wxyz])$", "imu.q_WS.{}", _QUATERNION),
+        (r"^gps_velocity\.twist\.linear\.([xyz])$", "gps.velocity.{}", _AXES),
+    )
+    for pattern, wanted, places in patterns:
+        found = re.match(pattern, name)
+        if found:
+            return wanted.format(places[found.group(1)])
+    return name
+
+
+def si_unit(unit: str) -> tuple[str, float]:
+    """Return the SI unit in which a flight has a quantity of a log, and the factor to it."""
+    if unit in ("deg", "degree", "degrees"):
+        return "rad", math.pi / 180.0
+    return unit or "1", 1.0
 
 
 def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
@@ -53,25 +85,20 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
     )
 
 
-class _Teller:
-    """Sends progress, not too often."""
-
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
-        self._told = 0.0
-
-    def tell(self, share: float) -> None:
-        if share >= self._told + STEP:
-            self._told = share
-            self._connection.send(Progress(share))
-
-
 def main(connection: Connection) -> None:
     """Read what is asked for, send it, and end; also where nobody listens any more."""
     with contextlib.suppress(EOFError, OSError):
         asked = connection.recv()
         assert isinstance(asked, Request)
-        path, tell = asked.what, _Teller(connection).tell
+        path, told = asked.what, 0.0
+
+        def tell(share: float) -> None:
+            """Send progress, not too often."""
+            nonlocal told
+            if share >= told + STEP:
+                told = share
+                connection.send(Progress(share))
+
         try:
             connection.send(Answer(asked.number, contents_of(path, tell)))
         except WorkbenchError as error:

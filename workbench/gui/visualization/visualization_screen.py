@@ -14,7 +14,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.file_dialogs import show_file_dialog
-from workbench.gui.log_folder import log_folder
+from workbench.gui.preferences import log_folder
 from workbench.gui.screen import Screen
 from workbench.gui.style import set_class
 from workbench.gui.visualization.camera_page import CameraPage
@@ -24,8 +24,7 @@ from workbench.gui.visualization.events_page import EventsPage
 from workbench.gui.visualization.frames_page import FramesPage
 from workbench.gui.visualization.log_bar import LogBar
 from workbench.gui.visualization.log_messages import LogContents
-from workbench.gui.visualization.log_reader import LogReader
-from workbench.gui.visualization.log_source import LogSource
+from workbench.gui.visualization.log_reader import LogReader, LogSource
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 

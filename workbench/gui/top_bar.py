@@ -1,0 +1,458 @@
+"""The top bar: buttons in one row, and how the flight does in another."""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from PyQt6.QtCore import QSize, Qt
+from PyQt6.QtGui import QAction, QResizeEvent
+from PyQt6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from workbench.control.mode import FlightMode
+from workbench.gui.actions import SPEEDS, find_row
+from workbench.gui.flight_control import FlightControl
+from workbench.gui.icons import icon, picture
+from workbench.gui.number_field import NumberField
+from workbench.gui.recorder import Recorder
+from workbench.gui.style import dressed, set_class
+from workbench.gui.theme import Look
+from workbench.gui.units import Unit
+from workbench.gui.workspace import Workspace
+from workbench.link.server_messages import Hand, Stage
+from workbench.live.announcer import LOW_CHARGE, RESERVE
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+
+PLAIN, GOOD, WARNING, BAD, MUTED = "", "good", "warning", "bad", "muted"
+
+CHIP_ICON = 16
+
+WARNINGS = 2
+"""Places for warnings."""
+
+SLOWEST, FASTEST = 0.01, 20.0
+"""What a flight can be asked for."""
+SPEED_WIDTH = 11
+"""Of the speed's text and arrows, in digits."""
+
+MODE_WIDTH = 15
+"""Of the usual flight modes, in digits."""
+
+ICON = 18
+FLYING = ("arm", "take_off", "hold", "land", "stop")
+HOLDING = ("pause", "step", "reset")
+SHORTENED = (("record",), ("arm", "take_off", "hold", "land"))
+"""Buttons that have their picture alone where there is no room for their words; STOP keeps its."""
+DISABLED = "line"
+"""Colour of a picture on a button that has no effect now."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """A few words with a shape.
+
+    Attributes:
+        text: the words.
+        icon: the shape, see `icons`.
+        tone: the class of their colour.
+        full: the same as a sentence, for those who hear it.
+    """
+
+    text: str
+    icon: str
+    tone: str = PLAIN
+    full: str = ""
+
+
+_PHASES = {
+    Phase.STARTING: Said("starting", "pace", MUTED),
+    Phase.BROKEN: Said("broken", "failure", BAD),
+    Phase.ENDED: Said("ended", "failure", BAD),
+}
+_MODES = {
+    FlightMode.OFF: "ground",
+    FlightMode.ARMED: "arm",
+    FlightMode.TAKING_OFF: "take_off",
+    FlightMode.HOVERING: "hold",
+    FlightMode.ASCENDING: "take_off",
+    FlightMode.DESCENDING: "land",
+    FlightMode.CRUISING: "resume",
+    FlightMode.LANDING: "land",
+}
+
+
+def mode_said(view: LiveView) -> Said:
+    """Return what the drone does."""
+    if view.phase in _PHASES or view.snapshot is None:
+        said = _PHASES.get(view.phase, _PHASES[Phase.STARTING])
+        return Said(said.text, said.icon, said.tone, f"{said.text}: {view.said}")
+    mode = view.snapshot.mode
+    if view.phase is Phase.PAUSED:
+        return Said(f"paused, {mode.label}", "pause", WARNING, f"paused while {mode.label}")
+    return Said(mode.label, _MODES[mode], PLAIN, f"flight mode: {mode.label}")
+
+
+def time_said(view: LiveView) -> Said:
+    """Return the simulated time."""
+    if view.snapshot is None:
+        return Said(view.said or "–", "clock", MUTED, view.said)
+    time = view.snapshot.time
+    minutes, seconds = divmod(int(time * 10.0) / 10.0, 60.0)
+    return Said(f"{int(minutes)}:{seconds:04.1f}", "clock", PLAIN, "simulated time")
+
+
+def battery_said(view: LiveView) -> Said:
+    """Return how full the battery is."""
+    if view.snapshot is None:
+        return Said("–", "battery", MUTED, "battery: not known yet")
+    charge = view.snapshot.charge
+    reserve = view.values.get(RESERVE, 0.0)
+    text = f"{100.0 * charge:.0f} %"
+    if charge <= reserve:
+        full = f"battery {text} left: the drone lands by itself"
+        return Said(f"{text} left", "battery", BAD, full)
+    if charge <= reserve + LOW_CHARGE:
+        return Said(f"{text} low", "battery", WARNING, f"battery {text}, low")
+    return Said(text, "battery", PLAIN, f"battery {text}")
+
+
+def reached_said(view: LiveView) -> Said:
+    """Return the real-time factor that is reached."""
+    if view.pace is None or view.phase not in (Phase.FLYING, Phase.PAUSED):
+        return Said("–", "pace", MUTED, "speed reached: not known")
+    if view.phase is Phase.PAUSED:
+        return Said("paused", "pause", MUTED, "the flight is paused")
+    tone = WARNING if view.pace.too_slow else PLAIN
+    return Said(f"reached {view.pace.text}", "pace", tone, str(view.pace))
+
+
+def link_said(view: LiveView) -> Said:
+    """Return who watches and who flies."""
+    server, control = view.network.server, view.network.control
+    if server is None:
+        return Said("no server", "link", MUTED, "no server runs: start one on the Server screen")
+    clients = len(server.clients)
+    count = "1 client" if clients == 1 else f"{clients} clients"
+    full = f"server at {server.address}, {count}"
+    if control is None or control.hand is Hand.NOBODY:
+        return Said(f"{count}, nobody flies", "link", PLAIN, full)
+    who = "you fly" if control.hand is Hand.OPERATOR else f"{control.name or 'a client'} flies"
+    if control.stage is not Stage.LIVE:
+        text = f"{control.name or 'client'} silent: {control.stage.value}"
+        return Said(text, "warning", WARNING, f"{full}: {control.reason}")
+    return Said(f"{count}, {who}", "link", PLAIN, f"{full}; {control.reason}")
+
+
+def warnings_said(view: LiveView) -> tuple[Said, ...]:
+    """Return what needs a look now, what is nearest to harm first."""
+    if view.snapshot is None or view.phase not in (Phase.FLYING, Phase.PAUSED):
+        return ()
+    found = []
+    near = view.snapshot.clearance
+    if near is not None and near.warning:
+        text = f"obstacle {max(near.distance, 0.0):.1f} m"
+        found.append(Said(text, "warning", BAD, f"an obstacle is {near.distance:.1f} m away"))
+    if view.pace is not None and view.pace.too_slow and view.phase is Phase.FLYING:
+        found.append(Said("machine too slow", "warning", WARNING, str(view.pace)))
+    return tuple(found)
+
+
+class Chip(QWidget):
+    """Shows what was said; it changes only where that changes.
+
+    Args:
+        name: of what it tells, for those who hear it.
+        look: colours.
+        characters: of the longest usual text, so that neighbours stand still.
+        parent: in which it stands.
+    """
+
+    def __init__(
+        self, name: str, look: Look, characters: int = 0, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._name, self._look = name, look
+        self._said: Said | None = None
+        self._shape = QLabel()
+        self._text = QLabel()
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text.setMinimumWidth(characters * self._text.fontMetrics().horizontalAdvance("0"))
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(5)
+        layout.addWidget(self._shape)
+        layout.addWidget(self._text)
+        look.changed.connect(self._draw)
+
+    @property
+    def text(self) -> str:
+        """What is shown."""
+        return self._text.text()
+
+    def show_said(self, said: Said) -> None:
+        """Show other words."""
+        before, self._said = self._said, said
+        if said == before:
+            return
+        if before is None or said.text != before.text:
+            self._text.setText(said.text)
+        if before is None or (said.icon, said.tone) != (before.icon, before.tone):
+            self._draw()
+        full = said.full or said.text
+        self.setToolTip(f"{self._name}: {full}")
+        self.setAccessibleName(f"{self._name}: {full}")
+
+    def _draw(self) -> None:
+        if self._said is None:
+            return
+        tone = self._said.tone
+        set_class(self._text, tone)
+        colour = self._look.colour(tone if tone != PLAIN else "ink")
+        self._shape.setPixmap(picture(self._said.icon, colour, CHIP_ICON, self.devicePixelRatioF()))
+
+
+class StatusStrip(QFrame):
+    """One line of words with shapes.
+
+    Args:
+        look: colours.
+        parent: in which it stands.
+    """
+
+    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.time = Chip("Simulated time", look, 7)
+        self.battery = Chip("Battery", look, 5)
+        self.reached = Chip("Speed", look, 14)
+        self.link = Chip("Link", look)
+        self.recording = Chip("Recording", look)
+        self.recording.hide()
+        self.opening = Chip("Opening", look)
+        self.opening.hide()
+        self.warnings = [Chip("Warning", look) for _ in range(WARNINGS)]
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(20, 1, 12, 7)
+        layout.setSpacing(24)
+        for chip in (
+            self.time,
+            self.battery,
+            self.reached,
+            self.link,
+            self.recording,
+            self.opening,
+        ):
+            layout.addWidget(chip)
+        layout.addStretch(1)
+        for chip in self.warnings:
+            layout.addWidget(chip)
+        self.setMinimumHeight(self.sizeHint().height())
+
+    def show_opening(self, said: str) -> None:
+        """Show what is done to begin another flight; "" once it is over."""
+        self.opening.setVisible(bool(said))
+        if said:
+            full = f"another flight is being prepared: {said}; the present one goes on until then"
+            self.opening.show_said(Said(f"opening: {said}", "pace", MUTED, full))
+
+    def show_view(self, view: LiveView) -> None:
+        """Show the present."""
+        self.time.show_said(time_said(view))
+        self.battery.show_said(battery_said(view))
+        self.reached.show_said(reached_said(view))
+        self.link.show_said(link_said(view))
+        said = warnings_said(view)
+        for at, chip in enumerate(self.warnings):
+            chip.setVisible(at < len(said))
+            if at < len(said):
+                chip.show_said(said[at])
+
+
+class SpeedBox(NumberField):
+    """A number of times real time; its arrows go from one usual factor to the next.
+
+    Args:
+        parent: in which it stands.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Speed wanted, in times real time", parent=parent)
+        self.set_range(Unit("×"), SLOWEST, FASTEST)
+        self.show_si(1.0)
+        self.setFixedWidth(SPEED_WIDTH * self.fontMetrics().horizontalAdvance("0"))
+        self.setToolTip("Speed wanted: simulated seconds in a second; arrows step through presets")
+
+    def show_factor(self, factor: float) -> None:
+        """Show what is in force, unless the user is about to type another."""
+        if factor != self.value() and not self.is_typed_in and not self.fault:
+            self.show_si(factor)
+
+    def stepBy(self, steps: int) -> None:
+        """Go to the next usual factor, and so on."""
+        self.restore()
+        for _ in range(abs(steps)):
+            self.setValue(next_speed(self.value(), up=steps > 0))
+
+
+def next_speed(factor: float, *, up: bool) -> float:
+    """Return the nearest usual factor above or below one."""
+    if up:
+        at = bisect_right(SPEEDS, factor)
+        return SPEEDS[at] if at < len(SPEEDS) else FASTEST
+    at = bisect_left(SPEEDS, factor)
+    return SPEEDS[at - 1] if at else min(factor, SPEEDS[0])
+
+
+class TopBar(QFrame):
+    """What flies, how it does, and what can be asked of it; on every screen.
+
+    Args:
+        workspace: whose flight is shown.
+        actions: of the table, by name.
+        control: gives the flight its orders.
+        recorder: the Record button's model.
+        parent: in which it stands.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        actions: Mapping[str, QAction],
+        control: FlightControl,
+        recorder: Recorder,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("top_bar")
+        self.setAccessibleName("Flight")
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._look, self._actions, self._recorder = workspace.look, actions, recorder
+        self.badge = Chip("Flight", workspace.look, MODE_WIDTH)
+        self.speed = SpeedBox()
+        self.speed.edited.connect(control.set_speed)
+        self.strip = StatusStrip(workspace.look)
+        self._buttons: dict[str, QToolButton] = {}
+        self._lay_out()
+        workspace.look.changed.connect(self._draw)
+        recorder.changed.connect(self._show_recording)
+        workspace.flight.viewed.connect(self.show_view)
+        workspace.flight.opening.connect(self.strip.show_opening)
+        self._draw()
+        self._show_recording()
+        self.show_view(workspace.flight.view)
+
+    def button(self, name: str) -> QToolButton:
+        """Return the button of an action."""
+        return self._buttons[name]
+
+    def show_view(self, view: LiveView) -> None:
+        """Show the present."""
+        self.badge.show_said(mode_said(view))
+        self.strip.show_view(view)
+        if view.pace is not None:
+            self.speed.show_factor(view.pace.asked)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as many words as there is room for."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the height of both rows; what is too wide is shortened."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    def _fit(self) -> None:
+        """Shorten one group after the other, until all has room."""
+        for shortened in range(len(SHORTENED) + 1):
+            for index, names in enumerate(SHORTENED):
+                for name in names:
+                    self._show_words(name, index >= shortened)
+            self._speed_label.setVisible(shortened < len(SHORTENED))
+            if self._row.minimumSize().width() <= self.width():
+                return
+
+    def _show_words(self, name: str, shown: bool) -> None:
+        styles = Qt.ToolButtonStyle
+        style = styles.ToolButtonTextBesideIcon if shown else styles.ToolButtonIconOnly
+        if self._buttons[name].toolButtonStyle() is not style:
+            self._buttons[name].setToolButtonStyle(style)
+
+    def _show_recording(self) -> None:
+        recorder = self._recorder
+        self.strip.recording.setVisible(recorder.is_recording)
+        if recorder.is_recording:
+            said = Said(recorder.said(), "record", BAD, recorder.path)
+            self.strip.recording.show_said(said)
+        self._draw_button("record", "recording" if recorder.is_recording else "record")
+        self._actions["record"].setIconText("Stop" if recorder.is_recording else "Record")
+        self._fit()
+
+    def _draw(self) -> None:
+        """Draw the pictures in the present colours."""
+        for name in self._buttons:
+            self._draw_button(name, find_row(name).icon)
+        self._show_recording()
+
+    def _draw_button(self, name: str, shape: str) -> None:
+        colour = {"stop": "on_accent", "record": "bad"}.get(name, "ink")
+        made = icon(shape, self._look.colour(colour), self._look.colour(DISABLED))
+        self._actions[name].setIcon(made)
+
+    def _lay_out(self) -> None:
+        row = self._row = QHBoxLayout()
+        row.setContentsMargins(10, 8, 10, 5)
+        row.setSpacing(6)
+        badge = QFrame()
+        badge.setObjectName("mode_badge")
+        around = QHBoxLayout(badge)
+        around.setContentsMargins(9, 4, 9, 4)
+        around.addWidget(self.badge)
+        row.addWidget(badge)
+        row.addSpacing(6)
+        for name in FLYING:
+            row.addWidget(self._make_button(name, with_text=True))
+        self._buttons["stop"].setProperty("class", "danger")
+        self._buttons["stop"].setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its key is F12, and no other
+        row.addSpacing(10)
+        for name in HOLDING:
+            row.addWidget(self._make_button(name, with_text=False))
+        row.addSpacing(10)
+        label = self._speed_label = dressed(QLabel("Sp&eed"), "muted")
+        label.setBuddy(self.speed)
+        row.addWidget(label)
+        row.addWidget(self.speed)
+        row.addStretch(1)
+        row.addWidget(self._make_button("record", with_text=True))
+        row.addWidget(self._make_button("screenshot", with_text=False))
+        row.addWidget(self._make_button("view_3d", with_text=False))
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(row)
+        layout.addWidget(self.strip)
+
+    def _make_button(self, name: str, *, with_text: bool) -> QToolButton:
+        action, row = self._actions[name], find_row(name)
+        button = QToolButton(self)
+        button.setDefaultAction(action)
+        button.setIconSize(QSize(ICON, ICON))
+        button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        button.setSizePolicy(QSizePolicy.Policy.Minimum, QSizePolicy.Policy.Fixed)
+        keys = f", {row.shortcut}" if row.shortcut else ""
+        button.setAccessibleName(f"{row.label}{keys}")
+        style = Qt.ToolButtonStyle
+        button.setToolButtonStyle(
+            style.ToolButtonTextBesideIcon if with_text else style.ToolButtonIconOnly
+        )
+        if not with_text:
+            button.setProperty("class", "compact")
+        self._buttons[name] = button
+        return button
