@@ -11,6 +11,7 @@ from PyQt6.QtWidgets import QFileDialog, QMenu, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import controllers_dir, models_dir, worlds_dir
+from workbench.control.controller import load_controller
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.notices import Notices
@@ -177,11 +178,12 @@ class Opener:
         window: QWidget,
     ) -> None:
         self._recent, self._notices, self._window = recent, notices, window
+        self._control = control
         self._opens: dict[FileKind, Callable[[Path], None]] = {
             FileKind.SCENARIO: lambda path: control.fly_scenario(str(path)),
             FileKind.MODEL: lambda path: control.fly_model(str(path)),
             FileKind.WORLD: lambda path: control.fly_world(str(path)),
-            FileKind.CONTROLLER: lambda path: control.fly_controller(str(path)),
+            FileKind.CONTROLLER: self._fly_controller,
             FileKind.LOG: shows_log,
         }
         self._folders = {
@@ -200,6 +202,15 @@ class Opener:
         self._folders[kind] = path.parent
         self._recent.add(kind, str(path))
         self._opens[kind](path)
+
+    def _fly_controller(self, path: Path) -> None:
+        """Fly with a control law of the user's own; the flight goes on if it cannot be read."""
+        try:
+            load_controller(path)
+        except WorkbenchError as error:
+            self._notices.warn(str(error))
+            return
+        self._control.fly_controller(str(path))
 
     def open_recent(self, file: Recent) -> None:
         """Open a file again."""

@@ -5,9 +5,11 @@ from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QAbstractSpinBox, QLineEdit
 
+from workbench.control.controller import load_controller
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
-from workbench.scenario.parameters import parameters_of
+from workbench.live.view import LiveView
+from workbench.scenario.parameters import parameter_table, parameters_of
 
 NAME = "kp_velocity_x"
 LEFT = Qt.MouseButton.LeftButton
@@ -54,6 +56,21 @@ def test_everything_else_that_is_live_can_be_set_too(rig, panel):
     retype(panel.rows["wind_x"].field, "5")
     QTest.keyClick(panel.rows["wind_x"].field, Qt.Key.Key_Return)
     assert rig.flight.given == [("wind_x", 5.0)]
+
+
+def test_another_controller_has_its_own_lines_in_its_own_groups(rig, panel, qtbot):
+    pid = load_controller("pid")
+    values = parameter_table(pid).defaults()
+    rig.editor.begin(LiveView(values=values, vehicle=object(), controller=pid))
+    qtbot.waitUntil(lambda: "ki_velocity_xy" in panel.rows)
+    assert set(panel.rows) == {row.name for row in pid.parameters}
+    titles = [each.heading.text() for each in panel._groups if each.heading.text()]
+    assert titles == ["Position", "Velocity", "Attitude", "Rate", "Yaw", "Limits"]
+    retype(panel.rows["ki_velocity_xy"].field, "2.5")
+    QTest.keyClick(panel.rows["ki_velocity_xy"].field, Qt.Key.Key_Return)
+    assert rig.analysis.asked[-1].gains["ki_velocity_xy"] == 2.5
+    rig.analysis.judge(stable=True)
+    assert ("ki_velocity_xy", 2.5) in rig.flight.given
 
 
 def test_units_change_as_another_flight_begins(rig, panel, new_view, workspace, qtbot):

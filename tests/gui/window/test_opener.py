@@ -4,7 +4,7 @@ import pytest
 from PyQt6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PyQt6.QtGui import QDropEvent
 
-from workbench.common.resources import find_scenario
+from workbench.common.resources import controllers_dir, find_scenario
 from workbench.gui.opener import FileKind
 from workbench.live.choice import Choice
 from workbench.scenario.scenario import Scenario, SensorsConfig
@@ -66,6 +66,19 @@ def test_a_dropped_log_goes_to_the_charts(opened, tmp_path):
     drop(window, log)
     assert window.stack.name == "visualization"
     assert window.stack.current.heard[-1] == "log flight.mcap"
+
+
+def test_a_controller_is_flown_if_it_can_be_read(opened, flown, told, tmp_path):
+    window = opened()
+    window.control.fly(Choice(gains="mine.yaml"))
+    window.actions_by_name["controller_pid"].trigger()
+    own, wrong = tmp_path / "own.py", tmp_path / "wrong.py"
+    own.write_text((controllers_dir() / "pid.py").read_text())
+    wrong.write_text("def update(measured):\n    return 0\n")
+    drop(window, own)
+    drop(window, wrong)
+    assert flown[1:] == [Choice(controller="pid"), Choice(controller=str(own))]
+    assert f"{wrong}:1: update takes (measured): let it take (measured, setpoint" in told[0].what
 
 
 def test_a_world_that_is_opened_after_a_set_up_keeps_the_rest_of_it(opened, flown):
