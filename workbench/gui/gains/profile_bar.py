@@ -144,8 +144,9 @@ class ProfileBar(QWidget):
         profile = self._profiles.name or "No profile"
         short = profile if len(profile) <= LONGEST_NAME else f"{profile[: LONGEST_NAME - 1]}…"
         changed = " ◆ changed" if self._profiles.is_changed else ""
-        self.name.setText(f"<b>{short}</b>{changed}")
-        self.name.setToolTip(profile)
+        law = self._editor.table.controller
+        self.name.setText(f"<b>{short}</b>{changed} · {law.name}")
+        self.name.setToolTip(f"{profile}, with the controller {law.name} ({law.file})")
         said = editor.summary()
         entered = (
             "" if editor.is_at_once or not editor.unflown or editor.warning else " (Enter flies)"
