@@ -14,6 +14,7 @@ from multiprocessing import Pipe
 from pathlib import Path
 from typing import NamedTuple
 
+from workbench.ipc.worker_process import Answer, Request
 from workbench.link.backplane import Flight, ServerStatus
 from workbench.link.drone_topics import COMMAND, PARAMETERS
 from workbench.link.server.admission import Admission
@@ -24,7 +25,7 @@ from workbench.link.server_messages import Hand, Stage
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 from workbench.live.clock import SLICE
 from workbench.live.flying import Flying
-from workbench.live.messages import Answer, Flown, GetFlown, NetworkView, Order, Report, Serve
+from workbench.live.messages import Flown, GetFlown, NetworkView, Report, Serve
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -123,7 +124,7 @@ class Served:
 
     def order(self, wanted) -> object:
         """Do what the operator wants, and return the last thing that was said then."""
-        self.flying.obey([Order(1, wanted)])
+        self.flying.obey([Request(1, wanted)])
         self.hear()
         return self.sent[-1]
 
@@ -162,7 +163,7 @@ class Served:
 
     def flown(self) -> Flown:
         """Return all that was flown."""
-        self.flying.obey([Order(2, GetFlown())])
+        self.flying.obey([Request(2, GetFlown())])
         (*_, answer) = [each for each in self.sent if isinstance(each, Answer)]
         return answer.value
 

@@ -30,6 +30,21 @@ def register_jitable(function: Any = None, **options: Any) -> Any:
     return mark if function is None else mark(function)
 
 
+def unique(function: Function, key: str) -> Function:
+    """Return a function, told from others of its name in machine code.
+
+    numba names machine code by module, name and a count that begins anew in each process. Code of
+    two functions of one name, made in two processes and loaded from the cache into a third, would
+    be taken for the same: whoever makes functions in a function gives them names of their own.
+
+    Args:
+        function: made in a function.
+        key: what its code depends on.
+    """
+    function.__qualname__ = f"{function.__qualname__}_{key}"
+    return function
+
+
 def tell_numba() -> None:
     """Tell numba of all functions marked so far; whoever compiles asks for it first."""
     from numba.extending import register_jitable as register

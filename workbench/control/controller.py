@@ -173,6 +173,11 @@ class Controller:
         return hashlib.sha256(self.text.encode()).hexdigest()
 
     @property
+    def key(self) -> str:
+        """Name and beginning of the digest, for machine code; see `jitable.unique`."""
+        return f"{self.name}_{self.digest[:12]}"
+
+    @property
     def point_names(self) -> tuple[str, ...]:
         """Names of the loop points, in their order."""
         return tuple(self.points)
@@ -304,12 +309,14 @@ def _from_text(name: str, file: Path, text: str) -> Controller:
     """Return the controller of a text; the same one for the same text."""
     if not name.isidentifier():
         raise WorkbenchError(f"{file}: call the file by letters, digits and _, as my_pid.py")
-    module = types.ModuleType(f"workbench_controller_{name}")
+    digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
+    module = types.ModuleType(f"workbench_controller_{name}_{digest}")
     module.__file__ = str(file)
     with law_errors(file, ""):
         code = compile(text, str(file), "exec")
         with _at_most_lines(file):
             exec(code, module.__dict__)
+    sys.modules[module.__name__] = module  # machine code from the cache imports it by name
     return _from_module(name, file, text, module)
 
 

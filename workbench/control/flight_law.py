@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.control.guidance import LIFT, MOTORS, Measured, Setpoint
@@ -279,8 +279,8 @@ def flight_law(controller: Controller) -> FlightLaw:
     law = controller.update
     read_gains, read_memory = gains_reader(controller), memory_reader(controller)
     size = len(controller.memory)
-    plain_memory = reader(None, size, "1.0 * s[{}]")
-    write_memory = writer(size)
+    plain_memory = reader(None, size, f"plain_{controller.key}", "1.0 * s[{}]")
+    write_memory = writer(size, controller.key)
     initial = tuple(controller.initial_memory)
     points = len(controller.points)
 
@@ -433,23 +433,27 @@ def flight_law(controller: Controller) -> FlightLaw:
         filtered[0], filtered[1], filtered[2] = after
         write_memory(memory, remembered)
 
+    for function in (wrench, commands, update, packed_update):
+        unique(function, controller.key)
     return FlightLaw(read_gains, read_memory, wrench, commands, update, packed_update)
 
 
 def gains_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
     """Return a function to a controller's gains by name, see `reader`."""
     fields = [*(row.name for row in controller.parameters), *controller.designed]
-    return reader(namedtuple("Gains", fields), len(fields), source, arguments)
+    key = f"Gains_{controller.key}"  # machine code knows a record by its type's name
+    return reader(namedtuple(key, fields), len(fields), key, source, arguments)
 
 
 def memory_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
     """Return a function to what a controller remembers, by name, see `reader`."""
     fields = [state.name for state in controller.memory]
-    return reader(namedtuple("Memory", fields), len(fields), source, arguments)
+    key = f"Memory_{controller.key}"
+    return reader(namedtuple(key, fields), len(fields), key, source, arguments)
 
 
 def reader(
-    record: Any, size: int, source: str = "s[{}]", arguments: str = "s"
+    record: Any, size: int, key: str, source: str = "s[{}]", arguments: str = "s"
 ) -> Callable[..., Any]:
     """Return a function that makes a record of numbers, and compiles.
 
@@ -458,24 +462,31 @@ def reader(
     Args:
         record: a named tuple's type; None for a plain tuple.
         size: how many numbers.
+        key: see `jitable.unique`.
         source: expression for one of them, by its place.
         arguments: of the function.
     """
     parts = "".join(f"{source.format(place)}, " for place in range(size))
     made = f"record({parts})" if record and size else f"({parts})"
-    return _function(f"def read({arguments}):\n    return {made}", {"record": record})
+    return _function(
+        f"def read({arguments}):\n    return {made}", {"record": record}, f"{key}_{arguments}"
+    )
 
 
-def writer(size: int, target: str = "s[{}]", arguments: str = "s") -> Callable[..., Any]:
+def writer(size: int, key: str, target: str = "s[{}]", arguments: str = "s") -> Callable[..., Any]:
     """Return a function that writes a tuple somewhere, and compiles; see `reader`."""
     lines = "".join(f"    {target.format(k)} = values[{k}]\n" for k in range(size))
-    return _function(f"def write({arguments}, values):\n{lines}    return None", {})
+    return _function(
+        f"def write({arguments}, values):\n{lines}    return None", {}, f"{key}_{arguments}"
+    )
 
 
-def _function(source: str, names: dict[str, Any]) -> Callable[..., Any]:
+def _function(source: str, names: dict[str, Any], key: str) -> Callable[..., Any]:
     """Return the one function of a source."""
     made: dict[str, Any] = {}
-    exec(source, names, made)
+    # machine code that is loaded from the cache imports the module of its function
+    exec(source, {**names, "__name__": __name__}, made)
     (function,) = made.values()
+    unique(function, key.replace(", ", "_"))
     jitable: Callable[..., Any] = register_jitable(forceinline=True)(function)
     return jitable

@@ -78,7 +78,8 @@ class Forker:
             raise WorkbenchError(
                 f"cannot fork a flight for {duration:g} s: give it up to {LONGEST:g} s"
             )
-        values = [checked(branch.gains) for branch in branches]
+        law = self._session.controller
+        values = [checked(branch.gains, controller=law) for branch in branches]
         flown = []
         for branch, gains in zip(branches, values, strict=True):
             self._begin(checkpoint, gains, step)

@@ -112,7 +112,7 @@ ACTIONS: tuple[ActionRow, ...] = (
     ActionRow(
         "open_controller",
         FILE,
-        "&From a file...",
+        "&Your own...",
         "Begin again with a control law of your own: a file of Python, whose code runs.",
         submenu=CONTROLLER_MENU,
     ),

@@ -34,6 +34,10 @@ class Checkpoint:
         velocity: that the pilot asks for, in W [m/s].
         yaw_rate: that the pilot asks for [rad/s].
         systems: what each system of the diagram remembers, by its path.
+        controller: name of the controller.
+        source: SHA-256 of its file.
+        parameters: names of its parameters.
+        memory: names of what it remembers.
     """
 
     time: float
@@ -43,3 +47,7 @@ class Checkpoint:
     velocity: tuple[float, float, float]
     yaw_rate: float
     systems: Mapping[str, SystemState]
+    controller: str = ""
+    source: str = ""
+    parameters: tuple[str, ...] = ()
+    memory: tuple[str, ...] = ()

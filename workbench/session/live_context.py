@@ -8,6 +8,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, System
 
 from workbench.common.errors import WorkbenchError, sentences
+from workbench.control.controller import COMMON
 from workbench.control.flight_mode import initial_state
 from workbench.control.mode import FlightMode
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
@@ -21,7 +22,7 @@ from workbench.scenario.scenario import Scenario, Start
 from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
-from workbench.systems.flight_computer import GAINS, SHARES
+from workbench.systems.flight_computer import GAINS, MEMORY, PROBES, SHARES
 from workbench.systems.pilot import Wish
 from workbench.systems.vehicle_dynamics import PAYLOAD
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
@@ -68,7 +69,8 @@ class LiveContext:
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         begin = InitializeParams()
         if checkpoint:
-            write_states(bench, root, checkpoint.systems)
+            write_states(bench, root, self._taken_over(checkpoint))
+            bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)
             # what happens at the start did; what is due at the present time is still to come
             begin.suppress_initialization_events = True
@@ -168,6 +170,34 @@ class LiveContext:
         if not self._bench.diagram.HasSubsystemNamed(name):
             return []
         return [self._bench.diagram.GetSubsystemByName(name)]
+
+    def _taken_over(self, checkpoint: Checkpoint) -> Mapping[str, SystemState]:
+        """Return what the systems remember, the controller's by name where it is another one."""
+        law, computer = self._bench.controller, self._bench.computer
+        path = computer.GetSystemPathname()
+        if checkpoint.source in ("", law.digest):
+            return checkpoint.systems
+        before, here = checkpoint.systems[path], self.states()[path]
+        gains = dict(zip(checkpoint.parameters, before.parameters[GAINS], strict=False))
+        known = dict(zip(checkpoint.memory, before.state[-1], strict=False))
+        if checkpoint.controller != law.name:  # a gain of another law may have the same name
+            gains = {row.name: gains[row.name] for row in COMMON if row.group == "Limits"}
+            known = {}
+        own = [
+            gains.get(row.name, x)
+            for row, x in zip(law.parameters, here.parameters[GAINS], strict=False)
+        ]
+        designed = here.parameters[GAINS][len(own) :]
+        state = [*before.state[:MEMORY]]
+        if law.memory:
+            state.append(tuple(known.get(each.name, each.initial) for each in law.memory))
+        parameters = [
+            (*own, *designed),
+            before.parameters[SHARES],
+            here.parameters[PROBES],
+            *before.parameters[PROBES + 1 :],
+        ]
+        return {**checkpoint.systems, path: SystemState(tuple(state), tuple(parameters))}
 
     def _start(self, start: Start) -> None:
         """Put a scenario's start into the Context."""

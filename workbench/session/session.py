@@ -94,6 +94,10 @@ class Session:
             velocity=(v_x, v_y, v_z),
             yaw_rate=yaw_rate,
             systems=self._live.states(),
+            controller=self.controller.name,
+            source=self.controller.digest,
+            parameters=tuple(row.name for row in self.controller.parameters),
+            memory=tuple(state.name for state in self.controller.memory),
         )
 
     instant = checkpoint
@@ -103,6 +107,10 @@ class Session:
         """Go on from a checkpoint of a flight of the same scenario, to the bit as that does.
 
         Nothing before it is recorded here. Sensors, which may be others, begin anew.
+
+        Where the controller is another one, it takes over in flight. If its file was edited, its
+        gains and what it remembers have the values that they had under the same names; a
+        controller of another name begins with its own gains, within the same limits.
 
         Raises:
             WorkbenchError: if it is a checkpoint of a flight of something else.

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.design.rollout.body_loops import (
     blow,
@@ -141,7 +141,7 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
             lost[i] = int(take(block, LOST, i))
             use[i] = _use(rotors, i, lost[i] < 0)
 
-    return fly_block
+    return unique(fly_block, controller.key)
 
 
 @register_jitable

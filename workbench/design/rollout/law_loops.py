@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
     LawConstants,
@@ -66,7 +66,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
     remembered = f"b[({{}} + {GAINS + rows}) * {LANES} + i]"
     gains_at = gains_reader(controller, place, "b, i")
     memory_at = memory_reader(controller, remembered, "b, i")
-    put_memory = writer(len(controller.memory), remembered, "b, i")
+    put_memory = writer(len(controller.memory), controller.key, remembered, "b, i")
 
     @register_jitable
     def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
@@ -132,7 +132,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
             put3(block, FILTERED, i, filtered)
             put_memory(block, i, after)
 
-    return want
+    return unique(want, controller.key)
 
 
 @register_jitable
