@@ -43,6 +43,8 @@ def result(found: "Judgement") -> dict[str, Any]:
         "stable": not found.unstable,
         "unstable_loops": found.unstable,
         "loops": found.loops,
+        "plant_input": found.plant_input,
+        "plant_input_holding": found.plant_input_holding,
         "modes": found.modes,
         "modes_holding": found.modes_holding,
         "steps": [
@@ -67,6 +69,7 @@ def print_judgement(found: "Judgement", cut: str) -> None:
     rows: list[tuple[str, ...]] = [_HEAD, _UNITS]
     rows += [(loop.loop, *_cells(getattr(loop, cut))) for loop in found.loops]
     print_table(rows)
+    _print_plant_input(found)
     if not found.holding:
         print("loops of the position and steps are left out: a place is held in hover only")
     _print_modes("modes while the pilot steers", found.modes, found.period)
@@ -75,6 +78,23 @@ def print_judgement(found: "Judgement", cut: str) -> None:
         _print_modes("slowest modes while the place is held", slow, found.period)
     _print_steps(found)
     print(f"\nthe law runs at {1.0 / found.period:g} Hz; {_rates(found.slowest)}")
+
+
+def _print_plant_input(found: "Judgement") -> None:
+    """Print what force and moments bear all at once."""
+    print("\nat the plant's input, force and moments all at once:")
+    rows = [("", "disk", "gains within", "at [rad/s]", "alone:", *found.plant_input.alone)]
+    for what, each in (
+        ("while the pilot steers", found.plant_input),
+        ("while the place is held", found.plant_input_holding),
+    ):
+        if each is not None:
+            low = (2.0 - each.disk_margin) / (2.0 + each.disk_margin)
+            alone = (_number(margin, ".2f") for margin in each.alone.values())
+            gains = f"{low:.2f} .. {1.0 / low:.2f}" if 0.0 < each.disk_margin < 2.0 else "-"
+            disk, frequency = _number(each.disk_margin, ".2f"), _number(each.frequency, ".3g")
+            rows.append((what, disk, gains, frequency, "", *alone))
+    print_table(rows)
 
 
 def print_sensitivities(title: str, found: "tuple[Sensitivity, ...]") -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from workbench.design.judge.loop_judgement import LoopJudgement, growing_loops, judge_loops
 from workbench.design.judge.modes import Mode, modes
+from workbench.design.judge.multiloop import MultiloopMargin, multiloop_margin
 from workbench.design.judge.sampled_stability import SlowestRate, slowest_rate
 from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
 from workbench.design.linear.model import LinearModel
@@ -17,6 +18,7 @@ from workbench.scenario.scenario import Scenario
 STEP_DURATION = 5.0
 """Flown after a step's command [s]."""
 HOVER = OperatingPoint()
+HOLD = OperatingPoint(hold=True)
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,9 @@ class Judgement:
         unstable: names of the loops through which a mode grows.
         steering: the closed loop while the pilot steers.
         holding: the same while the place is held; None away from hover.
+        plant_input: what force and moments bear all at once, while the pilot steers; the law's
+            own loops may lie inside one another, this place is the same for every law.
+        plant_input_holding: the same while the place is held; None away from hover.
     """
 
     vehicle: str
@@ -48,6 +53,8 @@ class Judgement:
     unstable: tuple[str, ...]
     steering: LinearModel
     holding: LinearModel | None
+    plant_input: MultiloopMargin
+    plant_input_holding: MultiloopMargin | None
 
 
 def judge(
@@ -71,9 +78,10 @@ def judge(
     scenario = scenario or Scenario()
     study = LinearStudy(scenario)
     gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings, study.controller)
-    steering = study.sampled(dataclasses.replace(point, hold=False), gains)
-    at_hover = dataclasses.replace(point, hold=False) == HOVER
-    holding = study.sampled(dataclasses.replace(HOVER, hold=True), gains) if at_hover else None
+    steers = dataclasses.replace(point, hold=False)
+    steering = study.sampled(steers, gains)
+    at_hover = steers == HOVER
+    holding = study.sampled(HOLD, gains) if at_hover else None
     say = progress or (lambda share: None)
     steps = []
     if at_hover:
@@ -103,4 +111,8 @@ def judge(
         unstable=growing_loops(steering) or (growing_loops(holding) if holding else ()),
         steering=steering,
         holding=holding,
+        plant_input=multiloop_margin(study.plant_input(steers, gains)),
+        plant_input_holding=(
+            multiloop_margin(study.plant_input(HOLD, gains)) if at_hover else None
+        ),
     )

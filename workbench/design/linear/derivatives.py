@@ -9,7 +9,12 @@ import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
 from workbench.control.controller import Controller
-from workbench.control.flight_law import flight_law, law_constants
+from workbench.control.flight_law import (
+    allocate,
+    commanded_wrench,
+    flight_law,
+    law_constants,
+)
 from workbench.control.guidance import Guidance, Setpoint
 from workbench.design.linear.attitude import reduced, state_seeds
 from workbench.design.linear.autodiff import gradient, whole
@@ -286,6 +291,20 @@ class Derivatives:
         share = voltage_share(turning, self._whole, self._supply, self._rows)
         found = [speed / share for speed in turning]
         return ExtractValue(whole(found)).ravel(), gradient(found, n)
+
+    def allocation_at(self, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return derivatives of the wrench by commands (4, n), and of commands by it (n, 4).
+
+        The wrench is that which the law takes commanded speeds to make, and commands are those
+        that the allocation gives for it.
+        """
+        n = len(self._rows)
+        made = commanded_wrench(_seeded(commands, np.eye(n)), self._constants)
+        asked = ExtractValue(whole(made)).ravel()
+        speeds: list[Any] = [0.0] * n
+        wanted = _seeded(asked, np.eye(asked.size))
+        allocate(wanted, 1.0, 1.0, self._whole, self._constants, speeds)
+        return gradient(made, n), gradient(speeds, asked.size)
 
     def thrusts_by(self, state: np.ndarray, speeds: np.ndarray) -> np.ndarray:
         """Return the derivatives of thrusts by state and speeds (n, 12 + n)."""

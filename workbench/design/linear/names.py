@@ -51,6 +51,11 @@ def points(controller: Controller) -> tuple[Signal, ...]:
     return tuple(Signal(name, unit) for name, unit in controller.points.items())
 
 
+def wrench() -> tuple[Signal, ...]:
+    """Return the plant's input: force along z and moment in T, see `plant.thrust_frame`."""
+    return (Signal("force", "N"), *(Signal(f"moment_{axis}", "N*m") for axis in "xyz"))
+
+
 def memory_of(controller: Controller) -> tuple[Signal, ...]:
     """Return what the law remembers."""
     return tuple(Signal(state.name, state.unit) for state in controller.memory)

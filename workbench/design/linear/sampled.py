@@ -5,6 +5,8 @@ ones, as the steps of an instant are simultaneous. The period's matrix is the pr
 derivatives of the update and of each step along the trimmed flight.
 """
 
+import dataclasses
+
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
@@ -28,6 +30,7 @@ from workbench.design.linear.names import (
     outputs,
     points,
     references,
+    wrench,
 )
 from workbench.design.linear.trim import filtered_of, guidance_of, reference_of
 from workbench.plant.variation import Delays
@@ -64,14 +67,7 @@ def sampled_model(
         raise WorkbenchError("a turn cannot be linearised with a delayed controller: leave one out")
     n, k = trim.speeds.size, trim.memory.size
     count = len(derivatives.controller.points)
-    update = derivatives.update(
-        trim.state,
-        filtered_of(trim, rate),
-        trim.commands,
-        reference_of(trim),
-        guidance_of(trim),
-        trim.memory,
-    )
+    update = _update_at(derivatives, trim, rate)
     sizes = (STATE, LAST, n, *[n] * waiting, FILTERED, *[STATE] * late, k)
     at = np.cumsum([0, *sizes])
     size = int(at[-1])
@@ -139,6 +135,83 @@ def sampled_model(
         outputs=outputs(n, derivatives.controller),
         trim=trim,
         controller=derivatives.controller,
+    )
+
+
+def plant_input_model(
+    derivatives: Derivatives, model: LinearModel, rates: Rates, rate: float, delays: Delays
+) -> LinearModel:
+    """Return a sampled model's closed loop with the plant's input as its inputs and outputs.
+
+    That is the wrench which an update commands: force along z and moment in T. It comes out, and
+    what is injected is added on its way to the rotors, where the law does not know of it: so every
+    law is judged at the same place, those that look at their own commands, too.
+
+    Args:
+        derivatives: of what flies.
+        model: from `sampled_model`, with the arguments that follow.
+        rates: of physics and control.
+        rate: of the acceleration estimate [1/s].
+        delays: of sensing and commands.
+    """
+    trim, size, signals = model.trim, len(model.A), wrench()
+    late, look = delays.seen
+    age, since = delays.acting
+    waiting = age + 1 if since else age
+    n = trim.speeds.size
+    moving, axes = STATE + LAST + n, len(signals)
+    wrench_by, commands_by = derivatives.allocation_at(trim.commands)
+    columns, inputs = moving + axes * waiting, np.zeros((n, axes))
+    acting = [(np.zeros((n, columns)), commands_by)]
+    for before in range(waiting):  # what was injected at updates before is a state
+        by_state = np.zeros((n, columns))
+        by_state[:, moving + axes * before : moving + axes * (before + 1)] = commands_by
+        acting.append((by_state, inputs))
+    held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
+    update = _update_at(derivatives, trim, rate)
+    states = _states_of_period(derivatives, trim, update, rates, held)
+    injected = np.zeros((size, axes * (waiting + 1)))
+    both = [np.hstack([by_input, by_state[:, moving:]]) for by_state, by_input in states]
+    injected[:moving] = both[-1]
+    if late:
+        seen = moving + n * waiting + FILTERED
+        injected[seen : seen + STATE] = both[look][:STATE]
+    angle = trim.point.yaw_rate * rates.control_period
+    for first, vectors in ((0, 4), (STATE, 2)):
+        rows = slice(first, first + 3 * vectors)
+        injected[rows] = heading_turn(angle, vectors) @ injected[rows]
+    old = axes * waiting
+    A = np.zeros((size + old, size + old))
+    A[:size, :size], A[:size, size:] = model.A, injected[:, axes:]
+    A[size + axes :, size:-axes] = np.eye(old - axes)
+    B = np.vstack([injected[:, :axes], np.eye(old, axes)])
+    newest = slice(moving, moving + n)  # commands after the update are the newest of the states
+    C = np.hstack([wrench_by @ model.A[newest], np.zeros((axes, old))])
+    names = tuple(
+        Signal(f"{signal.name}_{before + 1}_before", signal.unit)
+        for before in range(waiting)
+        for signal in signals
+    )
+    return dataclasses.replace(
+        model,
+        A=A,
+        input_matrix=B,
+        output_matrix=C,
+        feedthrough=np.zeros((axes, axes)),
+        states=(*model.states, *names),
+        inputs=signals,
+        outputs=signals,
+    )
+
+
+def _update_at(derivatives: Derivatives, trim: Trim, rate: float) -> Update:
+    return derivatives.update(
+        trim.state,
+        filtered_of(trim, rate),
+        trim.commands,
+        reference_of(trim),
+        guidance_of(trim),
+        trim.memory,
     )
 
 

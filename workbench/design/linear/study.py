@@ -15,14 +15,14 @@ from workbench.design.linear.derivatives import STATE, Derivatives, LastCall
 from workbench.design.linear.model import LinearModel, Trim
 from workbench.design.linear.names import motion, numbered
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.design.linear.sampled import sampled_model
+from workbench.design.linear.sampled import plant_input_model, sampled_model
 from workbench.design.linear.trim import find_trim
 from workbench.diagram.core import live_numbers, make_flight_core, make_vehicle_core
 from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, payload_of
-from workbench.plant.variation import varied
+from workbench.plant.variation import Delays, varied
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import checked
@@ -142,9 +142,19 @@ class LinearStudy:
         Arguments and exceptions are those of `trim`.
         """
         trim = self.trim(point, gains)
-        rates = self.scenario.rates
-        delays = self.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
-        return sampled_model(self._derivatives, trim, rates, self._rate, delays)
+        return sampled_model(self._derivatives, trim, self.scenario.rates, self._rate, self._delays)
+
+    def plant_input(
+        self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
+    ) -> LinearModel:
+        """Return the sampled model from the plant's input to it, see `plant_input_model`.
+
+        Arguments and exceptions are those of `trim`.
+        """
+        model = self.sampled(point, gains)
+        return plant_input_model(
+            self._derivatives, model, self.scenario.rates, self._rate, self._delays
+        )
 
     def continuous(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -167,6 +177,11 @@ class LinearStudy:
         trim, values = self.trim(point, gains), self._values(gains)
         core = self._bare_vehicle(np.array(payload_of(values)))
         return core.model(trim, values)
+
+    @property
+    def _delays(self) -> Delays:
+        rates = self.scenario.rates
+        return self.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
 
     def _vehicle_with(self, payload: np.ndarray) -> VehicleDerivatives:
         """Return the vehicle with a payload, see `Payload` (8)."""

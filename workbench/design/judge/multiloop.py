@@ -1,0 +1,161 @@
+"""The disk margin of several loops at once: how much all of them bear together.
+
+With the loops opened one at a time the others are as they were. Where loops couple, small changes
+of all may do what a large one of each does not: P. Seiler, A. Packard, P. Gahinet, An introduction
+to disk margins, IEEE Control Systems Magazine 40 (5), 2020, of which this is section 5 with skew 0.
+Each loop's gain and phase change by f = (2 + δ) / (2 - δ) with its own complex |δ| < α, and all are
+borne up to
+
+    α = 1 / max μ(S - I/2) = 2 / max μ(S - T)
+
+over frequency. μ is the structured singular value for a diagonal of complex numbers; in its place
+stands min σ(D M D⁻¹) over positive diagonal D, which is μ up to three loops and no smaller for
+more, so that α is never said to be too large.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.design.judge.loop_response import loop_responses
+from workbench.design.judge.margins import UNSTABLE, frequency_grid, response_margins
+from workbench.design.linear.model import LinearModel
+
+_BALANCINGS = 30
+"""Rounds of making a row as large as its column, for all."""
+_ZOOMS = 4
+_ZOOM = np.linspace(0.0, 1.0, 9)
+_EXACT = 1e-5
+"""Relative error of the bound at the worst frequency."""
+
+
+@dataclass(frozen=True)
+class MultiloopMargin:
+    """How much some loops bear when all change at once.
+
+    An unstable closed loop bears nothing: margins are 0, the frequency is NaN.
+
+    Attributes:
+        disk_margin: α, see above: the gain of each loop may change by any factor within
+            (2 - α) / (2 + α) and its inverse, while its phase turns as well.
+        frequency: where that is least [rad/s].
+        alone: disk margin of each loop with the others as they are, by name.
+    """
+
+    disk_margin: float
+    frequency: float
+    alone: dict[str, float]
+
+
+def multiloop_margin(model: LinearModel, points: Sequence[str] = ()) -> MultiloopMargin:
+    """Return the margin of a closed loop at several points at once.
+
+    Args:
+        model: sampled or continuous; a signal of the same name comes out and can be injected at
+            each of the points.
+        points: names of them; without any, all inputs.
+    """
+    names = list(points) or [signal.name for signal in model.inputs]
+    loops = loop_responses(model, names)
+    found = response_margins(loops)
+    alone = {name: each.disk_margin for name, each in zip(names, found, strict=True)}
+    if not loops.stable:
+        return MultiloopMargin(UNSTABLE.disk_margin, float("nan"), alone)
+    A, B, C, D = model.A, model.B(names), model.C(names), model.D(names, names)
+
+    def difference(frequency: np.ndarray) -> np.ndarray:
+        """Return S - T (F, k, k): the closed loop from what is injected is -T."""
+        point = 1j * frequency
+        if model.period:
+            point = np.exp(point * model.period)
+        resolvent = point[:, None, None] * np.eye(len(A)) - A
+        return np.eye(len(names)) + 2.0 * (C @ np.linalg.solve(resolvent, B) + D)
+
+    size, frequency = largest(difference, frequency_grid(loops))
+    return MultiloopMargin(2.0 / size, frequency, alone)
+
+
+def largest(response: Callable[[np.ndarray], np.ndarray], grid: np.ndarray) -> tuple[float, float]:
+    """Return the largest bound on μ of a response over frequency, and where it is [rad/s].
+
+    Args:
+        response: matrices (F, k, k) at frequencies (F).
+        grid: frequencies (F) that catch every peak; between them it is sought further.
+    """
+    size, at = _largest_of(response(grid))
+    low, high = grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]
+    frequency = float(grid[at])
+    for _ in range(_ZOOMS):
+        finer = low + (high - low) * _ZOOM
+        value, at = _largest_of(response(finer))
+        if value >= size:
+            size, frequency = value, float(finer[at])
+        low, high = finer[max(at - 1, 0)], finer[min(at + 1, len(finer) - 1)]
+    return size, frequency
+
+
+def _largest_of(matrices: np.ndarray) -> tuple[float, int]:
+    """Return the largest bound on μ of some matrices (F, k, k), and of which one it is.
+
+    Balancing bounds all at once; only those are looked at closely that could be the largest.
+    """
+    scales = _balanced(matrices)
+    scaled = matrices * np.exp(scales[:, :, None] - scales[:, None, :])
+    bounds = np.linalg.norm(scaled, 2, axis=(1, 2))
+    best, place = 0.0, int(np.argmax(bounds))
+    for index in np.argsort(-bounds):
+        if bounds[index] <= best * (1.0 + _EXACT):
+            break
+        value = structured_singular_value(matrices[index], scales[index])
+        if value > best:
+            best, place = value, int(index)
+    return best, place
+
+
+def _balanced(matrices: np.ndarray) -> np.ndarray:
+    """Return the log of scales (F, k) that make rows as large as columns (Osborne, 1960)."""
+    sizes = np.abs(matrices) ** 2
+    count = matrices.shape[-1]
+    sizes[:, range(count), range(count)] = 0.0
+    logs = np.zeros(matrices.shape[:2])
+    for _ in range(_BALANCINGS):
+        for k in range(count):
+            weights = np.exp(2.0 * (logs - logs[:, k : k + 1]))
+            into = (sizes[:, k, :] / np.maximum(weights, 1e-300)).sum(axis=1)
+            out = (sizes[:, :, k] * weights).sum(axis=1)
+            both = (into > 0.0) & (out > 0.0)
+            ratio = np.where(both, out, 1.0) / np.where(both, into, 1.0)
+            logs[:, k] += 0.25 * np.log(ratio)
+    return logs
+
+
+def structured_singular_value(matrix: np.ndarray, scale: np.ndarray | None = None) -> float:
+    """Return the least σ(D M D⁻¹) over positive diagonal D, a bound on μ from above.
+
+    It is convex in log D (Sezginer and Overton, 1990), and so has no other minimum.
+
+    Args:
+        matrix: M (k, k).
+        scale: log of D (k) to begin with.
+    """
+    from scipy.optimize import minimize
+
+    start = np.zeros(len(matrix)) if scale is None else scale - scale[-1]
+
+    def size(free: Any) -> float:
+        logs = np.append(free, 0.0)
+        scaled = matrix * np.exp(np.clip(logs[:, None] - logs[None, :], -300.0, 300.0))
+        return float(np.linalg.norm(scaled, 2))
+
+    if len(matrix) == 1:
+        return size(start[:-1])
+    corners = np.vstack([start[:-1], start[:-1] + 0.3 * np.eye(len(matrix) - 1)])
+    found = minimize(
+        size,
+        start[:-1],
+        method="Nelder-Mead",
+        options={"initial_simplex": corners, "xatol": 1e-5, "fatol": _EXACT * size(start[:-1])},
+    )
+    return float(found.fun)
