@@ -68,6 +68,22 @@ def test_an_unstable_loop_is_named_and_ends_as_1(run, out):
     assert "Traceback" not in said.err
 
 
+def test_a_law_that_states_no_loops_is_judged_by_the_rest(run, out, write):
+    law = write(
+        "lifts.py",
+        "from workbench.controllers import gain\n\n"
+        'PARAMETERS = [gain("k", "1/s", (-50.0, 50.0), 5.0, "of rates")]\n\n\n'
+        "def update(measured, setpoint, g, vehicle, memory, dt, loops):\n"
+        "    w_x, w_y, w_z = measured.w_WB\n"
+        "    k = -0.01 * g.k\n"
+        "    return (vehicle.mass * 9.81, k * w_x, k * w_y, k * w_z), ()\n",
+    )
+    options = ("--controller", law, "--at", "vx=0", "--no-plots", "--output", out)
+    said = run("judge", *options, "--set", "k=-20")
+    assert said.code == 1, said.err
+    assert "a mode grows through the law, which states no loops" in said.err
+
+
 def test_what_grows_or_is_lost_has_no_numbers(run, out):
     said = run("judge", "--set", "kp_pitch=2000", "--no-plots", "--output", out)
     assert said.code == 1

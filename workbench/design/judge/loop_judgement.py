@@ -7,6 +7,8 @@ from workbench.design.judge.loop_response import growth_rate, growth_rates, loop
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.linear.model import LinearModel
 
+UNSTATED = "the law, which states no loops"
+
 
 @dataclass(frozen=True)
 class LoopJudgement:
@@ -65,4 +67,4 @@ def growing_loops(model: LinearModel) -> tuple[str, ...]:
         for poles in (responses.closed, *responses.opened)
     )
     found = tuple(loop.name for loop, left in zip(loops, opened, strict=True) if left < closed)
-    return found or tuple(loop.name for loop in loops)
+    return found or tuple(loop.name for loop in loops) or (UNSTATED,)

@@ -80,9 +80,10 @@ def loop_responses(model: CutModel, points: Sequence[str]) -> LoopResponses:
     Positions and heading that nothing reads would only blur the eigenvalues near 1; they go first.
     """
     A = np.asarray(model.A, dtype=float)
-    cuts = np.array([model.cut(point)[0] for point in points], dtype=float)
-    changed = np.abs(A - cuts).max(axis=0)
-    kept = _read_states(np.abs(A) + np.abs(cuts).max(axis=0), np.diagonal(changed))
+    cuts = np.array([model.cut(point)[0] for point in points], dtype=float).reshape(-1, *A.shape)
+    changed = np.abs(A - cuts).max(axis=0, initial=0.0)
+    influence = np.abs(A) + np.abs(cuts).max(axis=0, initial=0.0)
+    kept = _read_states(influence, np.diagonal(changed))
     grid = np.ix_(kept, kept)
     eigenvalues = np.linalg.eigvals(np.concatenate([A[None], cuts])[:, grid[0], grid[1]])
     return LoopResponses(period=model.period, closed=eigenvalues[0], opened=eigenvalues[1:])

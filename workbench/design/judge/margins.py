@@ -84,7 +84,7 @@ def all_margins(model: CutModel, points: Sequence[str]) -> tuple[LoopMargins, ..
 
 def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
     """Return the margins of open loops."""
-    if not loops.stable:
+    if not loops.stable or not len(loops.opened):
         return (UNSTABLE,) * len(loops.opened)
     grid = frequency_grid(loops)
     response = loops.at(grid)

@@ -126,14 +126,16 @@ def rate_sample(
     gains = flight_gains(study.vehicle, slowed.vehicle.gains, settings, study.controller)
     model = study.like(slowed).sampled(point, gains)
     loops, poles = judge_loops(model), closed_poles(model)
+    stable = growth_rate(poles, model.period) < INTEGRATOR
     natural = natural_poles(poles, model.period)
     growths = natural.real[np.abs(natural) > SLOW]
     return RateSample(
         period=model.period,
         spectral_radius=spectral_radius(poles),
-        stable=growth_rate(poles, model.period) < INTEGRATOR,
+        stable=stable,
         phase_margin=min(
-            margins.phase_margin for loop in loops for margins in (loop.actuator, loop.error)
+            (margins.phase_margin for loop in loops for margins in (loop.actuator, loop.error)),
+            default=math.inf if stable else 0.0,
         ),
         growth=float(growths.max()) if len(growths) else math.nan,
     )
