@@ -8,6 +8,7 @@ import pytest
 
 from workbench.design.linear.study import LinearStudy
 from workbench.design.tune.measure import NOISE, noise_amplification
+from workbench.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -62,3 +63,10 @@ def test_the_drones_is_what_its_model_does_with_noise():
         x = A @ x + B @ sample
     simulated = np.array(thrusts)[1000:].std(axis=0).max()
     assert noise_amplification(model) == pytest.approx(simulated, rel=0.02)
+
+
+def test_a_heading_that_wanders_with_the_one_remembered_shakes_no_rotor():
+    """`geometric` remembers the heading asked for: a pole on the unit circle, of no thrust."""
+    study = LinearStudy(Scenario(controller="geometric"))
+    assert 0.3 < noise_amplification(study.sampled()) < 1.2
+    assert noise_amplification(study.sampled(gains={"k_rate_xy": 0.0})) == math.inf

@@ -40,6 +40,10 @@ FLOWN_AWAY = 100.0
 NOISE = ("noise_w_x", "noise_w_y", "noise_w_z")
 _NO_PATH = 1e-10
 """A smaller entry of the state matrix is rounding."""
+_WANDERS = 1e-9
+"""A pole this near to the unit circle lies on it."""
+_UNSEEN = 1e-7
+"""A mode that shows no more than this share of what is looked at shows nothing."""
 
 
 @dataclass(frozen=True)
@@ -262,7 +266,8 @@ def noise_amplification(model: LinearModel) -> float:
         P = A P A' + B B',   rms² = diag(C P C' + D D').
 
     Position and heading wander off under noise without end, but no rotor answers to them while
-    the pilot steers; states that the thrusts do not depend on are left out.
+    the pilot steers; states that the thrusts do not depend on are left out, and so is a mode that
+    wanders without them, as of a heading together with the one that the law remembers.
 
     Args:
         model: of the sampled closed loop; an unstable one has no rms: infinite.
@@ -272,11 +277,25 @@ def noise_amplification(model: LinearModel) -> float:
     D = model.D(outputs, NOISE)
     kept = _seen_states(A, C)
     A, B, C = A[np.ix_(kept, kept)], B[kept], C[:, kept]
+    A = _without_wandering(A, C)
     if np.abs(np.linalg.eigvals(A)).max(initial=0.0) >= 1.0:
         return float("inf")
     P = solve_discrete_lyapunov(A, B @ B.T, method="bilinear")
     variance = np.einsum("ij,jk,ik->i", C, P, C) + (D**2).sum(axis=1)
     return float(np.sqrt(variance.max()))
+
+
+def _without_wandering(A: np.ndarray, C: np.ndarray) -> np.ndarray:
+    """Return A (m, m) with the modes ended that neither die out nor grow, nor show in C (l, m)."""
+    values, vectors = np.linalg.eig(A)
+    wandering = np.flatnonzero(np.abs(np.abs(values) - 1.0) < _WANDERS)
+    if not len(wandering):
+        return A
+    left = np.linalg.inv(vectors)
+    for mode in wandering:
+        if np.linalg.norm(C @ vectors[:, mode]) < _UNSEEN * np.linalg.norm(C):
+            A = A - np.outer(values[mode] * vectors[:, mode], left[mode])
+    return np.asarray(A.real)
 
 
 def _seen_states(A: np.ndarray, C: np.ndarray) -> np.ndarray:
