@@ -304,6 +304,17 @@ def test_a_figure_of_eight_is_flown():
     assert flight.p_WB[-1] == pytest.approx([0.0, 0.0, 2.0], abs=0.02)
 
 
+def test_a_path_hands_its_acceleration_on_unless_it_is_told_not_to(case):
+    for eight, fed in (
+        (FigureEight(), True),
+        (FigureEight(feedforward=False), False),
+        (None, False),
+    ):
+        with case(eight):
+            diagram = Session(Scenario(figure_eight=eight)).diagram
+            assert diagram.HasSubsystemNamed("feedforward") is fed
+
+
 def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(case):
     for act, words in [
         (lambda s: s.command([1.0, math.nan, 0.0]), ("velocity",)),

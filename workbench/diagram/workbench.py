@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.control.controller import Controller
@@ -33,7 +34,7 @@ from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
 from workbench.systems.pilot import Pilot
 from workbench.systems.propeller_display import add_propeller_display
 from workbench.systems.recorder import Recorder, add_recorder
-from workbench.systems.reference import add_feedforward, add_reference
+from workbench.systems.reference import add_reference
 from workbench.systems.telemetry import Telemetry
 
 WALL_PERIOD = 1 / 32
@@ -81,6 +82,7 @@ def make_workbench(
     variation: Variation = NOMINAL,
     bridge: Bridge | None = None,
     picture_period: float = PICTURE_PERIOD,
+    feedforward: PiecewisePolynomial | None = None,
 ) -> Workbench:
     """Return the core with pilot, path, flight mode, battery, sensors and recorder around it.
 
@@ -98,6 +100,7 @@ def make_workbench(
         variation: whose delays the flight has.
         bridge: to the network, or to a log; without one nothing is published.
         picture_period: between pictures in Meshcat [s], infinite for none but the first.
+        feedforward: acceleration along the path in W (3) [m/s²], for laws that make use of it.
     """
     builder = DiagramBuilder()
     airframe = add_airframe(
@@ -111,8 +114,9 @@ def make_workbench(
     computer = add_computer(builder, controller, airframe, vehicle, gains, rates, variation)
     pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
     reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
-    if path is not None:
-        add_feedforward(builder, path, computer.GetInputPort("feedforward"))
+    if feedforward is not None:
+        source = builder.AddNamedSystem("feedforward", TrajectorySource(feedforward))
+        builder.Connect(source.get_output_port(), computer.GetInputPort("feedforward"))
     modes = builder.AddNamedSystem(
         "modes",
         ModeManager(

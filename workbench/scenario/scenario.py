@@ -132,13 +132,17 @@ class Action:
 
 @dataclass
 class FigureEight:
-    """A path: a figure of eight around a centre [m], its size [m], time a lap [s], laps."""
+    """A path: a figure of eight around a centre [m], its size [m], time a lap [s], laps.
+
+    Without `feedforward` the law does not hear of the acceleration along it.
+    """
 
     center: list[float] = field(default_factory=lambda: [0.0, 0.0, 1.5])
     length: float = 4.0
     width: float = 2.0
     period: float = 10.0
     laps: int = 2
+    feedforward: bool = True
 
 
 @dataclass

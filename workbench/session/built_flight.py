@@ -24,7 +24,7 @@ from workbench.scenario.configured import (
 from workbench.scenario.parameters import ParameterTable, parameter_table
 from workbench.scenario.scenario import Action, Scenario, check_scenario
 from workbench.scenario.vehicle_parameters import check_settings
-from workbench.session.script import scenario_path
+from workbench.session.script import scenario_feedforward, scenario_path
 from workbench.systems.bridge import Bridge
 
 
@@ -79,6 +79,7 @@ def build_flight(
         variation,
         bridge,
         picture_period,
+        scenario_feedforward(scenario),
     )
     _check_script(scenario.script, vehicle, payload_of(values), parameter_table(controller))
     return BuiltFlight(vehicle, controller, world, values, bench)

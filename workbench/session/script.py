@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.scenario.scenario import Action, Scenario
-from workbench.systems.reference import figure_eight
+from workbench.systems.reference import figure_eight, path_acceleration
 
 
 class Script:
@@ -52,6 +52,13 @@ def scenario_path(scenario: Scenario) -> PiecewisePolynomial | None:
     if eight is None:
         return None
     return figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)
+
+
+def scenario_feedforward(scenario: Scenario) -> PiecewisePolynomial | None:
+    """Return the acceleration along a scenario's path, None where the law is not to hear of it."""
+    path = scenario_path(scenario)
+    fed = scenario.figure_eight is not None and scenario.figure_eight.feedforward
+    return path_acceleration(path) if path is not None and fed else None
 
 
 def repeated(

@@ -7,7 +7,7 @@ Both are `guidance.Reference` vectors, and are added.
 import math
 
 import numpy as np
-from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
@@ -29,16 +29,12 @@ def add_reference(
     return both.get_output_port()
 
 
-def add_feedforward(builder: DiagramBuilder, path: PiecewisePolynomial, port: InputPort) -> None:
-    """Connect the acceleration along a path in W (3) [m/s²]."""
+def path_acceleration(path: PiecewisePolynomial) -> PiecewisePolynomial:
+    """Return the acceleration along a path in W (3) [m/s²]."""
     times = np.array(path.get_segment_times())
     velocity = path.vector_values(times)[:3]
     # the slopes of straight pieces would be steps, half a piece late
-    slope = np.gradient(velocity, times, axis=1)
-    source = builder.AddNamedSystem(
-        "feedforward", TrajectorySource(PiecewisePolynomial.FirstOrderHold(times, slope))
-    )
-    builder.Connect(source.get_output_port(), port)
+    return PiecewisePolynomial.FirstOrderHold(times, np.gradient(velocity, times, axis=1))
 
 
 def figure_eight(
