@@ -22,6 +22,8 @@ LINES = {
     "rep": ["replay", "reproduce"],
     "fly take": ["take-off-and-land"],
     "fly --world r": ["room"],
+    "fly --controller p": ["pd", "pid"],
+    "controllers g": ["geometric"],
     "hover --model ": ["dh_drone"],
     "hover --model my_dr": [],
     "step --axis y": ["y", "yaw"],

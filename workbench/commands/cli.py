@@ -144,6 +144,7 @@ def _terminate(number: int, frame: FrameType | None) -> NoReturn:
 def _parser() -> argparse.ArgumentParser:
     from workbench.commands import (
         completion,
+        controllers,
         export,
         fly,
         frames,
@@ -206,6 +207,7 @@ def _parser() -> argparse.ArgumentParser:
         export,
         params,
         gains,
+        controllers,
         graph,
         gui,
         completion,

@@ -145,6 +145,12 @@ def _models() -> list[str]:
     return list_models()
 
 
+def _controllers() -> list[str]:
+    from workbench.control.controller import SHIPPED
+
+    return list(SHIPPED)
+
+
 def _sides() -> list[str]:
     return [*_models(), "rule", "default"]
 
@@ -194,6 +200,8 @@ def _sensors() -> list[str]:
 _NAMES: dict[str, Callable[[], list[str]]] = {
     "a": _sides,
     "b": _sides,
+    "controller": _controllers,
+    "controllers": _controllers,
     "model": _models,
     "ranges": _ranges,
     "scenario": _scenarios,

@@ -1,0 +1,71 @@
+"""`workbench controllers`."""
+
+import pytest
+
+from workbench.control.controller import COMMON, SHIPPED, load_controller
+
+LAW = '''"""Speed alone: nothing turns."""
+
+from workbench.controllers import gain, State
+
+PARAMETERS = [gain("k", "1/s", (0.0, 9.0), 3.0, "acceleration per error")]
+MEMORY = [State("before", "m/s", 0.5)]
+
+
+def update(measured, setpoint, g, vehicle, memory, dt, loops):
+    """Return a wrench and the memory."""
+    return (vehicle.mass * 9.81, 0.0, 0.0, 0.0), (memory.before,)
+'''
+
+
+def test_all_shipped_ones_are_listed_with_what_they_are(run):
+    said = run("controllers")
+    assert said.code == 0, said.err
+    head, *rows = said.out.splitlines()
+    assert head.split()[:4] == ["name", "parameters", "memory", "loops"]
+    assert [row.split()[0] for row in rows] == list(SHIPPED)
+    assert "PD cascade" in rows[0]
+    stated = run("controllers", "--json").json["controllers"]
+    for name, found in zip(SHIPPED, stated, strict=True):
+        law = load_controller(name)
+        assert found["name"] == name
+        assert [row["name"] for row in found["parameters"]] == [p.name for p in law.parameters]
+        assert found["points"] == law.points
+        assert found["loops"][0]["actuator"] == law.loops[0].point("actuator")
+        assert found["sha256"] == law.digest
+
+
+def test_a_file_of_ones_own_is_shown(run, write):
+    path = write("my_law.py", LAW)
+    said = run("controllers", path)
+    assert said.code == 0, said.err
+    assert said.out.startswith("my_law: Speed alone: nothing turns.\n")
+    rows = {line.split()[0]: line.split() for line in said.out.splitlines() if line.strip()}
+    assert rows["k"][:5] == ["k", "1/s", "0", "9", "3"]
+    assert rows["before"] == ["before", "m/s", "0.5"]
+    assert "no loops" in said.out
+    assert "no loop points" in said.out
+    assert "no rule" in said.out
+    found = run("controllers", path, "--json").json
+    assert found["what"] == "Speed alone: nothing turns."
+    assert len(found["parameters"]) == 1 + len(COMMON)
+    assert found["memory"] == [{"name": "before", "unit": "m/s", "initial": 0.5}]
+
+
+def test_a_file_that_does_not_load_is_a_sentence(refused, write, case):
+    for text, word in (
+        ("PARAMETERS = [", ":1: "),
+        ("import math\n", "has no update"),
+        (LAW.replace("(0.0, 9.0)", "(5.0, 9.0)"), "the default of k"),
+        (LAW + "\n1 / 0\n", "ZeroDivisionError"),
+    ):
+        with case(word):
+            assert word in refused("controllers", write("my_law.py", text))
+    assert "did you mean 'pid'" in refused("controllers", "pidd")
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_table_of_a_shipped_one_prints(run, name):
+    said = run("controllers", name)
+    assert said.code == 0, said.err
+    assert "velocity_z" in said.out

@@ -1,0 +1,140 @@
+"""`workbench controllers`: the shipped control laws, and all that one of them states."""
+
+import argparse
+import ast
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import add_command, add_json_option
+from workbench.commands.printing import print_json, print_table
+
+if TYPE_CHECKING:
+    from workbench.control.controller import Controller
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "controllers",
+        "List the shipped control laws; or show one, or a file of your own: its parameters, "
+        "memory, loops and loop points.",
+        "workbench controllers pid\n  workbench controllers my_law.py",
+        run,
+    )
+    parser.add_argument(
+        "controller", nargs="?", metavar="NAME|FILE", help="to show (default: list all)"
+    )
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the list, or one controller."""
+    from workbench.control.controller import SHIPPED, load_controller
+
+    if args.controller:
+        law = load_controller(args.controller)
+        if args.json:
+            print_json(_stated(law))
+        else:
+            _show(law)
+        return ExitCode.DONE
+    laws = [load_controller(name) for name in SHIPPED]
+    if args.json:
+        print_json({"controllers": [_stated(law) for law in laws]})
+        return ExitCode.DONE
+    rows = [("name", "parameters", "memory", "loops", "what it is")]
+    rows += [
+        (law.name, str(_own(law)), str(len(law.memory)), str(len(law.loops)), _sentence(law))
+        for law in laws
+    ]
+    print_table(rows, left=(0, 4))
+    return ExitCode.DONE
+
+
+def _own(law: "Controller") -> int:
+    """Return how many parameters are its own."""
+    from workbench.control.controller import COMMON
+
+    return len(law.parameters) - len(COMMON)
+
+
+def _sentence(law: "Controller") -> str:
+    """Return the first line of its docstring."""
+    text = ast.get_docstring(ast.parse(law.text)) or ""
+    return text.partition("\n")[0]
+
+
+def _stated(law: "Controller") -> dict[str, Any]:
+    """Return what it states as JSON has it."""
+    return {
+        "name": law.name,
+        "file": law.file,
+        "sha256": law.digest,
+        "what": _sentence(law),
+        "parameters": [
+            {
+                "name": row.name,
+                "unit": row.unit,
+                "min": row.minimum,
+                "max": row.maximum,
+                "default": row.default,
+                "group": row.group,
+                "help": row.help,
+            }
+            for row in law.parameters
+        ],
+        "designed": law.designed,
+        "memory": law.memory,
+        "loops": [
+            {**dataclasses.asdict(loop), "actuator": loop.point("actuator")} for loop in law.loops
+        ],
+        "points": dict(law.points),
+        "has_rule": law.rule is not None,
+    }
+
+
+def _show(law: "Controller") -> None:
+    """Print all that it states."""
+    print(f"{law.name}: {_sentence(law) or '(no docstring)'}\n{law.file}\n")
+    rows = [("parameter", "unit", "min", "max", "default", "help")]
+    rows += [
+        (row.name, row.unit, f"{row.minimum:g}", f"{row.maximum:g}", f"{row.default:g}", row.help)
+        for row in law.parameters
+    ]
+    print_table(rows, left=(0, 1, 5))
+    if law.rule is None:
+        print("no rule: these defaults fly every vehicle that has no gain file")
+    if law.designed:
+        print(f"designed from them: {', '.join(law.designed)}")
+    _table(
+        "memory",
+        ("state", "unit", "initial"),
+        [(state.name, state.unit, f"{state.initial:g}") for state in law.memory],
+    )
+    _table(
+        "loops",
+        ("loop", "error", "actuator", "closed", "step", "gains"),
+        [
+            (
+                loop.name,
+                loop.error,
+                loop.point("actuator"),
+                "while a place is held" if loop.hold else "always",
+                loop.axis or "-",
+                ", ".join(loop.gains) or "-",
+            )
+            for loop in law.loops
+        ],
+    )
+    _table("loop points", ("point", "unit"), list(law.points.items()))
+
+
+def _table(what: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
+    """Print a table below an empty line, or that there is nothing to print."""
+    print()
+    if not rows:
+        print(f"no {what}")
+        return
+    print_table([head, *rows], left=range(len(head)))
