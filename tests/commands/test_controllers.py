@@ -1,5 +1,9 @@
 """`workbench controllers`."""
 
+import importlib
+import subprocess
+import sys
+
 import pytest
 
 from workbench.control.controller import COMMON, SHIPPED, load_controller
@@ -69,3 +73,22 @@ def test_every_table_of_a_shipped_one_prints(run, name):
     said = run("controllers", name)
     assert said.code == 0, said.err
     assert "velocity_z" in said.out
+
+
+def test_kept_machine_code_of_a_file_finds_its_module_by_name(write):
+    """numba imports the module of what it loads; two texts of one name are two modules."""
+    laws = [load_controller(write("my_law.py", LAW + end)) for end in ("", "# edited\n")]
+    names = {law.update.__module__ for law in laws}
+    assert len(names) == 2
+    for law in laws:
+        assert importlib.import_module(law.update.__module__).update is law.update
+
+
+@pytest.mark.slow
+def test_a_file_flies_in_a_second_process_by_the_machine_code_of_the_first(write, tmp_path):
+    path = write("my_law.py", LAW)
+    command = ("fly", "hover", "--duration", "0.5", "--no-plots", "--controller", path)
+    for _ in range(2):
+        words = [sys.executable, "-m", "workbench", *command, "--output", tmp_path / "out"]
+        done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr

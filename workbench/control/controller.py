@@ -312,6 +312,8 @@ def _from_text(name: str, file: Path, text: str) -> Controller:
     digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
     module = types.ModuleType(f"workbench_controller_{name}_{digest}")
     module.__file__ = str(file)
+    # machine code that is kept on disk finds its functions' module by this name
+    sys.modules[module.__name__] = module
     with law_errors(file, ""):
         code = compile(text, str(file), "exec")
         with _at_most_lines(file):
