@@ -68,3 +68,11 @@ def test_a_bad_gain_file_is_named_with_its_line(case, refused, write):
 def test_a_missing_gain_file_and_an_unknown_model_are_named(refused, tmp_path):
     assert "gone.yaml: no such file" in refused("params", "--gains", tmp_path / "gone.yaml")
     assert "dh_drone" in refused("params", "--model", "dh_dron")
+
+
+def test_the_rows_are_those_of_the_controller_that_is_named(run):
+    said = run("params", "--controller", "pid", "--set", "kp_tilt=7.5", "--json")
+    assert said.code == 0, said.err
+    values = {row["name"]: row["value"] for row in said.json["parameters"]}
+    assert values["kp_tilt"] == 7.5
+    assert "kp_roll" not in values

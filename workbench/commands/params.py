@@ -30,18 +30,21 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the table."""
+    from workbench.control.controller import load_controller
     from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured
+    from workbench.scenario.parameters import parameter_table
     from workbench.scenario.scenario import Scenario
     from workbench.scenario.vehicle_parameters import vehicle_parameters
 
-    config = with_vehicle(Scenario(), args).vehicle
+    scenario = with_vehicle(Scenario(), args)
+    config, law = scenario.vehicle, load_controller(scenario.controller)
     vehicle = make_vehicle(read_configured(config))
-    values = flight_gains(vehicle, config.gains, dict(args.set))
+    values = flight_gains(vehicle, config.gains, dict(args.set), law)
     rows = [
         (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)
-        for row in vehicle_parameters(vehicle)
+        for row in vehicle_parameters(vehicle, parameter_table(law))
     ]
     if args.json:
         print_json({"parameters": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
