@@ -24,6 +24,7 @@ LINES = {
     "fly --world r": ["room"],
     "fly --controller p": ["pd", "pid"],
     "controllers g": ["geometric"],
+    "compare pd pi": ["pid"],
     "hover --model ": ["dh_drone"],
     "hover --model my_dr": [],
     "step --axis y": ["y", "yaw"],

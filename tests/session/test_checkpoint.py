@@ -6,7 +6,6 @@ import pickle
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import controllers_dir
 from workbench.control.mode import FlightMode
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import (
@@ -200,42 +199,3 @@ def test_an_instant_of_another_flight_is_refused(other):
         session.begin_from(Session().checkpoint())
     session.tick(0.1)
     assert session.time == 0.1 - 0.1 % STEP
-
-
-def test_an_edited_controller_takes_over_what_has_the_same_name(tmp_path):
-    """A state that is new begins as its file says; gains, states and the motion stay."""
-    flight = Session(Scenario(controller="pid"))
-    flight.set("ki_velocity_xy", 2.5)
-    flight.set("wind_x", 3.0)
-    before = flight.checkpoint()
-    (path,) = (path for path in before.systems if path.endswith("::controller"))
-    memory = tuple(float(number) for number in range(1, 1 + len(before.memory)))
-    old = before.systems[path]
-    state = dataclasses.replace(old, state=(*old.state[:-1], memory))
-    before = dataclasses.replace(before, systems={**before.systems, path: state})
-    file = tmp_path / "pid.py"
-    text = (controllers_dir() / "pid.py").read_text()
-    file.write_text(
-        text.replace("MEMORY = tuple(\n", 'MEMORY = (State("new", "1", 0.5),) + tuple(\n')
-        .replace('"ki_velocity_z", "1/s^2", (0.0, 30.0), 3.0', '"ki_up", "1/s^2", (0.0, 30.0), 3.0')
-        .replace('"ki_velocity_z": climb', '"ki_up": climb')
-        .replace("g.ki_velocity_z", "g.ki_up")
-        .replace("(i_vx, i_vy", "(m.new, i_vx, i_vy")
-    )
-    edited = Session(Scenario(controller=str(file)))
-    edited.begin_from(before)
-    after = edited.checkpoint()
-    assert after.systems[path].state == (*old.state[:-1], (0.5, *memory))
-    assert (edited.get("ki_velocity_xy"), edited.get("wind_x")) == (2.5, 3.0)
-    assert edited.get("ki_up") == flight.get("ki_velocity_z")  # by the rule, as that was
-    assert edited.state().tolist() == flight.state().tolist()
-
-
-def test_another_controller_takes_over_with_its_own_gains_and_the_same_limits():
-    flight = Session(Scenario())
-    flight.set("kp_position_xy", 2.0)
-    flight.set("max_tilt", 0.4)
-    other = Session(Scenario(controller="pid"))
-    own = other.get("kp_position_xy")
-    other.begin_from(flight.checkpoint())
-    assert (other.get("kp_position_xy"), other.get("max_tilt")) == (own, 0.4)

@@ -143,6 +143,7 @@ def _terminate(number: int, frame: FrameType | None) -> NoReturn:
 
 def _parser() -> argparse.ArgumentParser:
     from workbench.commands import (
+        compare,
         completion,
         controllers,
         export,
@@ -193,6 +194,7 @@ def _parser() -> argparse.ArgumentParser:
         step,
         linearize,
         judge,
+        compare,
         pin,
         regress,
         sweep,

@@ -1,0 +1,90 @@
+"""`workbench compare`."""
+
+import pytest
+
+from workbench.design.compare import PARTS, ROWS
+from workbench.design.judge.margins import all_margins
+from workbench.design.linear.study import LinearStudy
+
+LIFTS = """
+from workbench.controllers import GRAVITY
+
+PARAMETERS = []
+
+
+def update(measured, setpoint, g, vehicle, memory, dt, loops):
+    return (vehicle.mass * GRAVITY, 0.0, 0.0, 0.0), ()
+"""
+PNG = b"\x89PNG"
+
+
+def test_margins_of_two_are_a_table_and_a_page(run, out):
+    page = out / "compare.html"
+    said = run("compare", "pd", "pid", "--parts", "margins", "--output", out, "--html", page)
+    assert said.code == 0, said.err
+    lines = said.out.splitlines()
+    assert lines[0] == "dh_drone, each controller with its gains for it"
+    assert lines[2].split() == ["unit", "pd", "pid"]
+    rows = {line.split()[0]: line.split() for line in lines[3:6]}
+    assert list(rows) == [row.name for row in ROWS if row.part == "margins"]
+    least = min(m.disk_margin for m in all_margins(LinearStudy().sampled(), ["roll_acceleration"]))
+    assert float(rows["own_disk_margin"][1]) == pytest.approx(least, abs=0.005)
+    assert "pd, own_disk_margin: " in said.out
+    assert (out / "compare.png").read_bytes()[:4] == PNG
+    text = page.read_text()
+    assert "<svg" in text
+    assert "own_disk_margin" in text
+
+
+def test_what_a_law_has_not_is_a_dash_and_a_reason(run, out):
+    said = run("compare", "pd", "--parts", "path", "--no-plots", "--output", out, "--json")
+    assert said.code == 0, said.err
+    (found,) = said.json["controllers"]
+    assert found["numbers"]["path"] is None
+    assert "makes nothing of the path's acceleration" in found["remarks"]["path"]
+    assert 0.05 < found["numbers"]["path_without"] < 2.0
+    assert said.json["vehicle"] == "dh_drone"
+    assert said.json["files"] == []
+
+
+def test_a_law_that_states_no_loops_has_none_of_its_own(run, out, write):
+    law = write("lifts.py", LIFTS)
+    said = run("compare", law, "--parts", "margins", "--no-plots", "--output", out)
+    assert said.code == 0, said.err
+    (row,) = [line for line in said.out.splitlines() if line.startswith("own_disk_margin")]
+    assert row.split()[1] == "-"
+    assert "lifts, own_disk_margin: lifts states no LOOPS" in said.out
+
+
+def test_bad_input_is_a_sentence_and_leaves_nothing(refused, case, out, write):
+    for options, word in (
+        (["pdd"], "did you mean 'pd'"),
+        (["pd", "pd"], "two controllers are called pd"),
+        (["pd", "--parts", "stepps"], "did you mean 'steps'"),
+        (["pd", "--model", "dh_dron"], "dh_dron"),
+        (["pd", "--scenario", "nowhere"], "nowhere"),
+        ([write("my_law.py", "PARAMETERS = []\n")], "has no update"),
+        ([], "NAME|FILE"),
+    ):
+        with case(options, word):
+            assert word in refused("compare", "--output", out, *options)
+            assert not out.parent.exists()
+
+
+@pytest.mark.slow
+def test_all_shipped_ones_have_all_numbers_or_say_why(run, out):
+    names = ["pd", "pid", "lqi", "geometric", "indi"]
+    said = run("compare", *names, "--output", out, "--json")
+    assert said.code == 0, said.err
+    found = {each["name"]: each for each in said.json["controllers"]}
+    assert list(found) == names
+    assert {row["part"] for row in said.json["rows"]} == set(PARTS)
+    for name, each in found.items():
+        for row in ROWS:
+            value = each["numbers"][row.name]
+            assert value is not None or each["remarks"][row.name], (name, row.name)
+    numbers = {name: each["numbers"] for name, each in found.items()}
+    assert numbers["geometric"]["path"] < 0.05 < numbers["geometric"]["path_without"]
+    assert numbers["pid"]["wind_error"] < 1e-3 < numbers["pd"]["wind_error"]
+    assert numbers["pd"]["lost"] == 0.0
+    assert (out / "compare.png").read_bytes()[:4] == PNG

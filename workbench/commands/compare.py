@@ -1,0 +1,198 @@
+"""`workbench compare`: controllers beside each other, in the same flights."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    MODEL_HELP,
+    add_command,
+    add_description_options,
+    add_json_option,
+    add_output_options,
+    add_rotors_option,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.progress import progress_bar
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from workbench.design.compare import Comparison
+    from workbench.scenario.scenario import Scenario
+
+_STYLE = """
+body { font: 15px/1.45 system-ui, sans-serif; color: #222; margin: 2em; }
+table { border-collapse: collapse; } svg { max-width: 100%; height: auto; }
+th, td { text-align: right; padding: .18em .9em; border-bottom: 1px solid #e4e4e4; }
+th:first-child, td:first-child, td:last-child { text-align: left; } td:last-child { color: #666; }
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "compare",
+        "Compare controllers: steps, a path, a push, a start upside down, wind, vehicles that "
+        "differ, margins and noise, each controller with the gains that it has for the vehicle.",
+        "workbench compare pd pid lqi geometric indi\n"
+        "  workbench compare pd my_law.py --parts steps,margins --html compare.html",
+        run,
+    )
+    parser.add_argument(
+        "controllers",
+        nargs="+",
+        metavar="NAME|FILE",
+        help="shipped control law (`workbench controllers` lists them), or a .py file of your own",
+    )
+    parser.add_argument(
+        "--scenario",
+        metavar="FILE",
+        help="shipped scenario, or a .yaml file, whose vehicle, world, rates and figure of eight "
+        "are used",
+    )
+    parser.add_argument(
+        "--parts",
+        default="",
+        metavar="A[,B]",
+        help="of steps, path, push, upside_down, wind, vehicles, margins (default: all)",
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE", help="table and picture as one page")
+    add_output_options(parser)
+    group = parser.add_argument_group("vehicle")
+    group.add_argument("--model", metavar="NAME|PATH", help=f"{MODEL_HELP} (default: dh_drone)")
+    add_description_options(group)
+    add_rotors_option(group)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare, print the table, write the picture."""
+    from workbench.design.compare import chosen_controllers, chosen_parts, compare
+
+    parts = chosen_parts([name.strip() for name in args.parts.split(",") if name.strip()])
+    chosen_controllers(args.controllers)
+    scenario = _scenario(args)
+    with Outputs() as outputs:
+        picture = None if args.no_plots else outputs.add(args.output / "compare.png")
+        page = outputs.add(args.html) if args.html else None
+        with progress_bar("comparing controllers") as progress:
+            found = compare(args.controllers, scenario, parts=parts, progress=progress)
+        if picture or page:
+            from workbench.design.plots import write_png
+            from workbench.design.plots_compare import plot_comparison
+
+            figure = plot_comparison(found)
+            if picture:
+                write_png(figure, picture)
+            if page:
+                page.write_text(_page(found, figure), encoding="utf-8")
+    if args.json:
+        print_json(_result(found) | {"files": outputs.files})
+    else:
+        _print(found)
+    if outputs.files:
+        say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _scenario(args: argparse.Namespace) -> "Scenario":
+    """Return the scenario whose vehicle is flown; what is wrong is refused before Drake loads."""
+    from workbench.common.resources import find_file, find_model, find_scenario
+    from workbench.scenario.scenario import Scenario, VehicleConfig, load_scenario
+
+    scenario = Scenario()
+    if args.scenario:
+        scenario = load_scenario(find_scenario(args.scenario), args.controllers[0])
+    if args.model:
+        scenario.vehicle = VehicleConfig(model=args.model)
+    scenario.vehicle.args |= dict(args.arg)
+    scenario.vehicle.packages |= dict(args.package)
+    scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
+    find_model(scenario.vehicle.model)
+    if scenario.vehicle.rotors:
+        find_file(scenario.vehicle.rotors)
+    return scenario
+
+
+def _result(found: "Comparison") -> dict[str, Any]:
+    """Return a comparison as JSON has it."""
+    return {
+        "vehicle": found.vehicle,
+        "rows": found.rows,
+        "controllers": [
+            {"name": each.name, "numbers": each.numbers, "remarks": each.remarks}
+            for each in found.controllers
+        ],
+    }
+
+
+def _texts(found: "Comparison") -> list[list[str]]:
+    """Return the table: a row each number, a column each controller."""
+    rows = [["", "unit", *(each.name for each in found.controllers), ""]]
+    for row in found.rows:
+        values = [each.numbers.get(row.name, math.nan) for each in found.controllers]
+        unit = "" if row.unit == "1" else row.unit
+        rows.append([row.name, unit, *map(_text, values), row.help])
+    return rows
+
+
+def _text(value: float) -> str:
+    """Return a number, a dash where there is none; below a millionth it is rounding."""
+    if not math.isfinite(value):
+        return "-"
+    return f"{value:.3g}" if abs(value) >= 1e-6 else "0"
+
+
+def _remarks(found: "Comparison") -> list[str]:
+    """Return what belongs to single numbers, one sentence for all that it belongs to."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for row in found.rows:
+        for each in found.controllers:
+            if row.name in each.remarks:
+                names.setdefault((each.name, each.remarks[row.name]), []).append(row.name)
+    return [f"{law}, {', '.join(rows)}: {remark}" for (law, remark), rows in names.items()]
+
+
+def _print(found: "Comparison") -> None:
+    """Print the table, and what belongs to single numbers."""
+    print(f"{found.vehicle}, each controller with its gains for it\n")
+    texts = _texts(found)
+    print_table(texts, left=(0, 1, len(texts[0]) - 1))
+    if remarks := _remarks(found):
+        print()
+        print("\n".join(remarks))
+
+
+def _page(found: "Comparison", figure: "Figure") -> str:
+    """Return the page."""
+    from html import escape
+
+    from workbench.design.regress.plots import inline_svg
+
+    def line(cells: list[str], tag: str) -> str:
+        return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+
+    head, *rows = _texts(found)
+    title = escape(f"{found.vehicle}: {', '.join(each.name for each in found.controllers)}")
+    remarks = "".join(f"<li>{escape(remark)}</li>\n" for remark in _remarks(found))
+    body = "\n".join([line(head, "th"), *(line(row, "td") for row in rows)])
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><title>{title}</title>
+<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>
+<body>
+<h1>{title}</h1>
+{inline_svg(figure)}
+<table>
+{body}
+</table>
+<ul>
+{remarks}</ul>
+</body>
+</html>
+"""

@@ -1,0 +1,429 @@
+"""Controllers beside each other: the same flights, vehicles and margins, one column each."""
+
+import copy
+import dataclasses
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.resources import find_file
+from workbench.control.controller import Controller, load_controller
+from workbench.design.judge.loop_judgement import judge_loops
+from workbench.design.judge.multiloop import multiloop_margin
+from workbench.design.judge.step_pair import STEPS
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.design.lost import find_loss
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.step_response import START_HEIGHT, fly_step
+from workbench.design.tune.flight_numbers import flight_numbers
+from workbench.design.tune.measure import noise_amplification
+from workbench.gains.profiles import owner_of
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.variation import Variation
+from workbench.scenario.axes import find_axis
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Action, FigureEight, Push, Scenario, Start
+from workbench.session.recording import Recording
+from workbench.session.session import Session
+
+STEP_DURATION = 5.0
+"""Flown after a step's edge [s]."""
+EIGHT = FigureEight([0.0, 0.0, START_HEIGHT], 8.0, 4.0, 8.885, 2)
+"""Of 4 m/s where it is fastest."""
+PUSH_AT, PUSH_TIME, PUSH_SHARE = 1.0, 0.2, 0.5
+"""A push to the north by half the weight: when and how long [s]."""
+BACK = 0.05
+"""A pushed drone is back within this distance [m]."""
+OVER = math.radians(179.0)
+"""Roll of a start upside down: at 180 deg no way is shorter, and rounding would choose one."""
+OVER_HEIGHT = 50.0
+"""Where that begins [m]."""
+UPRIGHT, AT_REST = math.radians(10.0), 1.0
+"""It has recovered where tilt [rad] and climb rate [m/s] stay below."""
+WIND_AT, WIND, WIND_TIME = 1.0, 8.0, 30.0
+"""A steady wind to the east: when [s], how fast [m/s], how long [s]."""
+AFTER = 10.0
+"""Flown after a push, and from upside down [s]."""
+VEHICLES = tuple(
+    Variation(mass=mass, inertia=inertia, rotor_lag=lag)
+    for mass, inertia, lag in itertools.product((0.8, 1.2), (0.7, 1.3), (1.0, 1.5))
+)
+"""Vehicles of which the law does not know."""
+HOLD = OperatingPoint(hold=True)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A number that controllers are compared by.
+
+    Attributes:
+        name: of it.
+        unit: SI, or %.
+        part: of the comparison that measures it, one of `PARTS`.
+        help: what it is.
+    """
+
+    name: str
+    unit: str
+    part: str
+    help: str
+
+
+ROWS = (
+    *(
+        Row(
+            f"{name}_{axis}",
+            unit,
+            "steps",
+            f"step of {size:g} {find_axis(axis).unit} along {axis}: {what}",
+        )
+        for axis, size in STEPS
+        for name, unit, what in (
+            ("rise_time", "s", "10 % to 90 %"),
+            ("settling_time", "s", "until within 2 % for good"),
+            ("overshoot", "%", "above the steady state"),
+            ("steady_state_error", "%", "of the command"),
+        )
+    ),
+    Row("peak_rotor_use", "1", "steps", "largest share of a rotor's speed limit in these steps"),
+    Row("path", "m", "path", "farthest from the place asked for along the figure of eight"),
+    Row("path_without", "m", "path", "the same without the path's acceleration fed forward"),
+    Row("push_distance", "m", "push", "farthest after a push of half the weight for 0.2 s"),
+    Row("push_recovery", "s", "push", "from its begin until back within 5 cm for good"),
+    Row("over_recovery", "s", "upside_down", "from upside down until upright for good"),
+    Row("over_height", "m", "upside_down", "height lost by then"),
+    Row("wind_error", "m", "wind", "from the place held after 30 s of wind of 8 m/s"),
+    Row("worst_overshoot", "%", "vehicles", "mass ± 20 %, inertia ± 30 %, rotors 1.5 as slow"),
+    Row("lost", "1", "vehicles", "of 8 such vehicles, those that a step loses"),
+    Row("own_disk_margin", "1", "margins", "least of its own loops, one at a time"),
+    Row("input_disk_margin", "1", "margins", "at the plant's input, all at once"),
+    Row("noise_amplification", "N·s/rad", "margins", "rms of thrust over noise of body rates"),
+)
+PARTS = tuple(dict.fromkeys(row.part for row in ROWS))
+PANELS = ("x", "y", "z", "yaw", "path", "push", "upside_down", "wind")
+"""Of the picture, each with a curve of every controller."""
+Curve = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass
+class Compared:
+    """What one controller does.
+
+    Attributes:
+        name: of the controller.
+        numbers: by the name of their row; NaN where there is none.
+        remarks: by the name of a row: why it has none, or what belongs to it.
+        curves: by panel, see `PANELS`.
+    """
+
+    name: str
+    numbers: dict[str, float] = field(default_factory=dict)
+    remarks: dict[str, str] = field(default_factory=dict)
+    curves: dict[str, Curve] = field(default_factory=dict)
+
+    def note(self, name: str, value: float, remark: str = "") -> None:
+        """Note a number, and a remark where there is one."""
+        self.numbers[name] = value
+        if remark:
+            self.remarks[name] = remark
+
+    def none(self, names: Sequence[str], why: str) -> None:
+        """Note that there are no numbers, and why."""
+        for name in names:
+            self.note(name, math.nan, why)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Controllers beside each other.
+
+    Attributes:
+        vehicle: its name.
+        rows: that were measured.
+        controllers: a column each.
+    """
+
+    vehicle: str
+    rows: tuple[Row, ...]
+    controllers: tuple[Compared, ...]
+
+
+def chosen_controllers(names: Sequence[str]) -> tuple[Controller, ...]:
+    """Return the controllers that are named, each once.
+
+    Raises:
+        WorkbenchError: for one that does not load, or that stands there twice.
+    """
+    found = tuple(load_controller(name) for name in names)
+    for place, law in enumerate(found):
+        if law.name in [other.name for other in found[:place]]:
+            raise WorkbenchError(
+                f"two controllers are called {law.name}: name each once, and call files otherwise"
+            )
+    return found
+
+
+def chosen_parts(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the parts of a comparison that are named, all of them where none is.
+
+    Raises:
+        WorkbenchError: for an unknown one.
+    """
+    for name in names:
+        if name not in PARTS:
+            raise unknown_name("part of a comparison", name, PARTS)
+    return tuple(part for part in PARTS if part in names or not names)
+
+
+def compare(
+    controllers: Sequence[str],
+    scenario: Scenario | None = None,
+    *,
+    parts: Sequence[str] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Comparison:
+    """Fly and judge controllers on one vehicle, each with the gains that it has for that.
+
+    Args:
+        controllers: names of shipped ones, or files.
+        scenario: its vehicle, world and rates are used, and its figure of eight where it has one;
+            its gain file is used by the controller that it is for.
+        parts: of `PARTS`; all of them where none is named.
+        progress: called with the share done, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if a controller or the vehicle cannot be read.
+    """
+    laws, chosen = chosen_controllers(controllers), chosen_parts(parts)
+    scenario = scenario or Scenario()
+    count, done = len(laws) * len(chosen), 0
+
+    def say(share: float) -> None:
+        if progress:
+            progress((done + share) / count)
+
+    found, vehicle = [], ""
+    for name, law in zip(controllers, laws, strict=True):
+        bench = _Bench(_flown_by(scenario, name, law), law, say)
+        vehicle = bench.study.vehicle.name
+        for part in chosen:
+            names = [row.name for row in ROWS if row.part == part]
+            try:
+                _MEASURE[part](bench)
+            except WorkbenchError as error:
+                bench.found.none([n for n in names if n not in bench.found.numbers], str(error))
+            done += 1
+            say(0.0)
+        found.append(bench.found)
+    return Comparison(vehicle, tuple(row for row in ROWS if row.part in chosen), tuple(found))
+
+
+def _flown_by(scenario: Scenario, name: str, law: Controller) -> Scenario:
+    """Return a scenario with another controller, and with its gain file if that is for it."""
+    flight = copy.deepcopy(scenario)
+    flight.controller = name
+    gains = flight.vehicle.gains
+    if gains and owner_of(Path(find_file(gains))) != law.name:
+        flight.vehicle.gains = ""
+    return flight
+
+
+class _Bench:
+    """One controller's flights, and what is found."""
+
+    def __init__(self, scenario: Scenario, law: Controller, say: Callable[[float], None]) -> None:
+        self.scenario, self.law, self.say = scenario, law, say
+        self.study = LinearStudy(scenario)
+        self.found = Compared(law.name)
+
+    def fly(
+        self,
+        duration: float,
+        start: Start | None = None,
+        action: Action | None = None,
+        eight: FigureEight | None = None,
+    ) -> Recording:
+        """Return a flight that begins in hover, with one action of the pilot or the air."""
+        flight = copy.deepcopy(self.scenario)
+        flight.start = start or Start(position=[0.0, 0.0, START_HEIGHT])
+        flight.duration, flight.figure_eight = duration, eight
+        flight.script = [action] if action else []
+        session = Session(flight)
+        session.run(self.say)
+        return session.recording()
+
+
+def _steps(bench: _Bench) -> None:
+    use = 0.0
+    for axis, amplitude in STEPS:
+        names = [row.name for row in ROWS if row.part == "steps" and row.name.endswith(f"_{axis}")]
+        try:
+            step = fly_step(
+                axis,
+                amplitude,
+                duration=STEP_DURATION,
+                scenario=bench.scenario,
+                progress=bench.say,
+            )
+        except WorkbenchError as error:
+            bench.found.none(names, str(error))
+            continue
+        use = max(use, step.peak_rotor_use)
+        bench.found.curves[axis] = step.time, step.response / amplitude
+        if step.loss:
+            bench.found.none(names, step.loss.sentence)
+            continue
+        for name in names:
+            value = getattr(step.metrics, name.removesuffix(f"_{axis}"))
+            bench.found.note(name, value, step.metrics.withheld if math.isnan(value) else "")
+    bench.found.note("peak_rotor_use", use)
+
+
+def _path(bench: _Bench) -> None:
+    eight = bench.scenario.figure_eight or EIGHT
+    duration = (eight.laps + 0.5) * eight.period + 1.0
+    x, y, z = eight.center
+    start = Start(position=[x, y, z])
+    flown = []
+    for name, feedforward in (("path", True), ("path_without", False)):
+        path = dataclasses.replace(eight, feedforward=feedforward)
+        flight = bench.fly(duration, start, eight=path)
+        flown.append(flight)
+        if loss := find_loss(flight):
+            bench.found.none([name], loss.sentence)
+        else:
+            bench.found.note(name, float(_distance(flight, flight.reference[:, 4:7]).max()))
+    fed, plain = flown
+    if np.array_equal(fed.p_WB, plain.p_WB):
+        bench.found.none(["path"], f"{bench.law.name} makes nothing of the path's acceleration")
+    bench.found.curves["path"] = fed.p_WB[:, 0], fed.p_WB[:, 1]
+
+
+def _push(bench: _Bench) -> None:
+    vehicle = bench.study.vehicle
+    most = parameter_table(bench.law).find("push_y").maximum
+    force = min(PUSH_SHARE * vehicle.mass * GRAVITY, most)
+    push = Push([0.0, force, 0.0], list(vehicle.p_BoBcm_B), PUSH_TIME)
+    flight = bench.fly(PUSH_AT + AFTER, action=Action(at=PUSH_AT, push=push))
+    away = _distance(flight, flight.p_WB[0])
+    bench.found.curves["push"] = flight.time - PUSH_AT, away
+    if loss := find_loss(flight):
+        bench.found.none(["push_distance", "push_recovery"], loss.sentence)
+        return
+    bench.found.note("push_distance", float(away.max()))
+    back = _for_good(flight.time, away < BACK)
+    why = "" if math.isfinite(back) else f"not back within {BACK:g} m after {AFTER:g} s"
+    bench.found.note("push_recovery", back - PUSH_AT, why)
+
+
+def _upside_down(bench: _Bench) -> None:
+    start = Start(position=[0.0, 0.0, OVER_HEIGHT], roll_pitch_yaw=[OVER, 0.0, 0.0])
+    flight = bench.fly(AFTER, start)
+    height = flight.p_WB[:, 2]
+    bench.found.curves["upside_down"] = flight.time, height - OVER_HEIGHT
+    upright = flight.z_axis_W[:, 2] > math.cos(UPRIGHT)
+    upright &= np.abs(flight.v_WB[:, 2]) < AT_REST
+    down = height < flight.vehicle.ground_clearance
+    recovered = _for_good(flight.time, upright)
+    if down.any():
+        fallen = f"falls to the ground in {flight.time[down.argmax()]:.2g} s"
+        bench.found.none(["over_recovery", "over_height"], fallen)
+    elif math.isfinite(recovered):
+        bench.found.note("over_recovery", recovered)
+        bench.found.note("over_height", OVER_HEIGHT - float(height.min()))
+    else:
+        bench.found.none(["over_recovery", "over_height"], f"not upright within {AFTER:g} s")
+
+
+def _wind(bench: _Bench) -> None:
+    action = Action(at=WIND_AT, set={"wind_x": WIND})
+    flight = bench.fly(WIND_AT + WIND_TIME, action=action)
+    away = _distance(flight, flight.p_WB[0])
+    bench.found.curves["wind"] = flight.time - WIND_AT, away
+    if loss := find_loss(flight):
+        bench.found.none(["wind_error"], loss.sentence)
+    else:
+        bench.found.note("wind_error", float(away[flight.time > flight.time[-1] - 1.0].mean()))
+
+
+def _vehicles(bench: _Bench) -> None:
+    study = bench.study
+    engine = RolloutEngine(
+        study.vehicle, bench.scenario.rates, own=study.gains, controller=bench.law
+    )
+    worst, lost, odd = 0.0, np.zeros(len(VEHICLES), dtype=bool), ""
+    for index, (axis, amplitude) in enumerate(STEPS):
+        flown = engine.fly(
+            [{}] * len(VEHICLES), axis, amplitude, duration=STEP_DURATION, variations=VEHICLES
+        )
+        gone = np.isfinite(flown.diverged_at)
+        overshoot = flight_numbers(flown.time, flown.response, amplitude, gone).overshoot
+        lost |= gone
+        worst = max(worst, float(overshoot[~gone].max(initial=0.0)))
+        if wrong := int(np.isinf(overshoot[~gone]).sum()):
+            odd = f"with {wrong} of the 8 vehicles the {axis} step goes the wrong way"
+        bench.say((index + 1) / len(STEPS))
+    bench.found.note("lost", float(lost.sum()))
+    if odd:
+        bench.found.none(["worst_overshoot"], odd)
+    else:
+        bench.found.note(
+            "worst_overshoot", worst, "of those that are not lost" if lost.any() else ""
+        )
+
+
+def _margins(bench: _Bench) -> None:
+    steering, holding = bench.study.sampled(), bench.study.sampled(HOLD)
+    loops = judge_loops(steering, holding)
+    if loops:
+        least, name = min(
+            (margin.disk_margin, f"{loop.loop}, at its {cut}")
+            for loop in loops
+            for cut, margin in (("actuator", loop.actuator), ("error", loop.error))
+        )
+        bench.found.note("own_disk_margin", least, name)
+    else:
+        bench.found.none(["own_disk_margin"], f"{bench.law.name} states no LOOPS")
+    bench.say(0.5)
+    both = [multiloop_margin(bench.study.plant_input(point)) for point in (OperatingPoint(), HOLD)]
+    least_of_all = min(both, key=lambda each: each.disk_margin)
+    alone = min(least_of_all.alone, key=lambda name: least_of_all.alone[name])
+    bench.found.note(
+        "input_disk_margin",
+        least_of_all.disk_margin,
+        f"at {least_of_all.frequency:.3g} rad/s; alone, {alone} has the least: "
+        f"{least_of_all.alone[alone]:.2f}",
+    )
+    noise = noise_amplification(steering)
+    why = "" if math.isfinite(noise) else "a mode grows"
+    bench.found.note("noise_amplification", noise if not why else math.nan, why)
+
+
+_MEASURE: Mapping[str, Callable[[_Bench], None]] = {
+    "steps": _steps,
+    "path": _path,
+    "push": _push,
+    "upside_down": _upside_down,
+    "wind": _wind,
+    "vehicles": _vehicles,
+    "margins": _margins,
+}
+
+
+def _distance(flight: Recording, place: np.ndarray) -> np.ndarray:
+    """Return the distance (N) of a flight from a place (3), or from one at every time (N, 3)."""
+    return np.asarray(np.linalg.norm(flight.p_WB - place, axis=1))
+
+
+def _for_good(time: np.ndarray, good: np.ndarray) -> float:
+    """Return from when on all is good [s], NaN if it is not at the end."""
+    bad = np.flatnonzero(~good)
+    if not len(bad):
+        return float(time[0])
+    return float(time[bad[-1] + 1]) if bad[-1] + 1 < len(time) else math.nan
