@@ -113,12 +113,14 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Sweep, prove the best, print it, write table and picture."""
     from workbench.commands.sweep_text import print_sweep, sweep_result
+    from workbench.control.controller import DEFAULT, load_controller
     from workbench.design.executor.local_processes import all_cores
     from workbench.design.sweep.best import prove_best
     from workbench.design.sweep.loops import default_axis
     from workbench.design.sweep.table_file import check_table_path, write_table
 
-    args.axis = args.axis or default_axis(text.partition("=")[0].strip() for text in args.ranges)
+    names = [text.partition("=")[0].strip() for text in args.ranges]
+    args.axis = args.axis or default_axis(names, load_controller(args.controller or DEFAULT))
     table_path = args.table or args.output / f"sweep-{args.axis}.csv"
     check_table_path(table_path)
     if args.scheduler and not args.full:
@@ -155,6 +157,7 @@ def _sweep(
     args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any
 ) -> "SweepTable":
     """Fly what the command line asks for."""
+    from workbench.control.controller import load_controller
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
     from workbench.design.reproduce import PAPER
     from workbench.design.sweep.compiled_flights import fly_compiled
@@ -166,6 +169,8 @@ def _sweep(
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
         raise WorkbenchError(f"{args.metric} is not measured: add --margins")
     paper = {figure.axis: figure.command for figure in PAPER}
+    scenario = with_vehicle(Scenario(), args)
+    law = load_controller(scenario.controller)
     return sweep(
         args.ranges,
         method=args.method,
@@ -174,9 +179,9 @@ def _sweep(
         axis=args.axis,
         amplitude=paper[args.axis] if args.amplitude is None else args.amplitude,
         duration=args.duration,
-        scenario=with_vehicle(Scenario(), args),
+        scenario=scenario,
         settings=dict(args.set),
-        loop=axis_loop(args.axis) if args.margins == _OWN_LOOP else args.margins,
+        loop=axis_loop(args.axis, law) if args.margins == _OWN_LOOP else args.margins,
         fly=partial(fly_full, executor=executor) if args.full else fly_compiled,
         progress=progress,
         stop=stopped,

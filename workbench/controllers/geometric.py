@@ -67,15 +67,29 @@ POINTS = {
 }
 POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
 
+_TILT = ("k_attitude_xy", "k_rate_xy")
+_HEADING = ("k_attitude_z", "k_rate_z")
 LOOPS = tuple(
     Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
     for name, error, actuator, axis, gains in (
         ("velocity_x", "velocity_x_error", "acceleration_x", "x", ("k_velocity_xy",)),
         ("velocity_y", "velocity_y_error", "acceleration_y", "y", ("k_velocity_xy",)),
         ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("k_velocity_z",)),
-        ("roll", "attitude_x_error", "angular_acceleration_x", "y", ("k_attitude_xy",)),
-        ("pitch", "attitude_y_error", "angular_acceleration_y", "x", ("k_attitude_xy",)),
-        ("heading", "attitude_z_error", "angular_acceleration_z", "yaw", ("k_attitude_z",)),
+        ("roll", "attitude_x_error", "angular_acceleration_x", "y", _TILT),
+        (
+            "pitch",
+            "attitude_y_error",
+            "angular_acceleration_y",
+            "x",
+            ("k_attitude_xy", "k_rate_xy"),
+        ),
+        (
+            "heading",
+            "attitude_z_error",
+            "angular_acceleration_z",
+            "yaw",
+            ("k_attitude_z", "k_rate_z"),
+        ),
         ("position_x", "position_x_error", "position_x_error", "x", ("k_position_xy",)),
         ("position_y", "position_y_error", "position_y_error", "y", ("k_position_xy",)),
         ("position_z", "position_z_error", "position_z_error", "z", ("k_position_z",)),

@@ -91,16 +91,30 @@ POINTS = {
 POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
 
 _LEVEL = ("q_level_integral", "q_level_velocity")
+_CLIMB = ("q_climb_integral", "q_climb_velocity")
+_YAW = ("q_yaw_integral", "q_yaw_rate")
 _TILT = ("q_tilt", "q_tilt_rate")
 LOOPS = tuple(
     Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
     for name, error, actuator, axis, gains in (
         ("velocity_x", "velocity_x_error", "acceleration_x", "x", _LEVEL),
         ("velocity_y", "velocity_y_error", "acceleration_y", "y", _LEVEL),
-        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("q_climb_velocity",)),
+        (
+            "velocity_z",
+            "velocity_z_error",
+            "acceleration_z",
+            "z",
+            ("q_climb_integral", "q_climb_velocity"),
+        ),
         ("roll", "attitude_x_error", "angular_acceleration_x", "y", _TILT),
         ("pitch", "attitude_y_error", "angular_acceleration_y", "x", _TILT),
-        ("yaw_rate", "attitude_z_error", "angular_acceleration_z", "yaw", ("q_yaw_rate",)),
+        (
+            "yaw_rate",
+            "attitude_z_error",
+            "angular_acceleration_z",
+            "yaw",
+            ("q_yaw_integral", "q_yaw_rate"),
+        ),
         ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
         ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
         ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),

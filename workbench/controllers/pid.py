@@ -87,17 +87,57 @@ POINTS = {
 }
 POSITION, VELOCITY, ACCELERATION, TILT, RATE, ANGULAR_ACCELERATION = range(0, 18, 3)
 
+_LEVEL = ("kp_velocity_xy", "ki_velocity_xy", "kd_velocity_xy")
+_CLIMB = ("kp_velocity_z", "ki_velocity_z", "kd_velocity_z")
+_RATE = ("kp_rate", "ki_rate", "kd_rate")
+_YAW = ("kp_yaw_rate", "ki_yaw_rate")
 LOOPS = tuple(
     Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
     for name, error, actuator, axis, gains in (
-        ("velocity_x", "velocity_x_error", "acceleration_x", "x", ("kp_velocity_xy",)),
-        ("velocity_y", "velocity_y_error", "acceleration_y", "y", ("kp_velocity_xy",)),
-        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("kp_velocity_z",)),
+        (
+            "velocity_x",
+            "velocity_x_error",
+            "acceleration_x",
+            "x",
+            ("kp_velocity_xy", "ki_velocity_xy", "kd_velocity_xy"),
+        ),
+        (
+            "velocity_y",
+            "velocity_y_error",
+            "acceleration_y",
+            "y",
+            ("kp_velocity_xy", "ki_velocity_xy", "kd_velocity_xy"),
+        ),
+        (
+            "velocity_z",
+            "velocity_z_error",
+            "acceleration_z",
+            "z",
+            ("kp_velocity_z", "ki_velocity_z", "kd_velocity_z"),
+        ),
         ("roll", "tilt_x_error", "tilt_x_error", "y", ("kp_tilt",)),
         ("pitch", "tilt_y_error", "tilt_y_error", "x", ("kp_tilt",)),
-        ("roll_rate", "rate_x_error", "angular_acceleration_x", "y", ("kp_rate",)),
-        ("pitch_rate", "rate_y_error", "angular_acceleration_y", "x", ("kp_rate",)),
-        ("yaw_rate", "rate_z_error", "angular_acceleration_z", "yaw", ("kp_yaw_rate",)),
+        (
+            "roll_rate",
+            "rate_x_error",
+            "angular_acceleration_x",
+            "y",
+            ("kp_rate", "ki_rate", "kd_rate"),
+        ),
+        (
+            "pitch_rate",
+            "rate_y_error",
+            "angular_acceleration_y",
+            "x",
+            ("kp_rate", "ki_rate", "kd_rate"),
+        ),
+        (
+            "yaw_rate",
+            "rate_z_error",
+            "angular_acceleration_z",
+            "yaw",
+            ("kp_yaw_rate", "ki_yaw_rate"),
+        ),
         ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
         ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
         ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),

@@ -89,7 +89,9 @@ def what_does_not_move(table: SweepTable, metric: str) -> str:
     if not names:
         return ""
     verb = "does" if len(names) == 1 else "do"
-    axes = dict.fromkeys(axis for axis in map(axis_of, names) if axis)
+    axes = dict.fromkeys(
+        axis for axis in (axis_of(each, table.case.controller) for each in names) if axis
+    )
     other = [axis for axis in axes if axis != table.case.axis]
     hint = f"; try --axis {' or '.join(other)}" if other else ""
     listed = " and ".join(names)

@@ -2,31 +2,32 @@
 
 from collections.abc import Iterable
 
-from workbench.common.errors import unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import Controller, load_controller
+from workbench.scenario.axes import AXES
 
-_AXIS_LOOPS = {"x": "velocity_x", "y": "velocity_y", "z": "velocity_z", "yaw": "yaw_rate"}
 
+def axis_loop(axis: str, controller: Controller | None = None) -> str:
+    """Return the name of an axis's outermost loop that steers.
 
-def axis_loop(axis: str) -> str:
-    """Return the name of an axis's loop, see `linear.loops`.
+    Args:
+        axis: x, y, z or yaw.
+        controller: whose loops; the default one where none is given.
 
     Raises:
-        WorkbenchError: if there is no such axis.
+        WorkbenchError: if there is no such axis, or the controller states no loop for it.
     """
-    if axis not in _AXIS_LOOPS:
-        raise unknown_name("axis", axis, _AXIS_LOOPS)
-    return _AXIS_LOOPS[axis]
+    if axis not in AXES:
+        raise unknown_name("axis", axis, AXES)
+    law = controller or load_controller()
+    for loop in law.loops:
+        if loop.axis == axis and not loop.hold:
+            return loop.name
+    raise WorkbenchError(
+        f"{law.name} states no loop that steers {axis}: give a loop in its file axis={axis!r}"
+    )
 
 
-_AXIS_OF = {
-    "pitch": "x",
-    "roll": "y",
-    "velocity_x": "x",
-    "velocity_y": "y",
-    "velocity_z": "z",
-    "yaw_rate": "yaw",
-}
-"""The axis that answers through a loop, by what its gains are named for."""
 _OTHERS = {
     "max_tilt": "x",
     "max_speed": "x",
@@ -39,11 +40,18 @@ _OTHERS = {
 DEFAULT_AXIS = "z"
 
 
-def axis_of(parameter: str) -> str:
-    """Return the axis whose step a parameter acts in, "" if it is of none or of all."""
-    return _OTHERS.get(parameter) or _AXIS_OF.get(parameter.partition("_")[2], "")
+def axis_of(parameter: str, controller: Controller | None = None) -> str:
+    """Return the axis whose step a parameter acts in, "" if it is of none or of all.
+
+    Of a gain it is that of the first loop which names it.
+    """
+    if parameter in _OTHERS:
+        return _OTHERS[parameter]
+    loops = (controller or load_controller()).loops
+    return next((each.axis for each in loops if parameter in each.gains and not each.hold), "")
 
 
-def default_axis(parameters: Iterable[str]) -> str:
+def default_axis(parameters: Iterable[str], controller: Controller | None = None) -> str:
     """Return the axis to step along: that of the first parameter that has one, else z."""
-    return next(filter(None, map(axis_of, parameters)), DEFAULT_AXIS)
+    axes = (axis_of(each, controller) for each in parameters)
+    return next(filter(None, axes), DEFAULT_AXIS)

@@ -1,12 +1,13 @@
 """What is swept: a parameter, a variation or the seed of chance, between two values."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import Controller
 from workbench.plant.variation import LEAST, MOST, Variation
 from workbench.scenario.parameters import find_parameter, parameter_table
 
@@ -21,8 +22,12 @@ SEED = "seed"
 LARGEST_SEED = 2**31 - 1
 _SYSTEMS = ("controller", "air", "payload", "rotors")
 """Whose rows act in a step flight."""
-SWEPT = (*(row.name for row in parameter_table() if row.system in _SYSTEMS), *VARIATIONS, SEED)
-"""What can be swept."""
+
+
+def swept_names(controller: Controller | None = None) -> tuple[str, ...]:
+    """Return what can be swept with a controller, the default one where none is given."""
+    rows = parameter_table(controller)
+    return (*(row.name for row in rows if row.system in _SYSTEMS), *VARIATIONS, SEED)
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,7 @@ class SweepRange:
         high: largest value.
         points: how many a grid has, both ends among them.
         log: whether points are spread evenly over the logarithm.
+        controller: whose parameters there are; the default one where none is given.
 
     Raises:
         WorkbenchError: if there is no such range.
@@ -46,19 +52,21 @@ class SweepRange:
     high: float
     points: int = POINTS
     log: bool = False
+    controller: Controller | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        if self.name not in SWEPT:
+        names = swept_names(self.controller)
+        if self.name not in names:
             try:
-                find_parameter(self.name)
+                find_parameter(self.name, controller=self.controller)
             except WorkbenchError:
-                raise unknown_name("parameter", self.name, SWEPT) from None
+                raise unknown_name("parameter", self.name, names) from None
             raise WorkbenchError(
                 f"{self.name} cannot be swept, as it does nothing in a step: sweep gains, limits, "
                 f"air, payload, rotors, or {', '.join(VARIATIONS)}"
             )
         for value in (self.low, self.high):
-            check_value(self.name, value)
+            check_value(self.name, value, self.controller)
         if not self.low < self.high:
             raise WorkbenchError(
                 f"{self.name} is swept from {self.low:g} to {self.high:g}: give the smaller first"
@@ -79,7 +87,9 @@ class SweepRange:
     @property
     def unit(self) -> str:
         """Of the values."""
-        return "1" if self.name in (*VARIATIONS, SEED) else find_parameter(self.name).unit
+        if self.name in (*VARIATIONS, SEED):
+            return "1"
+        return find_parameter(self.name, controller=self.controller).unit
 
     @property
     def grid(self) -> np.ndarray:
@@ -97,7 +107,7 @@ class SweepRange:
         return np.clip(values, self.low, self.high)
 
 
-def parse_range(text: str) -> SweepRange:
+def parse_range(text: str, controller: Controller | None = None) -> SweepRange:
     """Return the range of a text NAME=LOW..HIGH, NAME=LOW..HIGH:POINTS, with :log for a logarithm.
 
     Raises:
@@ -118,10 +128,10 @@ def parse_range(text: str) -> SweepRange:
             f"'{text}' is no range: write NAME=LOW..HIGH:POINTS, as kp_roll=100..400:9, and :log "
             "behind it for a logarithmic one"
         ) from None
-    return SweepRange(name.strip(), *ends, points=points, log=log)
+    return SweepRange(name.strip(), *ends, points=points, log=log, controller=controller)
 
 
-def check_value(name: str, value: float) -> None:
+def check_value(name: str, value: float, controller: Controller | None = None) -> None:
     """Refuse a value that a swept name cannot have.
 
     Raises:
@@ -131,7 +141,7 @@ def check_value(name: str, value: float) -> None:
         if not (0 <= value <= LARGEST_SEED and float(value).is_integer()):
             raise WorkbenchError(f"a seed is {value:g}: give a whole number 0 .. {LARGEST_SEED}")
     elif name not in VARIATIONS:
-        find_parameter(name).check(value)
+        find_parameter(name, controller=controller).check(value)
     elif math.isfinite(value):
         factor: dict[str, Any] = {name.removeprefix(VARY): value}
         Variation(**factor).check()

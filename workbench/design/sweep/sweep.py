@@ -60,13 +60,14 @@ def sweep(
     Raises:
         WorkbenchError: if that is no sweep.
     """
-    parsed = tuple(parse_range(each) if isinstance(each, str) else each for each in ranges)
-    axis = axis or default_axis(each.name for each in parsed)
+    law = load_controller((scenario or Scenario()).controller)
+    parsed = tuple(parse_range(each, law) if isinstance(each, str) else each for each in ranges)
+    axis = axis or default_axis((each.name for each in parsed), law)
     case = SweepCase(axis, amplitude, duration, scenario or Scenario(), dict(settings or {}))
     parameters = sample(parsed, method, samples, seed)
     vehicle = case.vehicle()
     case.check(parsed, vehicle)
-    cut = load_controller(case.scenario.controller).loop(loop) if loop else None
+    cut = law.loop(loop) if loop else None
     present = np.array(case.present(parsed, vehicle))
     # the present gains fly first, so that they are there whenever the sweep is stopped
     rows = np.vstack([present, parameters])

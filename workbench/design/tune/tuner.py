@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import DEFAULT
 from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
 from workbench.design.tune.case import Case
 from workbench.design.tune.conflict import Unmet, conflicts
@@ -61,6 +62,11 @@ class Tuner:
             raise WorkbenchError(
                 "tuning varies the vehicle on its own: leave the variation out, or say how far it "
                 "goes under 'robustness' in a wishes file"
+            )
+        if self._scenario.controller != DEFAULT:
+            raise WorkbenchError(
+                f"a search knows the loops of {DEFAULT} only, and {self._scenario.controller} "
+                "flies: sweep its gains, as `workbench sweep`, or move them in the app"
             )
         self._wishes = wishes or Wishes()
         self._settings = dict(settings or {})
