@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 _NOTHING_FLIES = "no best is chosen: the best candidates were lost on the full diagram"
 
 
+_RANGE = ("name", "low", "high", "points", "log")
+"""What JSON says of a range."""
+
+
 def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str) -> dict[str, Any]:
     """Return everything as JSON has it; angles in rad."""
     swept = [each.name for each in table.ranges]
@@ -31,7 +35,7 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
         "variation": table.case.scenario.vehicle.variation,
         "method": table.method,
         "seed": table.seed,
-        "ranges": table.ranges,
+        "ranges": [{key: getattr(each, key) for key in _RANGE} for each in table.ranges],
         "planned": table.planned,
         "flown": len(table),
         "diverged": int(np.isfinite(table.diverged_at).sum()),
