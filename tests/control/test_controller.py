@@ -7,7 +7,9 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import SHIPPED, load_controller
+from workbench.control.flight_law import flight_law
 from workbench.design.linear.study import LinearStudy
+from workbench.design.rollout.flight import make_fly_block
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start
 from workbench.session.session import Session
@@ -227,3 +229,17 @@ def test_every_shipped_law_passes_the_trial_of_a_file(tmp_path, case):
             assert not own.shipped and own.digest == shipped.digest
             assert [row.name for row in own.parameters] == [row.name for row in shipped.parameters]
             assert all(math.isfinite(row.default) for row in own.parameters)
+
+
+def test_functions_of_two_laws_have_names_of_their_own(tmp_path):
+    """By name machine code is found: with one name, a process flew the first law for the second."""
+    path = written(tmp_path)
+    before = load_controller(path)
+    path.write_text(TEXT + "# edited\n")
+    laws = [before, load_controller(path), *map(load_controller, SHIPPED)]
+    made = [
+        (function.__module__, function.__qualname__)
+        for law in laws
+        for function in (law.update, *flight_law(law), make_fly_block(law))
+    ]
+    assert len(set(made)) == len(made)
