@@ -164,13 +164,23 @@ def test_the_pitch_loops_gain_margin_is_the_exact_lags():
     assert gain == pytest.approx(6.89, rel=0.01)
 
 
-# Steps of pid and lqi. The plant of each axis is the one above, climb is dv/dt = δ. Below stand
-# what the laws ask for, a, and what they remember, linear in x, memory and the command c.
+# Steps of pid and lqi. The plant of each axis is the one above, climb is dv/dt = δ. The drag of the
+# rotors, which stand UP above the centre of mass and move at v + UP q, also turns the drone: without
+# that the step of lqi would be off by 0.7 %. Below stand what
+# the laws ask for, a, and what they remember, linear in x, memory and the command c.
 
+UP, I_YY = 0.0388, 0.02443
+TURNS = BETA * MASS * UP / I_YY
+LEVEL = [
+    [0, 1, 0, 0],
+    [0, -TURNS * UP, -TURNS, 1],
+    [GRAVITY, -BETA * UP, -BETA, 0],
+    [0, 0, 0, -LAG],
+]
 DERIVATIVE, STEP = 0.01, 1e-4
 """pid's filter of dω/dt [s]; of a command, so small that rotors answer linearly [m/s, rad/s]."""
 PLANTS = {
-    "x": ([[0, 1, 0, 0], [0, 0, 0, 1], [GRAVITY, 0, -BETA, 0], [0, 0, 0, -LAG]], [0, 0, 0, LAG]),
+    "x": (LEVEL, [0, 0, 0, LAG]),
     "z": ([[0, 1], [0, -LAG]], [0, LAG]),
     "yaw": (
         [[-KAPPA, 1 - LAG * J / (2 * C_M * K * SPEED)], [0, -LAG]],
