@@ -134,13 +134,10 @@ def test_a_law_of_ones_own_flies_and_has_margins():
 @pytest.mark.slow
 @pytest.mark.parametrize("controller", [*LAWS, OWN])
 def test_compiled_flights_are_those_of_the_diagram(controller, vehicle):
-    """With random gains, saturated and thrown; those that are lost part at the last moment."""
+    """With random gains, saturated, thrown and lost."""
     law = load_controller(controller)
-    own = flight_gains(vehicle, controller=law)
-    trials = random_trials(vehicle, own, 10, 5, law)
+    trials = random_trials(vehicle, flight_gains(vehicle, controller=law), 10, 5, law)
     found = agreement(Scenario(controller=controller), trials)
-    kept = ~found.lost
-    assert kept.sum() >= 5
-    assert found.velocity[kept].max() < 1e-9
-    assert found.angular_velocity[kept].max() < 1e-8
-    assert np.median(found.angular_velocity) < 1e-9
+    assert found.saturated.any()
+    assert found.velocity.max() < 1e-9
+    assert found.angular_velocity.max() < 1e-9

@@ -164,10 +164,10 @@ def test_the_pitch_loops_gain_margin_is_the_exact_lags():
     assert gain == pytest.approx(6.89, rel=0.01)
 
 
-# Steps of pid and lqi. The plant of each axis is the one above, climb is dv/dt = δ. The drag of the
-# rotors, which stand UP above the centre of mass and move at v + UP q, also turns the drone: without
-# that the step of lqi would be off by 0.7 %. Below stand what
-# the laws ask for, a, and what they remember, linear in x, memory and the command c.
+# Steps of pid and lqi. The plant of each axis is the one above; climb is dv/dt = δ. The drag of the
+# rotors, UP above the centre of mass, where the drone moves at v + UP q, also turns it: without
+# that the step of lqi would be off by 0.7 %. Below stands what the laws ask for, a, and what they
+# remember, linear in x, memory and the command c.
 
 UP, I_YY = 0.0388, 0.02443
 TURNS = BETA * MASS * UP / I_YY
