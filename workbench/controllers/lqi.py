@@ -222,7 +222,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     return {
         "kp_position_xy": pd["kp_position_xy"],
         "kp_position_z": pd["kp_position_z"],
-        "q_level_integral": (tilt * 0.4 * level**2 / GRAVITY) ** 2,
+        "q_level_integral": (tilt * 0.2 * level**2 / GRAVITY) ** 2,
         "q_level_velocity": (tilt * level / GRAVITY) ** 2,
         "q_tilt": tilt**2,
         "q_tilt_rate": 0.5 * tilt,
