@@ -93,11 +93,11 @@ class Compiled:
 
     def _first(self, *args: Any) -> Any:
         """Call it for the first time; what numba cannot compile is said in a sentence."""
-        from numba.core.errors import NumbaError
+        from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
         try:
             return self._dispatcher(*args)
-        except NumbaError as error:
+        except (NumbaError, UnsupportedBytecodeError) as error:
             if not self._file:
                 raise
             raise WorkbenchError(uncompilable(str(error), self._file)) from None
@@ -154,6 +154,7 @@ def uncompilable(said: str, file: str) -> str:
     )
     words = [next(filter(None, found)) for found in reasons]
     what = " ".join(words[-1].split()) if words else plain.strip().splitlines()[-1]
+    what = what.partition(" Raised from ")[0]
     where = f"{file}:{lines[-1]}" if lines else file
     return (
         f"{where}: cannot be compiled at '{what:.120}': write it with numbers, tuples, + - * / ** "

@@ -27,12 +27,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, find_row, unknown_name
 from workbench.common.jitable import register_jitable
+from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
 from workbench.control.parameter import Parameter
+from workbench.plant.gravity import GRAVITY
 
 DEFAULT = "pd"
 SHIPPED = ("pd", "pid", "lqi", "geometric", "indi")
@@ -41,6 +44,10 @@ ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 MOST_LINES = 1_000_000
 """A file, or an update, that runs longer than this many lines is taken to be an endless loop."""
 CUTS = ("actuator", "error")
+AXES = ("", "x", "y", "z", "yaw")
+TRIAL_BODY = Body(1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.02), 0.1, 0.02, 0.01)
+TRIAL_PERIOD = 1 / 128
+"""What a file's functions are tried with, see `_tried`."""
 
 
 def gain(
@@ -205,7 +212,7 @@ class Controller:
 
         Args:
             values: of parameters by name.
-            body: what it knows of the vehicle, see `flight_law.Body`.
+            body: what it knows of the vehicle, see `guidance.Body`.
             dt: between updates [s].
 
         Raises:
@@ -233,8 +240,7 @@ class Controller:
 
     def _record(self, own: Sequence[float]) -> Any:
         """Return the parameters' values by name."""
-        make: Any = namedtuple  # whose fields only the file knows
-        return make("Gains", [row.name for row in self.parameters])(*own)
+        return record("Gains", [row.name for row in self.parameters])(*own)
 
 
 def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
@@ -319,14 +325,17 @@ def _from_text(name: str, file: Path, text: str) -> Controller:
         with _at_most_lines(file):
             exec(code, module.__dict__)
     sys.modules[module.__name__] = module  # machine code from the cache imports it by name
-    return _from_module(name, file, text, module)
+    controller = _from_module(name, file, text, module)
+    with law_errors(file, "update"), _at_most_lines(file):
+        _tried(controller)
+    return controller
 
 
 def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> Controller:
     """Return what a file states, checked."""
     own = vars(module)
     update = own.get("update")
-    if not callable(update):
+    if not inspect.isfunction(update):
         raise WorkbenchError(f"{file}: has no update: write def update({', '.join(ARGUMENTS)})")
     given = tuple(inspect.signature(update).parameters)
     if given != ARGUMENTS:
@@ -338,7 +347,7 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
     memory = _all(file, own, "MEMORY", State, "State(...)")
     loops = _all(file, own, "LOOPS", Loop, "Loop(...)")
     points = own.get("POINTS", {})
-    designed = tuple(own.get("DESIGNED", ()))
+    designed = _all(file, own, "DESIGNED", str, '"k_speed"')
     if not isinstance(points, dict) or not all(
         isinstance(key, str) and isinstance(unit, str) for key, unit in points.items()
     ):
@@ -350,7 +359,12 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
         if not row.minimum <= row.default <= row.maximum:
             raise WorkbenchError(
                 f"{file}: the default of {row.name}, {row.default:g}, is not within "
-                f"{row.minimum:g} .. {row.maximum:g}"
+                f"{row.minimum:g} .. {row.maximum:g}: change one of the three"
+            )
+    for state in memory:
+        if not math.isfinite(state.initial):
+            raise WorkbenchError(
+                f"{file}: the state {state.name} begins with {state.initial}: write a finite number"
             )
     for loop in loops:
         for point in filter(None, (loop.error, loop.actuator)):
@@ -359,8 +373,20 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
                     f"{file}: the loop {loop.name} has "
                     f"{unknown_name('loop point', point, list(points))}"
                 )
+        if loop.axis not in AXES:
+            raise WorkbenchError(
+                f"{file}: the loop {loop.name} has {unknown_name('axis', loop.axis, AXES[1:])}"
+            )
+        for row_name in loop.gains:
+            if row_name not in {row.name for row in rows}:
+                raise WorkbenchError(
+                    f"{file}: the loop {loop.name} has "
+                    f"{unknown_name('gain', row_name, [row.name for row in rows])}"
+                )
     if bool(designed) != callable(own.get("design")):
-        raise WorkbenchError(f"{file}: DESIGNED and design(vehicle, g, dt) belong together")
+        raise WorkbenchError(
+            f"{file}: DESIGNED and design(vehicle, g, dt) belong together: write both or none"
+        )
     for function in list(own.values()):
         if inspect.isfunction(function) and function.__module__ == module.__name__:
             register_jitable(forceinline=True)(function)
@@ -379,6 +405,61 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
     )
 
 
+def _tried(controller: Controller) -> None:
+    """Run a file's functions twice with plain numbers: at rest in hover, and on the move.
+
+    Raises:
+        WorkbenchError: if they return other things than the interface says.
+    """
+    file, update = controller.file, controller.update
+    where = f"{file}:{update.__code__.co_firstlineno}: update returns"
+    numbers = controller.gains(
+        {row.name: row.default for row in controller.parameters}, TRIAL_BODY, TRIAL_PERIOD
+    )
+    names = [*(row.name for row in controller.parameters), *controller.designed]
+    g = record("Gains", names)(*numbers)
+    remembers = record("Memory", [state.name for state in controller.memory])
+    zero, still = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+    hover = Measured(zero, zero, zero, still, zero, zero, (GRAVITY, *zero))
+    v, q = (0.3, -0.2, 0.1), (0.97, 0.1, -0.2, 0.1)
+    moves = Measured(v, v, v, q, v, zero, (1.1 * GRAVITY, 0.01, -0.02, 0.01))
+    guidance = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+    memory: Sequence[Any] = controller.initial_memory
+    for measured, asked in ((hover, zero), (moves, (1.0, -0.5, 0.2))):
+        setpoint = Setpoint(Reference(*asked, 0.1 * asked[0], *zero, 0.0), guidance, zero)
+        loops = [*controller.closed, *[0.0] * len(controller.points)]
+        found = update(measured, setpoint, g, TRIAL_BODY, remembers(*memory), TRIAL_PERIOD, loops)
+        if not isinstance(found, tuple) or len(found) != 2:
+            raise WorkbenchError(
+                f"{where} {found!r:.60}: let it return (F, m_x, m_y, m_z) and the memory"
+            )
+        memory = _finite(where, found[1], [state.name for state in controller.memory], "memory")
+        _finite(where, found[0], ("F", "m_x", "m_y", "m_z"), "wrench")
+
+
+def _finite(where: str, found: Any, names: Sequence[str], what: str) -> tuple[Any, ...]:
+    """Return what `update` has returned, if it is a tuple of as many finite numbers as names."""
+    if not isinstance(found, tuple) or len(found) != len(names):
+        count = f" with {len(found)} places" if isinstance(found, tuple) else ""
+        raise WorkbenchError(
+            f"{where} {found!r:.60}{count} as {what}: let it be a tuple of {len(names)} numbers"
+            + (f", {', '.join(names)}" if names else "")
+        )
+    for name, value in zip(names, found, strict=True):
+        if not isinstance(value, Real) or not math.isfinite(value):
+            raise WorkbenchError(
+                f"{where} {value!r:.60} as {name} of the {what}: let it be a finite number, also "
+                "at rest in hover"
+            )
+    return found
+
+
+def record(name: str, fields: Sequence[str]) -> Any:
+    """Return a named tuple's type, whose fields only a controller's file knows."""
+    make: Any = namedtuple
+    return make(name, fields)
+
+
 def _all(file: Path, own: Mapping[str, Any], name: str, kind: type, make: str) -> tuple[Any, ...]:
     """Return a table of the file."""
     rows = own.get(name, ())
@@ -390,7 +471,7 @@ def _all(file: Path, own: Mapping[str, Any], name: str, kind: type, make: str) -
 def _once(file: Path, what: str, names: Sequence[str]) -> None:
     """Refuse a name that stands twice, or that is none."""
     for place, name in enumerate(names):
-        if not name.isidentifier() or name.startswith("_"):
+        if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
             raise WorkbenchError(f"{file}: '{name}' is no name of a {what}: use letters and _")
         if name in names[:place]:
             raise WorkbenchError(f"{file}: the {what} {name} stands there twice: leave one out")
@@ -398,18 +479,37 @@ def _once(file: Path, what: str, names: Sequence[str]) -> None:
 
 @contextmanager
 def law_errors(file: Path, what: str) -> Iterator[None]:
-    """Turn whatever the user's code raises into a sentence with file and line."""
+    """Turn whatever the user's code raises into a sentence with file, line, and what to write."""
     try:
         yield
     except WorkbenchError:
         raise
     except SyntaxError as error:
-        raise WorkbenchError(f"{error.filename}:{error.lineno}: {error.msg}") from None
-    except Exception as error:
+        raise WorkbenchError(
+            f"{error.filename}:{error.lineno}: is no Python, {error.msg}: mend this line"
+        ) from None
+    except (Exception, SystemExit) as error:
         frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
         line = f":{frames[-1].lineno}" if frames else ""
         doing = f"{what} fails: " if what else ""
-        raise WorkbenchError(f"{file}{line}: {doing}{type(error).__name__}: {error}") from None
+        said = " ".join(str(error).split())
+        raise WorkbenchError(
+            f"{file}{line}: {doing}{type(error).__name__}: {said:.200}: {_instead(error)}"
+        ) from None
+
+
+def _instead(error: BaseException) -> str:
+    """Return what to write in place of a line that raises an error."""
+    if isinstance(error, ImportError):
+        return "import what workbench.controllers names, or install what is missing"
+    if "AutoDiffXd" in str(error):
+        return (
+            "linear models take derivatives through it, which know + - * / ** and comparisons "
+            "alone: write the function with those"
+        )
+    if isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):
+        return f"it has {', '.join(error.obj._fields)}"
+    return "mend this line"
 
 
 @contextmanager

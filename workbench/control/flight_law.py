@@ -6,7 +6,6 @@ flights all take it from here.
 """
 
 import math
-from collections import namedtuple
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -14,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.common.jitable import register_jitable, unique
-from workbench.control.controller import Controller
+from workbench.control.controller import Controller, record
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
-from workbench.control.guidance import LIFT, MOTORS, Measured, Setpoint
+from workbench.control.guidance import LIFT, MOTORS, Body, Measured, Setpoint
 from workbench.control.mixer import mix
 from workbench.control.stopped_rotors import any_stopped, mix_without
 from workbench.dynamics.rotor_response import speed_command
@@ -36,21 +35,6 @@ BODY, ROTOR = 19, 12
 """Numbers that the law knows of the body, and of each rotor, see `packed`."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
-
-
-class Body(NamedTuple):
-    """What a law knows of the body: mass [kg], inertia xx, xy, xz, yy, yz, zz [kg·m²], in T.
-
-    And what drag takes of the turn about z, as an angular acceleration over its rate [1/s], the
-    time constant of the slowest rotor at hover [s], and by how much spin-up torque leads drag
-    torque in yaw [s].
-    """
-
-    mass: float
-    inertia: Any
-    yaw_drag: float
-    rotor_lag: float
-    spin_up_time: float
 
 
 class LawConstants(NamedTuple):
@@ -442,14 +426,14 @@ def gains_reader(controller: Controller, source: str = "s[{}]", arguments: str =
     """Return a function to a controller's gains by name, see `reader`."""
     fields = [*(row.name for row in controller.parameters), *controller.designed]
     key = f"Gains_{controller.key}"  # machine code knows a record by its type's name
-    return reader(namedtuple(key, fields), len(fields), key, source, arguments)
+    return reader(record(key, fields), len(fields), key, source, arguments)
 
 
 def memory_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
     """Return a function to what a controller remembers, by name, see `reader`."""
     fields = [state.name for state in controller.memory]
     key = f"Memory_{controller.key}"
-    return reader(namedtuple(key, fields), len(fields), key, source, arguments)
+    return reader(record(key, fields), len(fields), key, source, arguments)
 
 
 def reader(

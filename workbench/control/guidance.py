@@ -88,6 +88,21 @@ class Measured(NamedTuple):
     wrench: Vector
 
 
+class Body(NamedTuple):
+    """What a law knows of the body: mass [kg], inertia xx, xy, xz, yy, yz, zz [kg·m²], in T.
+
+    And what drag takes of the turn about z, as an angular acceleration over its rate [1/s], the
+    time constant of the slowest rotor at hover [s], and by how much spin-up torque leads drag
+    torque in yaw [s].
+    """
+
+    mass: float
+    inertia: Any
+    yaw_drag: float
+    rotor_lag: float
+    spin_up_time: float
+
+
 class Setpoint(NamedTuple):
     """What is asked for: `Reference`, `Guidance`, and acceleration along a path in W (3) [m/s²]."""
 

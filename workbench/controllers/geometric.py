@@ -11,9 +11,10 @@ and inertia, and e_p = p_sp - p, e_v = v_sp - v:
     F    = mass f · z                                           force along the rotors' axis [N]
 
 h is the heading that is asked for, a level unit vector, which turns with the reference's yaw rate;
-ω_sp is that rate about world z, and b3 x (da_path/dt) / |f|, at which b3 turns along the path. The
-limits of speed and tilt hold as for every law, d is what drag of still air takes. Left out is the
-derivative of ω_sp, which needs a path's snap.
+ω_sp is that rate about world z, and the level part of b3 x (da_path/dt) / |f|, at which b3 turns
+along the path: a heading that stays leaves next to no turn about world z. The limits of speed and
+tilt hold as for every law, d is what drag of still air takes. Left out is the derivative of ω_sp,
+which needs a path's snap.
 """
 
 from typing import Any

@@ -215,7 +215,8 @@ def rule(vehicle: Any) -> dict[str, float]:
 
     With only the integral weighted, the closed loop's poles would lie on a circle about 0 (a
     Butterworth pattern) of radius p where q = p^(2 n) over the squared gain of the chain of n; the
-    weights of the states between damp that further.
+    weights of the states between damp that further. In climb the integral weighs less, so that a
+    take-off passes its speed by less than a tenth.
     """
     pd = pd_rule(vehicle)
     level, climb, yaw = pd["kp_velocity_x"], pd["kp_velocity_z"], pd["kp_yaw_rate"]
@@ -223,11 +224,11 @@ def rule(vehicle: Any) -> dict[str, float]:
     return {
         "kp_position_xy": pd["kp_position_xy"],
         "kp_position_z": pd["kp_position_z"],
-        "q_level_integral": (tilt * 0.4 * level**2 / GRAVITY) ** 2,
+        "q_level_integral": (tilt * 0.2 * level**2 / GRAVITY) ** 2,
         "q_level_velocity": (tilt * level / GRAVITY) ** 2,
         "q_tilt": tilt**2,
         "q_tilt_rate": 0.5 * tilt,
-        "q_climb_integral": (0.4 * climb**2) ** 2,
+        "q_climb_integral": (0.12 * climb**2) ** 2,
         "q_climb_velocity": climb**2,
         "q_yaw_integral": (0.2 * yaw**2) ** 2,
         "q_yaw_rate": yaw**2,

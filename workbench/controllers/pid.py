@@ -172,7 +172,8 @@ def rule(vehicle: Any) -> dict[str, float]:
     """Return gains for a vehicle: those of the PD cascade in this form, and slow integrals.
 
     kp_tilt kp_rate and kp_rate + kp_tilt stand for its kp and kd, as far as real numbers do that;
-    an integral takes five times as long as its loop.
+    an integral takes five times as long as its loop, that of climbing ten times, so that a take-off
+    passes its speed by less than a tenth.
     """
     pd = pd_rule(vehicle)
     kd = min(pd["kd_roll"], pd["kd_pitch"])
@@ -184,7 +185,7 @@ def rule(vehicle: Any) -> dict[str, float]:
         "ki_velocity_xy": level * level / 5.0,
         "kd_velocity_xy": pd["kd_velocity_x"],
         "kp_velocity_z": climb,
-        "ki_velocity_z": climb * climb / 5.0,
+        "ki_velocity_z": climb * climb / 10.0,
         "kd_velocity_z": pd["kd_velocity_z"],
         "kp_tilt": 0.3 * kd,
         "kp_rate": kd,

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
-from workbench.control.controller import Controller
+from workbench.control.controller import Controller, law_errors
 from workbench.control.flight_law import (
     allocate,
     commanded_wrench,
@@ -196,18 +196,19 @@ class Derivatives:
         probes[points:] = seeds[5]
         loops: list[Any] = [*_seeded(closed, probes), *[0.0] * points]
         commands = _seeded(before, seeds[2])
-        after, remembered = self._law.update(
-            _seeded(state, state_seeds(state[:4]) @ seeds[0]),
-            Setpoint(_seeded(reference, asked), _seeded(guidance, kept), (0.0, 0.0, 0.0)),
-            gains,
-            self._whole,
-            self._constants,
-            loops,
-            self._estimate,
-            _seeded(filtered, seeds[1]),
-            _seeded(memory, seeds[6]) if memory.size else [],
-            commands,
-        )
+        with law_errors(self.controller.file, "update"):
+            after, remembered = self._law.update(
+                _seeded(state, state_seeds(state[:4]) @ seeds[0]),
+                Setpoint(_seeded(reference, asked), _seeded(guidance, kept), (0.0, 0.0, 0.0)),
+                gains,
+                self._whole,
+                self._constants,
+                loops,
+                self._estimate,
+                _seeded(filtered, seeds[1]),
+                _seeded(memory, seeds[6]) if memory.size else [],
+                commands,
+            )
         return Update(
             ExtractValue(whole(commands)).ravel(),
             gradient(commands, columns),
