@@ -32,7 +32,7 @@ MAY_IMPORT = {
     "diagram": "common plant link dynamics control scenario systems",
     "session": "common plant link dynamics control scenario gains systems diagram",
     "design": "common ipc plant dynamics control scenario gains systems diagram session",
-    "logs": "common link gateways scenario systems session",
+    "logs": "common link gateways control scenario systems session",
     "logs/plots": "design",
     "live": "common ipc plant link control scenario systems session logs",
     "analysis": "common ipc control scenario session design live",

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import workbench.design.regress.judging  # noqa: F401  Drake cannot be loaded again by each run
+from workbench.common.resources import controllers_dir
 
 pytest_plugins = ["pytester"]
 
@@ -133,3 +134,23 @@ def test_in_parallel_and_with_a_model_beside_the_spec(pytester, plugin):
     pytester.runpytest_subprocess(*plugin, *workers).assert_outcomes(passed=5)
     kept = (pytester.path / "one.baseline" / "flown-with.csv").read_text()
     assert "mass,0.0" in kept
+
+
+@pytest.mark.slow
+def test_a_controller_of_the_repository_runs_as_its_conftest_does(pytester, plugin):
+    """One from elsewhere does not."""
+    law = (controllers_dir() / "pd.py").read_text(encoding="utf-8")
+    elsewhere = pytester.path.parent / f"{pytester.path.name}-other"
+    elsewhere.mkdir()
+    for folder in (pytester.path, elsewhere):
+        (folder / "law.py").write_text(law, encoding="utf-8")
+    hop = "{name: hop, axis: z, amplitude: 0.5, duration: 0.5, limits: {peak: {max: 1}}}"
+    pytester.makefile(
+        ".spec.yaml",
+        near=f"controller: law.py\ncases: [{hop}]\n",
+        far=f"controller: {elsewhere / 'law.py'}\ncases: [{hop}]\n",
+    )
+    pytester.makefile(".ini", pytest="[pytest]\n")
+    done = pytester.runpytest_subprocess(*plugin)
+    done.assert_outcomes(passed=1, failed=1)
+    done.stdout.fnmatch_lines(["*far.spec.yaml:1: *is Python that would run here*"])

@@ -40,11 +40,13 @@ def test_show_prints_a_file(run, write):
     path = write("a.yaml", "vehicle: q\norigin: by hand\ngains: {max_tilt: 0.5 rad}\n")
     assert run("gains", "show", path).out.splitlines() == [
         "vehicle: q",
+        "controller: pd",
         "origin: by hand",
         "max_tilt  0.5  rad",
     ]
     assert run("gains", "show", path, "--json").json == {
         "vehicle": "q",
+        "controller": "pd",
         "origin": "by hand",
         "gains": [{"name": "max_tilt", "value": 0.5, "unit": "rad", "origin": ""}],
     }

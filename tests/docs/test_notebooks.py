@@ -33,7 +33,14 @@ def _code(path: Path) -> list[ast.Module]:
 
 
 def test_the_course_is_whole():
-    assert [path.stem.split("_")[0] for path in NOTEBOOKS] == ["01", "02", "03", "04", "05"]
+    assert [path.stem.split("_")[0] for path in NOTEBOOKS] == [
+        "01",
+        "02",
+        "03",
+        "04",
+        "05",
+        "06",
+    ]
 
 
 @pytest.fixture(scope="module")

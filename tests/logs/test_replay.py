@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.logs.record import read_log
 from workbench.logs.replay import again, replay
 from workbench.scenario.scenario import Action, Scenario, load_scenario
@@ -110,3 +111,24 @@ def test_a_log_cut_short_is_flown_as_far_as_it_goes(log, tmp_path):
     record = read_log(path)
     assert 0.2 < record.duration < 1.4
     assert replay(record).equal
+
+
+def test_a_log_has_its_controller_and_tells_when_that_has_changed(log, log_of):
+    record, law = read_log(log), load_controller()
+    assert record.controller == {"name": "pd", "file": str(law.file), "sha256": law.digest}
+    assert record.law == law.text
+    other = dataclasses.replace(record, controller=record.controller | {"sha256": "0" * 64})
+    assert replay(other).changed[0].startswith(f"controller pd with SHA-256 {law.digest[:12]}")
+    assert replay(dataclasses.replace(record, controller={})).changed == ()  # of earlier versions
+
+
+def test_python_that_only_the_log_names_does_not_run(log):
+    record = read_log(log)
+    foreign = dataclasses.replace(
+        record, scenario_text=record.scenario_text + "controller: theirs.py\n"
+    )
+    with pytest.raises(WorkbenchError, match="as --controller theirs.py"):
+        replay(foreign)
+    assert replay(foreign, controller="pd").equal
+    with pytest.raises(WorkbenchError, match="was flown by pd, and pid is another law"):
+        replay(record, controller="pid")

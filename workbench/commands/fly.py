@@ -132,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
     if args.csv and args.rotor_commands and args.csv.resolve() == args.rotor_commands.resolve():
         raise WorkbenchError(f"{args.csv}: is the table that is flown: name another file for --csv")
     path = find_scenario(args.scenario)
-    scenario = with_sensors(with_vehicle(load_scenario(path), args), args)
+    scenario = with_sensors(with_vehicle(load_scenario(path, args.controller), args), args)
     scenario.sensors.keep = True
     title = scenario.title or path.stem
     if args.rotor_commands is not None:

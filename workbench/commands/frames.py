@@ -59,7 +59,9 @@ def run(args: argparse.Namespace) -> int:
     if (args.scenario is None) != (args.at is None):
         raise WorkbenchError("--scenario and --at go together: fly which, to what time?")
     flown = args.scenario is not None
-    scenario = load_scenario(find_scenario(args.scenario)) if flown else Scenario()
+    scenario = Scenario()
+    if flown:
+        scenario = load_scenario(find_scenario(args.scenario), args.controller)
     scenario = with_vehicle(scenario, args)
     vehicle, world, tree = _read(scenario)
     for name in args.frames:

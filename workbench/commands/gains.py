@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
+    add_controller_option,
     add_description_options,
     add_json_option,
     add_rotors_option,
@@ -20,6 +21,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.scenario.parameters import find_parameter
 
 if TYPE_CHECKING:
+    from workbench.control.controller import Controller
     from workbench.gains.difference import GainChange
     from workbench.gains.history import Save
     from workbench.gains.profiles import GainFile
@@ -85,6 +87,7 @@ def add_parser(commands: Any) -> None:
         _history,
     )
     history.add_argument("file", type=Path, metavar="FILE", help="gain file")
+    add_controller_option(history, "file")
     add_json_option(history)
     restore = add_command(
         actions,
@@ -95,6 +98,7 @@ def add_parser(commands: Any) -> None:
     )
     restore.add_argument("file", type=Path, metavar="FILE", help="gain file")
     restore.add_argument("state", type=int, metavar="N", help="as `workbench gains history` has it")
+    add_controller_option(restore, "file")
     add_json_option(restore)
 
 
@@ -107,29 +111,33 @@ def _show(args: argparse.Namespace) -> int:
     """Print a file, or what a model flies with."""
     from workbench.gains.gains import choose_gains, load_gains, make_profile
 
+    law = _law(args, args.file)
     if args.file is None:
         vehicle = _read_vehicle(args)
-        chosen = choose_gains(vehicle)
+        chosen = choose_gains(vehicle, controller=law)
         all_values = {name: gain.value for name, gain in chosen.items()}
-        values = make_profile(vehicle, all_values, "").gains
+        values = make_profile(vehicle, all_values, "", law).gains
         origins = {name: chosen[name].origin for name in values}
-        about = {"vehicle": vehicle.name}
+        about = {"vehicle": vehicle.name, "controller": law.name}
     else:
-        file = load_gains(args.file)
+        file = load_gains(args.file, law)
         values = file.gains
         origins = dict.fromkeys(values, "")
-        about = {"vehicle": file.vehicle, "origin": file.origin}
-    print_values(about, values, origins, as_json=args.json)
+        about = {"vehicle": file.vehicle, "controller": law.name, "origin": file.origin}
+    print_values(about, values, origins, law, as_json=args.json)
     return ExitCode.DONE
 
 
 def _diff(args: argparse.Namespace) -> int:
     """Print the differences of two sets."""
+    from workbench.common.resources import find_file
     from workbench.gains.difference import diff_gains
     from workbench.gains.gains import rule_values
 
-    vehicle = _read_vehicle_of_sides(args)
-    changes = diff_gains(_side(args.a, vehicle), _side(args.b, vehicle), rule_values(vehicle))
+    law = _law(args, *(find_file(side) for side in (args.a, args.b) if _is_file(side)))
+    vehicle = _read_vehicle_of_sides(args, law)
+    a, b = _side(args.a, vehicle, law), _side(args.b, vehicle, law)
+    changes = diff_gains(a, b, rule_values(vehicle, law), law)
     print_changes(args.a, args.b, vehicle.name, changes, as_json=args.json)
     return ExitCode.DONE
 
@@ -140,19 +148,21 @@ def _save(args: argparse.Namespace) -> int:
 
     if args.file.suffix not in _SUFFIXES:
         raise WorkbenchError(f"{args.file}: a gain file's name ends in .yaml")
+    law = _law(args)
     vehicle = _read_vehicle(args)
-    values = flight_gains(vehicle, args.gains or "", dict(args.set))
+    values = flight_gains(vehicle, args.gains or "", dict(args.set), law)
     origin = f"{vehicle.name} {flown_with(args)}" if args.origin is None else args.origin
-    profile = make_profile(vehicle, values, origin)
+    profile = make_profile(vehicle, values, origin, law)
     for name, _ in args.set:
         if name not in profile.gains:
             raise WorkbenchError(f"{name} is no gain of a vehicle, and cannot be saved with them")
-    saved = save_gains(args.file, profile)
+    saved = save_gains(args.file, profile, law)
     if args.json:
         print_json(
             {
                 "file": args.file,
                 "vehicle": saved.vehicle,
+                "controller": saved.controller,
                 "origin": saved.origin,
                 "gains": saved.gains,
                 "state": len(saved.history) - 1,
@@ -166,7 +176,7 @@ def _history(args: argparse.Namespace) -> int:
     """List the states of a file."""
     from workbench.gains.gains import load_gains
 
-    print_history(load_gains(args.file), as_json=args.json)
+    print_history(load_gains(args.file, _law(args, args.file)), as_json=args.json)
     return ExitCode.DONE
 
 
@@ -176,9 +186,10 @@ def _restore(args: argparse.Namespace) -> int:
     from workbench.gains.gains import gains_at, load_gains, save_gains
     from workbench.scenario.parameters import defaults
 
-    before = load_gains(args.file)
-    after = save_gains(args.file, gains_at(before, args.state))
-    changes = diff_gains(before.gains, after.gains, defaults())
+    law = _law(args, args.file)
+    before = load_gains(args.file, law)
+    after = save_gains(args.file, gains_at(before, args.state, law), law)
+    changes = diff_gains(before.gains, after.gains, defaults(law), law)
     print_changes("before", f"state {args.state}", after.vehicle, changes, as_json=args.json)
     say_written([args.file])
     return ExitCode.DONE
@@ -192,7 +203,21 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
     )
     add_description_options(group)
     add_rotors_option(group)
-    parser.set_defaults(world="", controller="", gains="", set=[], vary=[])
+    add_controller_option(group, "gain file")
+    parser.set_defaults(world="", gains="", set=[], vary=[])
+
+
+def _law(args: argparse.Namespace, *files: Path | None) -> "Controller":
+    """Return the controller that --controller names, else the one that the first gain file is for.
+
+    Raises:
+        WorkbenchError: if that is no shipped one: a gain file does not say where its file is.
+    """
+    from workbench.control.controller import DEFAULT, load_controller
+    from workbench.gains.gains import load_gains
+
+    named = [load_gains(file).controller for file in files if file and not args.controller]
+    return load_controller(args.controller or (named[0] if named else DEFAULT))
 
 
 def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
@@ -204,20 +229,20 @@ def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
     return make_vehicle(read_configured(with_vehicle(Scenario(), args).vehicle))
 
 
-def _read_vehicle_of_sides(args: argparse.Namespace) -> "Vehicle":
+def _read_vehicle_of_sides(args: argparse.Namespace, law: "Controller") -> "Vehicle":
     """Return whose rule counts in a comparison: --model's, else that of a side."""
     from workbench.common.resources import find_file, list_models
     from workbench.gains.gains import load_gains
 
     models = [side for side in (args.a, args.b) if _is_model(side)]
     files = [find_file(side) for side in (args.a, args.b) if _is_file(side)]
-    named = [load_gains(file).vehicle for file in files]
+    named = [load_gains(file, law).vehicle for file in files]
     models += [name for name in named if name in list_models()]
     args.model = args.model or (models[0] if models else None)
     return _read_vehicle(args)
 
 
-def _side(side: str, vehicle: "Vehicle") -> Mapping[str, float]:
+def _side(side: str, vehicle: "Vehicle", law: "Controller") -> Mapping[str, float]:
     """Return the gains of one side of a comparison."""
     from workbench.common.resources import find_file, find_model
     from workbench.gains.gains import load_gains, make_profile, rule_values, vehicle_gains
@@ -225,14 +250,14 @@ def _side(side: str, vehicle: "Vehicle") -> Mapping[str, float]:
     from workbench.scenario.parameters import defaults
 
     if _is_file(side):
-        return load_gains(find_file(side)).gains
+        return load_gains(find_file(side), law).gains
     if side == _RULE:
-        values = rule_values(vehicle)
+        values = rule_values(vehicle, law)
     elif side == _DEFAULT:
-        values = defaults()
+        values = defaults(law)
     else:
-        values = vehicle_gains(load_vehicle(find_model(side)))
-    return make_profile(vehicle, values, "").gains
+        values = vehicle_gains(load_vehicle(find_model(side)), law)
+    return make_profile(vehicle, values, "", law).gains
 
 
 def _is_file(side: str) -> bool:
@@ -247,6 +272,7 @@ def print_values(
     about: Mapping[str, str],
     values: Mapping[str, float],
     origins: Mapping[str, str],
+    controller: "Controller",
     *,
     as_json: bool,
 ) -> None:
@@ -256,10 +282,12 @@ def print_values(
         about: what stands above them, by what it is.
         values: by name.
         origins: where each comes from, by name.
+        controller: whose they are.
         as_json: print JSON instead of a table.
     """
     rows = [
-        (name, value, find_parameter(name).unit, origins[name]) for name, value in values.items()
+        (name, value, find_parameter(name, controller=controller).unit, origins[name])
+        for name, value in values.items()
     ]
     if as_json:
         columns = ("name", "value", "unit", "origin")

@@ -20,6 +20,7 @@ from workbench.commands.progress import progress_bar
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from workbench.control.controller import Controller
     from workbench.design.hover_check import Demand, HoverReport
     from workbench.gains.gains import Gain
 
@@ -43,6 +44,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly, print the table, write plot and log; 1 if something is not as demanded."""
+    from workbench.control.controller import load_controller
     from workbench.design.hover_check import check_hover
     from workbench.gains.gains import choose_gains
     from workbench.plant.plausible import doubts
@@ -60,12 +62,13 @@ def run(args: argparse.Namespace) -> int:
             from workbench.design.plots_hover import plot_hover
 
             write_png(plot_hover(report), plot)
-    gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set))
+    law = load_controller(scenario.controller)
+    gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set), law)
     unlikely = doubts(report.hover.vehicle)
     if args.json:
         print_json(_result(report, gains, outputs.files) | {"warnings": unlikely})
     else:
-        _print(report, gains, unlikely)
+        _print(report, law, gains, unlikely)
     say_written(outputs.files)
     missed = [_sentence(demand) for demand in report.demands if not demand.met]
     if missed:
@@ -104,11 +107,13 @@ def _result(report: "HoverReport", gains: "dict[str, Gain]", files: "list[Path]"
     }
 
 
-def _print(report: "HoverReport", gains: "dict[str, Gain]", unlikely: list[str]) -> None:
+def _print(
+    report: "HoverReport", law: "Controller", gains: "dict[str, Gain]", unlikely: list[str]
+) -> None:
     """Print vehicle, gains, the table of what is demanded, and why all of it may mean nothing."""
     vehicle = report.hover.vehicle
     print(f"{vehicle.name}, {vehicle.mass:.4g} kg, {len(vehicle.rotors)} rotors: {vehicle.source}")
-    _print_gains(gains)
+    _print_gains(law, gains)
     print()
     table = [["", "flown", "limit", "", ""]]
     table += [_line(demand) for demand in report.demands]
@@ -124,7 +129,7 @@ def _print(report: "HoverReport", gains: "dict[str, Gain]", unlikely: list[str])
             print(f"  {doubt}")
 
 
-def _print_gains(gains: "dict[str, Gain]") -> None:
+def _print_gains(law: "Controller", gains: "dict[str, Gain]") -> None:
     """Print the gains by where they come from, without the parameter table's defaults."""
     from workbench.scenario.parameters import find_parameter
 
@@ -134,7 +139,7 @@ def _print_gains(gains: "dict[str, Gain]") -> None:
             continue
         print(f"\ngains from {_ORIGINS.get(origin, origin)}:")
         rows = [
-            (f"  {name}", f"{gain.value:g}", find_parameter(name).unit)
+            (f"  {name}", f"{gain.value:g}", find_parameter(name, controller=law).unit)
             for name, gain in gains.items()
             if gain.origin == origin
         ]

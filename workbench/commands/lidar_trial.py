@@ -284,7 +284,8 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
 
     if args.seed is not None and args.seed < 0:
         raise WorkbenchError(f"--seed is {args.seed}: give it a whole number, 0 or more")
-    scenario = with_vehicle(load_scenario(find_scenario(args.scenario)), args)
+    scenario = load_scenario(find_scenario(args.scenario), args.controller)
+    scenario = with_vehicle(scenario, args)
     if args.seed is not None:
         scenario.sensors.seed = args.seed
     return scenario

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import DEFAULT, SHIPPED
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
@@ -50,13 +51,7 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         help="shipped world (`workbench fly --list` lists them), or a .yaml, .sdf or .world file "
         "(default: the scenario's, or empty)",
     )
-    group.add_argument(
-        "--controller",
-        metavar="NAME|FILE",
-        default="",
-        help="shipped control law (`workbench controllers` lists them), or a .py file of your own, "
-        "see docs/controllers.md (default: the scenario's, or pd)",
-    )
+    add_controller_option(group)
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
         "--set",
@@ -76,6 +71,22 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         help="let what flies differ from what the controller knows: factors on mass, inertia, "
         "rotor_lag, control_delay in control periods, and sensing_delay and command_delay in "
         "seconds, as mass=1.05; may be repeated",
+    )
+
+
+def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "scenario") -> None:
+    """Add --controller.
+
+    Args:
+        parser: or a group of it.
+        instead: what kind of file may name another.
+    """
+    parser.add_argument(
+        "--controller",
+        metavar="NAME|FILE",
+        default="",
+        help=f"control law: {', '.join(SHIPPED)}, or a .py file of your own, which runs; see "
+        f"docs/controllers.md (default: the {instead}'s, or {DEFAULT})",
     )
 
 

@@ -1,6 +1,7 @@
 """`workbench regress`: fly the cases of specs and hold them against limits and baselines."""
 
 import argparse
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from workbench.commands import ExitCode
 from workbench.commands.executors import chosen_executor
 from workbench.commands.options import (
     add_command,
+    add_controller_option,
     add_json_option,
     add_scheduler_option,
     parse_argument,
@@ -66,6 +68,7 @@ def add_parser(commands: Any) -> None:
         action="append",
         default=[],
     )
+    add_controller_option(change, "spec")
     change.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
     change.add_argument("--physics-step", type=float, metavar="S", help="of the integration, in s")
     parser.add_argument("--update", action="store_true", help="record the baselines anew")
@@ -92,13 +95,16 @@ def run(args: argparse.Namespace) -> int:
             "a baseline is of the spec as it stands: leave out --update, or write the change into "
             "the spec or the gain file"
         )
+    changes = dataclasses.replace(changes, controller=args.controller)
     specs = find_specs(args.specs)
     with Outputs() as outputs, chosen_executor(args.scheduler, local(args.jobs)) as executor:
         junit = outputs.add(args.junit) if args.junit else None
         html = outputs.add(args.html) if args.html else None
         with progress_bar("flying") as progress:
             if args.update:
-                results, files = record(specs, executor=executor, progress=progress)
+                results, files = record(
+                    specs, controller=args.controller, executor=executor, progress=progress
+                )
                 for path, text in files.items():
                     outputs.add(path).write_text(text, encoding="utf-8")
             else:

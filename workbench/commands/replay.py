@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_json_option
+from workbench.commands.options import add_command, add_controller_option, add_json_option
 from workbench.commands.printing import print_json, say
 from workbench.commands.progress import progress_bar
 
@@ -25,6 +25,7 @@ def add_parser(commands: Any) -> None:
         run,
     )
     parser.add_argument("log", type=Path, metavar="LOG", help="log of a flight (.mcap)")
+    add_controller_option(parser, "log")
     add_json_option(parser)
 
 
@@ -37,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     if record.remark:
         say(f"{args.log}: {record.remark}")
     with progress_bar(f"flying {args.log.name} again") as progress:
-        replayed = replay(record, progress)
+        replayed = replay(record, progress, args.controller)
     if args.json:
         found = {"log": args.log, "equal": replayed.equal, "remark": record.remark}
         print_json(
@@ -57,9 +58,11 @@ def run(args: argparse.Namespace) -> int:
 def _sentence(replayed: "Replayed") -> str:
     first = replayed.first
     if first is None:
+        changed = "; ".join(replayed.changed)
+        since = f", though not all is as it was: {changed}" if changed else ""
         return (
             f"equal: all {replayed.states} states over {replayed.duration:.3f} s are the same to "
-            "the bit"
+            f"the bit{since}"
         )
     why = "the scenario's files, or the workbench itself, may have changed since"
     if replayed.changed:

@@ -132,7 +132,7 @@ def pin_step(
         save_gains(profile, kept, law)
         for file, text in files.items():  # the spec last: it must not stand alone
             write_atomically(file, text)
-        _prove(path)
+        _prove(path, scenario.controller)
         tell(1.0)  # who stops it here wants none of these files
     return Pinned(
         spec=path,
@@ -227,12 +227,13 @@ def _margins(measured: Measured) -> dict[str, dict[str, Limit]]:
     return {loop: found for loop, found in limits.items() if found}
 
 
-def _prove(path: Path) -> None:
+def _prove(path: Path, controller: str) -> None:
     """Judge what was written.
 
     Raises:
         WorkbenchError: if it is not green.
     """
-    failures = [said for result in regress([path]) for said in result.failures]
+    as_flown = Changes(controller=controller)
+    failures = [said for result in regress([path], as_flown) for said in result.failures]
     if failures:
         raise WorkbenchError(f"{path}: what was pinned does not fly twice alike: {failures[0]}")

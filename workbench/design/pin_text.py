@@ -7,6 +7,7 @@ import yaml
 
 from workbench.common.resources import find_file, find_model, list_models
 from workbench.common.yaml_files import dump_changes
+from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.design.regress.spec import Limit, SpecFile
 from workbench.scenario.axes import find_axis
 from workbench.scenario.parameters import find_parameter
@@ -27,7 +28,10 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
         profile: the gain file beside it.
     """
     (case,) = content.cases
+    law = load_controller(content.controller)
     head = {"title": content.title, "vehicle": _vehicle(content.vehicle, path.parent, profile)}
+    if content.controller != DEFAULT:
+        head["controller"] = _controller(content.controller, path.parent)
     if content.rates != Rates():
         head["rates"] = yaml.safe_load(dump_changes(content.rates))
     lines = [_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
@@ -36,7 +40,7 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
     lines += [f"    amplitude: {case.amplitude!r} # {unit}", f"    duration: {case.duration!r} # s"]
     if case.set:
         lines += ["    set:"]
-        lines += [f"      {name}: {_number(name, value)}" for name, value in case.set.items()]
+        lines += [f"      {name}: {_number(name, value, law)}" for name, value in case.set.items()]
     lines += ["    limits:"]
     lines += [f"      {name}: {_limit(limit)}" for name, limit in case.limits.items()]
     lines += ["    baseline:"]
@@ -50,8 +54,8 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _number(name: str, value: float) -> str:
-    unit = find_parameter(name).unit
+def _number(name: str, value: float, law: Controller) -> str:
+    unit = find_parameter(name, controller=law).unit
     return f"{value!r}" if unit == "1" else f"{value!r} # {unit}"
 
 
@@ -62,6 +66,11 @@ def _limit(limit: Limit) -> str:
     if limit.max < float("inf"):
         return f"{{max: {limit.max!r}}}"
     return f"{{min: {limit.min!r}}}"
+
+
+def _controller(name: str, folder: Path) -> str:
+    """Return a controller as a spec in a folder names it."""
+    return _beside(Path(name).resolve(), folder) if name.endswith(".py") else name
 
 
 def _vehicle(config: VehicleConfig, folder: Path, profile: Path) -> dict[str, object]:

@@ -75,7 +75,7 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
     elif owner != controller.name:
         raise WorkbenchError(
             f"{file.where('controller')}the gains are of the controller {owner}, and "
-            f"{controller.name} flies: give it gains of its own"
+            f"{controller.name} flies: give it gains of its own, or let {owner} fly (--controller)"
         )
     gains = file.data.get("gains")
     if not isinstance(gains, dict):

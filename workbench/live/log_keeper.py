@@ -122,6 +122,7 @@ class LogKeeper:
             self._settings,
             self._values,
             session.vehicle.name,
+            session.controller,
         )
         for action, by in self.done:
             self._log.act(action.at, action, by)

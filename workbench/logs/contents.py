@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from workbench.common.resources import list_models, list_worlds
+from workbench.control.controller import DEFAULT, SHIPPED
 from workbench.gateways.ros_messages.conversion import Channel
 from workbench.scenario.scenario import Scenario
 
@@ -19,6 +20,9 @@ SCENARIO = "scenario.yaml"
 """Attachment: the scenario, as `workbench fly` takes it."""
 GAINS = "gains.yaml"
 """Attachment: all parameter values of the start, as a gain file."""
+CONTROLLER = "controller"
+"""Name of the metadata with name, file and sha256 of the control law; attachment: its text."""
+LAW = "controller.py"
 TOPICS = "topics.json"
 """Attachment: the link's definitions of the topics."""
 STATE = Channel("/dh_drone/exact_state", "dh_drone_msgs/msg/ExactState")
@@ -35,6 +39,7 @@ def scenario_text(scenario: Scenario) -> str:
     rooted = replace(
         scenario,
         world=_from_root(scenario.world, list_worlds()),
+        controller=_from_root(scenario.controller, list(SHIPPED)),
         vehicle=replace(
             vehicle,
             model=_from_root(vehicle.model, list_models()),
@@ -59,10 +64,12 @@ def read_scenario(text: str) -> Scenario:
     return scenario
 
 
-def gains_text(vehicle: str, values: Mapping[str, float]) -> str:
-    """Return parameter values as the text of a gain file."""
+def gains_text(vehicle: str, values: Mapping[str, float], controller: str = DEFAULT) -> str:
+    """Return parameter values as the text of a gain file of a vehicle and a controller."""
+    whose = {} if controller == DEFAULT else {"controller": controller}
     data: dict[str, Any] = {
         "vehicle": vehicle,
+        **whose,
         "origin": "the start of a logged flight",
         "gains": {name: float(value) for name, value in values.items()},
     }

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller, load_controller
 from workbench.gateways.ros_messages.cdr import codec
 from workbench.gateways.ros_messages.conversion import Channel, Conversion, Make, conversion
 from workbench.gateways.ros_messages.library import schema_text
@@ -18,8 +19,10 @@ from workbench.link.topics import Topic
 from workbench.logs.actions import action_text
 from workbench.logs.contents import (
     ACTIONS,
+    CONTROLLER,
     FLIGHT,
     GAINS,
+    LAW,
     SCENARIO,
     SETTINGS,
     STATE,
@@ -63,6 +66,7 @@ class FlightLog:
         settings: parameter values that the flight was built with on top of the scenario's.
         values: all parameter values that it began with.
         vehicle: its name.
+        controller: that flies; without one, the scenario's as its file stands now.
 
     Attributes:
         path: the file.
@@ -80,7 +84,9 @@ class FlightLog:
         settings: Mapping[str, float],
         values: Mapping[str, float],
         vehicle: str,
+        controller: Controller | None = None,
     ) -> None:
+        law = controller or load_controller(scenario.controller)
         self.path = path
         self.said = ""
         self._step = scenario.rates.physics_step
@@ -95,7 +101,7 @@ class FlightLog:
         except OSError as error:
             raise _not_written(path, error) from error
         try:
-            self._begin(topics, scenario, settings, values, vehicle, found)
+            self._begin(topics, scenario, settings, values, vehicle, law, found)
         except BaseException as error:
             self._writer.give_up()
             if isinstance(error, OSError):
@@ -168,6 +174,7 @@ class FlightLog:
         settings: Mapping[str, float],
         values: Mapping[str, float],
         vehicle: str,
+        law: Controller,
         found: Mapping[str, str],
     ) -> None:
         """Write all that is known before the flight."""
@@ -176,8 +183,13 @@ class FlightLog:
         writer.add_metadata(FLIGHT, flight)
         writer.add_metadata(VERSIONS, found)
         writer.add_metadata(SETTINGS, {name: repr(value) for name, value in settings.items()})
+        whose = {"name": law.name, "file": str(law.file), "sha256": law.digest}
+        writer.add_metadata(CONTROLLER, whose)
+        writer.attach(LAW, "text/x-python", law.text.encode(), now)
         writer.attach(SCENARIO, "application/yaml", scenario_text(scenario).encode(), now)
-        writer.attach(GAINS, "application/yaml", gains_text(vehicle, values).encode(), now)
+        writer.attach(
+            GAINS, "application/yaml", gains_text(vehicle, values, law.name).encode(), now
+        )
         definitions = json.dumps([topic.definition() for topic in topics], indent=1)
         writer.attach(TOPICS, "application/json", definitions.encode(), now)
         schemas: dict[str, int] = {}

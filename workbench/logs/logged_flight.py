@@ -33,6 +33,7 @@ class LoggedFlight:
             settings,
             self.session.parameters(),
             self.session.vehicle.name,
+            self.session.controller,
         )
 
     @property

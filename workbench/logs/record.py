@@ -5,7 +5,7 @@ import os
 import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -18,8 +18,10 @@ from workbench.link.topics import Topic, topic_from
 from workbench.logs.actions import read_action
 from workbench.logs.contents import (
     ACTIONS,
+    CONTROLLER,
     FLIGHT,
     GAINS,
+    LAW,
     SCENARIO,
     SETTINGS,
     STATE,
@@ -60,6 +62,8 @@ class FlightRecord:
         definitions: of the link's topics.
         topics: by their short names, without /dh_drone/ in front; those with messages.
         remark: what is missing, a sentence; "" if nothing is.
+        controller: name, file and sha256 of the control law; empty in logs of earlier versions.
+        law: text of its file, "" in those.
     """
 
     path: Path
@@ -72,6 +76,8 @@ class FlightRecord:
     definitions: tuple[Topic, ...]
     topics: Mapping[str, LoggedTopic]
     remark: str
+    controller: Mapping[str, str] = field(default_factory=dict)
+    law: str = ""
 
     @property
     def duration(self) -> float:
@@ -191,6 +197,8 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
             definitions=tuple(map(topic_from, json.loads(found.attachments[TOPICS]))),
             topics=topics,
             remark=_remark(found),
+            controller=found.metadata.get(CONTROLLER, {}),
+            law=found.attachments.get(LAW, b"").decode(),
         )
     except (KeyError, ValueError, TypeError, yaml.YAMLError) as error:
         why = (

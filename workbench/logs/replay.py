@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import SHIPPED, Controller, load_controller
 from workbench.link.backplane import Sampled
 from workbench.logs.record import FlightRecord
 from workbench.logs.versions import versions
@@ -44,7 +45,7 @@ class Replayed:
         states: that were compared.
         duration: that they cover [s].
         first: difference; None where all states are equal to the bit.
-        changed: versions that differ, "numpy 2.4.6, was 2.3.0".
+        changed: versions that differ, "numpy 2.4.6, was 2.3.0", and so the controller's text.
     """
 
     states: int
@@ -58,12 +59,18 @@ class Replayed:
         return self.first is None
 
 
-def replay(record: FlightRecord, progress: Callable[[float], None] | None = None) -> Replayed:
+def replay(
+    record: FlightRecord,
+    progress: Callable[[float], None] | None = None,
+    controller: str = "",
+) -> Replayed:
     """Fly a log again, up to its end or the first difference.
 
     Args:
         record: what was read of it.
         progress: takes the share done, 0 .. 1.
+        controller: that flew: a shipped one's name or a file's path. Python that only the log names
+            does not run.
 
     Raises:
         WorkbenchError: if it has no states, or cannot be flown here.
@@ -72,7 +79,14 @@ def replay(record: FlightRecord, progress: Callable[[float], None] | None = None
         raise WorkbenchError(f"{record.path}: has no states, so there is nothing to fly again")
     first, compared = None, 0
     logged = dict(zip(record.state_ns, record.states, strict=True))
-    for sampled in _flown(record, progress):
+    scenario = again(record, controller)
+    law, whose = load_controller(scenario.controller), record.controller.get("name")
+    if whose not in (None, law.name):
+        raise WorkbenchError(
+            f"{record.path}: was flown by {whose}, and {law.name} is another law with other gains: "
+            f"name the file of {whose}, as --controller {record.controller['file']}"
+        )
+    for sampled in _flown(record, scenario, progress):
         state = logged.get(sampled.published.t_ns)
         if state is None:
             continue
@@ -85,21 +99,37 @@ def replay(record: FlightRecord, progress: Callable[[float], None] | None = None
             f"{record.path}: only {compared} of its {len(logged)} states come at the same times "
             f"again: it was flown at other rates than its scenario says"
         )
-    return Replayed(compared, record.duration, first, _changed(record))
+    return Replayed(compared, record.duration, first, _changed(record, law))
 
 
-def again(record: FlightRecord) -> Scenario:
-    """Return the scenario that flies a log again: what was done stands in its script."""
+def again(record: FlightRecord, controller: str = "") -> Scenario:
+    """Return the scenario that flies a log again: what was done stands in its script.
+
+    Args:
+        record: what was read of it.
+        controller: see `replay`.
+
+    Raises:
+        WorkbenchError: if only the log names a controller that is not shipped.
+    """
     scenario = record.scenario()
+    if not controller and scenario.controller not in SHIPPED:
+        raise WorkbenchError(
+            f"{record.path}: was flown by {scenario.controller}, Python that would run here: if "
+            f"you trust it, name it yourself, as --controller {scenario.controller}"
+        )
+    scenario.controller = controller or scenario.controller
     # the gain file may have changed since: the log has all values
     vehicle = dataclasses.replace(scenario.vehicle, gains="")
     actions = [done.action for done in record.done]
     return repeated(dataclasses.replace(scenario, vehicle=vehicle), {}, actions, record.duration)
 
 
-def _flown(record: FlightRecord, progress: Callable[[float], None] | None) -> Iterator[Sampled]:
+def _flown(
+    record: FlightRecord, scenario: Scenario, progress: Callable[[float], None] | None
+) -> Iterator[Sampled]:
     """Yield what is published as it is flown."""
-    session = Session(again(record), record.values, bridge=Bridge())
+    session = Session(scenario, record.values, bridge=Bridge())
     steps = max(1, round(record.duration / record.physics_step))
     each = max(1, round(SLICE / record.physics_step))
     for begin in range(0, steps, each):
@@ -120,11 +150,18 @@ def _difference(sampled: Sampled, state: np.ndarray) -> Difference | None:
     return Difference(sampled.published.t_ns * 1e-9, part, float(away[index]))
 
 
-def _changed(record: FlightRecord) -> tuple[str, ...]:
-    """Return the versions that are not as they were, in words."""
-    now = versions()
-    return tuple(
+def _changed(record: FlightRecord, law: Controller) -> tuple[str, ...]:
+    """Return what is not as it was, in words: the controller's text, and versions."""
+    now, whose = versions(), record.controller
+    found = []
+    if whose and whose["sha256"] != law.digest:
+        found.append(
+            f"controller {law.name} with SHA-256 {law.digest[:12]}..., was {whose['name']} with "
+            f"{whose['sha256'][:12]}..."
+        )
+    found += (
         f"{name} {now.get(name, 'unknown')}, was {was}"
         for name, was in {"physics": "1", **record.versions}.items()
         if now.get(name) != was
     )
+    return tuple(found)

@@ -191,13 +191,14 @@ def load_scenario(path: Path | str, controller: str = "") -> Scenario:
     return scenario
 
 
-def chosen_controller(file: YamlFile, named: str, given: str) -> str:
+def chosen_controller(file: YamlFile, named: str, given: str, trusted: Path | None = None) -> str:
     """Return the controller that flies.
 
     Args:
         file: that names one.
         named: by the file.
         given: by who asks, "" for none.
+        trusted: a folder whose files may run when the file names them; None for none.
 
     Raises:
         WorkbenchError: if only the file names a controller that is not shipped: its code would run
@@ -207,6 +208,8 @@ def chosen_controller(file: YamlFile, named: str, given: str) -> str:
         return given or named
     beside = file.path.parent / named
     path = beside if beside.is_file() else named
+    if trusted and beside.resolve().is_relative_to(trusted.resolve()):
+        return str(beside)
     raise WorkbenchError(
         f"{file.where('controller')}{named} is Python that would run here: if you trust it, name "
         f"it yourself, as --controller {path}"

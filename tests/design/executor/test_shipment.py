@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import models_dir
+from workbench.common.resources import controllers_dir, models_dir
 from workbench.design.executor import shipment as shipment_module
 from workbench.design.executor.shipment import moved_below, shipment, with_absolute_paths
 from workbench.gains.gains import flight_gains
@@ -112,3 +112,14 @@ def test_threads_of_a_worker_may_unpack_at_once(tmp_path):
 def test_a_file_that_is_not_there_is_a_sentence():
     with pytest.raises(WorkbenchError, match="gone.yaml: no such file"):
         with_absolute_paths(Scenario(vehicle=VehicleConfig(gains="gone.yaml")))
+
+
+def test_a_controllers_file_is_sent(tmp_path):
+    law = tmp_path / "law.py"
+    law.write_text((controllers_dir() / "pd.py").read_text())
+    scenario = with_absolute_paths(Scenario(controller=str(law)))
+    found = shipment(scenario)
+    assert str(law) in dict(found.files)
+    (tmp_path / "kept").mkdir()
+    root = found.unpacked(tmp_path / "kept")
+    assert Path(moved_below(root, scenario).controller).read_text() == law.read_text()

@@ -5,7 +5,13 @@ import math
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import find_spec, list_models, list_specs, specs_dir
+from workbench.common.resources import (
+    controllers_dir,
+    find_spec,
+    list_models,
+    list_specs,
+    specs_dir,
+)
 from workbench.design.regress.loading import load_spec
 from workbench.design.regress.spec import Limit, Tolerance
 from workbench.design.regress.spec_names import find_specs, part_names
@@ -210,3 +216,12 @@ def test_a_shipped_spec_is_read_and_each_baseline_belongs_to_a_case(name):
 def test_every_shipped_vehicle_has_a_spec():
     models = {load_spec(find_spec(name)).content.vehicle.model for name in list_specs()}
     assert models == set(list_models())
+
+
+def test_a_trusted_folder_may_hold_the_controller_that_a_spec_names(spec, tmp_path):
+    (tmp_path / "law.py").write_text((controllers_dir() / "pd.py").read_text())
+    path = spec("controller: law.py\n" + STEP.format("limits: {peak: {max: 2}}"))
+    assert "as --controller" in fault(path)
+    assert load_spec(path, trusted=tmp_path).content.controller == str(tmp_path / "law.py")
+    with pytest.raises(WorkbenchError, match="as --controller"):
+        load_spec(path, trusted=tmp_path / "elsewhere")

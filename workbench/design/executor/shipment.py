@@ -155,6 +155,8 @@ def with_absolute_paths(scenario: Scenario) -> Scenario:
         vehicle.packages[name] = str(Path(folder).expanduser().resolve())
     if found.world not in list_worlds():
         found.world = str(find_world(found.world))
+    if found.controller.endswith(".py"):
+        found.controller = str(load_controller(found.controller).file)
     return found
 
 
@@ -168,6 +170,7 @@ def moved_below(root: Path, scenario: Scenario) -> Scenario:
     vehicle = found.vehicle
     vehicle.model, vehicle.rotors = moved(vehicle.model), moved(vehicle.rotors)
     vehicle.gains, found.world = moved(vehicle.gains), moved(found.world)
+    found.controller = moved(found.controller)
     for name, folder in vehicle.packages.items():
         vehicle.packages[name] = moved(folder)
         # one of which no file is read is there all the same
@@ -189,6 +192,8 @@ def _own_paths(scenario: Scenario) -> Iterator[str]:
         yield vehicle.model
     if scenario.world not in list_worlds():
         yield scenario.world
+    if scenario.controller.endswith(".py"):
+        yield scenario.controller
 
 
 def read_files(request: dict[str, str]) -> list[str]:
@@ -215,6 +220,8 @@ def read_files(request: dict[str, str]) -> list[str]:
     _expand(scenario.vehicle)
     found = [path for path in map(Path, opened) if _is_input(path)]
     found += _meshes(world)
+    if scenario.controller.endswith(".py"):
+        found.append(Path(scenario.controller))
     found += [side for path in found for side in side_files(path, path.read_bytes())]
     folders = dict.fromkeys(folder for path in found for folder in path.parents)
     found += [folder / marker for folder in folders for marker in _MARKERS]

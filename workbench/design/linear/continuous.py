@@ -78,7 +78,7 @@ class ContinuousDerivatives:
         if math.isnan(moment):
             raise WorkbenchError(
                 f"{self._law.name} looks at the wrench that was commanded before, so it has no "
-                "model without sampling: leave --continuous out"
+                "model without sampling: leave --time continuous out"
             )
         values = np.concatenate([*known, [moment] * moments, trim.memory])
         self._root.SetContinuousState(InitializeAutoDiff(values, rows))

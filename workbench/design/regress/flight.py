@@ -37,6 +37,7 @@ class Changes:
         variation: fields of the plant's variation, by name.
         seed: of noise and turbulence; None leaves the spec's.
         physics_step: of the integration [s]; None leaves the spec's.
+        controller: a shipped one's name or a file's path; "" leaves the spec's.
     """
 
     settings: Mapping[str, float] = field(default_factory=dict)
@@ -44,6 +45,7 @@ class Changes:
     variation: Mapping[str, float] = field(default_factory=dict)
     seed: int | None = None
     physics_step: float | None = None
+    controller: str = ""
 
     @property
     def any(self) -> bool:

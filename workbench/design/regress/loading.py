@@ -10,6 +10,7 @@ from pydrake.common.yaml import yaml_load_typed
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.yaml_files import YamlFile, check_schema, read_yaml, with_numbers
+from workbench.control.controller import DEFAULT
 from workbench.design.regress.case_check import check_case
 from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, slug
@@ -22,8 +23,14 @@ from workbench.scenario.scenario import (
 )
 
 
-def load_spec(path: Path | str, controller: str = "") -> Spec:
+def load_spec(path: Path | str, controller: str = "", trusted: Path | None = None) -> Spec:
     """Read and check a spec; what it names is looked for beside it first.
+
+    Args:
+        path: the file.
+        controller: that flies in place of the one that the spec names: a shipped one's name, or a
+            file's path. A file of Python that only the spec names does not run.
+        trusted: a folder whose files of Python run nevertheless; None for none.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
@@ -36,7 +43,7 @@ def load_spec(path: Path | str, controller: str = "") -> Spec:
         content = yaml_load_typed(schema=SpecFile, data=text, defaults=SpecFile())
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
-    content.controller = chosen_controller(file, content.controller, controller)
+    content.controller = chosen_controller(file, content.controller, controller, trusted)
     common = Scenario(
         vehicle=content.vehicle,
         controller=content.controller,
@@ -62,6 +69,22 @@ def load_spec(path: Path | str, controller: str = "") -> Spec:
 
         check_margins(content, file)
     return Spec(path.resolve(), content)
+
+
+def check_named(path: Path, controller: str) -> None:
+    """Refuse a controller that is not the one a spec names; "" is none.
+
+    Raises:
+        WorkbenchError: if a baseline would be of another one.
+    """
+    file = read_yaml(path)
+    named = str(file.data.get("controller") or DEFAULT)
+    same = (path.parent / named).resolve() == Path(controller).resolve()
+    if controller not in ("", named) and not same:
+        raise WorkbenchError(
+            f"{file.where('controller')}a baseline is of the spec as it stands, whose controller "
+            f"is {named}: leave out --update, or write controller: {controller} into the spec"
+        )
 
 
 def _with_plain_limits(file: YamlFile) -> YamlFile:

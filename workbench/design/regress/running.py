@@ -10,7 +10,7 @@ from workbench.design.executor.executor import Executor, InThisProcess
 from workbench.design.executor.local_processes import LocalProcesses
 from workbench.design.regress.flight import Changes, changed
 from workbench.design.regress.judging import Job, Measured, baseline_files, compare, measure
-from workbench.design.regress.loading import load_spec
+from workbench.design.regress.loading import check_named, load_spec
 from workbench.design.regress.spec_names import MARGINS
 from workbench.design.regress.verdict import CaseResult
 from workbench.scenario.scenario import Scenario
@@ -56,6 +56,7 @@ def regress(
 def record(
     specs: Sequence[Path | str],
     *,
+    controller: str = "",
     processes: int = 1,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -64,6 +65,7 @@ def record(
 
     Args:
         specs: their files.
+        controller: that they name; a file of Python that only they name does not run.
         processes: that fly; 1 flies in this one.
         executor: where cases fly instead, as on a cluster.
         progress: called with the share that is done, 0 .. 1.
@@ -71,7 +73,9 @@ def record(
     Raises:
         WorkbenchError: if a spec is wrong or its vehicle cannot be built.
     """
-    jobs = all_jobs(specs, Changes())
+    for path in specs:
+        check_named(Path(path), controller)
+    jobs = all_jobs(specs, Changes(controller=controller))
     measured = measure_all(jobs, executor or local(processes), progress)
     files: dict[Path, str] = {}
     for job, each in zip(jobs, measured, strict=True):
@@ -83,7 +87,7 @@ def all_jobs(specs: Sequence[Path | str], changes: Changes) -> list[Job]:
     """Return a job for each case of specs, and one for a spec's margins."""
     found = []
     for path in specs:
-        spec = load_spec(path)
+        spec = load_spec(path, changes.controller)
         parts = [case.name for case in spec.content.cases] + [MARGINS] * bool(spec.content.margins)
         found += [Job(spec, part, changes) for part in parts]
     return found
@@ -120,7 +124,12 @@ class Measuring:
     def with_scenario(self, scenario: Scenario) -> Self:
         """Return the same job with the files of that scenario."""
         spec = self.job.spec
-        content = dataclasses.replace(spec.content, vehicle=scenario.vehicle, world=scenario.world)
+        content = dataclasses.replace(
+            spec.content,
+            vehicle=scenario.vehicle,
+            controller=scenario.controller,
+            world=scenario.world,
+        )
         moved = dataclasses.replace(spec, content=content)
         return dataclasses.replace(self, job=dataclasses.replace(self.job, spec=moved))
 

@@ -1,0 +1,54 @@
+"""The controller that its page shows flies, is judged and guarded by the commands that it shows."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+import workbench.controllers
+from workbench.commands.cli import main
+from workbench.control.controller import ARGUMENTS, COMMON, SHIPPED, load_controller
+from workbench.control.flight_law import Body
+from workbench.control.guidance import Measured
+
+PAGE = (Path(__file__).parents[2] / "docs" / "controllers.md").read_text(encoding="utf-8")
+LAW, COMMANDS = (
+    re.search(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)[1] for language in ("python", "sh")
+)
+MOST_LINES = 60
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with the page's controller."""
+    made = tmp_path_factory.mktemp("own")
+    (made / "mine.py").write_text(LAW, encoding="utf-8")
+    return made
+
+
+def test_the_page_has_a_whole_controller_in_few_lines(folder):
+    law = load_controller(folder / "mine.py")
+    assert len(LAW.splitlines()) <= MOST_LINES
+    assert law.name == "mine" and len(law.memory) == 8 and len(law.loops) == 6
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_page_run(folder, monkeypatch, case):
+    monkeypatch.chdir(folder)
+    for command in COMMANDS.splitlines():
+        words = shlex.split(command)
+        if words[0] == "workbench":
+            with case(command):
+                assert main(words[1:]) == 0
+
+
+def test_the_page_names_all_that_there_is():
+    names = [name for name in vars(workbench.controllers) if re.match(r"[A-Za-z]", name)]
+    names = [n for n in names if n not in (*SHIPPED, "pd_rule", "Scalar", "Vector")]
+    names += [*Measured._fields, *Body._fields, *ARGUMENTS, *(row.name for row in COMMON)]
+    missing = [name for name in names if not re.search(rf"[`.\[]{name}\b", PAGE)]
+    assert not missing
+    assert [name for name in re.findall(r"^### (\w+)$", PAGE, re.MULTILINE) if name in SHIPPED] == [
+        *SHIPPED
+    ]
