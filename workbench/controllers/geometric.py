@@ -138,11 +138,11 @@ def update(
 def turned(h_x: Any, h_y: Any, R: Any, angle: Any) -> tuple[Any, Any]:
     """Return the heading that is asked for, turned by a small angle [rad], of unit length.
 
-    Where there is none yet, it is that of x of T with z upright: the level part of b2 turned back,
-    which roll does not turn.
+    Where there is none yet, it is that of x and y of T, added with z upright: a vehicle that lies
+    on its side or its back has one, too.
     """
     if h_x * h_x + h_y * h_y < NO_HEADING:
-        h_x, h_y = R[4], -R[1]
+        h_x, h_y = R[0] + R[4], R[3] - R[1]
     n_x, n_y = h_x - angle * h_y, h_y + angle * h_x
     length = (n_x * n_x + n_y * n_y + 1e-12) ** 0.5
     return n_x / length, n_y / length
