@@ -324,7 +324,6 @@ def _from_text(name: str, file: Path, text: str) -> Controller:
         code = compile(text, str(file), "exec")
         with _at_most_lines(file):
             exec(code, module.__dict__)
-    sys.modules[module.__name__] = module  # machine code from the cache imports it by name
     controller = _from_module(name, file, text, module)
     with law_errors(file, "update"), _at_most_lines(file):
         _tried(controller)
