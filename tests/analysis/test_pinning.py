@@ -151,7 +151,7 @@ def test_nothing_is_written_of_what_cannot_be_pinned(tmp_path, name, gains, axis
 def test_what_is_not_green_when_it_was_written_is_taken_back(tmp_path, monkeypatch):
     from workbench.design import pin
 
-    def fail(path):
+    def fail(path, controller):
         raise WorkbenchError(f"{path}: not green")
 
     monkeypatch.setattr(pin, "_prove", fail)

@@ -66,7 +66,7 @@ def test_nothing_is_left_behind():
     with DdsDomain(DOMAIN) as domain:
         assert domain.participant is not None
     assert ros2_domain._sockets() == sockets
-    assert len(list(Path("/proc/self/task").iterdir())) == threads
+    assert len(list(Path("/proc/self/task").iterdir())) <= threads
 
 
 def test_a_filter_that_the_system_refuses_is_said(monkeypatch):

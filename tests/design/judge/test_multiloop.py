@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import control
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from scipy.optimize import minimize
 
 from workbench.design.judge.margins import all_margins
@@ -47,7 +48,9 @@ class Square:
 
 def test_loops_that_do_not_meet_bear_what_the_weakest_bears():
     loops = [control.tf([4.0], [0.04, 1.0, 0.0]), control.tf([9.0], [0.01, 0.4, 1.0, 0.0])]
-    both = Square(control.append(*map(control.ss, loops)))
+    parts = [control.ss(loop) for loop in loops]
+    blocks = (block_diag(*(getattr(part, name) for part in parts)) for name in "ABCD")
+    both = Square(control.ss(*blocks))
     found = multiloop_margin(both, [0, 1])
     alone = [control.disk_margins(loop, np.geomspace(1e-3, 1e3, 20001))[0] for loop in loops]
     assert found.disk_margin == pytest.approx(min(alone), rel=1e-5)
