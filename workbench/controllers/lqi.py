@@ -20,6 +20,7 @@ vehicle cannot do more, as in `pid`.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 from workbench.controllers import (
@@ -178,32 +179,29 @@ def share(dt: float, vehicle: Any) -> Any:
 
 def design(vehicle: Any, g: Any, dt: float) -> Sequence[float]:
     """Return the feedback gains of the three chains, see above."""
-    import numpy as np
-
     lag = vehicle.rotor_lag
-    level = np.diag([1.0, -GRAVITY, 1.0, 1.0], k=1)
-    level[4, 4] = -1.0 / lag
-    climb = np.diag([1.0, -1.0], k=1)
-    climb[2, 2] = -1.0 / lag
     tilt = (g.q_level_integral, g.q_level_velocity, g.q_tilt, g.q_tilt_rate, 0.0)
     return [
-        *feedback(level, lag, tilt, dt),
-        *feedback(climb, lag, (g.q_climb_integral, g.q_climb_velocity, 0.0), dt),
-        *feedback(climb, lag, (g.q_yaw_integral, g.q_yaw_rate, 0.0), dt),
+        *feedback((1.0, -GRAVITY, 1.0, 1.0), lag, tilt, dt),
+        *feedback((1.0, -1.0), lag, (g.q_climb_integral, g.q_climb_velocity, 0.0), dt),
+        *feedback((1.0, -1.0), lag, (g.q_yaw_integral, g.q_yaw_rate, 0.0), dt),
     ]
 
 
-def feedback(A: Any, lag: float, weights: Sequence[float], dt: float) -> list[float]:
+@lru_cache(maxsize=4096)  # a sweep of one chain's weights asks for the others again and again
+def feedback(
+    slopes: tuple[float, ...], lag: float, weights: tuple[float, ...], dt: float
+) -> list[float]:
     """Return the gains of a chain whose last state follows its input with a lag [s].
 
-    Errors come with the sign of the command minus what is measured, the others as they are; so the
-    gains are those of the cascade above.
+    Each other state grows with the next one, at a slope. Errors come with the sign of the command
+    minus what is measured, the others as they are; so the gains are those of the cascade above.
     """
     import control
     import numpy as np
 
-    B = np.zeros((len(A), 1))
-    B[-1] = 1.0 / lag
+    A, B = np.diag(slopes, k=1), np.zeros((len(slopes) + 1, 1))
+    A[-1, -1], B[-1] = -1.0 / lag, 1.0 / lag
     sampled = control.c2d(control.ss(A, B, np.eye(len(A)), 0.0), dt)
     K, _, _ = control.dlqr(sampled.A, sampled.B, np.diag(weights), np.eye(1))
     signs = [-1.0, -1.0, *[1.0] * (len(A) - 2)]
