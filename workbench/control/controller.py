@@ -33,6 +33,7 @@ from typing import Any
 
 from workbench.common.errors import WorkbenchError, find_row, unknown_name
 from workbench.common.jitable import register_jitable
+from workbench.common.resources import controllers_dir
 from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
 from workbench.control.parameter import Parameter
 from workbench.plant.gravity import GRAVITY
@@ -301,7 +302,7 @@ def _shipped(name: str) -> Controller:
 
 
 def _shipped_file(name: str) -> Path:
-    return Path(__file__).parent.parent / "controllers" / f"{name}.py"
+    return controllers_dir() / f"{name}.py"
 
 
 def _unpickled(name: str, file: str, text: str) -> Controller:

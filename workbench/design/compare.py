@@ -13,11 +13,11 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
 from workbench.control.controller import Controller, load_controller
+from workbench.design.judge.live import HOLDING
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.judge.step_pair import STEPS
-from workbench.design.linear.operating_point import OperatingPoint
-from workbench.design.linear.study import LinearStudy
+from workbench.design.linear.study import HOVER, LinearStudy
 from workbench.design.lost import find_loss
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import START_HEIGHT, fly_step
@@ -55,7 +55,6 @@ VEHICLES = tuple(
     for mass, inertia, lag in itertools.product((0.8, 1.2), (0.7, 1.3), (1.0, 1.5))
 )
 """Vehicles of which the law does not know."""
-HOLD = OperatingPoint(hold=True)
 
 
 @dataclass(frozen=True)
@@ -379,7 +378,7 @@ def _vehicles(bench: _Bench) -> None:
 
 
 def _margins(bench: _Bench) -> None:
-    steering, holding = bench.study.sampled(), bench.study.sampled(HOLD)
+    steering, holding = bench.study.sampled(), bench.study.sampled(HOLDING)
     loops = judge_loops(steering, holding)
     if loops:
         least, name = min(
@@ -391,7 +390,7 @@ def _margins(bench: _Bench) -> None:
     else:
         bench.found.none(["own_disk_margin"], f"{bench.law.name} states no LOOPS")
     bench.say(0.5)
-    both = [multiloop_margin(bench.study.plant_input(point)) for point in (OperatingPoint(), HOLD)]
+    both = [multiloop_margin(bench.study.plant_input(point)) for point in (HOVER, HOLDING)]
     least_of_all = min(both, key=lambda each: each.disk_margin)
     alone = min(least_of_all.alone, key=lambda name: least_of_all.alone[name])
     bench.found.note(

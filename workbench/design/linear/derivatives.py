@@ -13,12 +13,13 @@ from workbench.control.flight_law import (
     allocate,
     commanded_wrench,
     flight_law,
+    known_body,
     law_constants,
 )
 from workbench.control.guidance import Guidance, Setpoint
 from workbench.design.linear.attitude import reduced, state_seeds
 from workbench.design.linear.autodiff import gradient, whole
-from workbench.diagram.core import law_gains, live_numbers
+from workbench.diagram.core import live_numbers
 from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
 from workbench.dynamics.vehicle_step import (
     FULL,
@@ -133,9 +134,11 @@ class Derivatives:
             self._carry(payload)
             self.step.forget()
             self.acceleration.forget()
-        self._gains = law_gains(self.controller, self._vehicle, gains, self._control_period)
-        settled = {**gains, "spin_up_feedforward": 0.0}
-        self._settled = law_gains(self.controller, self._vehicle, settled, self._control_period)
+        body, dt = known_body(self._constants), self._control_period
+        self._gains = self._settled = self.controller.gains(gains, body, dt)
+        if gains["spin_up_feedforward"] and self._constants.spin_up_time:
+            settled = {**gains, "spin_up_feedforward": 0.0}
+            self._settled = self.controller.gains(settled, body, dt)
         self.update.forget()
         self.settled_update.forget()
         live = live_numbers(self._vehicle, gains)
@@ -159,7 +162,7 @@ class Derivatives:
         return self._updated(self._gains, *signals)
 
     def _settled_update(self, *signals: np.ndarray) -> Update:
-        if self._gains == self._settled or self._constants.spin_up_time == 0.0:
+        if self._gains == self._settled:
             return self.update(*signals)
         return self._updated(self._settled, *signals)
 
