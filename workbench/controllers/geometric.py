@@ -19,9 +19,17 @@ which needs a path's snap.
 
 from typing import Any
 
+from workbench.control.cascade import (
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    ATTITUDE,
+    CASCADE_POINTS,
+    POSITION,
+    VELOCITY,
+    cascade_loops,
+)
 from workbench.controllers import (
     GRAVITY,
-    Loop,
     State,
     attitude_matrix,
     difference,
@@ -55,34 +63,14 @@ MEMORY = (
     *(State(f"path_{axis}", "m/s^2") for axis in "xyz"),
 )
 
-POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("acceleration", "", "m/s^2"),
-        ("attitude", "_error", "1"),
-        ("angular_acceleration", "", "rad/s^2"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
-
-_TILT = ("k_attitude_xy", "k_rate_xy")
-_HEADING = ("k_attitude_z", "k_rate_z")
-LOOPS = tuple(
-    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
-    for name, error, actuator, axis, gains in (
-        ("velocity_x", "velocity_x_error", "acceleration_x", "x", ("k_velocity_xy",)),
-        ("velocity_y", "velocity_y_error", "acceleration_y", "y", ("k_velocity_xy",)),
-        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("k_velocity_z",)),
-        ("roll", "attitude_x_error", "angular_acceleration_x", "y", _TILT),
-        ("pitch", "attitude_y_error", "angular_acceleration_y", "x", _TILT),
-        ("heading", "attitude_z_error", "angular_acceleration_z", "yaw", _HEADING),
-        ("position_x", "position_x_error", "position_x_error", "x", ("k_position_xy",)),
-        ("position_y", "position_y_error", "position_y_error", "y", ("k_position_xy",)),
-        ("position_z", "position_z_error", "position_z_error", "z", ("k_position_z",)),
-    )
+POINTS = CASCADE_POINTS
+LOOPS = cascade_loops(
+    level=("k_velocity_xy",),
+    climb=("k_velocity_z",),
+    tilt=("k_attitude_xy", "k_rate_xy"),
+    turn=("k_attitude_z", "k_rate_z"),
+    place=("k_position_xy", "k_position_z"),
+    about_z="heading",
 )
 
 

@@ -22,9 +22,17 @@ and an inertia that is 30 % off makes it swing.
 
 from typing import Any
 
+from workbench.control.cascade import (
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    ATTITUDE,
+    CASCADE_POINTS,
+    POSITION,
+    VELOCITY,
+    cascade_loops,
+)
 from workbench.controllers import (
     GRAVITY,
-    Loop,
     State,
     attitude_error,
     attitude_matrix,
@@ -64,32 +72,14 @@ MEMORY = tuple(
     for axis in axes
 )
 
-POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("acceleration", "", "m/s^2"),
-        ("attitude", "_error", "1"),
-        ("angular_acceleration", "", "rad/s^2"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
-
-LOOPS = tuple(
-    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
-    for name, error, actuator, axis, gains in (
-        ("velocity_x", "velocity_x_error", "acceleration_x", "x", ("kp_velocity_xy",)),
-        ("velocity_y", "velocity_y_error", "acceleration_y", "y", ("kp_velocity_xy",)),
-        ("velocity_z", "velocity_z_error", "acceleration_z", "z", ("kp_velocity_z",)),
-        ("roll", "attitude_x_error", "angular_acceleration_x", "y", ("kp_tilt", "kd_tilt")),
-        ("pitch", "attitude_y_error", "angular_acceleration_y", "x", ("kp_tilt", "kd_tilt")),
-        ("yaw_rate", "attitude_z_error", "angular_acceleration_z", "yaw", ("kp_yaw_rate",)),
-        ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
-        ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
-        ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),
-    )
+POINTS = CASCADE_POINTS
+LOOPS = cascade_loops(
+    level=("kp_velocity_xy",),
+    climb=("kp_velocity_z",),
+    tilt=("kp_tilt", "kd_tilt"),
+    turn=("kp_yaw_rate",),
+    place=("kp_position_xy", "kp_position_z"),
+    about_z="yaw_rate",
 )
 
 

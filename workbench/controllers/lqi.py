@@ -23,9 +23,17 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
+from workbench.control.cascade import (
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    ATTITUDE,
+    CASCADE_POINTS,
+    POSITION,
+    VELOCITY,
+    cascade_loops,
+)
 from workbench.controllers import (
     GRAVITY,
-    Loop,
     State,
     attitude_error,
     attitude_matrix,
@@ -78,36 +86,14 @@ MEMORY = tuple(
     for axis in axes
 )
 
-POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("acceleration", "", "m/s^2"),
-        ("attitude", "_error", "1"),
-        ("angular_acceleration", "", "rad/s^2"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
-
-_LEVEL = ("q_level_integral", "q_level_velocity")
-_CLIMB = ("q_climb_integral", "q_climb_velocity")
-_YAW = ("q_yaw_integral", "q_yaw_rate")
-_TILT = ("q_tilt", "q_tilt_rate")
-LOOPS = tuple(
-    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
-    for name, error, actuator, axis, gains in (
-        ("velocity_x", "velocity_x_error", "acceleration_x", "x", _LEVEL),
-        ("velocity_y", "velocity_y_error", "acceleration_y", "y", _LEVEL),
-        ("velocity_z", "velocity_z_error", "acceleration_z", "z", _CLIMB),
-        ("roll", "attitude_x_error", "angular_acceleration_x", "y", _TILT),
-        ("pitch", "attitude_y_error", "angular_acceleration_y", "x", _TILT),
-        ("yaw_rate", "attitude_z_error", "angular_acceleration_z", "yaw", _YAW),
-        ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
-        ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
-        ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),
-    )
+POINTS = CASCADE_POINTS
+LOOPS = cascade_loops(
+    level=("q_level_integral", "q_level_velocity"),
+    climb=("q_climb_integral", "q_climb_velocity"),
+    tilt=("q_tilt", "q_tilt_rate"),
+    turn=("q_yaw_integral", "q_yaw_rate"),
+    place=("kp_position_xy", "kp_position_z"),
+    about_z="yaw_rate",
 )
 
 
