@@ -15,7 +15,7 @@ def tune(subject: Subject, question: Tune, work: Work) -> Working:
     """Answer which gains meet wishes, from the given ones on; a stop keeps the best so far."""
     tuner = Tuner(
         subject.scenario,
-        wishes_for(*question.wishes),
+        wishes_for(*question.wishes, controller=subject.scenario.controller),
         settings=subject.gains(question.gains),
     )
     work.on_stop(tuner.stop)

@@ -23,6 +23,7 @@ from workbench.common.errors import WorkbenchError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from workbench.control.controller import Controller
     from workbench.design.tune.tuner import Tuner
     from workbench.design.tune.tuning import Progress, Result, Tuning
     from workbench.design.tune.wish_file import Wishes
@@ -90,13 +91,15 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Tune, print the table, write profile, report and picture; 1 if wishes cannot be met."""
+    from workbench.control.controller import load_controller
     from workbench.design.tune.tuner import Tuner
     from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
+    law = load_controller(scenario.controller)
     tuner = Tuner(
         scenario,
-        _wishes(args),
+        _wishes(args, law),
         settings=dict(args.set),
         separate=args.separate,
         evaluations=args.evaluations,
@@ -104,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
         seed=args.seed,
     )
     profile = args.save or args.output / "tuned.yaml"
-    _check_profile(profile, tuner.vehicle)
+    _check_profile(profile, tuner.vehicle, law)
     with Outputs() as outputs:
         report = outputs.add(args.output / "tuning.html")
         picture = None if args.no_plots else outputs.add(args.output / "tuning.png")
@@ -126,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.INTERRUPTED if found.stopped else ExitCode.NOT_AS_DEMANDED
 
 
-def _wishes(args: argparse.Namespace) -> "Wishes":
+def _wishes(args: argparse.Namespace, law: "Controller") -> "Wishes":
     """Return the wishes of file and command line; the latter count where both say something."""
     import dataclasses
 
@@ -134,8 +137,8 @@ def _wishes(args: argparse.Namespace) -> "Wishes":
     from workbench.design.tune.wish import merged, parse_wish
     from workbench.design.tune.wish_file import Wishes, load_wishes
 
-    wishes = load_wishes(find_file(str(args.wishes))) if args.wishes else Wishes()
-    said = [wish for text in args.wish for wish in parse_wish(text)]
+    wishes = load_wishes(find_file(str(args.wishes)), law) if args.wishes else Wishes()
+    said = [wish for text in args.wish for wish in parse_wish(text, law=law)]
     return dataclasses.replace(
         wishes,
         wishes=tuple(merged([*wishes.wishes, *said])),
@@ -184,12 +187,12 @@ def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
     report.write_text(report_html(found, figure), encoding="utf-8")
 
 
-def _check_profile(path: Path, vehicle: str) -> None:
+def _check_profile(path: Path, vehicle: str, law: "Controller") -> None:
     """Refuse a file that holds what must not be lost, before time is spent."""
     from workbench.gains.gains import load_gains
 
     check_writable(path)
-    owner = load_gains(path).vehicle if path.exists() else ""
+    owner = load_gains(path, law).vehicle if path.exists() else ""
     if owner not in ("", vehicle):
         raise WorkbenchError(
             f"{path}: has the gains of '{owner}', and '{vehicle}' is tuned: name another file"
@@ -235,9 +238,12 @@ def progress_line(progress: "Progress") -> str:
 
 def print_tuning(found: "Tuning") -> None:
     """Print wishes, gains and the proof."""
+    from workbench.control.controller import DEFAULT
     from workbench.design.tune.report import gain_rows, proof_rows, wish_rows
 
-    print(f"{found.vehicle}: {len(found.wishes)} wishes, {found.evaluations} candidates looked at")
+    whose = "" if found.controller.name == DEFAULT else f" with {found.controller.name}"
+    searched = f"{len(found.wishes)} wishes, {found.evaluations} candidates looked at"
+    print(f"{found.vehicle}{whose}: {searched}")
     for remark in (*found.shortfalls, *found.remarks):
         print(remark)
     print()
@@ -277,6 +283,7 @@ def tuning_json(found: "Tuning", files: "Sequence[Path]") -> dict[str, Any]:
     """Return everything as JSON has it, in SI units."""
     return {
         "vehicle": found.vehicle,
+        "controller": found.controller.name,
         "met": found.met,
         "stopped": found.stopped,
         "evaluations": found.evaluations,

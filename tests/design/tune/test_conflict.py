@@ -10,7 +10,7 @@ START = np.log([1.0, 0.5])
 
 
 def explain(problem):
-    return conflicts(problem, [START], Budget(100))
+    return conflicts(problem, [START], Budget(100), {})
 
 
 def test_a_wish_stands_against_another(second_order):
@@ -53,7 +53,7 @@ def test_it_can_be_stopped(second_order):
     budget = Budget(100)
     budget.told = True
     with pytest.raises(SearchEndedError):
-        conflicts(second_order("x.rise_time<=0.001"), [START], budget)
+        conflicts(second_order("x.rise_time<=0.001"), [START], budget, {})
 
 
 def test_what_is_told_is_about_one_candidate(second_order):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from workbench.control.controller import load_controller
 from workbench.design.tune.case import NOMINAL, Case, Robustness
 from workbench.design.tune.default_wishes import (
     completed,
@@ -27,7 +28,8 @@ CORNER = Case(0.8, 0.7, 1.5)
 
 def wishes(**other):
     reached = GOOD | other
-    found = default_wishes([reached[wish.metric.name] for wish in wished_quantities()])
+    quantities = wished_quantities(load_controller())
+    found = default_wishes(quantities, [reached[wish.metric.name] for wish in quantities])
     return {wish.name: wish for wish in found}
 
 

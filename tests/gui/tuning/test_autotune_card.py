@@ -62,7 +62,7 @@ def test_a_bad_wish_is_told_below_its_line_and_stops_the_search(card, qtbot):
     qtbot.keyClicks(field, "x.speed <= 3")
     card.wishes.lines[1].field.setFocus()
     field.editingFinished.emit()
-    assert card.wishes.lines[0].fault.text().startswith("✕ There is no metric speed")
+    assert card.wishes.lines[0].fault.text().startswith("✕ unknown metric 'speed'")
     assert not card.start.isEnabled()
     field.selectAll()
     qtbot.keyClicks(field, "x.rise_time <= 0.3")

@@ -7,7 +7,7 @@ least; a run reports that one and no other, so all that it says is about the sam
 """
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,6 @@ from workbench.design.tune.evaluation import (
 )
 from workbench.design.tune.requirement import NO_INTEGRAL, Requirement
 from workbench.design.tune.search import CLIMBS, climb, find_from
-from workbench.design.tune.twins import ALONG_X
 from workbench.design.tune.wish import DEFAULT, GUARD, Wish
 
 MOST = 3
@@ -97,6 +96,7 @@ def conflicts(
     problem: Problem,
     starts: Sequence[np.ndarray],
     budget: Budget,
+    along_x: Mapping[str, str],
     tell: Callable[[str, float], None] = lambda phase, part: None,
 ) -> Unmet:
     """Return what stands against what, in a problem for which no solution was found.
@@ -105,13 +105,14 @@ def conflicts(
         problem: with all its requirements.
         starts: points (n) to search from.
         budget: that is spent; when it is told to stop, the further searches here do, too.
+        along_x: what along x does what something along y does, see `counterparts`.
         tell: takes what is done, and the part of it that is, 0 .. 1.
 
     Raises:
         SearchEndedError: if it was told to stop.
     """
     search = _Search(problem, list(starts), budget, tell)
-    everything = bundled([requirement.wish for requirement in problem.requirements])
+    everything = bundled([requirement.wish for requirement in problem.requirements], along_x)
     bundles = everything
     found: list[Conflict] = []
     points: list[np.ndarray] = []
@@ -273,11 +274,11 @@ def _nearest_told(
     return dataclasses.replace(conflict, required=requirements[index], nearest=float(values[index]))
 
 
-def bundled(wishes: Sequence[Wish]) -> list[Bundle]:
+def bundled(wishes: Sequence[Wish], along_x: Mapping[str, str]) -> list[Bundle]:
     """Return wishes by what they ask for, along x and y in one."""
     bundles: dict[tuple[str, Metric, bool, float], Bundle] = {}
     for wish in dict.fromkeys(wishes):
-        key = (ALONG_X.get(wish.subject, wish.subject), wish.metric, wish.at_least, wish.bound)
+        key = (along_x.get(wish.subject, wish.subject), wish.metric, wish.at_least, wish.bound)
         bundles[key] = (*bundles.get(key, ()), wish)
     return list(bundles.values())
 

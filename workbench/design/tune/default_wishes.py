@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.control.controller import load_controller
+from workbench.control.controller import Controller
 from workbench.design.metrics import find_metric
 from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.requirement import Requirement
-from workbench.design.tune.variables import LOOPS_OF_AXIS, loop_of
+from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import DEFAULT, GUARD, Wish
 from workbench.scenario.axes import AXES
 
@@ -25,12 +25,16 @@ SLOWER = 1.3
 ROOM = 0.9
 """Where the rule's gains do not reach a limit, it is what they reach, and so much room."""
 DIGITS = 3
-LOOPS = ("roll", "pitch", "yaw_rate", "velocity_x", "velocity_y", "velocity_z")
-"""Loops that are closed while a pilot steers."""
 
 
-def wished_quantities() -> list[Wish]:
-    """Return the default wishes with the limits that any good flight keeps."""
+def wished_quantities(law: Controller) -> list[Wish]:
+    """Return the default wishes with the limits that any good flight keeps.
+
+    The loops are those that are closed while a pilot steers.
+
+    Args:
+        law: whose loops.
+    """
     limits = {
         "rise_time": math.inf,
         "overshoot": OVERSHOOT,
@@ -43,21 +47,23 @@ def wished_quantities() -> list[Wish]:
     ]
     margins = {"phase_margin": PHASE_MARGIN, "disk_margin": DISK_MARGIN}
     wishes += [
-        Wish(loop, find_metric(name), True, least)
-        for loop in LOOPS
+        Wish(loop.name, find_metric(name), True, least)
+        for loop in law.loops
+        if not loop.hold
         for name, least in margins.items()
     ]
     return wishes
 
 
-def default_wishes(reached: Sequence[float]) -> list[Wish]:
+def default_wishes(quantities: Sequence[Wish], reached: Sequence[float]) -> list[Wish]:
     """Return the default wishes for a vehicle.
 
     Args:
-        reached: value of each of `wished_quantities` with the rule's gains.
+        quantities: see `wished_quantities`.
+        reached: value of each with the rule's gains.
     """
     found = []
-    for wish, value in zip(wished_quantities(), reached, strict=True):
+    for wish, value in zip(quantities, reached, strict=True):
         bound = wish.bound
         if wish.metric.name == "rise_time":
             bound = SLOWER * value
@@ -96,19 +102,21 @@ def guards(
     return found
 
 
-def guarded_quantities(wishes: Sequence[Wish]) -> list[Wish]:
+def guarded_quantities(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
     """Return the margins of loops that no written wish names, with the most that is kept of them.
 
     Args:
+        law: whose loops.
         wishes: all of them; where a default limits a loop that a wished step goes through, that
             will do.
     """
     usual = {"phase_margin": PHASE_MARGIN, "disk_margin": DISK_MARGIN}
     known = {wish.name for wish in wishes}
-    written = {loop_of(wish.subject) for wish in wishes if wish.is_written}
-    through = {loop for subject in written for loop in LOOPS_OF_AXIS.get(subject, ())}
+    asked = [wish.subject for wish in wishes if wish.is_written]
+    named = {loop.name for loop in (loop_of(law, each) for each in asked) if loop}
+    through = {loop.name for loop in law.loops if not loop.hold and loop.axis in asked}
     found = []
-    for loop in (loop.name for loop in load_controller().loops if loop.name not in written):
+    for loop in (loop.name for loop in law.loops if loop.name not in named):
         for name, least in usual.items():
             bound = least if loop in through else math.inf
             wish = Wish(loop, find_metric(name), True, bound, GUARD)

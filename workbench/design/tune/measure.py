@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
-from workbench.control.controller import load_controller
+from workbench.control.controller import Controller, Loop
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.step_pair import linear_step
@@ -20,7 +20,7 @@ from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.retuned import LinearisedModels, RetunedModels, retuned_models
-from workbench.design.tune.variables import AROUND, loop_of
+from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
@@ -88,9 +88,8 @@ class Instruments:
         self._models: dict[tuple[Case, OperatingPoint], RetunedModels | LinearisedModels] = {}
         self._engines: dict[Case, RolloutEngine] = {}
         self.vehicle: Vehicle = self._study(NOMINAL).vehicle
-        self.base = flight_gains(
-            self.vehicle, scenario.vehicle.gains, settings, load_controller(scenario.controller)
-        )
+        self.controller: Controller = self._study(NOMINAL).controller
+        self.base = flight_gains(self.vehicle, scenario.vehicle.gains, settings, self.controller)
         self.steps: dict[str, Step] = {}
 
     def models(self, case: Case, point: OperatingPoint) -> RetunedModels | LinearisedModels:
@@ -116,7 +115,7 @@ class Instruments:
                 self.vehicle,
                 self._scenario.rates,
                 case.variation,
-                controller=load_controller(self._scenario.controller),
+                controller=self.controller,
             )
         return self._engines[case]
 
@@ -141,7 +140,7 @@ class Instruments:
             for subject in dict.fromkeys(q.subject for q in asked if q.kind == STEP):
                 measured = self._attitude_numbers if subject in ATTITUDES else self._step_numbers
                 found |= measured(gains, subject, case)
-            held = [q for q in asked if q.kind == LOOP and loop_of(q.subject) in AROUND]
+            held = [q for q in asked if q.kind == LOOP and self._holds(q.subject)]
             free = [q for q in asked if q.kind != STEP and q not in held]
             for point, some in ((HOVER, free), (HOLD, held)):
                 if some:
@@ -150,6 +149,11 @@ class Instruments:
                 if quantity.case == case:
                     values[:, index] = found[quantity]
         return values
+
+    def _holds(self, subject: str) -> bool:
+        """Return whether a loop or loop point is there only while a place is held."""
+        loop = loop_of(self.controller, subject)
+        return loop is not None and loop.hold
 
     def _step_numbers(
         self, gains: Sequence[Gains], axis: str, case: Case
@@ -219,7 +223,7 @@ class Responses:
 def _judged(model: LinearModel, quantities: Sequence[Quantity]) -> list[float]:
     """Return what is asked of one model."""
     loops = list(dict.fromkeys(q.subject for q in quantities if q.kind == LOOP))
-    points = [cut_point(loop) for loop in loops]
+    points = [cut_point(model, loop) for loop in loops]
     margins = dict(zip(loops, all_margins(model, points), strict=True)) if loops else {}
     found = []
     for quantity in quantities:
@@ -238,22 +242,30 @@ def attitude_step(model: LinearModel, angle: str) -> np.ndarray:
     """Return the response (M) of an angle, roll or pitch, to a command of 1, sample by sample.
 
     Args:
-        model: sampled, of hover; its velocity loops are opened here.
+        model: sampled, of hover; the loops around those of attitude are opened here.
         angle: roll or pitch.
     """
-    alone = model.opened([f"acceleration_{axis}" for axis in "xyz"])
+    outer: dict[str, Loop] = {}
+    for loop in model.loops:
+        if loop.axis in ("x", "y", "z") and not loop.hold:
+            outer.setdefault(loop.axis, loop)
+    around = [loop.point("actuator") for loop in outer.values() if loop.name not in ATTITUDES]
+    (error,) = [loop.error for loop in model.loops if loop.name == angle]
     samples = round(ATTITUDE_TIME / model.period) + 1
-    return linear_step(alone, f"{angle}_error", angle, samples)
+    response = linear_step(model.opened(around), error, angle, samples)
+    # an error is what is wanted less what is, or the other way round, as the law's source has it
+    return response * math.copysign(1.0, response[np.abs(response).argmax()])
 
 
-def cut_point(subject: str) -> str:
+def cut_point(model: LinearModel, subject: str) -> str:
     """Return where a loop is cut: at its actuator side, where all of its law passes.
 
     Args:
+        model: that has it.
         subject: a loop, or the loop point itself.
     """
-    law = load_controller()
-    return subject if subject in law.points else law.loop(subject).point("actuator")
+    found = [loop.point("actuator") for loop in model.loops if loop.name == subject]
+    return found[0] if found else subject
 
 
 def noise_amplification(model: LinearModel) -> float:

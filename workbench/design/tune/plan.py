@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.metrics import STEP
 from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
 from workbench.design.tune.default_wishes import (
     completed,
@@ -16,27 +17,24 @@ from workbench.design.tune.default_wishes import (
     softened,
     wished_quantities,
 )
-from workbench.design.tune.measure import HOVER, Instruments, Step
+from workbench.design.tune.measure import HOVER, Instruments, Quantity, Step
 from workbench.design.tune.problem import FlownProblem, quantity
 from workbench.design.tune.requirement import requirements
 from workbench.design.tune.telling import Telling
 from workbench.design.tune.twins import mirrored, symmetric
-from workbench.design.tune.variables import Variables, variables_for
+from workbench.design.tune.variables import Variables, loops_for, variables_for
 from workbench.design.tune.wish import GUARD, Wish, merged
 from workbench.design.tune.wish_file import Wishes
 from workbench.gains.gains import rule_gains
-from workbench.scenario.axes import AXES, find_axis
+from workbench.scenario.axes import find_axis
 from workbench.scenario.scenario import Scenario
 
 SHORTEST, LONGEST = 3.0, 20.0
-TIME_CONSTANTS = 12.0
-"""A step is flown so many time constants of its loop under the rule, within these [s]."""
+RULE_SETTLINGS = 3.0
+"""A step is flown so many times as long as it takes to settle with the rule's gains, within these
+[s]."""
 RISES, SETTLINGS = 4.0, 2.0
 """And so many times what is wished of its rise and settling."""
-STEP_GAINS = dict(
-    zip(AXES, ("kp_velocity_x", "kp_velocity_y", "kp_velocity_z", "kp_yaw_rate"), strict=True)
-)
-"""How fast an axis answers, by its gain [1/s]."""
 
 
 @dataclass(frozen=True)
@@ -85,24 +83,25 @@ def make_plan(
     tell = (telling or Telling()).prepare
     tell("reading the vehicle", 0.0)
     instruments = Instruments(scenario, settings)
-    base = instruments.base
+    law, base = instruments.controller, instruments.base
     rule = base | {
         name: value
-        for name, value in rule_gains(instruments.vehicle).items()
-        if name.startswith(("kp_", "kd_"))
+        for name, value in rule_gains(instruments.vehicle, law).items()
+        if any(name in loop.gains for loop in law.loops)
     }
-    instruments.steps = _steps(wishes, base, rule)
-    tied = not separate and symmetric(rule, wishes.wishes)
-    asked = mirrored(wishes.wishes) if tied else list(wishes.wishes)
+    tell("flying the rule's gains, compiled: up to a minute if this machine never did", 0.1)
+    instruments.steps = _steps(instruments, wishes, rule)
+    tied = not separate and symmetric(law, rule, wishes.wishes)
+    asked = mirrored(law, wishes.wishes) if tied else list(wishes.wishes)
     if wishes.defaults:
-        tell("flying the rule's gains, compiled: up to a minute if this machine never did", 0.1)
-        usual = requirements(wished_quantities(), [NOMINAL], wishes.robustness)
+        quantities = wished_quantities(law)
+        usual = requirements(quantities, [NOMINAL], wishes.robustness)
         reached = instruments.measure([rule], [quantity(each) for each in usual])[0]
-        asked = completed(asked, default_wishes(reached.tolist()))
+        asked = completed(asked, default_wishes(quantities, reached.tolist()))
     asked = merged(asked)
     if not asked:
         raise WorkbenchError("nothing is wished for: give a --wish, or leave --no-defaults out")
-    variables = variables_for([wish.subject for wish in asked], tied=tied)
+    variables = variables_for(law, [wish.subject for wish in asked], tied=tied)
     kept = _guards(instruments, asked, variables, rule, base)
     asked += kept
     cases, remarks = _flyable(instruments, corners(wishes.robustness), tell)
@@ -123,15 +122,13 @@ def make_plan(
     )
 
 
-def _steps(
-    wishes: Wishes, gains: Mapping[str, float], rule: Mapping[str, float]
-) -> dict[str, Step]:
+def _steps(instruments: Instruments, wishes: Wishes, rule: Mapping[str, float]) -> dict[str, Step]:
     """Return the steps to fly, long enough for the vehicle and for what is wished."""
     steps = {}
     for axis, amplitude in wishes.steps:
-        limit = find_axis(axis).limit
-        if abs(amplitude) > gains[limit]:
-            amplitude = math.copysign(gains[limit], amplitude)
+        limit = instruments.base[find_axis(axis).limit]
+        if abs(amplitude) > limit:
+            amplitude = math.copysign(limit, amplitude)
         longest = max(
             [
                 {"rise_time": RISES, "settling_time": SETTLINGS}.get(wish.metric.name, 0.0)
@@ -141,7 +138,9 @@ def _steps(
             ],
             default=0.0,
         )
-        slow = TIME_CONSTANTS / max(rule[STEP_GAINS[axis]], 1e-3)
+        instruments.steps = {axis: Step(amplitude, LONGEST)}
+        settling = Quantity(NOMINAL, STEP, axis, "settling_time")
+        slow = RULE_SETTLINGS * float(instruments.measure([rule], [settling])[0, 0])
         steps[axis] = Step(amplitude, min(LONGEST, max(SHORTEST, slow, longest)))
     return steps
 
@@ -157,19 +156,18 @@ def _guards(
     searched = {name for group in variables.groups for name in group}
     quantities = [
         wish
-        for wish in guarded_quantities(asked)
-        if not searched.isdisjoint(_gains_of(wish.subject))
+        for wish in guarded_quantities(instruments.controller, asked)
+        if any(
+            name in searched
+            for loop in loops_for(instruments.controller, wish.subject)
+            for name in loop.gains
+        )
     ]
     sought = [quantity(each) for each in requirements(quantities, [NOMINAL], Robustness())]
     if not sought:
         return []
     reached, present = instruments.measure([rule, base], sought)
     return guards(reached.tolist(), present.tolist(), quantities)
-
-
-def _gains_of(subject: str) -> set[str]:
-    """Return the gains that a loop's margins depend on."""
-    return {name for group in variables_for([subject], tied=False).groups for name in group}
 
 
 def _flyable(

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.design.tune.measure import Instruments, Quantity
 from workbench.design.tune.requirement import Requirement
-from workbench.design.tune.variables import Variables, variables_for
+from workbench.design.tune.variables import Variables, loops_for
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,9 @@ class FlownProblem:
     def matters(self) -> np.ndarray:
         """Which coordinates (n) what is required depends on."""
         subjects = [requirement.wish.subject for requirement in self.requirements]
-        names = {name for group in variables_for(subjects, tied=False).groups for name in group}
+        law = self.instruments.controller
+        loops = [loop for subject in subjects for loop in loops_for(law, subject)]
+        names = {name for loop in loops for name in loop.gains}
         return np.array([not names.isdisjoint(group) for group in self.variables.groups])
 
     def gains(self, point: np.ndarray) -> dict[str, float]:

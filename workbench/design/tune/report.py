@@ -13,7 +13,7 @@ from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.tuning import Result, Tuning
 from workbench.design.tune.wish import DEFAULT
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 
 Rows = list[list[str]]
 
@@ -58,8 +58,9 @@ def _verdict(required: Requirement, value: float) -> str:
 
 def gain_rows(found: Tuning) -> Rows:
     """Return a line for each gain that was searched: name, before, after, unit."""
+    table = parameter_table(found.controller)
     return [
-        [name, f"{found.before[name]:.4g}", f"{value:.4g}", find_parameter(name).unit]
+        [name, f"{found.before[name]:.4g}", f"{value:.4g}", table.find(name).unit]
         for name, value in found.gains.items()
     ]
 

@@ -62,9 +62,9 @@ class Requirement:
 
 
 NO_INTEGRAL = (
-    "the law has no integral action, so a mass, a drag or a wind that it does not know leaves an "
-    "error, which higher gains make smaller and do not remove: state the mass in the description, "
-    "or narrow `robustness` in a wishes file"
+    "a law without integral action leaves an error where mass, drag or wind are not as it knows "
+    "them, which higher gains make smaller and do not remove: state the mass in the description, "
+    "narrow `robustness` in a wishes file, or fly a law that has it, as --controller pid"
 )
 """Why a steady-state error stays, and what to do."""
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import DEFAULT
+from workbench.control.controller import load_controller
 from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
 from workbench.design.tune.case import Case
 from workbench.design.tune.conflict import Unmet, conflicts
@@ -18,7 +18,8 @@ from workbench.design.tune.requirement import Requirement, shortfall
 from workbench.design.tune.solver import Solution, Solver
 from workbench.design.tune.telling import Listener, Telling
 from workbench.design.tune.tuning import Result, Tuning
-from workbench.design.tune.wish import Wish
+from workbench.design.tune.twins import counterparts
+from workbench.design.tune.wish import Wish, members
 from workbench.design.tune.wish_file import Wishes
 from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
@@ -43,7 +44,8 @@ class Tuner:
         seed: of what is tried where no start leads there; equal seeds give equal runs.
 
     Raises:
-        WorkbenchError: if the scenario varies the vehicle, which the search does on its own.
+        WorkbenchError: if the scenario varies the vehicle, which the search does on its own, or a
+            wish is about what its controller has not.
     """
 
     def __init__(
@@ -63,12 +65,10 @@ class Tuner:
                 "tuning varies the vehicle on its own: leave the variation out, or say how far it "
                 "goes under 'robustness' in a wishes file"
             )
-        if self._scenario.controller != DEFAULT:
-            raise WorkbenchError(
-                f"a search knows the loops of {DEFAULT} only, and {self._scenario.controller} "
-                "flies: sweep its gains, as `workbench sweep`, or move them in the app"
-            )
         self._wishes = wishes or Wishes()
+        self._controller = load_controller(self._scenario.controller)
+        for wish in self._wishes.wishes:
+            members(wish.subject, wish.metric, self._controller)
         self._settings = dict(settings or {})
         self._separate = separate
         self._seed = seed
@@ -115,7 +115,8 @@ class Tuner:
         """Return what stands against what; nothing if the run was stopped."""
         starts = [found.best.point, *plan.starts]
         try:
-            return conflicts(found.problem, starts, self._budget, telling.explain)
+            along_x = counterparts(self._controller)
+            return conflicts(found.problem, starts, self._budget, along_x, telling.explain)
         except SearchEndedError:
             return Unmet()
 
@@ -135,12 +136,15 @@ class Tuner:
         required = [result.required for result in results]
         return Tuning(
             vehicle=problem.instruments.vehicle.name,
+            controller=self._controller,
             wishes=plan.wishes,
             steps=problem.instruments.steps,
             results=results,
             before={name: problem.base[name] for name in found.gains},
             gains=found.gains,
-            profile=make_profile(problem.instruments.vehicle, gains, _origin(plan)),
+            profile=make_profile(
+                problem.instruments.vehicle, gains, _origin(plan), self._controller
+            ),
             proof=found.proof,
             conflicts=unmet.measured(required, [result.after for result in results]),
             shortfalls=_shortfalls(results, found.smallest),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from workbench.control.controller import Controller
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.conflict import Conflict
 from workbench.design.tune.evaluation import Candidate
@@ -61,6 +62,7 @@ class Tuning:
 
     Attributes:
         vehicle: its name.
+        controller: whose gains they are.
         wishes: all of them, defaults included.
         steps: that were flown, by axis.
         results: of every requirement, in every case.
@@ -78,6 +80,7 @@ class Tuning:
     """
 
     vehicle: str
+    controller: Controller
     wishes: tuple[Wish, ...]
     steps: Mapping[str, Step]
     results: tuple[Result, ...]

@@ -1,56 +1,60 @@
 """What a search may change: logarithms of gains, some of them tied together."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.control.controller import load_controller
-from workbench.scenario.parameters import find_parameter
+from workbench.control.controller import Controller, Loop
+from workbench.scenario.axes import AXES
+from workbench.scenario.parameters import ParameterTable, parameter_table
 
 LEAST = 1e-3
 """A gain that may be 0 goes down to this share of its largest value, as 0 has no logarithm."""
 DIGITS = 4
 """Of a gain that is found; more would be noise."""
-LOOPS_OF_AXIS = {
-    "x": ("velocity_x", "pitch"),
-    "y": ("velocity_y", "roll"),
-    "z": ("velocity_z",),
-    "yaw": ("yaw_rate",),
-}
-"""The loops that an axis answers through."""
-GAINS_OF_LOOP = {
-    "velocity_x": ("kp_velocity_x", "kd_velocity_x"),
-    "velocity_y": ("kp_velocity_y", "kd_velocity_y"),
-    "velocity_z": ("kp_velocity_z", "kd_velocity_z"),
-    "pitch": ("kp_pitch", "kd_pitch"),
-    "roll": ("kp_roll", "kd_roll"),
-    "yaw_rate": ("kp_yaw_rate",),
-    "position_x": ("kp_position_xy",),
-    "position_y": ("kp_position_xy",),
-    "position_z": ("kp_position_z",),
-}
-AROUND = {"position_x": "x", "position_y": "y", "position_z": "z"}
-"""A loop that stands around an axis' others."""
-_LOOP_OF = {
-    point: loop.name
-    for loop in load_controller().loops
-    for point in (loop.error, loop.actuator)
-    if point not in GAINS_OF_LOOP
-}
-TWINS = {
-    "kp_velocity_x": "kp_velocity_y",
-    "kd_velocity_x": "kd_velocity_y",
-    "kp_pitch": "kp_roll",
-    "kd_pitch": "kd_roll",
-}
-"""Gains that a symmetric vehicle has equal."""
 
 
-def loop_of(subject: str) -> str:
-    """Return the loop that a loop point belongs to; axes and loops as they are."""
-    return _LOOP_OF.get(subject, subject)
+def loop_of(law: Controller, subject: str) -> Loop | None:
+    """Return the loop of a name or of a loop point; None for an axis, and for other points."""
+    for loop in law.loops:
+        if subject == loop.name:
+            return loop
+    return next((each for each in law.loops if subject in (each.error, each.actuator)), None)
+
+
+def loops_for(law: Controller, subject: str) -> tuple[Loop, ...]:
+    """Return the loops whose gains an axis, a loop or a loop point depends on.
+
+    An axis answers through all its loops, and a loop that holds a place stands around them.
+    """
+    loop = loop_of(law, subject)
+    what = (loop.axis or loop.name) if loop else subject
+    everything = loop is None and subject not in AXES  # the rotors, or a point of no loop
+    inner = tuple(
+        each
+        for axis in (*AXES, "")
+        for each in law.loops
+        if each.axis == axis and not each.hold and (everything or what in (axis, each.name))
+    )
+    return (*inner, loop) if loop and loop.hold else inner
+
+
+def twins(law: Controller) -> dict[str, str]:
+    """Return the gains along x, and those along y that a symmetric vehicle has equal."""
+    return {
+        one: other
+        for along_x, along_y in loop_pairs(law)
+        for one, other in zip(along_x.gains, along_y.gains, strict=False)
+        if one != other
+    }
+
+
+def loop_pairs(law: Controller) -> list[tuple[Loop, Loop]]:
+    """Return each loop along x with the one that does the same along y."""
+    along_x, along_y = ([loop for loop in law.loops if loop.axis == axis] for axis in "xy")
+    return list(zip(along_x, along_y, strict=False))
 
 
 @dataclass(frozen=True)
@@ -58,21 +62,23 @@ class Variables:
     """The coordinates of a search: ln of a gain, or of several that are kept equal.
 
     Attributes:
+        table: the rows of the gains.
         groups: names of the gains of each coordinate.
     """
 
+    table: ParameterTable
     groups: tuple[tuple[str, ...], ...]
 
     @property
     def low(self) -> np.ndarray:
         """Smallest coordinates (n)."""
-        rows = [find_parameter(group[0]) for group in self.groups]
-        return np.log([max(row.minimum, LEAST * row.maximum) for row in rows])
+        rows = [self.table.find(group[0]) for group in self.groups]
+        return np.log([row.minimum or LEAST * row.maximum for row in rows])
 
     @property
     def high(self) -> np.ndarray:
         """Largest coordinates (n)."""
-        return np.log([find_parameter(group[0]).maximum for group in self.groups])
+        return np.log([self.table.find(group[0]).maximum for group in self.groups])
 
     def point(self, gains: Mapping[str, float]) -> np.ndarray:
         """Return the coordinates (n) nearest to gains; tied ones take their mean."""
@@ -94,28 +100,27 @@ class Variables:
     def rounded(self, point: np.ndarray) -> dict[str, float]:
         """Return the gains at coordinates (n) with few digits."""
         return {
-            name: find_parameter(name).check(float(f"{value:.{DIGITS}g}"))
+            name: self.table.find(name).check(float(f"{value:.{DIGITS}g}"))
             for name, value in self.gains(point).items()
         }
 
 
-def variables_for(subjects: Sequence[str], *, tied: bool) -> Variables:
+def variables_for(law: Controller, subjects: Iterable[str], *, tied: bool) -> Variables:
     """Return the gains that matter for axes and loops.
 
     Args:
+        law: whose gains.
         subjects: axes and loops with wishes; "rotors" stands for all axes.
         tied: whether roll and pitch, and x and y, have equal gains.
     """
-    loops: list[str] = []
-    for subject in map(loop_of, subjects):
-        inner = AROUND.get(subject, subject)
-        for axis, answering in LOOPS_OF_AXIS.items():
-            if inner in (axis, "rotors", *answering):
-                loops += answering
-        loops += [subject] if subject in AROUND else []
-    names = dict.fromkeys(name for loop in loops for name in GAINS_OF_LOOP[loop])
+    loops = [loop for subject in subjects for loop in loops_for(law, subject)]
+    names = dict.fromkeys(name for loop in loops for name in loop.gains)
+    table = parameter_table(law)
     if not tied:
-        return Variables(tuple((name,) for name in names))
-    twins = {twin: name for name, twin in TWINS.items()}
-    heads = dict.fromkeys(twins.get(name, name) for name in names)
-    return Variables(tuple((name, TWINS[name]) if name in TWINS else (name,) for name in heads))
+        return Variables(table, tuple((name,) for name in names))
+    other = twins(law)
+    first = {twin: name for name, twin in other.items()}
+    heads = dict.fromkeys(first.get(name, name) for name in names)
+    return Variables(
+        table, tuple((name, other[name]) if name in other else (name,) for name in heads)
+    )

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import load_controller
+from workbench.control.controller import Controller, load_controller
 from workbench.design.metrics import (
     LOOP,
     ROTORS,
@@ -18,7 +18,6 @@ from workbench.design.metrics import (
 )
 from workbench.scenario.axes import AXES
 
-LOOPS, POINTS = load_controller().loops, load_controller().point_names
 DEFAULT = "default"
 """The origin of a wish that nobody wrote."""
 GUARD = "guard"
@@ -27,14 +26,8 @@ ATTITUDES = ("roll", "pitch")
 """Angles that can be stepped, besides the axes."""
 ATTITUDE_METRICS = ("rise_time", "settling_time", "overshoot")
 """Of such a step; it has no command that is flown, and so no rotor use."""
-SUBJECTS = {
-    STEP: AXES,
-    LOOP: (*(loop.name for loop in LOOPS), *POINTS),
-    ROTORS: ("rotors",),
-}
-"""What each kind of metric is measured of: loops are cut at their actuator, or at a loop point."""
 _NO_LOOPS = {"roll_rate": "roll", "pitch_rate": "pitch"}
-"""What others have a loop for, and the loop in which this law damps it."""
+"""What some laws have a loop for, and the loop in which others damp it."""
 GROUPS = {"level": ("x", "y"), "tilt": ("roll", "pitch")}
 """Names for several subjects at once."""
 
@@ -86,8 +79,13 @@ class Wish:
         return f"{self.name} {'>=' if self.at_least else '<='} {shown(self.metric, self.bound)}"
 
 
-def parse_wish(text: str, origin: str = "--wish") -> list[Wish]:
+def parse_wish(text: str, origin: str = "--wish", law: Controller | None = None) -> list[Wish]:
     """Return the wishes that a text as `x.rise_time <= 0.4 s` stands for, one for each subject.
+
+    Args:
+        text: of the form above.
+        origin: where it was written.
+        law: whose loops; the default one's where none is given.
 
     Raises:
         WorkbenchError: if it is not of that form, or asks for what there is not.
@@ -99,7 +97,7 @@ def parse_wish(text: str, origin: str = "--wish") -> list[Wish]:
             "pitch.phase_margin>=45deg"
         )
     metric = find_metric(form["metric"], WISHED)
-    subjects = _subjects(form["subject"], metric)
+    subjects = members(form["subject"], metric, law or load_controller())
     try:
         number = float(form["number"])
     except ValueError:
@@ -123,26 +121,45 @@ def merged(wishes: Sequence[Wish]) -> list[Wish]:
     return list(found.values())
 
 
-def subjects_of(metric: Metric) -> tuple[str, ...]:
-    """Return the axes, angles, loops or rotors that have a metric."""
-    return SUBJECTS[metric.kind] + (ATTITUDES if metric.name in ATTITUDE_METRICS else ())
+def subjects_of(metric: Metric, law: Controller) -> tuple[str, ...]:
+    """Return the axes, angles, loops, loop points or rotors that have a metric.
+
+    A loop is cut at its actuator, or at the loop point that is named.
+    """
+    if metric.kind == ROTORS:
+        return ("rotors",)
+    loops = [loop.name for loop in law.loops]
+    if metric.kind == LOOP:
+        return (*loops, *law.points)
+    angles = ATTITUDES if metric.name in ATTITUDE_METRICS else ()
+    return (*AXES, *(angle for angle in angles if angle in loops))
 
 
-def _subjects(name: str, metric: Metric) -> tuple[str, ...]:
-    """Return the axes, angles, loops or rotors of a name that have a metric."""
-    known = subjects_of(metric)
-    subjects = GROUPS.get(name, (name,))
-    if set(subjects) <= set(known):
-        return subjects
-    groups = [group for group, members in GROUPS.items() if set(members) <= set(known)]
-    everywhere = [subject for kind in SUBJECTS.values() for subject in kind]
-    if name in GROUPS or name in everywhere:
+def groups_of(metric: Metric, law: Controller) -> tuple[str, ...]:
+    """Return the names that stand for several subjects which have a metric."""
+    known = subjects_of(metric, law)
+    return tuple(group for group, each in GROUPS.items() if set(each) <= set(known))
+
+
+def members(name: str, metric: Metric, law: Controller) -> tuple[str, ...]:
+    """Return the subjects of a name that have a metric.
+
+    Raises:
+        WorkbenchError: if there are none, with those that have it.
+    """
+    known, groups = subjects_of(metric, law), groups_of(metric, law)
+    if name in known:
+        return (name,)
+    if name in groups:
+        return GROUPS[name]
+    loops = [loop.name for loop in law.loops]
+    if name in (*AXES, *GROUPS, *loops, *law.points, "rotors"):
         listed = ", ".join((*known, *groups))
         raise WorkbenchError(f"{name} has no {metric.name}: that is of {listed}")
-    if name in _NO_LOOPS:
+    if _NO_LOOPS.get(name) in loops:
         loop = _NO_LOOPS[name]
         raise WorkbenchError(
-            f"this law has no loop {name}: it damps the rate in the loop {loop}, so wish for "
+            f"{law.name} has no loop {name}: it damps the rate in the loop {loop}, so wish for "
             f"{loop}.{metric.name}"
         )
     kind = {STEP: "axis", LOOP: "loop", ROTORS: "subject"}[metric.kind]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import YamlFile, check_schema, read_yaml
+from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.design.hover_check import STEPS
 from workbench.design.tune.case import Robustness
 from workbench.design.tune.wish import Wish, merged, parse_wish
@@ -30,17 +31,19 @@ class Wishes:
     defaults: bool = True
 
 
-def wishes_for(*texts: str, defaults: bool = True) -> Wishes:
+def wishes_for(*texts: str, defaults: bool = True, controller: str | Path = DEFAULT) -> Wishes:
     """Return wishes as texts, `x.rise_time <= 0.4 s`.
 
     Args:
         texts: a wish each.
         defaults: whether the wishes that follow from the vehicle are added.
+        controller: whose loops, see `load_controller`.
 
     Raises:
         WorkbenchError: if one is none, or two contradict each other.
     """
-    wishes = [wish for text in texts for wish in parse_wish(text, "asked")]
+    law = load_controller(controller)
+    wishes = [wish for text in texts for wish in parse_wish(text, "asked", law)]
     return Wishes(wishes=tuple(merged(wishes)), defaults=defaults)
 
 
@@ -54,8 +57,12 @@ class _File:
     defaults: bool = True
 
 
-def load_wishes(path: Path) -> Wishes:
+def load_wishes(path: Path, law: Controller | None = None) -> Wishes:
     """Read and check a file of wishes.
+
+    Args:
+        path: of the file.
+        law: whose loops; the default one's where none is given.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
@@ -66,7 +73,7 @@ def load_wishes(path: Path) -> Wishes:
     for index, text in enumerate(file.data.get("wishes") or []):
         where = file.where("wishes", index)
         try:
-            wishes += parse_wish(text, where.rstrip(": "))
+            wishes += parse_wish(text, where.rstrip(": "), law)
         except WorkbenchError as error:
             raise WorkbenchError(f"{where}{error}") from None
     try:

@@ -89,6 +89,7 @@ class AutoTuneCard(Card):
     def begin(self) -> None:
         """Forget the search for another vehicle."""
         self._running, self._asked, self._tuned = False, None, None
+        self.wishes.set_controller(self._trial.gains.table.controller)
         self.pages.setCurrentIndex(0)
         self._show_state()
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QCompleter, QLabel, QLineEdit, QVBoxLayout, QWidget
 
+from workbench.control.controller import Controller, load_controller
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import wrapped
 from workbench.gui.tuning.wish_text import completions, what_is_wrong, with_point
@@ -19,15 +20,13 @@ class WishLine(QWidget):
     changed = pyqtSignal()
     """Something else is typed."""
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, law: Controller) -> None:
         super().__init__()
+        self._law = law
         self.field = QLineEdit()
         self.field.setAccessibleName(f"Wish {number}, as x.rise_time <= 0.4 s")
         self.field.setPlaceholderText("another wish, as x.rise_time <= 0.4 s")
-        completer = QCompleter(list(completions()), self)
-        completer.setFilterMode(Qt.MatchFlag.MatchContains)
-        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        self.field.setCompleter(completer)
+        self.set_controller(law)
         self.fault = wrapped("bad")
         self.fault.setVisible(False)
         box = QVBoxLayout(self)
@@ -46,7 +45,15 @@ class WishLine(QWidget):
     @property
     def is_good(self) -> bool:
         """Whether nothing is seen to be wrong."""
-        return not self.text or not what_is_wrong(self.text)
+        return not self.text or not what_is_wrong(self.text, self._law)
+
+    def set_controller(self, law: Controller) -> None:
+        """Take wishes about the loops of a controller."""
+        self._law = law
+        completer = QCompleter(list(completions(law)), self)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.field.setCompleter(completer)
 
     def blame(self, said: str) -> None:
         """Say what is wrong, "" for nothing."""
@@ -60,7 +67,7 @@ class WishLine(QWidget):
         if self.is_good:
             self.blame("")
         elif not typing:
-            self.blame(what_is_wrong(self.text))
+            self.blame(what_is_wrong(self.text, self._law))
         if typing:
             self.changed.emit()
 
@@ -77,6 +84,7 @@ class WishLines(QWidget):
 
     def __init__(self, wishes: Sequence[str]) -> None:
         super().__init__()
+        self._law = load_controller()
         self._box = QVBoxLayout(self)
         self._box.setContentsMargins(0, 0, 0, 0)
         self._box.setSpacing(3)
@@ -98,8 +106,15 @@ class WishLines(QWidget):
         """Whether there is a wish, and nothing wrong with any."""
         return bool(self.wishes) and all(line.is_good for line in self.lines)
 
+    def set_controller(self, law: Controller) -> None:
+        """Take wishes about the loops of a controller; say which cannot be about it."""
+        self._law = law
+        for line in self.lines:
+            line.set_controller(law)
+            line.blame(what_is_wrong(line.text, law) if line.text else "")
+
     def _add(self, wish: str) -> None:
-        line = WishLine(len(self.lines) + 1)
+        line = WishLine(len(self.lines) + 1, self._law)
         line.field.setText(wish)
         line.changed.connect(self._grow)
         self.lines.append(line)
