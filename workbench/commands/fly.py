@@ -20,7 +20,11 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs, make_folder_of
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
+from workbench.commands.stopping import told_to_stop
 from workbench.common.errors import FlightBrokenError, WorkbenchError
+
+LOOK = 0.1
+"""Between two looks at a watched flight [s]."""
 
 if TYPE_CHECKING:
     from workbench.design.flight_summary import FlightSummary
@@ -97,6 +101,12 @@ def add_parser(commands: Any) -> None:
         type=Path,
         metavar="FILE.mcap",
         help="all topics, for Foxglove, PlotJuggler and `workbench replay`",
+    )
+    parser.add_argument(
+        "--watch",
+        action="store_true",
+        help="fly in real time, drawn in a browser; each time that the file of --controller is "
+        "saved, it takes over in flight; Ctrl-C ends the flight",
     )
     parser.add_argument(
         "--rotor-commands",
@@ -192,6 +202,8 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
             return _Flown(recording, read_configured_world(scenario))
         broken = log_said = ""
+        if args.watch:
+            return _watched(scenario, args)
         if page is None:
             session, broken, log_said = _flown_session(scenario, args, progress)
         else:
@@ -206,6 +218,54 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             sensors=() if broken else session.snapshot().sensors,
             samples=session.samples(),
             broken=broken,
+            log_said=log_said,
+        )
+
+
+def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
+    """Fly in real time, and say what becomes of each edit of the law's file."""
+    from workbench.control.controller import load_controller
+    from workbench.live.flight import LiveFlight
+    from workbench.live.messages import Phase
+    from workbench.scenario.configured import read_configured_world
+
+    law = load_controller(scenario.controller)
+    if law.shipped or args.html:
+        raise WorkbenchError(
+            "--watch is for a law of your own, and makes no film: name its file, as --controller "
+            "mine.py, and leave out --html"
+        )
+    log_said, told = "", 0
+    with (
+        told_to_stop() as stopped,
+        LiveFlight(scenario, dict(args.set), draw=True, watch=True) as flight,
+    ):
+        view = flight.wait(progress=say)
+        say(f"{law.file} flies, drawn at {view.url}: edit and save it; Ctrl-C ends the flight")
+        if args.log:
+            make_folder_of(args.log)
+            flight.keep_log(args.log).result()
+        while not stopped.wait(LOOK):
+            view = flight.latest()
+            for said in view.remarks[told:]:
+                say(said)
+            told = len(view.remarks)
+            if view.phase in (Phase.ENDED, Phase.BROKEN):
+                break
+            if view.snapshot and view.snapshot.time >= scenario.duration:
+                break
+        if args.log:
+            flight.stop_log().result()
+            log_said = flight.latest().network.log_said
+        if view.phase is Phase.ENDED or view.snapshot is None:
+            raise WorkbenchError(view.said)
+        flown = flight.flown().result()
+        return _Flown(
+            recording=flown.recording,
+            world=read_configured_world(scenario),
+            sensors=view.snapshot.sensors,
+            samples=flown.samples,
+            broken=view.said if view.phase is Phase.BROKEN else "",
             log_said=log_said,
         )
 

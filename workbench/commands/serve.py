@@ -1,11 +1,8 @@
 """`workbench serve`: a flight in real time that others watch and fly over the network."""
 
 import argparse
-import signal
 import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +17,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import make_folder_of
 from workbench.commands.printing import print_json_line, say
+from workbench.commands.stopping import told_to_stop
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
 from workbench.link.authority import NOBODY_YET
@@ -102,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     scenario = _scenario(args)
     if args.log:
         make_folder_of(args.log)
-    with _told_to_stop() as stopped, LiveFlight(scenario, dict(args.set), draw=args.draw) as flight:
+    with told_to_stop() as stopped, LiveFlight(scenario, dict(args.set), draw=args.draw) as flight:
         view = flight.wait(progress=say)
         for remark in view.remarks:
             say(remark)
@@ -239,22 +237,6 @@ def _say_control(view: "LiveView", before: str) -> str:
     if reason != before:
         say(reason)
     return reason
-
-
-@contextmanager
-def _told_to_stop() -> Iterator[threading.Event]:
-    """Yield an event that is set by Ctrl-C, and by who ends the process kindly."""
-    stopped = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield stopped
-        return
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(number, lambda *_: stopped.set()) for number in numbers]
-    try:
-        yield stopped
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
 
 
 def _positive(text: str) -> float:

@@ -107,15 +107,34 @@ class Compiled:
         """The types of arguments for which there is machine code in this process."""
         return list(self._dispatcher.signatures) if self._dispatcher else []
 
+    @property
+    def is_made(self) -> bool:
+        """Whether there is machine code here or on disk, so that the first call is short."""
+        if self._ready:
+            return True
+        try:
+            return any(self._folder().rglob("*.nbi"))
+        except (WorkbenchError, OSError):
+            return False
+
+    def _folder(self) -> Path:
+        """Return the folder of its cache.
+
+        Raises:
+            WorkbenchError, OSError: if there is none.
+        """
+        folder = cache_folder(_digest(self._sources, self._text, self._options))
+        folder = folder / self._function.__name__
+        folder.mkdir(exist_ok=True)
+        return folder
+
     def _prepare(self) -> Path | None:
         """Make numba's dispatcher, once; return the folder of its cache, None without one."""
         import numba  # half a second, which only those pay who compile
         from numba.core import config
 
         try:
-            folder = cache_folder(_digest(self._sources, self._text, self._options))
-            folder = folder / self._function.__name__
-            folder.mkdir(exist_ok=True)
+            folder: Path | None = self._folder()
         except (WorkbenchError, OSError):  # it runs without a cache, too
             folder = None
         if self._dispatcher is not None:

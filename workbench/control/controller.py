@@ -168,7 +168,7 @@ class Controller:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Let another process have the same text, whether or not it has the file."""
-        return _unpickled, (self.name, str(self.file), self.text)
+        return unpickled, (self.name, str(self.file), self.text)
 
     @property
     def shipped(self) -> bool:
@@ -305,7 +305,12 @@ def _shipped_file(name: str) -> Path:
     return controllers_dir() / f"{name}.py"
 
 
-def _unpickled(name: str, file: str, text: str) -> Controller:
+def unpickled(name: str, file: str, text: str) -> Controller:
+    """Return the controller of a text, in another process.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
     if name in SHIPPED and Path(file).parent.name == "controllers" and text == _shipped(name).text:
         return _shipped(name)
     return _from_text(name, Path(file), text)

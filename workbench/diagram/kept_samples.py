@@ -1,20 +1,18 @@
 """Read a flight's kept samples as records."""
 
 import numpy as np
-from pydrake.systems.framework import Context
 
 from workbench.diagram.sample_logs import SampleLog
 from workbench.systems.sensors.samples import Samples, SampleTable, ScanStack
 
 
-def read_samples(log: SampleLog, root_context: Context) -> Samples:
-    """Return every sample that a sensor delivered so far."""
+def read_samples(log: SampleLog, rows: np.ndarray) -> Samples:
+    """Return what a sensor delivered, in rows of its log, see `SampleLog.rows`."""
     # What is logged is loaded; see `diagram.sensing`.
     from workbench.systems.sensors import barometer, gps, imu, range_finder
     from workbench.systems.sensors.lidar import Lidar
 
     name, system = log.mounted.choice.sensor.name, log.mounted.system
-    rows = log.rows(root_context)
     stamps, values = rows[:, 0], rows[:, 1:]
     columns: tuple[str, ...]
     match system:

@@ -20,6 +20,7 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.replies import Reply, Searched
+from workbench.control.controller import Controller
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
 from workbench.gui.notices import Notices
@@ -69,6 +70,7 @@ class Analysis(QObject):
         self._notices = notices
         self._answers = Answers(notices.warn, self)
         self._analyst: Analyst | None = None
+        self._controller: Controller | None = None
         self._token = object()
         self._errands = Errands()
         self._tell = {
@@ -89,7 +91,12 @@ class Analysis(QObject):
         """Numbers of the quick, slow and searching process, None where there is none yet."""
         return self._analyst.pids if self._analyst is not None else (None, None, None)
 
-    def begin(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
+    def begin(
+        self,
+        scenario: Scenario,
+        settings: Mapping[str, float],
+        controller: Controller | None = None,
+    ) -> None:
         """Judge another vehicle from now on; what is asked before is forgotten.
 
         Nothing is started before the first question, and nothing is forgotten where scenario and
@@ -98,13 +105,16 @@ class Analysis(QObject):
         Args:
             scenario: that is flown.
             settings: values of all its live parameters at the start.
+            controller: of the scenario, as its file was read.
         """
         present = self._analyst
         if present is not None:
             same = (present.scenario, present.settings) == (scenario, dict(settings))
+            same &= controller is self._controller
             if same and not present.has_given_up:
                 return
             self._errands.do(present.close)
+        self._controller = controller
         token = self._token = object()
         self._analyst = Analyst(
             scenario, settings, lambda progress: self._progressed.emit(token, progress)

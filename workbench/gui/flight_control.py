@@ -5,7 +5,7 @@ from dataclasses import replace
 from PyQt6.QtCore import QObject
 
 from workbench.control.mode import FlightMode
-from workbench.gui.flight_model import FlightModel
+from workbench.gui.flight_model import FlightModel, with_controller
 from workbench.gui.preferences import Preferences
 from workbench.live.choice import Choice
 from workbench.live.flight import LiveFlight
@@ -51,15 +51,19 @@ class FlightControl(QObject):
             self.fly(replace(now, vehicle=VehicleConfig(model=path), sensors=sensors))
 
     def fly_controller(self, name: str) -> None:
-        """Fly with another control law: a shipped one's name, or a file's path.
+        """Let another control law take over in flight; where nothing flies, begin a flight with it.
 
         It begins with its own gains: those of a gain file are of another law.
+
+        Args:
+            name: a shipped one's, or a file's path.
         """
-        now = self._flight.what
-        if isinstance(now, Choice):
-            self.fly(replace(now, controller=name, gains=""))
+        if self._flight.is_flying:
+            self._flight.asks_first(
+                lambda: self._flight.order(lambda live: live.fly_controller(name))
+            )
         else:
-            self.fly(replace(now, controller=name, vehicle=replace(now.vehicle, gains="")))
+            self.fly(with_controller(self._flight.what, name))
 
     def fly_world(self, path: str) -> None:
         """Fly in another world."""

@@ -50,6 +50,8 @@ class FlightModel(QObject):
 
     begun = pyqtSignal(object)
     """A flight has begun, or begun anew after a reset: its first `LiveView`."""
+    taken_over = pyqtSignal(object)
+    """Another controller, or another text of its file, flies from now on: a `LiveView`."""
     viewed = pyqtSignal(object)
     """The newest `LiveView`, when it has changed; at most sixty times a second."""
     streamed = pyqtSignal(object)
@@ -153,7 +155,8 @@ class FlightModel(QObject):
     def _start(self, wanted: _Attempt) -> _Attempt:
         draw = wanted.draw and self.draws
         return replace(
-            wanted, live=LiveFlight(wanted.what, wanted.settings, draw=draw, stream=True)
+            wanted,
+            live=LiveFlight(wanted.what, wanted.settings, draw=draw, stream=True, watch=True),
         )
 
     def _begin(self, attempt: _Attempt) -> None:
@@ -269,6 +272,10 @@ class FlightModel(QObject):
         if began_anew(before, view):
             self._good = self._present
             self.begun.emit(view)
+        elif view.controller is not before.controller and view.controller and view.scenario:
+            what = with_controller(self._present.what, view.scenario.controller)
+            self._present = self._good = replace(self._present, what=what)
+            self.taken_over.emit(view)
         if view.phase is not before.phase:
             self.phase_changed.emit(view.phase)
             if view.phase is Phase.ENDED and self._live is not None:
@@ -300,6 +307,18 @@ class FlightModel(QObject):
 
     def _is_over(self) -> bool:
         return self._view.phase in (Phase.ENDED, Phase.BROKEN)
+
+
+def with_controller(what: Choice | Scenario, name: str) -> Choice | Scenario:
+    """Return what is to be flown with a controller, a shipped one's name or a file's path.
+
+    A gain file of another one is left out.
+    """
+    if what.controller == name:
+        return what
+    if isinstance(what, Choice):
+        return replace(what, controller=name, gains="")
+    return replace(what, controller=name, vehicle=replace(what.vehicle, gains=""))
 
 
 def began_anew(before: LiveView, view: LiveView) -> bool:

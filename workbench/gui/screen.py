@@ -27,6 +27,9 @@ class Screen(QWidget):
     def begin(self, view: LiveView) -> None:
         """Take note that a flight has begun: vehicle, topics and scenario are known."""
 
+    def take_over(self, view: LiveView) -> None:
+        """Take note that another controller has taken over in flight."""
+
     def show_view(self, view: LiveView) -> None:
         """Show the present; called at most sixty times a second, and only while it is seen."""
 

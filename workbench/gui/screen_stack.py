@@ -182,6 +182,7 @@ class ScreenStack(QStackedWidget):
         self._loaded: set[str] = set()
         self._loader: ModuleLoader | None = None
         workspace.flight.begun.connect(self._begin)
+        workspace.flight.taken_over.connect(self._take_over)
         workspace.flight.viewed.connect(self._show_view)
 
     @property
@@ -287,6 +288,10 @@ class ScreenStack(QStackedWidget):
     def _begin(self, view: LiveView) -> None:
         for screen in self._screens.values():
             screen.begin(view)
+
+    def _take_over(self, view: LiveView) -> None:
+        for screen in self._screens.values():
+            screen.take_over(view)
 
     def _show_view(self, view: LiveView) -> None:
         if self.current is not None:

@@ -62,6 +62,7 @@ def make_workspace(preferences: Preferences | None = None) -> Workspace:
     )
     events = EventList()
     workspace.flight.begun.connect(partial(_begin, workspace, events))
+    workspace.flight.taken_over.connect(partial(_judge, workspace))
     workspace.flight.streamed.connect(workspace.signals.add)
     workspace.flight.streamed.connect(partial(_warn, workspace, events))
     return workspace
@@ -70,8 +71,12 @@ def make_workspace(preferences: Preferences | None = None) -> Workspace:
 def _begin(workspace: Workspace, events: EventList, view: LiveView) -> None:
     workspace.signals.begin(view.topics)
     events.begin(view.topics)
+    _judge(workspace, view)
+
+
+def _judge(workspace: Workspace, view: LiveView) -> None:
     if view.scenario is not None:
-        workspace.analysis.begin(view.scenario, view.values)
+        workspace.analysis.begin(view.scenario, view.values, view.controller)
 
 
 def _warn(workspace: Workspace, events: EventList, published: list[Published]) -> None:

@@ -72,6 +72,7 @@ class LiveFlight:
         settings: parameter values that override those of the scenario's gains.
         draw: whether the flight is drawn in Meshcat, at `latest().url`.
         stream: whether `streamed` is wanted; `flown` has next to no recording then.
+        watch: whether the controller's file takes over again, in flight, whenever it is saved.
 
     Raises:
         WorkbenchError: if no process can be started, or the scenario cannot be sent to one. What is
@@ -85,6 +86,7 @@ class LiveFlight:
         *,
         draw: bool = False,
         stream: bool = False,
+        watch: bool = False,
     ) -> None:
         self._view = LiveView()
         self._begun = threading.Event()  # set once the flight has begun, or has ended before
@@ -96,7 +98,9 @@ class LiveFlight:
         )
         self._order: Callable[[Callable[[], Wanted]], Future[Any]] = self._process.ask
         try:
-            self._process.send(Begin(scenario or Scenario(), dict(settings or {}), draw, stream))
+            self._process.send(
+                Begin(scenario or Scenario(), dict(settings or {}), draw, stream, watch)
+            )
         except Exception as error:  # a stranger's object may fail in any way
             self._process.close()
             raise WorkbenchError(f"the scenario cannot be sent to a process: {error}") from error
@@ -216,6 +220,10 @@ class LiveFlight:
                 )
             )
         )
+
+    def fly_controller(self, name_or_path: Path | str) -> Future[float]:
+        """Let another controller take over in flight, see `Session.fly_controller`."""
+        return self._order(lambda: Action(controller=_named(name_or_path)))
 
     def excite(self, excitation: Excitation) -> Future[float]:
         """Fly an excitation; the answer is when it begins, with the next control update [s].
@@ -351,6 +359,12 @@ def _triple(what: str, values: Sequence[float]) -> list[float]:
     if max(abs(x), abs(y), abs(z)) > FARTHEST:
         raise WorkbenchError(f"{what} is {values!r:.60}: give it numbers within ±{FARTHEST:g}")
     return [x, y, z]
+
+
+def _named(name_or_path: Path | str) -> str:
+    """Return a controller's name, or the whole path of its file."""
+    name = str(name_or_path)
+    return str(Path(name).absolute()) if name.endswith(".py") else name
 
 
 def _text(what: str, value: object) -> str:

@@ -8,12 +8,16 @@ from multiprocessing.connection import Connection, wait
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
+from workbench.control.controller import Controller, load_controller
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
+from workbench.live.announcer import INFORMATION, WARNING
 from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.exciter import Exciter
 from workbench.live.hard_hit import hit_speed
+from workbench.live.law_compiler import LawCompiler
+from workbench.live.law_file import LawFile
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
     Close,
@@ -34,6 +38,8 @@ from workbench.live.messages import (
     Serve,
     SetSpeed,
     StopExciting,
+    TakenOver,
+    Told,
 )
 from workbench.live.network import Deferred, FlightNetwork
 from workbench.live.stream import NoStream, Stream
@@ -43,6 +49,7 @@ from workbench.session.script import repeated
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
 from workbench.systems.bridge import Bridge
+from workbench.systems.flight_computer import compiled_update
 
 REPORT_PERIOD = 1 / 60
 """Between two reports [s of wall]."""
@@ -66,6 +73,7 @@ class Flying:
         send_queue: where answers and reports go.
         now: tells the wall time [s].
         stream: where everything that is published goes.
+        watch: whether the controller's file takes over again whenever it is saved.
 
     Attributes:
         shown: told of every snapshot that is reported, and in a pause again and again.
@@ -79,6 +87,7 @@ class Flying:
         send_queue: SendQueue,
         now: Callable[[], float],
         stream: Stream | NoStream | None = None,
+        watch: bool = False,
     ) -> None:
         self._session = session
         self._settings = settings
@@ -90,6 +99,9 @@ class Flying:
         self._stream = stream or NoStream()
         self._network = FlightNetwork(session, bridge, log, self._stream)
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
+        self._compiler = LawCompiler()
+        self._watches = watch
+        self._law_file = LawFile(session.controller, now())
         self._shown = self._network.view
         self._broken = ""
         self._hit: Hit | None = None
@@ -106,6 +118,8 @@ class Flying:
             wanted: whether the caller is still there.
         """
         self.report()
+        self._note_interpreted()
+        self._begin_compiling()
         with closing(self._network):
             while wanted():
                 wait([connection, *self._network.connections], self.wait())
@@ -117,6 +131,7 @@ class Flying:
                 if Close.CLOSE in orders:
                     return
                 self._network.hear()
+                self._watch()
                 self.fly()
                 if self._network.view is not self._shown:  # in a pause, too
                     self.report()
@@ -207,6 +222,8 @@ class Flying:
                 return self._excite(excitation)
             case StopExciting():
                 self._exciter.end()
+            case Action(controller=str(name)):
+                self._take_over(name)
             case Action(flies=False) as action:
                 self._session.act(action)
                 self._network.did(action)
@@ -218,12 +235,69 @@ class Flying:
                 self._network.did(action)
         return self._session.time
 
+    def _watch(self) -> None:
+        """Let the law's file take over where it was saved; what cannot fly changes nothing.
+
+        Machine code that was made meanwhile takes the place of Python.
+        """
+        if made := self._compiler.made():
+            self._use_compiled(*made)
+        if not self._watches or self._broken or not self._law_file.edited(self._now()):
+            return
+        law = self._session.controller
+        try:
+            with sentences("it cannot take over"):
+                self._take_over(str(law.file))
+        except WorkbenchError as error:
+            self._tell(f"{error}; {law.name} flies on as it was", WARNING)
+
+    def _take_over(self, name_or_path: str) -> None:
+        """Let another law fly from here on, interpreted where there is no machine code of it."""
+        law = load_controller(name_or_path)
+        action = Action(controller=name_or_path, interpreted=not compiled_update(law).is_made)
+        self._session.act(action)
+        self._law_file = LawFile(law, self._now())
+        self._network.did(action)
+        self._tell(f"{law.name} has taken over at {self._session.time:.2f} s")
+        self._begin_compiling()
+        self._clock.restart(self._now())  # what was not flown meanwhile is not caught up
+        self._send_queue.post(TakenOver(law, self._session.parameters()))
+        self.report()
+
+    def _note_interpreted(self) -> None:
+        """Let the log know of a law that Python runs from the start: the last bits may differ."""
+        if self._session.interpreted:
+            name = self._session.scenario.controller
+            self._network.did(Action(controller=name, interpreted=True))
+
+    def _begin_compiling(self) -> None:
+        if self._session.interpreted:
+            law = self._session.controller
+            self._compiler.begin(law)
+            self._tell(f"compiling {law.name}, up to a minute; it flies interpreted meanwhile")
+
+    def _use_compiled(self, law: Controller, failure: str) -> None:
+        if law is not self._session.controller or self._broken:
+            return
+        if failure:
+            self._tell(f"{law.name} flies on interpreted: {failure}", WARNING)
+            return
+        self._session.run_law(interpreted=False)
+        self._network.did(Action(controller=self._session.scenario.controller))
+        self._tell(f"compiled {law.name}, which flies as machine code now")
+
+    def _tell(self, said: str, severity: int = INFORMATION) -> None:
+        """Let the caller know what happened, and everybody else."""
+        self._send_queue.post(Told(said))
+        self._network.event(said, severity)
+
     def _reset(self) -> None:
         self._session.reset()
         self._flight += 1
         self._exciter.drop()
         self._exciter.ended, self._hit = "", None
         self._network.begin()
+        self._note_interpreted()
         self._broken = ""
         self._clock.restart(self._now())
 

@@ -35,6 +35,7 @@ class LogKeeper:
         self, session: Session, settings: Mapping[str, float], values: Mapping[str, float]
     ) -> None:
         self._session, self._settings, self._values = session, settings, values
+        self._laws = [session.controller]  # of the start, and those that took over
         self._log: FlightLog | None = None
         self._flights = 1
         self._first: Path | None = None
@@ -78,8 +79,10 @@ class LogKeeper:
     def act(self, action: Action, by: str) -> None:
         """Keep what came into force."""
         self.done.append(action, by)
+        if action.controller is not None:
+            self._laws.append(self._session.controller)
         if self._log:
-            self._log.act(action.at, action, by)
+            self._log.act(action.at, action, by, self._laws[-1])
 
     def write(self, sampled: Sampled) -> None:
         """Keep a sample."""
@@ -96,6 +99,8 @@ class LogKeeper:
     def begin_anew(self) -> None:
         """Begin with a new flight: a log goes on in the next file, as `flight-2.mcap`."""
         self.done.clear()
+        self._laws = [self._session.controller]
+        self._values = self._session.parameters()
         if self._log and self._first and self.stop():
             try:
                 self._open(self._next_path(self._first))
@@ -122,10 +127,13 @@ class LogKeeper:
             self._settings,
             self._values,
             session.vehicle.name,
-            session.controller,
+            self._laws[0],
         )
+        laws = iter(self._laws)
+        law = next(laws)
         for action, by in self.done:
-            self._log.act(action.at, action, by)
+            law = law if action.controller is None else next(laws)
+            self._log.act(action.at, action, by, law)
 
     def _take_end(self) -> None:
         """Notice that a log ended by itself: a disk that is full does not end the flight."""

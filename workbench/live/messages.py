@@ -99,12 +99,14 @@ class Begin:
         draw: whether to draw it in Meshcat.
         stream: whether to send everything that is published, sample by sample; the flight's own
             recording is sparse then.
+        watch: whether the controller's file takes over again whenever it is saved.
     """
 
     scenario: Scenario | Choice
     settings: Mapping[str, float]
     draw: bool
     stream: bool
+    watch: bool = False
 
 
 class Hold(Enum):
@@ -239,6 +241,19 @@ class Started:
     scenario: Scenario
     topics: tuple[Topic, ...]
     controller: Controller
+
+
+@dataclass(frozen=True)
+class TakenOver:
+    """Another controller flies, or another text of its file.
+
+    Attributes:
+        controller: that flies.
+        values: of the live parameters now, by name.
+    """
+
+    controller: Controller
+    values: Mapping[str, float]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,17 @@ from dataclasses import dataclass
 
 from workbench.control.controller import Controller
 from workbench.link.topics import Topic
-from workbench.live.messages import Hit, NetworkView, Pace, Phase, Report, Started, Starting, Told
+from workbench.live.messages import (
+    Hit,
+    NetworkView,
+    Pace,
+    Phase,
+    Report,
+    Started,
+    Starting,
+    TakenOver,
+    Told,
+)
 from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.excitation import Exciting
@@ -24,7 +34,7 @@ class LiveView:
         snapshot: the newest, None until the flight has begun.
         pace: how well it keeps up.
         vehicle: what flies, None until the flight has begun.
-        values: of the live parameters at the start, by name.
+        values: of the live parameters at the start, by name, or when the controller took over.
         url: of Meshcat's page, "" without.
         scenario: what is flown, None until the flight has begun.
         topics: that it publishes.
@@ -81,6 +91,12 @@ class LiveView:
                     scenario=scenario,
                     topics=topics,
                     controller=controller,
+                )
+            case TakenOver(controller, values) if self.scenario:
+                named = controller.name if controller.shipped else str(controller.file)
+                flown = dataclasses.replace(self.scenario, controller=named)
+                return dataclasses.replace(
+                    self, controller=controller, values=values, scenario=flown
                 )
             case Starting(said):
                 return dataclasses.replace(self, said=said)

@@ -68,6 +68,7 @@ def _fly(
     from workbench.scenario.scenario import without_arrays
     from workbench.session.session import Session
     from workbench.systems.bridge import Bridge
+    from workbench.systems.flight_computer import compiled_update
 
     send_queue.post(Starting("building the diagram"))
     logger = logging.getLogger("workbench")
@@ -86,16 +87,26 @@ def _fly(
         # who hears every sample needs no arrays, which would fill the memory in hours
         flown = without_arrays(scenario) if begin.stream else scenario
         session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
+        law = session.controller
+        # making machine code takes up to a minute: it flies meanwhile
+        session.run_law(interpreted=not compiled_update(law).is_made)
         send_queue.post(Starting("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
     url = meshcat.web_url() if meshcat else ""
     values = session.parameters()
-    law = session.controller
     send_queue.post(Started(session.vehicle, values, url, scenario, session.topics, law))
     stream = Stream(send_queue) if begin.stream else NoStream()
-    flying = Flying(session, bridge, begin.settings, send_queue, time.perf_counter, stream)
+    flying = Flying(
+        session,
+        bridge,
+        begin.settings,
+        send_queue,
+        time.perf_counter,
+        stream,
+        begin.watch,
+    )
     if meshcat:
         reach = max(math.dist((0.0, 0.0, 0.0), rotor.p_BR) for rotor in session.vehicle.rotors)
         flying.shown = Picture(meshcat, session.draw, reach, time.perf_counter).show

@@ -34,7 +34,7 @@ def read_action(at: float, text: str) -> Action:
 
 def _plain(value: Any) -> Any:
     """Return a value made only of what JSON knows; numbers may be numpy's."""
-    if value is None or isinstance(value, str):
+    if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, Gust | Push):
         return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}

@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from workbench.common.resources import list_models, list_worlds
-from workbench.control.controller import DEFAULT, SHIPPED
+from workbench.control.controller import DEFAULT, SHIPPED, Controller
 from workbench.gateways.ros_messages.conversion import Channel
 from workbench.scenario.scenario import Scenario
 
@@ -23,12 +23,20 @@ GAINS = "gains.yaml"
 CONTROLLER = "controller"
 """Name of the metadata with name, file and sha256 of the control law; attachment: its text."""
 LAW = "controller.py"
+LAW_TYPE = "text/x-python"
+LAWS = "controllers/"
+"""Beginning of the names of attachments with the texts of laws that took over in flight."""
 TOPICS = "topics.json"
 """Attachment: the link's definitions of the topics."""
 STATE = Channel("/dh_drone/exact_state", "dh_drone_msgs/msg/ExactState")
 ACTIONS = Channel("/dh_drone/actions", "dh_drone_msgs/msg/PilotAction")
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def law_name(law: Controller) -> str:
+    """Return the name of the attachment with a law's text, which its action has, too."""
+    return f"{LAWS}{law.digest[:12]}/{law.name}.py"
 
 
 def scenario_text(scenario: Scenario) -> str:

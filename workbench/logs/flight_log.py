@@ -5,6 +5,7 @@ import logging
 import struct
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,12 +24,14 @@ from workbench.logs.contents import (
     FLIGHT,
     GAINS,
     LAW,
+    LAW_TYPE,
     SCENARIO,
     SETTINGS,
     STATE,
     TOPICS,
     VERSIONS,
     gains_text,
+    law_name,
     scenario_text,
 )
 from workbench.logs.mcap_writer import MAGIC, McapWriter
@@ -125,16 +128,20 @@ class FlightLog:
             except _FAILURES as error:
                 self._end(error)
 
-    def act(self, at: float, action: Action, by: str) -> None:
+    def act(self, at: float, action: Action, by: str, law: Controller | None = None) -> None:
         """Write what somebody did.
 
         Args:
             at: a time of whole physics steps [s].
             action: what; its own `at` says nothing here.
             by: operator, a client's name, link, ...
+            law: that flies then; its text is written where it takes over and is not shipped.
         """
         if not self._open:
             return
+        if action.controller is not None and law is not None and not law.shipped:
+            action = replace(action, controller=law_name(law))
+            self._attach_law(law)
         t_ns = round(at * NS)
         values = {
             "header": header(t_ns, ""),
@@ -144,6 +151,12 @@ class FlightLog:
         }
         try:
             self._writer.message(self._action_channel, t_ns, time.time_ns(), self._action(values))
+        except _FAILURES as error:
+            self._end(error)
+
+    def _attach_law(self, law: Controller) -> None:
+        try:
+            self._writer.attach(law_name(law), LAW_TYPE, law.text.encode(), time.time_ns())
         except _FAILURES as error:
             self._end(error)
 
@@ -185,7 +198,7 @@ class FlightLog:
         writer.add_metadata(SETTINGS, {name: repr(value) for name, value in settings.items()})
         whose = {"name": law.name, "file": str(law.file), "sha256": law.digest}
         writer.add_metadata(CONTROLLER, whose)
-        writer.attach(LAW, "text/x-python", law.text.encode(), now)
+        writer.attach(LAW, LAW_TYPE, law.text.encode(), now)
         writer.attach(SCENARIO, "application/yaml", scenario_text(scenario).encode(), now)
         writer.attach(
             GAINS, "application/yaml", gains_text(vehicle, values, law.name).encode(), now

@@ -22,6 +22,7 @@ from workbench.logs.contents import (
     FLIGHT,
     GAINS,
     LAW,
+    LAWS,
     SCENARIO,
     SETTINGS,
     STATE,
@@ -64,6 +65,7 @@ class FlightRecord:
         remark: what is missing, a sentence; "" if nothing is.
         controller: name, file and sha256 of the control law; empty in logs of earlier versions.
         law: text of its file, "" in those.
+        laws: texts of laws that took over in flight, by the name that their action has.
     """
 
     path: Path
@@ -78,6 +80,7 @@ class FlightRecord:
     remark: str
     controller: Mapping[str, str] = field(default_factory=dict)
     law: str = ""
+    laws: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
@@ -199,6 +202,11 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
             remark=_remark(found),
             controller=found.metadata.get(CONTROLLER, {}),
             law=found.attachments.get(LAW, b"").decode(),
+            laws={
+                name: data.decode()
+                for name, data in found.attachments.items()
+                if name.startswith(LAWS)
+            },
         )
     except (KeyError, ValueError, TypeError, yaml.YAMLError) as error:
         why = (

@@ -3,6 +3,8 @@
 import dataclasses
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -69,17 +71,27 @@ def replay(
     Args:
         record: what was read of it.
         progress: takes the share done, 0 .. 1.
-        controller: that flew: a shipped one's name or a file's path. Python that only the log names
-            does not run.
+        controller: that flew: a shipped one's name, a file's path, or the path of the log itself,
+            for the texts that it holds. Python that only the log names does not run.
 
     Raises:
         WorkbenchError: if it has no states, or cannot be flown here.
     """
     if not len(record.states):
         raise WorkbenchError(f"{record.path}: has no states, so there is nothing to fly again")
+    with TemporaryDirectory() as folder:
+        return _replayed(record, progress, controller, Path(folder))
+
+
+def _replayed(
+    record: FlightRecord,
+    progress: Callable[[float], None] | None,
+    controller: str,
+    folder: Path,
+) -> Replayed:
     first, compared = None, 0
     logged = dict(zip(record.state_ns, record.states, strict=True))
-    scenario = again(record, controller)
+    scenario = again(record, controller, folder)
     law, whose = load_controller(scenario.controller), record.controller.get("name")
     if whose not in (None, law.name):
         raise WorkbenchError(
@@ -102,17 +114,34 @@ def replay(
     return Replayed(compared, record.duration, first, _changed(record, law))
 
 
-def again(record: FlightRecord, controller: str = "") -> Scenario:
+def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
     """Return the scenario that flies a log again: what was done stands in its script.
 
     Args:
         record: what was read of it.
         controller: see `replay`.
+        folder: an empty one, for the texts of laws.
 
     Raises:
         WorkbenchError: if only the log names a controller that is not shipped.
     """
     scenario = record.scenario()
+    actions = [done.action for done in record.done]
+    others = [name for name, text in record.laws.items() if text != record.law]
+    files = dict.fromkeys(record.laws, controller)
+    if controller and Path(controller).suffix != ".py" and _same_file(controller, record.path):
+        controller, files = _written(record, folder)
+    elif others:
+        raise WorkbenchError(
+            f"{record.path}: {len(others)} other texts of Python took over in flight: if you "
+            f"trust what the log holds, name the log itself, as --controller {record.path}"
+        )
+    actions = [
+        dataclasses.replace(action, controller=files.get(action.controller, action.controller))
+        if action.controller is not None
+        else action
+        for action in actions
+    ]
     if not controller and scenario.controller not in SHIPPED:
         raise WorkbenchError(
             f"{record.path}: was flown by {scenario.controller}, Python that would run here: if "
@@ -121,8 +150,28 @@ def again(record: FlightRecord, controller: str = "") -> Scenario:
     scenario.controller = controller or scenario.controller
     # the gain file may have changed since: the log has all values
     vehicle = dataclasses.replace(scenario.vehicle, gains="")
-    actions = [done.action for done in record.done]
     return repeated(dataclasses.replace(scenario, vehicle=vehicle), {}, actions, record.duration)
+
+
+def _same_file(one: str, other: Path) -> bool:
+    return Path(one).exists() and Path(one).samefile(other)
+
+
+def _written(record: FlightRecord, folder: Path) -> tuple[str, dict[str, str]]:
+    """Write the texts that a log holds; return the first one's file, and the others' by name."""
+
+    def written(name: str, text: str) -> str:
+        path = folder / Path(name).parent.name / Path(name).name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    whose = record.controller["name"]
+    first = whose if whose in SHIPPED else written(f"first/{whose}.py", record.law)
+    return first, {
+        name: first if text == record.law else written(name, text)
+        for name, text in record.laws.items()
+    }
 
 
 def _flown(

@@ -18,7 +18,7 @@ from workbench.common.yaml_files import (
 )
 from workbench.control.controller import DEFAULT, SHIPPED, load_controller
 from workbench.plant.variation import Variation
-from workbench.scenario.parameters import checked, parameter_table
+from workbench.scenario.parameters import ParameterTable, checked, parameter_table
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
 
 REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
@@ -109,8 +109,9 @@ class Action:
     """Something the pilot does at a time [s]; what is not given stays as it is.
 
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off,
-    hold, land, stop, abort_landing) with its height [m], a gust, a push, or new values of live
-    parameters.
+    hold, land, stop, abort_landing) with its height [m], a gust, a push, new values of live
+    parameters, or another controller, which takes over: a shipped one's name, or a file. That is
+    compiled, or interpreted, which is slower, begins at once, and may differ in the last bit.
     """
 
     at: float = 0.0
@@ -122,6 +123,8 @@ class Action:
     gust: Gust | None = None
     push: Push | None = None
     set: dict[str, float] = field(default_factory=dict)
+    controller: str | None = None
+    interpreted: bool = False
 
     @property
     def flies(self) -> bool:
@@ -185,6 +188,13 @@ def load_scenario(path: Path | str, controller: str = "") -> Scenario:
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     scenario.controller = chosen_controller(file, scenario.controller, controller)
+    for index, action in enumerate(scenario.script):
+        if action.controller not in (None, *SHIPPED):
+            where = file.where("script", index, "controller")
+            raise WorkbenchError(
+                f"{where}{action.controller} is Python that would run here: a script may name "
+                f"those that are shipped: {', '.join(SHIPPED)}"
+            )
     check_scenario(scenario, file)
     find_files(scenario.vehicle, file)
     find_scenario_world(scenario, file)
@@ -252,7 +262,7 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
     if scenario.start.mode not in START_MODES:
         raise refuse(("start", "mode"), f"must be one of {', '.join(START_MODES)}")
     try:
-        table = parameter_table(load_controller(scenario.controller))
+        tables = flown_tables(scenario)
     except WorkbenchError as error:
         where = file.where("controller") if file else ""
         raise WorkbenchError(f"{where}{error}") from None
@@ -285,7 +295,8 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             if blow is not None and not 0.0 < blow.duration < math.inf:
                 raise refuse((*keys, key, "duration"), "must be a positive time in seconds")
         for name, value in action.set.items():
-            table.checked({name: value}, file.where(*keys, "set", name) if file else "")
+            where = file.where(*keys, "set", name) if file else ""
+            tables[index].checked({name: value}, where)
     for keys, vector in _vectors(scenario):
         if len(vector) != 3 or not all(abs(number) <= FARTHEST for number in vector):
             raise refuse(keys, f"must be three finite numbers within ±{FARTHEST:g}, is {vector}")
@@ -307,6 +318,21 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             )
         if eight.laps < 1:
             raise refuse(("figure_eight", "laps"), "must be 1 or more")
+
+
+def flown_tables(scenario: Scenario) -> list[ParameterTable]:
+    """Return the parameter table at each action of a script, after a controller that it names.
+
+    Raises:
+        WorkbenchError: if a controller cannot be read.
+    """
+    table = parameter_table(load_controller(scenario.controller))
+    found = [table] * len(scenario.script)
+    for index in sorted(range(len(found)), key=lambda index: scenario.script[index].at):
+        controller = scenario.script[index].controller
+        table = table if controller is None else parameter_table(load_controller(controller))
+        found[index] = table
+    return found
 
 
 def _check_blows(action: Action, keys: Keys, file: YamlFile | None) -> None:

@@ -1,6 +1,6 @@
 """What a scenario flies, built: read, varied, given its gains, and put into a diagram."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat
@@ -21,8 +21,7 @@ from workbench.scenario.configured import (
     tell_remarks,
     tell_world,
 )
-from workbench.scenario.parameters import ParameterTable, parameter_table
-from workbench.scenario.scenario import Action, Scenario, check_scenario
+from workbench.scenario.scenario import Scenario, check_scenario, flown_tables
 from workbench.scenario.vehicle_parameters import check_settings
 from workbench.session.script import scenario_feedforward, scenario_path
 from workbench.systems.bridge import Bridge
@@ -81,22 +80,20 @@ def build_flight(
         picture_period,
         scenario_feedforward(scenario),
     )
-    _check_script(scenario.script, vehicle, payload_of(values), parameter_table(controller))
+    _check_script(scenario, vehicle, payload_of(values))
     return BuiltFlight(vehicle, controller, world, values, bench)
 
 
-def _check_script(
-    script: Sequence[Action], vehicle: Vehicle, payload: Payload, table: ParameterTable
-) -> None:
+def _check_script(scenario: Scenario, vehicle: Vehicle, payload: Payload) -> None:
     """Refuse what a script sets, before it flies: rows and payloads that the vehicle cannot have.
 
     Args:
-        script: of the flight.
+        scenario: with the script.
         vehicle: as the controller knows it.
         payload: at the start.
-        table: of the flight's parameters.
     """
-    for action in sorted(script, key=lambda each: each.at):
+    tables = zip(scenario.script, flown_tables(scenario), strict=True)
+    for action, table in sorted(tables, key=lambda each: each[0].at):
         check_settings(vehicle, action.set, table)
         carried = {name: value for name, value in action.set.items() if name in Payload._fields}
         if carried:

@@ -4,9 +4,12 @@ It has no threads and no Qt. Time goes in whole physics steps, and whatever a pi
 effect between steps, so that equal scenarios give equal flights, to the bit.
 """
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
 from numbers import Real
 
 import numpy as np
@@ -14,8 +17,8 @@ from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
-from workbench.common.errors import FlightBrokenError, WorkbenchError, unknown_name
-from workbench.control.controller import Controller
+from workbench.common.errors import FlightBrokenError, WorkbenchError, sentences, unknown_name
+from workbench.control.controller import Controller, load_controller
 from workbench.control.mode import FlightMode, Request
 from workbench.diagram.kept_samples import read_samples
 from workbench.diagram.workbench import PICTURE_PERIOD
@@ -29,7 +32,7 @@ from workbench.scenario.configured import tell_start
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import REQUESTS, Action, Scenario
 from workbench.scenario.vehicle_parameters import vehicle_parameters
-from workbench.session.built_flight import build_flight
+from workbench.session.built_flight import BuiltFlight, build_flight
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.session.observation import observe
@@ -42,6 +45,21 @@ from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.pilot import commanded, gone_to, requested
 from workbench.systems.sensors.readings import Reading
 from workbench.systems.sensors.samples import Samples
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """What was recorded before another controller took over.
+
+    Attributes:
+        time: of the recording (N) [s].
+        signals: (N, size) each, by name.
+        samples: rows of each kept sensor.
+    """
+
+    time: np.ndarray
+    signals: Mapping[str, np.ndarray]
+    samples: Sequence[np.ndarray]
 
 
 class Session:
@@ -67,13 +85,15 @@ class Session:
         picture_period: float = PICTURE_PERIOD,
     ) -> None:
         self.scenario = scenario or Scenario()
-        built = build_flight(self.scenario, settings, meshcat, bridge, picture_period)
-        self.vehicle: Vehicle = built.vehicle
-        self.controller: Controller = built.controller
-        self._table = parameter_table(built.controller)
-        self.world: World = built.world
-        self._bench, self._values, self._bridge = built.bench, built.values, bridge
+        self._settings, self._bridge = dict(settings or {}), bridge
+        self._build = partial(
+            build_flight, meshcat=meshcat, bridge=bridge, picture_period=picture_period
+        )
+        self._first = self._build(self.scenario, self._settings)
+        self.vehicle: Vehicle = self._first.vehicle
+        self.world: World = self._first.world
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
+        self._use(self._first)
         self.reset()
         obstacles = self._bench.obstacles
         if obstacles and (near := obstacles.nearest(self._live.root)):
@@ -81,6 +101,8 @@ class Session:
 
     def reset(self) -> None:
         """Begin again from the scenario's start, with the values it was built with."""
+        if self._flown_with is not self._first:
+            self._use(self._first)
         self._begin(None)
 
     def checkpoint(self) -> Checkpoint:
@@ -116,6 +138,24 @@ class Session:
             WorkbenchError: if it is a checkpoint of a flight of something else.
         """
         self._begin(checkpoint)
+
+    def fly_controller(self, name_or_path: str, *, interpreted: bool = False) -> None:
+        """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
+
+        What was recorded stays; sensors begin anew. Simulated time stands meanwhile.
+
+        Args:
+            name_or_path: see `load_controller`; the file is read now.
+            interpreted: whether Python runs it, so that it flies at once; else it is compiled, up
+                to a minute where it never was. They may differ in the last bit of a number.
+
+        Raises:
+            WorkbenchError: if it cannot be read or built, or cannot fly on from here; the one that
+                flies goes on then.
+        """
+        self._take_over(name_or_path, interpreted)
+        self._first = self._flown_with
+        self.scenario = dataclasses.replace(self.scenario, controller=name_or_path)
 
     @property
     def diagram(self) -> Diagram:
@@ -169,6 +209,15 @@ class Session:
         state = self._bench.recorder.now(self._live.root)["mode"]
         mode, seen = FlightMode(int(state[0])), state[1]
         self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
+
+    @property
+    def interpreted(self) -> bool:
+        """Whether Python runs the law."""
+        return self._bench.computer.interpreted
+
+    def run_law(self, *, interpreted: bool) -> None:
+        """Let Python run the law from now on, or machine code, see `fly_controller`."""
+        self._bench.computer.run_law(interpreted=interpreted)
 
     @property
     def script(self) -> Sequence[Action]:
@@ -244,7 +293,9 @@ class Session:
             for action in self._script.due(self._steps):
                 if self._bridge and action.flies:  # it comes before clients, as an operator does
                     self._bridge.authority.begin(self.time, SCRIPT_FLIES)
-                self.act(action)
+                if action.controller is not None:
+                    self._take_over(action.controller, action.interpreted)
+                self._act(action)
             self._advance(min(target, self._script.next_step))
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
@@ -267,11 +318,8 @@ class Session:
 
     def recording(self) -> Recording:
         """Return everything flown since the start."""
-        context = self._live.root
-        recorder = self._bench.recorder
-        return Recording.from_signals(
-            self.vehicle, recorder.times(context), recorder.signals(context)
-        )
+        time, signals = self._recorded()
+        return Recording.from_signals(self.vehicle, time, signals)
 
     def reading(self, sensor: str) -> Reading | None:
         """Return what a sensor, by name or kind, delivered last; None if nothing yet.
@@ -283,7 +331,7 @@ class Session:
 
     def samples(self) -> tuple[Samples, ...]:
         """Return all that sensors delivered since the start, where the scenario keeps it."""
-        return tuple(read_samples(log, self._live.root) for log in self._bench.sample_logs)
+        return tuple(map(read_samples, self._bench.sample_logs, self._sample_rows()))
 
     def snapshot(self) -> Snapshot:
         """Return the present as a frozen copy."""
@@ -336,7 +384,13 @@ class Session:
         return frames.transforms(frames.GetMyContextFromRoot(self._live.root))
 
     def act(self, action: Action) -> None:
-        """Do what a script's action says, now; `at` says nothing here."""
+        """Do what an action says, now; `at` says nothing here."""
+        if action.controller is not None:
+            self.fly_controller(action.controller, interpreted=action.interpreted)
+        self._act(action)
+
+    def _act(self, action: Action) -> None:
+        """Do what an action says besides a controller."""
         if action.set:
             self._live.set(action.set)
             self._tell_limits()
@@ -351,15 +405,77 @@ class Session:
         if action.push is not None:
             self.push(action.push.force, action.push.point, action.push.duration)
 
+    def _use(self, built: BuiltFlight) -> None:
+        """Fly what was built from now on."""
+        self._flown_with = built
+        self.controller: Controller = built.controller
+        self._table = parameter_table(built.controller)
+        self._bench, self._values = built.bench, built.values
+
     def _begin(self, checkpoint: Checkpoint | None) -> None:
         """Begin at a checkpoint, at the start where there is none."""
-        if self._bridge and self._bench.telemetry:
+        if self._bridge and not checkpoint:
             self._bridge.reset()
-            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
+        self._begin_telemetry()
         self._live = LiveContext(self._bench, self.scenario, self._values, checkpoint)
+        self._earlier: Earlier | None = None
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
         self._script.rewind(checkpoint.acted if checkpoint else 0)
         self._tell_limits()
+
+    def _take_over(self, name_or_path: str, interpreted: bool) -> None:
+        """Let another controller fly from now on, or the same one in another way."""
+        law, scenario = load_controller(name_or_path), self.scenario
+        if law is self.controller:
+            self.run_law(interpreted=interpreted)
+            return
+        known = {row.name for row in parameter_table(law)}
+        if law.name != self.controller.name:  # a gain file and settings are for another law
+            scenario = dataclasses.replace(
+                scenario, vehicle=dataclasses.replace(scenario.vehicle, gains="")
+            )
+            known -= {row.name for row in self._table.of("controller")}
+        settings = {name: value for name, value in self._settings.items() if name in known}
+        built = self._build(
+            dataclasses.replace(scenario, controller=name_or_path, script=[]), settings
+        )
+        built.bench.computer.run_law(interpreted=interpreted)
+        now, period = self.checkpoint(), scenario.rates.control_period
+        trial = LiveContext(built.bench, scenario, built.values, now)
+        with sentences(f"the controller {law.name} cannot take over"):
+            trial.simulator.AdvanceTo(self.time + 2.0 * period)
+        live = LiveContext(built.bench, scenario, built.values, now)
+        self._earlier = Earlier(*self._recorded(), self._sample_rows())
+        self._use(built)
+        self._live = live
+        self._begin_telemetry()
+        self._tell_limits()
+
+    def _begin_telemetry(self) -> None:
+        if self._bridge and self._bench.telemetry:
+            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
+
+    def _recorded(self) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
+        """Return when was recorded (N) [s], and what."""
+        recorder, context = self._bench.recorder, self._live.root
+        time, signals = recorder.times(context), recorder.signals(context)
+        if self._earlier is None:
+            return time, signals
+        before = self._earlier.signals
+        new = time > self._earlier.time[-1]  # the instant itself is recorded by both
+        return np.concatenate([self._earlier.time, time[new]]), {
+            name: np.concatenate([before[name], values[new]]) for name, values in signals.items()
+        }
+
+    def _sample_rows(self) -> list[np.ndarray]:
+        """Return the rows of each kept sensor, see `SampleLog.rows`."""
+        found = [log.rows(self._live.root) for log in self._bench.sample_logs]
+        if self._earlier is None:
+            return found
+        return [
+            np.vstack([before, now[now[:, 0] > before[-1:, 0].max(initial=-math.inf)]])
+            for before, now in zip(self._earlier.samples, found, strict=True)
+        ]
 
     def _tell_limits(self) -> None:
         """Let commands from the network be held to the present limits."""

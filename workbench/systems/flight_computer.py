@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from workbench.common.compiled import compile_cached
+from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller
+from workbench.control.controller import Controller, law_errors
 from workbench.control.flight_law import (
     SOURCES,
     LawConstants,
@@ -31,13 +31,24 @@ GAINS, SHARES, PROBES, PAYLOAD, KNOWN = range(5)
 
 
 @lru_cache(maxsize=64)
-def compiled_update(controller: Controller) -> Callable[..., Any]:
+def compiled_update(controller: Controller) -> Compiled:
     """Return the control update with a controller, compiled at its first call."""
     what = "the control law" if controller.shipped else f"the control law {controller.name}"
     function = flight_law(controller).packed_update
     return compile_cached(
         function, SOURCES, what, parts=72, text=controller.text, file=str(controller.file)
     )
+
+
+def interpreted_update(controller: Controller) -> Callable[..., Any]:
+    """Return the control update with a controller as Python runs it."""
+    function = flight_law(controller).packed_update
+
+    def run(*args: Any) -> None:
+        with law_errors(controller.file, "update"):
+            function(*args)
+
+    return run
 
 
 class FlightComputer(LeafSystem):
@@ -80,7 +91,7 @@ class FlightComputer(LeafSystem):
         super().__init__()
         n = len(vehicle.rotors)
         self._controller = controller
-        self._run = compiled_update(controller)
+        self._run: Callable[..., Any] = compiled_update(controller)
         self._vehicle = vehicle
         self._period = period
         self._estimate = sampled_estimate(period)
@@ -100,6 +111,24 @@ class FlightComputer(LeafSystem):
         if controller.memory:
             self.DeclareDiscreteState(BasicVector(controller.initial_memory))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    @property
+    def controller(self) -> Controller:
+        """Whose law runs."""
+        return self._controller
+
+    @property
+    def interpreted(self) -> bool:
+        """Whether Python runs the law."""
+        return not isinstance(self._run, Compiled)
+
+    def run_law(self, *, interpreted: bool) -> None:
+        """Let Python run the law from now on, some fifty times slower, or machine code.
+
+        Where there is no machine code yet, the next update makes it.
+        """
+        law = self._controller
+        self._run = interpreted_update(law) if interpreted else compiled_update(law)
 
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""

@@ -267,6 +267,21 @@ class GainEditor(QObject):
         self.begun.emit(view)
         self.state_changed.emit()
 
+    def take_over(self, view: LiveView) -> None:
+        """Edit the gains of a controller that has taken over in flight.
+
+        Where its rows are those of the one before, as after most edits of its file, all that is
+        proposed and kept stays.
+        """
+        table = parameter_table(view.controller)
+        if flight_rows(view.values, table) != self.rows:
+            self._vehicle = None
+            self.begin(view)
+            return
+        self.table = table
+        self._stability.begin()
+        self.state_changed.emit()
+
     def find_ranges(self) -> None:
         """Find the stable ranges of what flies; somebody looks at them."""
         self._stability.find_ranges(self.flown)

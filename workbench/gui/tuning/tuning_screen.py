@@ -109,6 +109,15 @@ class TuningScreen(Screen):
             card.begin()
         self.trial.begin()
 
+    def take_over(self, view: LiveView) -> None:
+        """Judge the controller that has taken over."""
+        self.gains.take_over(view)
+        self.judgement.clear()
+        self._predictor.forget()
+        for card in (self.map, self.weights, self.fork, self.autotune, self.pin, self.ghost):
+            card.begin()
+        self.trial.begin()
+
     def show_view(self, view: LiveView) -> None:
         """Show the present."""
         self.excitation.show_view(view)

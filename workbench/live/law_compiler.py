@@ -1,0 +1,69 @@
+"""Makes a law's machine code in a process of its own, while the law flies interpreted."""
+
+import threading
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller, unpickled
+from workbench.ipc.limited import run_limited, serve
+from workbench.systems.flight_computer import FlightComputer
+
+LONGEST, MOST_MEMORY = 300.0, 16_000
+"""Of making machine code [s, MB]."""
+
+
+class LawCompiler:
+    """Makes machine code of one law after the other, in the background."""
+
+    def __init__(self) -> None:
+        self._ends: SimpleQueue[tuple[Controller, str]] = SimpleQueue()
+
+    def begin(self, law: Controller) -> None:
+        """Begin to make machine code of a law."""
+        threading.Thread(target=self._make, args=(law,), daemon=True).start()
+
+    def made(self) -> tuple[Controller, str] | None:
+        """Return a law of which there is machine code now, or why there is none, else ""."""
+        try:
+            return self._ends.get_nowait()
+        except Empty:
+            return None
+
+    def _make(self, law: Controller) -> None:
+        failure = ""
+        request = {"name": law.name, "file": str(law.file), "text": law.text}
+        try:
+            run_limited(__name__, request, seconds=LONGEST, megabytes=MOST_MEMORY)
+        except WorkbenchError as error:
+            failure = str(error)
+        self._ends.put((law, failure))
+
+
+def make(request: dict[str, Any]) -> None:
+    """Make the machine code of a controller's text, by flying one update."""
+    from pydrake.systems.analysis import Simulator
+
+    from workbench.common.resources import find_model
+    from workbench.control.guidance import Guidance, Reference
+    from workbench.gains.gains import rule_values
+    from workbench.plant.loading import load_vehicle
+
+    law = unpickled(request["name"], request["file"], request["text"])
+    vehicle = load_vehicle(find_model("dh_drone"))
+    computer = FlightComputer(
+        controller=law, vehicle=vehicle, gains=rule_values(vehicle, law), period=1 / 128
+    )
+    simulator = Simulator(computer)
+    context = simulator.get_mutable_context()
+    for name, values in (
+        ("state", [1.0, *[0.0] * 12]),
+        ("reference", [0.0] * len(Reference._fields)),
+        ("guidance", [0.0] * len(Guidance._fields)),
+    ):
+        computer.GetInputPort(name).FixValue(context, values)
+    simulator.AdvanceTo(1 / 64)
+
+
+if __name__ == "__main__":
+    serve(make)
