@@ -5,6 +5,8 @@ import pytest
 from workbench.design.compare import PARTS, ROWS
 from workbench.design.judge.margins import all_margins
 from workbench.design.linear.study import LinearStudy
+from workbench.design.step_response import fly_step
+from workbench.scenario.scenario import Scenario
 
 LIFTS = """
 from workbench.controllers import GRAVITY
@@ -45,6 +47,26 @@ def test_what_a_law_has_not_is_a_dash_and_a_reason(run, out):
     assert 0.05 < found["numbers"]["path_without"] < 2.0
     assert said.json["vehicle"] == "dh_drone"
     assert said.json["files"] == []
+
+
+def test_each_is_tuned_for_the_same_wishes_first(run, out, write):
+    """The numbers are those of a flight with the gains that are told; a step meets the wish."""
+    wish = write("wish.yaml", "wishes: [yaw.rise_time <= 0.35 s]\ndefaults: false\n")
+    options = ("--parts", "steps", "--no-plots", "--output", out, "--json", "--tune", wish)
+    said = run("compare", "pd", "lqi", *options)
+    assert said.code == 0, said.err
+    assert [row["name"] for row in said.json["rows"]][0] == "unmet_wishes"
+    for each, searched in zip(
+        said.json["controllers"], ({"kp_yaw_rate"}, {"q_yaw_integral", "q_yaw_rate"}), strict=True
+    ):
+        assert set(each["gains"]) == searched
+        assert each["numbers"]["unmet_wishes"] == 0.0
+        scenario = Scenario(controller=each["name"])
+        flown = fly_step("yaw", 0.2, duration=5.0, scenario=scenario, settings=each["gains"])
+        assert each["numbers"]["rise_time_yaw"] == flown.metrics.rise_time <= 0.35
+    refused = run("compare", "pd", "--parts", "steps", "--tune", "yaw.rise_tim<=1")
+    assert refused.code == 2
+    assert "did you mean 'rise_time'" in refused.err
 
 
 def test_a_law_that_states_no_loops_has_none_of_its_own(run, out, write):

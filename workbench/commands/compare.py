@@ -40,7 +40,8 @@ def add_parser(commands: Any) -> None:
         "Compare controllers: steps, a path, a push, a start upside down, wind, vehicles that "
         "differ, margins and noise, each controller with the gains that it has for the vehicle.",
         "workbench compare pd pid lqi geometric indi\n"
-        "  workbench compare pd my_law.py --parts steps,margins --html compare.html",
+        "  workbench compare pd my_law.py --parts steps,margins --html compare.html\n"
+        '  workbench compare pd pid --tune "level.rise_time<=0.5" "tilt.phase_margin>=45deg"',
         run,
     )
     parser.add_argument(
@@ -61,6 +62,13 @@ def add_parser(commands: Any) -> None:
         metavar="A[,B]",
         help="of steps, path, push, upside_down, wind, vehicles, margins (default: all)",
     )
+    parser.add_argument(
+        "--tune",
+        nargs="*",
+        metavar="WISH|FILE",
+        help="tune each for the same wishes first, see `workbench tune`; without a wish, for those "
+        "that follow from the vehicle",
+    )
     parser.add_argument("--html", type=Path, metavar="FILE", help="table and picture as one page")
     add_output_options(parser)
     group = parser.add_argument_group("vehicle")
@@ -72,16 +80,24 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare, print the table, write the picture."""
-    from workbench.design.compare import chosen_controllers, chosen_parts, compare
+    from workbench.design.compare import (
+        chosen_controllers,
+        chosen_parts,
+        compare,
+        wishes_of,
+    )
 
     parts = chosen_parts([name.strip() for name in args.parts.split(",") if name.strip()])
-    chosen_controllers(args.controllers)
+    for law in chosen_controllers(args.controllers):
+        wishes_of(args.tune or (), law)
     scenario = _scenario(args)
     with Outputs() as outputs:
         picture = None if args.no_plots else outputs.add(args.output / "compare.png")
         page = outputs.add(args.html) if args.html else None
         with progress_bar("comparing controllers") as progress:
-            found = compare(args.controllers, scenario, parts=parts, progress=progress)
+            found = compare(
+                args.controllers, scenario, parts=parts, wishes=args.tune, progress=progress
+            )
         if picture or page:
             from workbench.design.plots import write_png
             from workbench.design.plots_compare import plot_comparison
@@ -125,7 +141,12 @@ def _result(found: "Comparison") -> dict[str, Any]:
         "vehicle": found.vehicle,
         "rows": found.rows,
         "controllers": [
-            {"name": each.name, "numbers": each.numbers, "remarks": each.remarks}
+            {
+                "name": each.name,
+                "numbers": each.numbers,
+                "remarks": each.remarks,
+                "gains": each.gains,
+            }
             for each in found.controllers
         ],
     }
@@ -160,7 +181,9 @@ def _remarks(found: "Comparison") -> list[str]:
 
 def _print(found: "Comparison") -> None:
     """Print the table, and what belongs to single numbers."""
-    print(f"{found.vehicle}, each controller with its gains for it\n")
+    tuned = any(each.gains for each in found.controllers)
+    whose = "the gains found for the wishes" if tuned else "its gains for it"
+    print(f"{found.vehicle}, each controller with {whose}\n")
     texts = _texts(found)
     print_table(texts, left=(0, 1, len(texts[0]) - 1))
     if remarks := _remarks(found):

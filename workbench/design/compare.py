@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -23,7 +24,11 @@ from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import START_HEIGHT, fly_step
 from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import noise_amplification
-from workbench.gains.profiles import owner_of
+from workbench.design.tune.tuner import Tuner
+from workbench.design.tune.tuning import Tuning
+from workbench.design.tune.wish import merged, parse_wish
+from workbench.design.tune.wish_file import Wishes, load_wishes
+from workbench.gains.profiles import owner_of, save_gains
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.variation import Variation
 from workbench.scenario.axes import find_axis
@@ -105,6 +110,7 @@ ROWS = (
     Row("noise_amplification", "N·s/rad", "margins", "rms of thrust over noise of body rates"),
 )
 PARTS = tuple(dict.fromkeys(row.part for row in ROWS))
+UNMET = Row("unmet_wishes", "1", "tune", "wishes that the gains found for them do not meet")
 PANELS = ("x", "y", "z", "yaw", "path", "push", "upside_down", "wind")
 """Of the picture, each with a curve of every controller."""
 Curve = tuple[np.ndarray, np.ndarray]
@@ -119,12 +125,14 @@ class Compared:
         numbers: by the name of their row; NaN where there is none.
         remarks: by the name of a row: why it has none, or what belongs to it.
         curves: by panel, see `PANELS`.
+        gains: that were found for the wishes, by name; none without wishes.
     """
 
     name: str
     numbers: dict[str, float] = field(default_factory=dict)
     remarks: dict[str, str] = field(default_factory=dict)
     curves: dict[str, Curve] = field(default_factory=dict)
+    gains: dict[str, float] = field(default_factory=dict)
 
     def note(self, name: str, value: float, remark: str = "") -> None:
         """Note a number, and a remark where there is one."""
@@ -185,42 +193,84 @@ def compare(
     scenario: Scenario | None = None,
     *,
     parts: Sequence[str] = (),
+    wishes: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Comparison:
     """Fly and judge controllers on one vehicle, each with the gains that it has for that.
+
+    With wishes each is tuned for them first, so that structures are compared, and not how well
+    somebody has set their gains.
 
     Args:
         controllers: names of shipped ones, or files.
         scenario: its vehicle, world and rates are used, and its figure of eight where it has one;
             its gain file is used by the controller that it is for.
         parts: of `PARTS`; all of them where none is named.
+        wishes: texts, or paths of files of them, see docs/tuning.md; an empty sequence for those
+            that follow from the vehicle. None for no tuning.
         progress: called with the share done, 0 .. 1.
 
     Raises:
-        WorkbenchError: if a controller or the vehicle cannot be read.
+        WorkbenchError: if a controller or the vehicle cannot be read, or a wish is none.
     """
     laws, chosen = chosen_controllers(controllers), chosen_parts(parts)
     scenario = scenario or Scenario()
-    count, done = len(laws) * len(chosen), 0
+    asked = [wishes_of(wishes or (), law) for law in laws]
+    count, done = len(laws) * (len(chosen) + (wishes is not None)), 0
 
     def say(share: float) -> None:
         if progress:
             progress((done + share) / count)
 
     found, vehicle = [], ""
-    for name, law in zip(controllers, laws, strict=True):
-        bench = _Bench(_flown_by(scenario, name, law), law, say)
-        vehicle = bench.study.vehicle.name
-        for part in chosen:
-            names = [row.name for row in ROWS if row.part == part]
-            try:
-                _MEASURE[part](bench)
-            except WorkbenchError as error:
-                bench.found.none([n for n in names if n not in bench.found.numbers], str(error))
-            done += 1
-            say(0.0)
-        found.append(bench.found)
-    return Comparison(vehicle, tuple(row for row in ROWS if row.part in chosen), tuple(found))
+    rows = [UNMET] * (wishes is not None) + [row for row in ROWS if row.part in chosen]
+    with TemporaryDirectory() as folder:
+        for name, law, each in zip(controllers, laws, asked, strict=True):
+            flown = _flown_by(scenario, name, law)
+            tuned = None
+            if wishes is not None:
+                tuned = Tuner(flown, each).run(lambda progress: say(progress.share))
+                flown.vehicle.gains = str(Path(folder) / f"{law.name}.yaml")
+                save_gains(Path(flown.vehicle.gains), tuned.profile)
+                done += 1
+            bench = _Bench(flown, law, say)
+            if tuned:
+                _note_tuned(bench.found, tuned)
+            vehicle = bench.study.vehicle.name
+            for part in chosen:
+                names = [row.name for row in ROWS if row.part == part]
+                try:
+                    _MEASURE[part](bench)
+                except WorkbenchError as error:
+                    bench.found.none([n for n in names if n not in bench.found.numbers], str(error))
+                done += 1
+                say(0.0)
+            found.append(bench.found)
+    return Comparison(vehicle, tuple(rows), tuple(found))
+
+
+def wishes_of(texts: Sequence[str], law: Controller) -> Wishes:
+    """Return wishes about a controller, as texts or paths of files of them.
+
+    Raises:
+        WorkbenchError: if one is none, or about a loop that the controller has not.
+    """
+    files = [text for text in texts if text.endswith((".yaml", ".yml"))]
+    if len(files) > 1:
+        raise WorkbenchError(f"{len(files)} files of wishes are named: name one")
+    from_file = load_wishes(find_file(files[0]), law) if files else Wishes()
+    typed = [wish for text in texts if text not in files for wish in parse_wish(text, law=law)]
+    return dataclasses.replace(from_file, wishes=tuple(merged([*from_file.wishes, *typed])))
+
+
+def _note_tuned(found: Compared, tuned: Tuning) -> None:
+    """Note what came of the wishes."""
+    unmet = [result.required for result in tuned.as_described if not result.met]
+    said = "; ".join(map(str, unmet or tuned.conflicts))
+    found.note(UNMET.name, float(len(unmet)), said)
+    if not (unmet or tuned.met):
+        found.remarks[UNMET.name] = said or "met as described, and not by all vehicles near it"
+    found.gains.update(tuned.gains)
 
 
 def _flown_by(scenario: Scenario, name: str, law: Controller) -> Scenario:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import fly_step
 from workbench.design.tune.case import NOMINAL, Robustness
@@ -16,11 +17,11 @@ from workbench.design.tune.picture import plot_tuning
 from workbench.design.tune.report import report_html
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.wish import merged, parse_wish
-from workbench.design.tune.wish_file import Wishes
+from workbench.design.tune.wish_file import Wishes, wishes_for
 from workbench.gains.gains import rule_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import find_parameter, parameter_table
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 PALM = str(Path(__file__).parents[2] / "drones" / "palm_quad.urdf.xacro")
@@ -102,6 +103,61 @@ def test_it_gets_there_from_gains_scaled_at_random(seed):
         robustness=Robustness(inertia=0.0),
     )
     assert Tuner(scenario(), asked, settings=settings).run().met
+
+
+def of_law(name, asked, **more):
+    """Return what is found for another law, on the small quadrotor."""
+    flown = Scenario(vehicle=VehicleConfig(model=PALM), controller=name)
+    return Tuner(flown, dataclasses.replace(asked, defaults=False), **more).run()
+
+
+@pytest.mark.parametrize(
+    ("law", "start", "searched"),
+    [
+        ("pid", {"kp_yaw_rate": 0.8}, ["kp_yaw_rate", "ki_yaw_rate"]),
+        ("lqi", {"q_yaw_rate": 0.5}, ["q_yaw_integral", "q_yaw_rate"]),
+    ],
+)
+def test_another_law_is_tuned_by_its_own_loops(law, start, searched):
+    """Its profile is of that law, and a step flown with it is as wished."""
+    asked = wishes_for("yaw.rise_time<=0.3", "yaw_rate.phase_margin>=50deg", controller=law)
+    asked = dataclasses.replace(asked, robustness=SURE)
+    found = of_law(law, asked, settings=start)
+    assert found.met
+    assert list(found.gains) == searched
+    assert found.profile.controller == law
+    flown = Scenario(vehicle=VehicleConfig(model=PALM), controller=law)
+    step = fly_step("yaw", 0.2, duration=4.0, scenario=flown, settings=found.gains)
+    assert step.metrics.rise_time <= 0.3
+    before = fly_step("yaw", 0.2, duration=4.0, scenario=flown, settings=start)
+    assert not before.metrics.rise_time <= 0.3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["pid", "lqi", "geometric", "indi"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_other_laws_get_there_from_gains_scaled_at_random(law, seed):
+    """A fifth to five times what the rule gives, with the wishes that follow from the vehicle."""
+    controller = load_controller(law)
+    rule = rule_gains(make_vehicle(read_description(Path(PALM))), controller)
+    searched = [name for loop in controller.loops for name in loop.gains if name in rule]
+    names = list(dict.fromkeys(searched))
+    factors = np.random.default_rng(seed).uniform(np.log(0.2), np.log(5.0), len(names))
+    table = parameter_table(controller)
+    settings = {}
+    for name, factor in zip(names, np.exp(factors), strict=True):
+        row = table.find(name)
+        settings[name] = min(row.maximum, max(row.minimum, rule[name] * factor))
+    flown = Scenario(vehicle=VehicleConfig(model=PALM), controller=law)
+    assert Tuner(flown, settings=settings, seed=seed).run().met
+
+
+def test_a_wish_about_a_loop_that_the_law_has_not_is_refused():
+    with pytest.raises(WorkbenchError, match="lqi has no loop pitch_rate: it damps the rate in"):
+        wishes_for("pitch_rate.phase_margin>=45deg", controller="lqi")
+    asked = wishes_for("pitch_rate.phase_margin>=45deg", controller="pid")
+    with pytest.raises(WorkbenchError, match="lqi has no loop pitch_rate"):
+        of_law("lqi", asked)
 
 
 def test_what_cannot_be_met_is_refused_with_what_stands_against_it():
