@@ -45,6 +45,23 @@ def unique(function: Function, key: str) -> Function:
     return function
 
 
+def made_function(source: str, names: dict[str, Any], key: str) -> Callable[..., Any]:
+    """Return the one function of a source, which compiled code may call.
+
+    Args:
+        source: of a function.
+        names: that it uses.
+        key: see `unique`.
+    """
+    made: dict[str, Any] = {}
+    # machine code that is loaded from the cache imports the module of its function
+    exec(source, {**names, "__name__": __name__}, made)
+    (function,) = made.values()
+    unique(function, key.replace(", ", "_"))
+    marked: Callable[..., Any] = register_jitable(forceinline=True)(function)
+    return marked
+
+
 def tell_numba() -> None:
     """Tell numba of all functions marked so far; whoever compiles asks for it first."""
     from numba.extending import register_jitable as register

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable, unique
+from workbench.common.jitable import made_function, register_jitable, unique
 from workbench.control.controller import Controller, record
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.control.guidance import LIFT, MOTORS, Body, Measured, Setpoint
@@ -452,7 +452,7 @@ def reader(
     """
     parts = "".join(f"{source.format(place)}, " for place in range(size))
     made = f"record({parts})" if record and size else f"({parts})"
-    return _function(
+    return made_function(
         f"def read({arguments}):\n    return {made}", {"record": record}, f"{key}_{arguments}"
     )
 
@@ -460,17 +460,6 @@ def reader(
 def writer(size: int, key: str, target: str = "s[{}]", arguments: str = "s") -> Callable[..., Any]:
     """Return a function that writes a tuple somewhere, and compiles; see `reader`."""
     lines = "".join(f"    {target.format(k)} = values[{k}]\n" for k in range(size))
-    return _function(
+    return made_function(
         f"def write({arguments}, values):\n{lines}    return None", {}, f"{key}_{arguments}"
     )
-
-
-def _function(source: str, names: dict[str, Any], key: str) -> Callable[..., Any]:
-    """Return the one function of a source."""
-    made: dict[str, Any] = {}
-    # machine code that is loaded from the cache imports the module of its function
-    exec(source, {**names, "__name__": __name__}, made)
-    (function,) = made.values()
-    unique(function, key.replace(", ", "_"))
-    jitable: Callable[..., Any] = register_jitable(forceinline=True)(function)
-    return jitable

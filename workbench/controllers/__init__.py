@@ -1,5 +1,6 @@
 """Control laws, each a file; and all that a file of a law may import, see docs/controllers.md."""
 
+from workbench.control.compensator import compensator as compensator
 from workbench.control.controller import Loop as Loop
 from workbench.control.controller import State as State
 from workbench.control.controller import gain as gain

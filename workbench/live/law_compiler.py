@@ -46,13 +46,15 @@ def make(request: dict[str, Any]) -> None:
 
     from workbench.common.resources import find_model
     from workbench.control.guidance import Guidance, Reference
-    from workbench.gains.gains import rule_values
     from workbench.plant.loading import load_vehicle
+    from workbench.scenario.parameters import parameter_table
 
     law = unpickled(request["name"], request["file"], request["text"])
-    vehicle = load_vehicle(find_model("dh_drone"))
     computer = FlightComputer(
-        controller=law, vehicle=vehicle, gains=rule_values(vehicle, law), period=1 / 128
+        controller=law,
+        vehicle=load_vehicle(find_model("dh_drone")),
+        gains=parameter_table(law).defaults(),
+        period=1 / 128,
     )
     simulator = Simulator(computer)
     context = simulator.get_mutable_context()

@@ -1,0 +1,101 @@
+"""A compensator of python-control as a part of a law: sampled, with its states in the memory."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.common.errors import WorkbenchError
+from workbench.common.jitable import made_function
+from workbench.control.controller import State
+
+METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff")
+"""How a continuous one is sampled, as `control.sample_system` has them."""
+MOST = 12
+"""Order of a compensator."""
+
+
+@dataclass(frozen=True)
+class Compensator:
+    """What a controller's file states for a compensator, and how its law runs it.
+
+    Attributes:
+        memory: its states, for `MEMORY`.
+        designed: names of its coefficients, for `DESIGNED`.
+        design: from the time between updates [s] to the coefficients, for `design`.
+        run: from an input, `g` and the memory to the output and the next states, a tuple. A law
+            calls it by a name of its module: `pitch = PITCH.run`.
+    """
+
+    memory: tuple[State, ...]
+    designed: tuple[str, ...]
+    design: Callable[[float], list[float]]
+    run: Callable[[Any, Any, Any], tuple[Any, tuple[Any, ...]]]
+
+
+def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
+    """Return a part of a law that does what a system of python-control does to its input.
+
+    With the system sampled at the law's rate, x' = A x + B u and y = C x + D u.
+
+    Args:
+        name: of its states and coefficients, with a number each.
+        system: `control.StateSpace` or `TransferFunction` of one input and one output; continuous,
+            or sampled at the law's own rate.
+        method: how a continuous one is sampled, one of `METHODS`: "tustin" keeps poles and zeros
+            where they belong well below half the rate; "zoh" is exact for an input that is held.
+
+    Raises:
+        WorkbenchError: if it is no such system, or has more zeros than poles.
+    """
+    import control  # takes a second to load
+
+    where = f"compensator {name}"
+    if not name.isidentifier():
+        raise WorkbenchError(f"{where}: call it by letters, digits and _")
+    if method not in METHODS:
+        raise WorkbenchError(f"{where}: {method} is no method: take one of {', '.join(METHODS)}")
+    if not isinstance(system, control.StateSpace | control.TransferFunction):
+        raise WorkbenchError(f"{where} is {system!r:.60}: give control.ss(...) or control.tf(...)")
+    if (system.ninputs, system.noutputs) != (1, 1):
+        raise WorkbenchError(f"{where} has {system.ninputs} inputs and {system.noutputs} outputs")
+    is_ratio = isinstance(system, control.TransferFunction)
+    if is_ratio and len(system.num[0][0]) > len(system.den[0][0]):
+        raise WorkbenchError(f"{where} has more zeros than poles: add a fast pole to it")
+    states = control.ss(system)
+    n = states.nstates
+    if n > MOST:
+        raise WorkbenchError(f"{where} has {n} states: reduce it to {MOST}, as by control.balred")
+    names = [f"{name}_{k + 1}" for k in range(n)]
+    rows = [f"a{i + 1}{j + 1}" for i in range(n) for j in range(n)]
+    ends = [f"{letter}{k + 1}" for letter in "bc" for k in range(n)]
+    designed = tuple(f"{name}_{entry}" for entry in (*rows, *ends, "d"))
+
+    def design(dt: float) -> list[float]:
+        sampled = states
+        if not states.isdtime(strict=True):
+            sampled = control.sample_system(states, dt, method)
+        elif states.dt is not True and abs(states.dt - dt) > 1e-9:
+            raise WorkbenchError(
+                f"{where} is sampled at {states.dt:g} s, and the law at {dt:g} s: give the "
+                "continuous one, or sample it at that"
+            )
+        matrices = (sampled.A, sampled.B, sampled.C, sampled.D)
+        return [float(x) for matrix in matrices for x in matrix.ravel()]
+
+    return Compensator(
+        memory=tuple(State(each, "1") for each in names),
+        designed=designed,
+        design=design,
+        run=made_function(_source(name, names), {}, f"{name}_{n}"),
+    )
+
+
+def _source(name: str, states: list[str]) -> str:
+    """Return the source of an update, term by term: numba and AutoDiffXd follow that."""
+
+    def row(first: str, last: str) -> str:
+        terms = [f"g.{name}_{first}{j + 1} * m.{state}" for j, state in enumerate(states)]
+        return " + ".join([*terms, f"g.{name}_{last} * u"])
+
+    after = "".join(f"{row(f'a{i + 1}', f'b{i + 1}')}, " for i in range(len(states)))
+    return f"def run(u, g, m):\n    return {row('c', 'd')}, ({after})\n"
