@@ -11,6 +11,8 @@ from workbench.commands.cli import main
 from workbench.control.controller import ARGUMENTS, COMMON, SHIPPED, load_controller
 from workbench.control.flight_law import Body
 from workbench.control.guidance import Measured
+from workbench.scenario.scenario import Scenario
+from workbench.session.session import Session
 
 PAGE = (Path(__file__).parents[2] / "docs" / "controllers.md").read_text(encoding="utf-8")
 LAW, COMMANDS = (
@@ -41,6 +43,21 @@ def test_the_commands_of_the_page_run(folder, monkeypatch, case):
         if words[0] == "workbench":
             with case(command):
                 assert main(words[1:]) == 0
+
+
+def test_the_other_examples_of_the_page_are_controllers(tmp_path):
+    """The compensator's lines stand in a law of their own; the system flies."""
+    _, notch, climb = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    path = tmp_path / "climb.py"
+    path.write_text(climb, encoding="utf-8")
+    session = Session(Scenario(controller=str(path)))
+    session.command(velocity=(0.0, 0.0, 0.5))
+    session.tick(2.0)
+    assert session.snapshot().v_WB[2] == pytest.approx(0.5, abs=0.02)
+    update = f"def update({', '.join(ARGUMENTS)}):\n    x, states = notch(0.0, g, memory)\n"
+    path = tmp_path / "notched.py"
+    path.write_text(f"{notch}\n\n{update}    return (x, x, x, x), states\n", encoding="utf-8")
+    assert len(load_controller(path).memory) == 2
 
 
 def test_the_page_names_all_that_there_is():

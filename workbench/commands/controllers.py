@@ -104,6 +104,11 @@ def _show(law: "Controller") -> None:
         for row in law.parameters
     ]
     print_table(rows, left=(0, 1, 5))
+    if not law.compiles:
+        how = (
+            "exactly" if law.derivatives == "AutoDiff" else "by differences, as it has no AutoDiff"
+        )
+        print(f"a system of Drake's: it is not compiled, and linear models take it {how}")
     if law.rule is None:
         print("no rule: these defaults fly every vehicle that has no gain file")
     if law.designed:

@@ -64,7 +64,9 @@ def result(found: "Judgement") -> dict[str, Any]:
 
 def print_judgement(found: "Judgement", cut: str) -> None:
     """Print the loops, a row each, then modes, steps and rates."""
-    print(f"{found.vehicle} at {found.point.label}, law at {1.0 / found.period:g} Hz")
+    law = found.steering.controller
+    how = "" if law is None or law.derivatives == "AutoDiff" else f", by {law.derivatives}"
+    print(f"{found.vehicle} at {found.point.label}, law at {1.0 / found.period:g} Hz{how}")
     print(f"\nloops, opened at the {cut}:")
     rows: list[tuple[str, ...]] = [_HEAD, _UNITS]
     rows += [(loop.loop, *_cells(getattr(loop, cut))) for loop in found.loops]

@@ -13,7 +13,7 @@ from workbench.commands.options import (
     flown_with,
     with_vehicle,
 )
-from workbench.commands.printing import print_json
+from workbench.commands.printing import print_json, say
 
 if TYPE_CHECKING:
     import control
@@ -67,11 +67,16 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Linearise and print."""
+    from workbench.control.controller import load_controller
     from workbench.design.linear.linearize import linearize
     from workbench.scenario.scenario import Scenario
 
+    scenario = with_vehicle(Scenario(), args)
+    law = load_controller(scenario.controller)
+    if law.derivatives != "AutoDiff":
+        say(f"{law.name} does not convert to AutoDiffXd: its derivatives are {law.derivatives}")
     system = linearize(
-        with_vehicle(Scenario(), args),
+        scenario,
         at=args.at,
         loop=args.loop,
         cut=args.cut,

@@ -171,6 +171,9 @@ def _sweep(
     paper = {figure.axis: figure.command for figure in PAPER}
     scenario = with_vehicle(Scenario(), args)
     law = load_controller(scenario.controller)
+    full = args.full or not law.compiles
+    if full and not args.full:
+        say(f"{law.name} cannot be compiled: its candidates fly on the full diagram")
     return sweep(
         args.ranges,
         method=args.method,
@@ -182,7 +185,7 @@ def _sweep(
         scenario=scenario,
         settings=dict(args.set),
         loop=axis_loop(args.axis, law) if args.margins == _OWN_LOOP else args.margins,
-        fly=partial(fly_full, executor=executor) if args.full else fly_compiled,
+        fly=partial(fly_full, executor=executor) if full else fly_compiled,
         progress=progress,
         stop=stopped,
     )

@@ -9,8 +9,9 @@ The file is Python, see docs/controllers.md. It states
     update       the law
     rule         gains that suit a vehicle
     DESIGNED, design    numbers that follow from gains and vehicle
+    system       a system of Drake's, in place of `update`
 
-and only `PARAMETERS` and `update` have to be there. The functions stay plain Python: they run with
+and only `update` or `system` have to be there. The other functions stay plain Python: they run with
 floats and AutoDiffXd as they are, and numba compiles them with what they call.
 """
 
@@ -152,6 +153,8 @@ class Controller:
         rule: from a vehicle to values of parameters by name; None where the defaults serve.
         designed: names of numbers that follow from gains and vehicle.
         design: makes them.
+        compiles: whether there can be machine code of it; a system of Drake's has none.
+        derivatives: how linear models take it: "AutoDiff", or "differences".
     """
 
     name: str
@@ -165,6 +168,8 @@ class Controller:
     rule: Callable[..., Mapping[str, float]] | None = field(repr=False)
     designed: tuple[str, ...] = field(repr=False)
     design: Callable[..., Sequence[float]] | None = field(repr=False)
+    compiles: bool = True
+    derivatives: str = "AutoDiff"
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Let another process have the same text, whether or not it has the file."""
@@ -339,6 +344,8 @@ def _from_text(name: str, file: Path, text: str) -> Controller:
 def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> Controller:
     """Return what a file states, checked."""
     own = vars(module)
+    if "system" in own:
+        return _from_system(name, file, text, own)
     update = own.get("update")
     if not inspect.isfunction(update):
         raise WorkbenchError(f"{file}: has no update: write def update({', '.join(ARGUMENTS)})")
@@ -407,6 +414,49 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
         rule=own.get("rule"),
         designed=designed,
         design=own.get("design"),
+    )
+
+
+def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Controller:
+    """Return the controller of a file that states a system of Drake's."""
+    from workbench.control.system_law import AXES, POINTS, SystemLaw  # it loads Drake
+
+    make = own["system"]
+    if not inspect.isfunction(make) or len(inspect.signature(make).parameters) != 3:
+        raise WorkbenchError(f"{file}: system is no function: write def system(vehicle, g, dt)")
+    for stated in ("update", "MEMORY", "POINTS", "DESIGNED", "design"):
+        if stated in own:
+            raise WorkbenchError(
+                f"{file}: states system and {stated}: a system has states and ports of its own, so "
+                f"leave {stated} out"
+            )
+    rows = (*_all(file, own, "PARAMETERS", Parameter, "gain(...)"), *COMMON)
+    _once(file, "parameter", [row.name for row in rows])
+    record_of_gains = record("Gains", [row.name for row in rows])
+    with law_errors(file, "system"):
+        system = make(TRIAL_BODY, record_of_gains(*(row.default for row in rows)), TRIAL_PERIOD)
+    law = SystemLaw(file, make, system, TRIAL_PERIOD)
+
+    def update(
+        measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+    ) -> tuple[Any, Any]:
+        return law.update(measured, setpoint, g, vehicle, memory, dt, loops)
+
+    gains = tuple(row.name for row in rows[: -len(COMMON)])
+    return Controller(
+        name=name,
+        file=file,
+        text=text,
+        parameters=rows,
+        points=POINTS,
+        loops=tuple(Loop(point, point, axis=AXES[point], gains=gains) for point in POINTS),
+        memory=tuple(State(f"x_{k + 1}", "1", value) for k, value in enumerate(law.memory)),
+        update=update,
+        rule=own.get("rule"),
+        designed=(),
+        design=None,
+        compiles=False,
+        derivatives="AutoDiff" if law.converts else "differences",
     )
 
 

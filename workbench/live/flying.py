@@ -49,7 +49,7 @@ from workbench.session.script import repeated
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_computer import compiled_update
+from workbench.systems.flight_computer import has_machine_code
 
 REPORT_PERIOD = 1 / 60
 """Between two reports [s of wall]."""
@@ -254,7 +254,7 @@ class Flying:
     def _take_over(self, name_or_path: str) -> None:
         """Let another law fly from here on, interpreted where there is no machine code of it."""
         law = load_controller(name_or_path)
-        action = Action(controller=name_or_path, interpreted=not compiled_update(law).is_made)
+        action = Action(controller=name_or_path, interpreted=not has_machine_code(law))
         self._session.act(action)
         self._law_file = LawFile(law, self._now())
         self._network.did(action)
@@ -271,8 +271,8 @@ class Flying:
             self._network.did(Action(controller=name, interpreted=True))
 
     def _begin_compiling(self) -> None:
-        if self._session.interpreted:
-            law = self._session.controller
+        law = self._session.controller
+        if self._session.interpreted and law.compiles:
             self._compiler.begin(law)
             self._tell(f"compiling {law.name}, up to a minute; it flies interpreted meanwhile")
 

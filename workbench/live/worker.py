@@ -68,7 +68,7 @@ def _fly(
     from workbench.scenario.scenario import without_arrays
     from workbench.session.session import Session
     from workbench.systems.bridge import Bridge
-    from workbench.systems.flight_computer import compiled_update
+    from workbench.systems.flight_computer import has_machine_code
 
     send_queue.post(Starting("building the diagram"))
     logger = logging.getLogger("workbench")
@@ -89,7 +89,7 @@ def _fly(
         session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
         law = session.controller
         # making machine code takes up to a minute: it flies meanwhile
-        session.run_law(interpreted=not compiled_update(law).is_made)
+        session.run_law(interpreted=not has_machine_code(law))
         send_queue.post(Starting("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)

@@ -40,6 +40,11 @@ def compiled_update(controller: Controller) -> Compiled:
     )
 
 
+def has_machine_code(controller: Controller) -> bool:
+    """Return whether a controller's update need not be compiled before it flies."""
+    return not controller.compiles or compiled_update(controller).is_made
+
+
 def interpreted_update(controller: Controller) -> Callable[..., Any]:
     """Return the control update with a controller as Python runs it."""
     function = flight_law(controller).packed_update
@@ -91,7 +96,7 @@ class FlightComputer(LeafSystem):
         super().__init__()
         n = len(vehicle.rotors)
         self._controller = controller
-        self._run: Callable[..., Any] = compiled_update(controller)
+        self.run_law(interpreted=False)
         self._vehicle = vehicle
         self._period = period
         self._estimate = sampled_estimate(period)
@@ -125,10 +130,13 @@ class FlightComputer(LeafSystem):
     def run_law(self, *, interpreted: bool) -> None:
         """Let Python run the law from now on, some fifty times slower, or machine code.
 
-        Where there is no machine code yet, the next update makes it.
+        Where there is no machine code yet, the next update makes it; a law that cannot be compiled
+        is interpreted in any case.
         """
         law = self._controller
-        self._run = interpreted_update(law) if interpreted else compiled_update(law)
+        self._run: Callable[..., Any] = compiled_update(law)
+        if interpreted or not law.compiles:
+            self._run = interpreted_update(law)
 
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""

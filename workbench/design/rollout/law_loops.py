@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
@@ -59,7 +60,16 @@ NO_BRAKE = (0.0,) * 13
 
 
 def make_want(controller: Controller) -> Callable[..., None]:
-    """Return the loop that runs a controller's law."""
+    """Return the loop that runs a controller's law.
+
+    Raises:
+        WorkbenchError: if it cannot be compiled.
+    """
+    if not controller.compiles:
+        raise WorkbenchError(
+            f"{controller.name} is a system of Drake's, which cannot be compiled: fly it on the "
+            "full diagram"
+        )
     law_wrench = flight_law(controller).wrench
     rows = len(controller.parameters) + len(controller.designed)
     place = f"b[({{}} + {GAINS}) * {LANES} + i]"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import load_controller
+from workbench.control.controller import Controller, load_controller
 from workbench.design.metrics import FLOWN, MARGINS
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.compiled_flights import fly_compiled
@@ -34,7 +34,7 @@ def sweep(
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     loop: str = "",
-    fly: FlySweep = fly_compiled,
+    fly: FlySweep | None = None,
     progress: Progress | None = None,
     stop: Stop | None = None,
 ) -> SweepTable:
@@ -53,7 +53,7 @@ def sweep(
         settings: parameter values that all candidates share.
         loop: whose margins are computed as well, see `linear.loops`; "" for none.
         fly: `fly_compiled`, or `fly_full` for the full diagram, in processes or, with its
-            executor bound by `functools.partial`, anywhere.
+            executor bound by `functools.partial`, anywhere; without, the first that can fly it.
         progress: called with the share done, 0 .. 1.
         stop: asked from time to time; True ends the sweep with what is done.
 
@@ -73,7 +73,7 @@ def sweep(
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
-    flown = fly(case, vehicle, candidates, _part(progress, 0.0, share), stop)
+    flown = (fly or _flying(law))(case, vehicle, candidates, _part(progress, 0.0, share), stop)
     metrics, values = FLOWN, flown.values
     if cut:
         from workbench.design.sweep.loop_margins import candidate_margins
@@ -97,6 +97,15 @@ def sweep(
         present=present,
         present_values=values[0],
     )
+
+
+def _flying(law: Controller) -> FlySweep:
+    """Return what flies candidates of a law fastest."""
+    if law.compiles:
+        return fly_compiled
+    from workbench.design.sweep.full_flights import fly_full  # it loads all of a session
+
+    return fly_full
 
 
 def _part(progress: Progress | None, first: float, last: float) -> Callable[[float], None] | None:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from workbench.control.controller import Controller, Loop
+from workbench.design.executor.local_processes import all_cores
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.step_pair import linear_step
@@ -18,6 +19,7 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.tune.case import NOMINAL, Case
+from workbench.design.tune.diagram_step import DiagramStep
 from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.retuned import LinearisedModels, RetunedModels, retuned_models
 from workbench.design.tune.variables import loop_of
@@ -120,10 +122,29 @@ class Instruments:
         return self._engines[case]
 
     def responses(self, gains: Sequence[Gains], axis: str, case: Case) -> "Responses":
-        """Return flown steps of an axis."""
+        """Return flown steps of an axis: compiled, or on the diagram where that cannot be."""
         step = self.steps[axis]
+        if not self.controller.compiles:
+            return self._flown_on_the_diagram(gains, axis, step, case)
         flown = self._engine(case).fly(gains, axis, step.amplitude, duration=step.duration)
         return Responses(flown.time, flown.response, flown.peak_rotor_use, flown.diverged_at)
+
+    def _flown_on_the_diagram(
+        self, gains: Sequence[Gains], axis: str, step: "Step", case: Case
+    ) -> "Responses":
+        scenario = self._study(case).scenario
+        tasks = [
+            DiagramStep(scenario, dict(each), axis, step.amplitude, step.duration) for each in gains
+        ]
+        flown = dict(all_cores().run(tasks))
+        found = [flown[index] for index in range(len(tasks))]
+        time = scenario.rates.control_period * np.arange(tasks[0].samples)
+        return Responses(
+            time,
+            np.array([each.response for each in found]),
+            np.array([each.peak_rotor_use for each in found]),
+            np.array([each.diverged_at for each in found]),
+        )
 
     def measure(self, gains: Sequence[Gains], quantities: Sequence[Quantity]) -> np.ndarray:
         """Return the values (N, Q) of quantities, of N sets of all parameter values.

@@ -124,8 +124,12 @@ def make_plan(
 
 def _steps(instruments: Instruments, wishes: Wishes, rule: Mapping[str, float]) -> dict[str, Step]:
     """Return the steps to fly, long enough for the vehicle and for what is wished."""
+    asked = {wish.subject for wish in wishes.wishes}
+    asked |= {"x", "y"} if asked & {"x", "y"} else set()  # one stands for both, see `mirrored`
     steps = {}
     for axis, amplitude in wishes.steps:
+        if axis not in asked and not wishes.defaults:
+            continue
         limit = instruments.base[find_axis(axis).limit]
         if abs(amplitude) > limit:
             amplitude = math.copysign(limit, amplitude)

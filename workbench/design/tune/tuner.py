@@ -112,7 +112,12 @@ class Tuner:
         return self._tuning(plan, found, unmet)
 
     def _unmet(self, plan: Plan, found: Solution, telling: Telling) -> Unmet:
-        """Return what stands against what; nothing if the run was stopped."""
+        """Return what stands against what; nothing if the run was stopped.
+
+        It takes thousands of flights, so nobody would wait for it where each flies on the diagram.
+        """
+        if not self._controller.compiles:
+            return Unmet()
         starts = [found.best.point, *plan.starts]
         try:
             along_x = counterparts(self._controller)

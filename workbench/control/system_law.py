@@ -1,0 +1,260 @@
+"""A Drake system as a control law: a pure function of what it hears and of what it remembers.
+
+The system is kept with a Context of its own. An update puts the memory into its state and what is
+measured and asked for into its input ports, reads its output `wrench`, and lets a control period
+pass with the inputs held; what its state is then, is the memory of the next update. So it flies,
+forks, replays and linearises as every law does.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.autodiffutils import AutoDiffXd, ExtractValue, InitializeAutoDiff
+from pydrake.systems.analysis import (
+    InitializeParams,
+    ResetIntegratorFromFlags,
+    Simulator,
+    Simulator_,
+)
+from pydrake.systems.framework import System
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.guidance import Body, position_error, velocity_setpoint
+from workbench.control.loop_points import probe
+
+PORTS = {
+    "attitude": 4,
+    "angular_velocity": 3,
+    "velocity": 3,
+    "acceleration": 3,
+    "position_error": 3,
+    "velocity_setpoint": 3,
+    "yaw_rate_setpoint": 1,
+    "path_acceleration": 3,
+}
+"""Input ports that a system may have, and their sizes: q_WT; w_WB, v_WBcm and a_WBcm; the error of
+a place that is held and the velocity asked for within limits, all in W; the yaw rate asked for; and
+the acceleration along a path in W."""
+POINTS = {"force": "N", "moment_x": "N*m", "moment_y": "N*m", "moment_z": "N*m"}
+"""Loop points: the wrench, which is the plant's input."""
+AXES = {"force": "z", "moment_x": "y", "moment_y": "x", "moment_z": "yaw"}
+"""The step that goes through the loop at each."""
+STEPS = 4
+"""Of the integrator in a control period, where the system has continuous states."""
+DIFFERENCE = 1e-6
+"""By which inputs and states differ where the system does not convert to AutoDiffXd."""
+SHORTEST = 1e-4
+"""A shorter time between updates is that of a model without sampling [s]."""
+
+Make = Callable[[Body, Any, float], System]
+
+
+class SystemLaw:
+    """The law of a system.
+
+    Args:
+        file: that states it.
+        make: makes the system for a vehicle, gains and the time between updates [s].
+        system: one that was made, for what does not depend on these.
+        dt: that it was made for [s].
+
+    Attributes:
+        memory: state at the start.
+        converts: whether linear models take exact derivatives of it, and not differences.
+
+    Raises:
+        WorkbenchError: if it has not the ports, or a state that is not known after a period.
+    """
+
+    def __init__(self, file: Path, make: Make, system: System, dt: float) -> None:
+        self._file, self._make = file, make
+        self._held = lru_cache(maxsize=8)(self._held_for)
+        held = _Held(file, system, dt)
+        self.memory: list[float] = held.initial
+        self.converts = held.converts
+
+    def update(
+        self, measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+    ) -> tuple[Any, Any]:
+        """Return the wrench in T, F [N] and m [N·m], and the state of the system."""
+        if dt < SHORTEST:
+            raise WorkbenchError(
+                f"{self._file}: a Drake system has no model without sampling here: take the "
+                "sampled one"
+            )
+        if any(isinstance(value, AutoDiffXd) and len(value.derivatives()) for value in g):
+            raise WorkbenchError(
+                f"{self._file}: derivatives by the gains of a Drake system are not known: sweep "
+                "them, as `workbench sweep`"
+            )
+        body = tuple(map(_hashable, vehicle))
+        record: Any = type(g)
+        held = self._held(body, record, tuple(float(value) for value in g), dt)
+        v_x, v_y, v_z, yaw_rate = velocity_setpoint((0.0, 0.0, 0.0), measured, setpoint, g)
+        heard = {
+            "attitude": measured.q_WT,
+            "angular_velocity": measured.w_WB,
+            "velocity": measured.v_WBcm,
+            "acceleration": measured.a_WBcm,
+            "position_error": position_error(measured, setpoint),
+            "velocity_setpoint": (v_x, v_y, v_z),
+            "yaw_rate_setpoint": (yaw_rate,),
+            "path_acceleration": setpoint.a_WBcm,
+        }
+        inputs = [value for name in held.ports for value in heard[name]]
+        wrench, after = held.run(inputs, list(memory))
+        return tuple(probe(part, place, loops) for place, part in enumerate(wrench)), after
+
+    def _held_for(self, body: Any, record: Any, gains: tuple[float, ...], dt: float) -> "_Held":
+        return _Held(self._file, self._make(Body(*body), record(*gains), dt), dt)
+
+
+class _Held:
+    """One system with a Context that is written anew each time."""
+
+    def __init__(self, file: Path, system: Any, dt: float) -> None:
+        if not isinstance(system, System):
+            raise WorkbenchError(
+                f"{file}: system returns {system!r:.60}: let it return a LeafSystem or a Diagram"
+            )
+        self._system, self._dt = system, dt
+        self.ports = _ports(file, system)
+        self._plain = _Run(system, Simulator, self.ports, dt)
+        context = self._plain.context
+        _check_state(file, system, context, dt)
+        self.initial: list[float] = self._plain.state().tolist()
+        converted = system.ToAutoDiffXdMaybe() if hasattr(system, "ToAutoDiffXdMaybe") else None
+        self._exact = converted and _Run(converted, Simulator_[AutoDiffXd], self.ports, dt)
+
+    @property
+    def converts(self) -> bool:
+        """Whether derivatives are exact; else they are differences."""
+        return self._exact is not None
+
+    def run(self, inputs: list[Any], memory: list[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Return wrench (4) and next state."""
+        known = [*inputs, *memory]
+        if not any(isinstance(value, AutoDiffXd) for value in known):
+            found = self._plain.run(np.array(known, dtype=float))
+            return tuple(found[:4].tolist()), tuple(found[4:].tolist())
+        values = [value if isinstance(value, AutoDiffXd) else AutoDiffXd(value) for value in known]
+        at = ExtractValue(np.array(values)).ravel()
+        by = _whole_gradient(values)
+        slopes = self._slopes(at)
+        found = InitializeAutoDiff(self._plain.run(at), slopes @ by).ravel()
+        return tuple(found[:4].tolist()), tuple(found[4:].tolist())
+
+    def _slopes(self, at: np.ndarray) -> np.ndarray:
+        """Return derivatives of wrench and next state by inputs and state."""
+        if self._exact is not None:
+            found = self._exact.run(InitializeAutoDiff(at, np.eye(at.size)).ravel())
+            return _whole_gradient(list(found), at.size)
+        columns = []
+        for place in range(at.size):
+            step = np.zeros(at.size)
+            step[place] = DIFFERENCE * max(1.0, abs(at[place]))
+            rise = self._plain.run(at + step) - self._plain.run(at - step)
+            columns.append(rise / (2.0 * step[place]))
+        return np.column_stack(columns)
+
+
+class _Run:
+    """Runs a system for a control period, with floats or with AutoDiffXd."""
+
+    def __init__(self, system: Any, simulator: Any, ports: Sequence[str], dt: float) -> None:
+        self._system, self._dt = system, dt
+        self._ports = [system.GetInputPort(name) for name in ports]
+        self._wrench = system.GetOutputPort("wrench")
+        self._simulator = simulator(system)
+        self.context = self._simulator.get_mutable_context()
+        self._begin = InitializeParams()
+        self._begin.suppress_initialization_events = True
+        self._continuous = self.context.num_continuous_states()
+        self._groups = [
+            self.context.get_discrete_state(k).size()
+            for k in range(self.context.num_discrete_state_groups())
+        ]
+        if self._continuous:
+            ResetIntegratorFromFlags(self._simulator, "runge_kutta3", dt / STEPS)
+            self._simulator.get_mutable_integrator().set_fixed_step_mode(True)
+
+    def state(self) -> np.ndarray:
+        """Return the state: the continuous one, then the discrete groups."""
+        parts = [self.context.get_continuous_state_vector().CopyToVector()]
+        parts += [
+            self.context.get_discrete_state(k).CopyToVector() for k in range(len(self._groups))
+        ]
+        found: np.ndarray = np.concatenate(parts)
+        return found
+
+    def run(self, known: np.ndarray) -> np.ndarray:
+        """Return the wrench now, and the state a control period later."""
+        context, at = self.context, 0
+        for port in self._ports:
+            port.FixValue(context, known[at : at + port.size()])
+            at += port.size()
+        context.SetTime(0.0)
+        if self._continuous:
+            context.SetContinuousState(known[at : at + self._continuous])
+            at += self._continuous
+        for number, size in enumerate(self._groups):
+            context.SetDiscreteState(number, known[at : at + size])
+            at += size
+        wrench = self._wrench.Eval(context).copy()
+        if at > sum(port.size() for port in self._ports):
+            self._simulator.Initialize(self._begin)
+            self._simulator.AdvanceTo(self._dt)
+        return np.concatenate([wrench, self.state()])
+
+
+def _ports(file: Path, system: System) -> list[str]:
+    """Return the input ports of a system, all of which must be known."""
+    found = []
+    for number in range(system.num_input_ports()):
+        port = system.get_input_port(number)
+        name = port.get_name()
+        if name not in PORTS or port.size() != PORTS[name]:
+            listed = ", ".join(f"{each} ({size})" for each, size in PORTS.items())
+            raise WorkbenchError(
+                f"{file}: the system has an input port {name} ({port.size()}): name its ports "
+                f"after what they are to hear, of {listed}"
+            )
+        found.append(name)
+    if not system.HasOutputPort("wrench") or system.GetOutputPort("wrench").size() != 4:
+        raise WorkbenchError(
+            f"{file}: the system has no output port wrench (4): force along z of T [N], and moment "
+            "in T [N·m]"
+        )
+    return found
+
+
+def _check_state(file: Path, system: System, context: Any, dt: float) -> None:
+    """Refuse what is not known from a state of numbers after a control period."""
+    if context.num_abstract_states():
+        raise WorkbenchError(f"{file}: the system has an abstract state: keep numbers alone")
+    if not context.num_discrete_state_groups():
+        return
+    timing = system.GetUniquePeriodicDiscreteUpdateAttribute()
+    share = dt / timing.period_sec() if timing else 0.0
+    if timing is None or timing.offset_sec() or share < 0.999 or abs(share - round(share)) > 1e-6:
+        raise WorkbenchError(
+            f"{file}: the system's discrete states change at other times than the law's updates: "
+            f"let all have one period of {dt:g} s, which `system` is given, or a whole part of it"
+        )
+
+
+def _whole_gradient(values: list[Any], columns: int = 0) -> np.ndarray:
+    """Return derivatives (N, columns); constants have none."""
+    size = max([columns, *(len(value.derivatives()) for value in values)])
+    rows = np.zeros((len(values), size))
+    for row, value in zip(rows, values, strict=True):
+        if len(value.derivatives()):
+            row[:] = value.derivatives()
+    return rows
+
+
+def _hashable(value: Any) -> Any:
+    return tuple(map(float, value)) if np.ndim(value) else float(value)
