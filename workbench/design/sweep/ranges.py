@@ -62,8 +62,8 @@ class SweepRange:
             except WorkbenchError:
                 raise unknown_name("parameter", self.name, names) from None
             raise WorkbenchError(
-                f"{self.name} cannot be swept, as it does nothing in a step: sweep gains, limits, "
-                f"air, payload, rotors, or {', '.join(VARIATIONS)}"
+                f"{self.name} is none of what a sweep varies: gains, limits, air, payload, rotors, "
+                f"and {', '.join(VARIATIONS)}"
             )
         for value in (self.low, self.high):
             check_value(self.name, value, self.controller)
