@@ -188,10 +188,10 @@ def test_a_checkpoint_has_the_state_of_the_system(tmp_path):
 @pytest.mark.slow
 def test_a_sweep_of_it_flies_on_the_diagram(tmp_path):
     scenario = Scenario(controller=written(tmp_path, "blocks", LEAF))
-    table = sweep(["k_velocity=1..3:2"], axis="x", scenario=scenario, duration=6.0)
+    table = sweep(["k_velocity=1..3:2"], axis="x", scenario=scenario, duration=2.0)
     assert len(table) == 2
-    rise = table.values[:, [metric.name for metric in table.metrics].index("rise_time")]
-    assert rise[1] < rise[0]
+    use = table.values[:, [metric.name for metric in table.metrics].index("peak_rotor_use")]
+    assert use[1] > use[0] > 0.6
 
 
 def test_what_a_system_has_not_is_refused_with_what_to_do(tmp_path, case):
