@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.design.branches import Branch
 from workbench.design.fork import LONGEST, Forker, fly_fork
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
@@ -85,6 +86,81 @@ def test_a_branch_flies_with_its_gains_from_the_instant_on(forker, flight):
     flight.tick(1.0)
     assert_is(branch, flight.recording())
     assert abs(branch.velocity - other.velocity).max() > 0.005
+
+
+def test_controllers_fly_on_from_one_instant_as_sessions_of_theirs_do(forker, flight, tmp_path):
+    """Each as one that begins from the checkpoint; the one that flew, as the flight itself."""
+    mine = tmp_path / "mine.py"
+    mine.write_text(load_controller("pid").text)
+    checkpoint = flight.checkpoint()
+    branches = [
+        Branch("as flown", {}),
+        Branch("lqi", {}, "lqi"),
+        Branch("named", {}, "pd"),
+        Branch("mine", {"kp_velocity_xy": 2.0}, str(mine)),
+    ]
+    as_flown, lqi, named, own = forker.fly(checkpoint, branches, 1.0)
+    for branch, flown in zip(branches[1::2], (lqi, own), strict=True):
+        other = Session(dataclasses.replace(SCENARIO, controller=branch.controller))
+        other.begin_from(checkpoint)
+        for name, value in branch.gains.items():
+            other.set(name, value)
+        other.tick(1.0)
+        assert_is(flown, other.recording())
+    flight.tick(1.0)
+    assert_is(as_flown, flight.recording())
+    assert_is(named, flight.recording())
+    for other in (lqi, own):
+        assert abs(other.velocity - as_flown.velocity).max() > 0.001
+
+
+def test_the_controller_that_the_script_let_take_over_flies_on(tmp_path):
+    mine = tmp_path / "mine.py"
+    mine.write_text(load_controller("pid").text)
+    later = Action(at=0.8, controller="lqi")
+    script = [*SCENARIO.script, Action(at=0.5, controller=str(mine)), later]
+    scenario = dataclasses.replace(SCENARIO, script=script)
+    flight = Session(scenario)
+    flight.tick(0.6)
+    checkpoint, forker = flight.checkpoint(), Forker(scenario)
+    branches = [Branch("as flown", {}), Branch("again", {}), Branch("pd", {}, "pd")]
+    as_flown, again, pd = forker.fly(checkpoint, branches, 0.4)
+    mine.write_text("no law any more")
+    (late,) = forker.fly(checkpoint, [Branch("as flown", {})], 0.4)
+    flight.tick(0.4)
+    for branch in (as_flown, again, late):
+        assert_is(branch, flight.recording())
+    assert abs(pd.velocity - as_flown.velocity).max() > 1e-4
+
+
+def test_a_controller_that_cannot_fly_is_told_before_anything_is_flown(forker, flight, tmp_path):
+    mine = tmp_path / "mine.py"
+    mine.write_text(load_controller("pd").text.replace("def update(", "def renamed("))
+
+    def flown() -> bool:
+        pytest.fail("the first branch is flown")
+
+    for name, gains, said in (
+        (str(mine), {}, r"mine\.py.* update"),
+        ("lqr", {}, "unknown controller 'lqr'"),
+        ("lqi", {"kp_roll": 40.0}, "kp_roll"),
+    ):
+        branches = [Branch("as flown", {}), Branch("other", gains, name)]
+        with pytest.raises(WorkbenchError, match=said):
+            forker.fly(flight.checkpoint(), branches, 1.0, stop=flown)
+
+
+def test_a_script_that_sets_what_a_controller_has_not_ends_that_branch():
+    script = [Action(at=0.5, set={"kp_roll": 60.0})]
+    scenario = dataclasses.replace(SCENARIO, script=script)
+    flight = Session(scenario)
+    flight.tick(0.25)
+    branches = [Branch("lqi", {}, "lqi"), Branch("as flown", {})]
+    lqi, as_flown = Forker(scenario).fly(flight.checkpoint(), branches, 0.75)
+    assert "kp_roll" in lqi.lost
+    flight.tick(0.75)
+    assert as_flown.lost == ""
+    assert_is(as_flown, flight.recording())
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z", "yaw"])

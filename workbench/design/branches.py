@@ -13,10 +13,13 @@ class Branch:
     Attributes:
         name: of the branch.
         gains: values of live parameters that are set at the checkpoint, by name.
+        controller: that takes over at the checkpoint, see `load_controller`; with "" the one flies
+            on that flew. Another one begins with its own gains, see `Session.begin_from`.
     """
 
     name: str
     gains: Mapping[str, float]
+    controller: str = ""
 
 
 @dataclass(frozen=True)

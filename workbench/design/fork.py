@@ -1,4 +1,4 @@
-"""A forked flight: how it goes on from a checkpoint, with each of several sets of gains."""
+"""A forked flight: how it goes on from a checkpoint, with each of several gains or controllers."""
 
 import dataclasses
 import math
@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.common.errors import FlightBrokenError, WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import Controller, load_controller
 from workbench.design.branches import Branch, FlownBranch
 from workbench.design.lost import find_loss
 from workbench.scenario.axes import AXES
@@ -39,7 +40,7 @@ class Forker:
     """Flies forks of one scenario's flights, and keeps what it has built for the next one.
 
     A fork has the flight's vehicle, world, rates and script, and no sensors, which no law hears. A
-    branch without gains of its own is what the flight itself does, to the bit.
+    branch without gains or controller of its own is what the flight itself does, to the bit.
 
     Args:
         scenario: whose flights are forked.
@@ -50,7 +51,10 @@ class Forker:
 
     def __init__(self, scenario: Scenario) -> None:
         unseen = SensorsConfig(seed=scenario.sensors.seed)
-        self._session = Session(dataclasses.replace(scenario, sensors=unseen))
+        self._scenario = dataclasses.replace(scenario, sensors=unseen)
+        first = Session(self._scenario)
+        self._first = first.controller
+        self._sessions = {self._first.digest: (self._first, first)}
 
     def fly(
         self,
@@ -71,65 +75,100 @@ class Forker:
                 complete are returned.
 
         Raises:
-            WorkbenchError: if a gain is unknown or out of range, before anything is flown, or if
-                the checkpoint is of another flight.
+            WorkbenchError: if a controller cannot be read or built, or a gain is unknown or out of
+                range, before anything is flown, or if the checkpoint is of another flight.
         """
         if not 0.0 < duration <= LONGEST:
             raise WorkbenchError(
                 f"cannot fork a flight for {duration:g} s: give it up to {LONGEST:g} s"
             )
-        law = self._session.controller
-        values = [checked(branch.gains, controller=law) for branch in branches]
+        laws = [self._law(branch, checkpoint) for branch in branches]
+        values = [
+            checked(branch.gains, controller=law)
+            for branch, law in zip(branches, laws, strict=True)
+        ]
         flown = []
-        for branch, gains in zip(branches, values, strict=True):
-            self._begin(checkpoint, gains, step)
-            lost = self._fly_on(duration, stop or _never)
+        for branch, law, gains in zip(branches, laws, values, strict=True):
+            _, session = self._sessions[law.digest]
+            if session.controller is not law:  # the script has let another one take over
+                session.reset()
+            _begin(session, checkpoint, gains, step)
+            lost = _fly_on(session, duration, stop or _never)
             if lost is None:
                 break
-            flown.append(self._flown(branch.name, lost))
+            flown.append(_flown(session, branch.name, lost))
         return tuple(flown)
 
-    def _begin(self, checkpoint: Checkpoint, gains: Mapping[str, float], step: Step | None) -> None:
-        """Be where the flight was, with a branch's gains."""
-        session = self._session
-        session.begin_from(checkpoint)
-        for name, value in gains.items():
-            session.set(name, value)
-        if step is None:
-            return
-        if step.axis not in AXES:
-            raise unknown_name("axis", step.axis, AXES)
-        asked = [*checkpoint.velocity, checkpoint.yaw_rate]
-        asked[AXES.index(step.axis)] += step.amplitude
-        session.command(asked[:3], asked[3])
+    def _law(self, branch: Branch, checkpoint: Checkpoint) -> Controller:
+        """Return the controller that flies a branch; a new one has a session from now on.
 
-    def _fly_on(self, duration: float, stop: Callable[[], bool]) -> str | None:
-        """Fly, and return why it broke off, "" if it did not; None where it was to stop."""
-        slices = math.ceil(duration / SLICE)
-        try:
-            for _ in range(slices):
-                if stop():
-                    return None
-                self._session.tick(duration / slices)
-        except FlightBrokenError as error:
-            return str(error)
+        The one that flew is that of the checkpoint's text, whatever its file has by now.
+        """
+        name = branch.controller
+        if not name and checkpoint.source in self._sessions:
+            return self._sessions[checkpoint.source][0]
+        name = name or self._scripted(checkpoint)
+        law = load_controller(name) if name else self._first
+        if law.digest not in self._sessions:
+            session = Session(self._scenario)
+            session.fly_controller(name)  # without gains and settings that are of another one
+            self._sessions[law.digest] = session.controller, session
+        return self._sessions[law.digest][0]
+
+    def _scripted(self, checkpoint: Checkpoint) -> str:
+        """Return which controller of the script flew at a checkpoint, "" where none did."""
+        actions = sorted(self._scenario.script, key=lambda action: action.at)[: checkpoint.acted]
+        named = [action.controller for action in reversed(actions) if action.controller]
+        for name in named if checkpoint.source else ():
+            if load_controller(name).digest == checkpoint.source:
+                return name
         return ""
 
-    def _flown(self, name: str, broken: str) -> FlownBranch:
-        """Return what was flown until it was lost, if it was."""
-        recording = self._session.recording()
-        loss = find_loss(recording)
-        kept = recording.time < loss.time if loss else np.full(len(recording.time), True)
-        return FlownBranch(
-            name=name,
-            time=recording.time[kept],
-            velocity=recording.v_WB[kept],
-            yaw_rate=recording.w_WB[kept, 2],
-            position=recording.p_WB[kept],
-            tilt=recording.tilt[kept],
-            rotor_use=recording.rotor_use[kept],
-            lost=loss.sentence if loss else broken,
-        )
+
+def _begin(
+    session: Session, checkpoint: Checkpoint, gains: Mapping[str, float], step: Step | None
+) -> None:
+    """Be where the flight was, with a branch's gains."""
+    session.begin_from(checkpoint)
+    for name, value in gains.items():
+        session.set(name, value)
+    if step is None:
+        return
+    if step.axis not in AXES:
+        raise unknown_name("axis", step.axis, AXES)
+    asked = [*checkpoint.velocity, checkpoint.yaw_rate]
+    asked[AXES.index(step.axis)] += step.amplitude
+    session.command(asked[:3], asked[3])
+
+
+def _fly_on(session: Session, duration: float, stop: Callable[[], bool]) -> str | None:
+    """Fly, and return why it broke off, "" if it did not; None where it was to stop."""
+    slices = math.ceil(duration / SLICE)
+    try:
+        for _ in range(slices):
+            if stop():
+                return None
+            session.tick(duration / slices)
+    except WorkbenchError as error:  # a script may set what another controller does not have
+        return str(error)
+    return ""
+
+
+def _flown(session: Session, name: str, broken: str) -> FlownBranch:
+    """Return what was flown until it was lost, if it was."""
+    recording = session.recording()
+    loss = find_loss(recording)
+    kept = recording.time < loss.time if loss else np.full(len(recording.time), True)
+    return FlownBranch(
+        name=name,
+        time=recording.time[kept],
+        velocity=recording.v_WB[kept],
+        yaw_rate=recording.w_WB[kept, 2],
+        position=recording.p_WB[kept],
+        tilt=recording.tilt[kept],
+        rotor_use=recording.rotor_use[kept],
+        lost=loss.sentence if loss else broken,
+    )
 
 
 def fly_fork(
