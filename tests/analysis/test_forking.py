@@ -7,6 +7,7 @@ from workbench.analysis.questions import Fork, Step
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
 from workbench.design.branches import Branch
+from workbench.design.response_metrics import step_metrics
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 
@@ -46,6 +47,20 @@ def test_a_step_comes_on_top_of_what_is_asked_for(flight, about, answer):
     _, checkpoint = flight
     (own,) = answer(Fork(checkpoint, (OWN,), 3.0, Step("y", 0.5, 3.0)), about).branches
     assert own.velocity[-1] == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
+
+
+def test_each_controller_has_the_numbers_of_its_step(subject, answer):
+    session = Session(subject.scenario)
+    session.tick(0.5)
+    branches, step = (OWN, Branch("lqi", {}, "lqi")), Step("y", 0.5, 5.0)
+    found = answer(Fork(session.checkpoint(), branches, 5.0, step), subject)
+    for branch, numbers in zip(found.branches, found.numbers, strict=True):
+        wanted = step_metrics(branch.time - 0.5, branch.velocity[:, 1], 0.5)
+        assert numbers.rise_time == wanted.rise_time > 0.1
+        assert numbers.peak_rotor_use == branch.rotor_use.max()
+    own, lqi = found.numbers
+    assert own.rise_time != lqi.rise_time
+    assert answer(Fork(session.checkpoint(), branches, 0.5), subject).numbers == (None, None)
 
 
 def test_bad_gains_and_a_stop_are_sentences(flight, about, answer, caller):

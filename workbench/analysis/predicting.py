@@ -3,6 +3,8 @@
 from concurrent.futures import wait
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from workbench.analysis.questions import Predict, Step
 from workbench.analysis.replies import Predicted, StepNumbers
 from workbench.analysis.subject import Subject
@@ -35,21 +37,29 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
         [gains], step.axis, step.amplitude, duration=step.duration, heading=step.heading
     )
     response = flown.response[0]
-    metrics = step_metrics(flown.time, response, step.amplitude)
+    use = float(flown.peak_rotor_use[0])
     yield Predicted(
         gains=question.gains,
         step=step,
         time=flown.time,
         response=response,
-        numbers=StepNumbers(
-            rise_time=metrics.rise_time,
-            settling_time=metrics.settling_time,
-            overshoot=metrics.overshoot,
-            steady_state_error=metrics.steady_state_error,
-            peak_rotor_use=float(flown.peak_rotor_use[0]),
-            withheld=metrics.withheld,
-        ),
+        numbers=step_numbers(flown.time, response, step.amplitude, use),
         lost=bool(flown.diverged_at[0] == flown.diverged_at[0]),
+    )
+
+
+def step_numbers(
+    time: np.ndarray, response: np.ndarray, command: float, peak_rotor_use: float
+) -> StepNumbers:
+    """Return what a screen shows of a step's metrics, see `step_metrics`."""
+    metrics = step_metrics(time, response, command)
+    return StepNumbers(
+        rise_time=metrics.rise_time,
+        settling_time=metrics.settling_time,
+        overshoot=metrics.overshoot,
+        steady_state_error=metrics.steady_state_error,
+        peak_rotor_use=peak_rotor_use,
+        withheld=metrics.withheld,
     )
 
 

@@ -209,9 +209,15 @@ class Tuned:
 
 @dataclass(frozen=True)
 class Forked:
-    """All branches of a fork."""
+    """All branches of a fork.
+
+    Attributes:
+        branches: in the order in which they were asked for.
+        numbers: of the step of each; None without a step, or where the flight was lost.
+    """
 
     branches: tuple[FlownBranch, ...]
+    numbers: tuple[StepNumbers | None, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.scenario.axes import find_axis
+
 
 @dataclass(frozen=True)
 class Branch:
@@ -45,3 +47,8 @@ class FlownBranch:
     tilt: np.ndarray
     rotor_use: np.ndarray
     lost: str
+
+    def response(self, axis: str) -> np.ndarray:
+        """Return the velocity along x, y or z [m/s], or the yaw rate [rad/s]."""
+        place = find_axis(axis).place
+        return self.yaw_rate if place is None else self.velocity[:, place]

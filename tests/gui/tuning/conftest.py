@@ -63,6 +63,10 @@ class Grounded(FlightModel):
         super().__init__(notices)
         self.orders = Orders()
 
+    @property
+    def is_flying(self) -> bool:
+        return True
+
     def order(self, give, done=None, refused=None) -> None:
         answer = give(self.orders)
         if done is not None:

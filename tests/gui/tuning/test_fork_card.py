@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.analysis.questions import Fork, Step
-from workbench.analysis.replies import Forked
-from workbench.design.branches import FlownBranch
+from workbench.analysis.replies import Forked, StepNumbers
+from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.ghost import NAME, Ghost
 
@@ -82,7 +84,7 @@ def test_one_can_be_kept(card, offline, gains, qtbot):
     press(qtbot, card.button)
     gains.propose("kp_pitch", 111.0)
     offline.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
-    press(qtbot, card.keep)
+    press(qtbot, card.keep_other)
     assert gains.proposed["kp_pitch"] == 300.0
 
 
@@ -102,6 +104,57 @@ def test_a_lost_branch_says_why(card, offline, qtbot):
     lost = branch("proposed", 9.0, lost="it tumbled")
     offline.analysis.forked.emit(Forked((branch("now", 1.0), lost)))
     assert card.said.text() == "proposed: it tumbled"
+
+
+def choose(qtbot, box, words):
+    """Choose in a list by mouse; one that was opened by mouse takes no click for a while."""
+    box.showPopup()
+    view = box.view()
+    qtbot.waitUntil(view.isVisible, timeout=20000)
+    place = view.visualRect(view.model().index(box.findText(words), 0))
+    qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=place.center())
+    qtbot.waitUntil(lambda: box.currentText() == words, timeout=20000)
+
+
+def test_two_controllers_are_forked_from_one_instant_and_one_can_be_kept(
+    card, offline, flying, trial, tmp_path, qtbot
+):
+    """The one that flies is `now`; a file that has flown can be chosen for good."""
+    texts = [card.other.itemText(index) for index in range(card.other.count())]
+    assert texts == ["now", "proposed", "pid", "lqi", "geometric", "indi"]
+    mine = str(tmp_path / "mine.py")
+    offline.flight.show(replace(flying, scenario=replace(flying.scenario, controller=mine)))
+    card.begin()
+    offline.flight.show(flying)
+    card.begin()
+    choose(qtbot, card.other, "lqi")
+    press(qtbot, card.button)
+    fork = offline.analysis.of(Fork)[-1]
+    assert fork.branches == (Branch("now", trial.flown), Branch("lqi", {}, "lqi"))
+    offline.analysis.preparing.emit("compiling the control law lqi: 40 %")
+    assert card.said.text() == "Flying both … compiling the control law lqi: 40 %"
+    numbers = StepNumbers(0.31, 0.6, 12.0, 0.5, 0.8)
+    both = branch("now", 1.0), branch("lqi", 1.1)
+    offline.analysis.forked.emit(Forked(both, (numbers, replace(numbers, rise_time=0.42))))
+    assert card.plot.names == ("now", "lqi")
+    assert [row.label for row in card.table.rows] == ["now", "lqi"]
+    assert [row.cells[0].text for row in card.table.rows] == ["0.310", "0.420"]
+    assert card.said.text() == "now flies pd; lqi takes over with its own gains"
+    press(qtbot, card.keep_other)
+    assert offline.flight.orders.given[-1] == ("fly_controller", "lqi")
+    choose(qtbot, card.one, "mine")
+    press(qtbot, card.button)
+    fork = offline.analysis.of(Fork)[-1]
+    assert fork.branches == (Branch("mine", {}, mine), Branch("lqi", {}, "lqi"))
+    offline.analysis.refused.emit(fork, "mine.py line 3: no law")
+    assert card.said.text() == "mine.py line 3: no law"
+
+
+def test_a_branch_is_not_flown_against_itself(card, qtbot):
+    choose(qtbot, card.one, "proposed")
+    assert not card.button.isEnabled()
+    choose(qtbot, card.one, "indi")
+    assert card.button.isEnabled()
 
 
 def test_a_refusal_lets_it_be_tried_again(card, offline, qtbot):
@@ -152,8 +205,8 @@ def test_the_branch_that_was_flown_is_kept_whatever_is_chosen_next(card, offline
     offline.analysis.forked.emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
     card.other.setCurrentIndex(card.other.findData("B"))
     card.refresh()
-    assert card.keep.text() == "&Keep proposed"
+    assert card.keep_other.text() == "&Keep proposed"
     press(qtbot, card.button)
     offline.analysis.refused.emit(offline.analysis.of(Fork)[-1], "too long")
-    press(qtbot, card.keep)
+    press(qtbot, card.keep_other)
     assert gains.proposed["kp_pitch"] == 300.0

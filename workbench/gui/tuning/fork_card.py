@@ -1,21 +1,29 @@
-"""The card of forks: from this instant fly two sets of gains side by side, and keep one."""
+"""The card of forks: from this instant fly two sets of gains, or two controllers, side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
-from PyQt6.QtCore import pyqtSignal
+from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QPushButton, QWidget
 
 from workbench.analysis.questions import Fork, Question, Step
-from workbench.analysis.replies import Forked
+from workbench.analysis.replies import Forked, StepNumbers
+from workbench.control.controller import SHIPPED
 from workbench.design.branches import Branch
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed
 from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.fork_curves import QUANTITIES
 from workbench.gui.tuning.gains_text import gains_text
+from workbench.gui.tuning.limit_table import STEP_LIMITS
+from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.tuning.table_rows import Cell, Row
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
@@ -23,12 +31,17 @@ from workbench.session.checkpoint import Checkpoint
 
 NOW = "now"
 PROPOSED = "proposed"
+HEAD = ("rise s", "overshoot %", "settling s", "error %", "rotors %")
+"""Of the columns of numbers, in the order of `STEP_LIMITS`."""
 DURATIONS = (0.5, 20.0)
 """That may be flown ahead [s]."""
 
 
 class ForkCard(Card):
-    """Flies on from the present instant in another process, with the gains now and with others.
+    """Flies on from the present instant in another process, in two ways.
+
+    A way is a set of gains of the controller that flies, or another controller with its own gains:
+    a shipped one, or a file that has flown since the window is there.
 
     Args:
         workspace: flight, analysis and colours.
@@ -42,15 +55,14 @@ class ForkCard(Card):
     def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
         super().__init__("Fork the flight", parent)
         self._flight, self._analysis, self._trial = workspace.flight, workspace.analysis, trial
+        self._control = FlightControl(workspace.flight, workspace.preferences, self)
+        self._files: list[str] = []
         self._busy = False
         self._asked: Fork | None = None
-        self._other = Branch(PROPOSED, {})
-        self._flown: Mapping[str, float] = {}
-        self._words = ""
+        self._branches: tuple[Branch, ...] = ()
         self._forked: Forked | None = None
         self._axis = "x"
-        self.other, self.quantity = QComboBox(), QComboBox()
-        self.other.addItem("proposed", PROPOSED)
+        self.one, self.other, self.quantity = QComboBox(), QComboBox(), QComboBox()
         for each in QUANTITIES:
             self.quantity.addItem(each.label)
         self.duration = NumberField("Time ahead", 1, 0.5)
@@ -63,19 +75,25 @@ class ForkCard(Card):
         self.button = dressed(QPushButton("&Fork now"), "primary")
         self.plot = StaticPlot(workspace)
         self.plot.set_hint("Fork: both go on from this instant")
-        self.keep = QPushButton("&Keep proposed")
-        self.keep.setToolTip("Fly these gains from now on")
-        self.drop = QPushButton("Keep &now")
-        self.drop.setToolTip("Propose again what flies now")
+        self.table = NumberTable(
+            "Numbers of each branch", HEAD, workspace.look, paired=False, widest="proposed"
+        )
+        self.table.expect(2)
+        self.table.hide()
+        self.keep_one, self.keep_other = QPushButton(), QPushButton()
+        self._offer()
         self._lay_out()
         self.button.clicked.connect(self.fork)
-        self.keep.clicked.connect(self._keep)
-        self.drop.clicked.connect(self._drop)
+        self.keep_one.clicked.connect(lambda: self._keep(0))
+        self.keep_other.clicked.connect(lambda: self._keep(1))
         self.quantity.currentIndexChanged.connect(self._draw)
+        self.one.currentIndexChanged.connect(self._show_state)
+        self.other.currentIndexChanged.connect(self._show_state)
         trial.changed.connect(self.refresh)
         trial.gains.state_changed.connect(self.refresh)
         self._analysis.forked.connect(self._hear)
         self._analysis.refused.connect(self._hear_refusal)
+        self._analysis.preparing.connect(self._say_preparing)
         self._show_state()
 
     @property
@@ -84,38 +102,38 @@ class ForkCard(Card):
         return self._busy
 
     def begin(self) -> None:
-        """Forget the forks of another flight."""
+        """Forget the forks of another flight, or of another controller's."""
+        flying = self._controller
+        if flying not in (*SHIPPED, *self._files):
+            self._files.append(flying)
         self._forked, self._asked = None, None
-        self.plot.clear()
+        self._draw()
         self._set_busy(False)
+        self.said.say("")
         self.refresh()
 
     def refresh(self) -> None:
-        """Offer the slots that are filled."""
-        wanted = [PROPOSED, *self._trial.gains.slots]
-        if wanted != [self.other.itemData(index) for index in range(self.other.count())]:
-            chosen = self.other.currentData()
-            self.other.clear()
-            for each in wanted:
-                self.other.addItem("proposed" if each == PROPOSED else f"slot {each}", each)
-            self.other.setCurrentIndex(max(0, self.other.findData(chosen)))
+        """Offer the slots that are filled, and the controllers that do not fly."""
+        self._offer()
         self._show_state()
 
     def fork(self) -> None:
         """Fork the flight at its present instant."""
         if self._busy:
             return
-        self._other = Branch(self._name(), self._other_gains())
+        one, other = (self._branch(each.currentData()) for each in (self.one, self.other))
+        if one.name == other.name:  # files of one name in two folders
+            other = replace(other, name=other.controller)
         self._set_busy(True)
-        self._flight.order(lambda live: live.checkpoint(), self._ask, self._refuse)
+        ask = partial(self._ask, (one, other))
+        self._flight.order(lambda live: live.checkpoint(), ask, self._refuse)
 
-    def _ask(self, checkpoint: Checkpoint) -> None:
+    def _ask(self, branches: tuple[Branch, ...], checkpoint: Checkpoint) -> None:
         step = self._trial.step if self.with_step.isChecked() else None
         self._axis = step.axis if step is not None else self._axis
         duration = self.duration.si
         if step is not None:
             step = Step(step.axis, step.amplitude, duration)
-        branches = (Branch(NOW, self._trial.flown), self._other)
         self._asked = Fork(checkpoint, branches, duration, step)
         self._analysis.ask(self._asked)
 
@@ -125,9 +143,7 @@ class ForkCard(Card):
             branch.name for branch in asked.branches
         ]:
             return
-        now, other = asked.branches
-        self._asked, self._forked, self._flown = None, forked, other.gains
-        self._words = gains_text(other.gains, now.gains)
+        self._asked, self._forked, self._branches = None, forked, asked.branches
         self._set_busy(False)
         self._draw()
 
@@ -140,49 +156,82 @@ class ForkCard(Card):
         self._set_busy(False)
         self.said.say(said, "warning")
 
+    def _say_preparing(self, said: str) -> None:
+        if self._busy:
+            self.said.say(f"Flying both … {said}")
+
     def _draw(self) -> None:
         self._draw_branches()
         self._show_state()
 
     def _draw_branches(self) -> None:
         self.plot.clear()
+        numbers = self._forked.numbers if self._forked is not None else ()
+        self.table.setVisible(any(numbers))
         if self._forked is None:
             return
         quantity = QUANTITIES[self.quantity.currentIndex()]
         self.plot.set_axes("time ahead s", quantity.label, quantity.unit_of(self._axis))
-        for index, branch in enumerate(self._forked.branches):
+        branches = self._forked.branches
+        for index, branch in enumerate(branches):
             style = CurveStyle.SOLID if index == 0 else CurveStyle.DASHED
             time = branch.time - branch.time[0] if len(branch.time) else branch.time
             self.plot.set_curve(
                 branch.name, time, quantity.values(branch, self._axis), style, index
             )
-        lost = [f"{each.name}: {each.lost}" for each in self._forked.branches if each.lost]
+        names = [each.name for each in branches]
+        self.table.set_rows(tuple(map(_row, names, numbers)))
+        lost = [f"{each.name}: {each.lost}" for each in branches if each.lost]
         if lost:
             self.said.say("; ".join(lost), "bad")
         else:
-            self.said.say(f"{self._branch}: {self._words}")
+            self.said.say(_words(self._branches, _law(self._controller)))
 
-    def _keep(self) -> None:
-        self._trial.adopt(self._flown, "a branch of a fork")
-
-    def _drop(self) -> None:
-        self._trial.gains.discard()
-        self.said.say("What flies now is kept.")
-
-    def _name(self) -> str:
-        return self.other.currentText() or PROPOSED
+    def _keep(self, index: int) -> None:
+        branch = self._branches[index]
+        if branch.controller:
+            self._control.fly_controller(branch.controller)
+        elif branch.name == NOW:
+            self._trial.gains.discard()
+            self.said.say("What flies now is kept.")
+        else:
+            self._trial.adopt(branch.gains, "a branch of a fork")
 
     @property
-    def _branch(self) -> str:
-        """Name of the branch that was flown, and can be kept; before, of the one that would be."""
-        return self._forked.branches[-1].name if self._forked is not None else self._name()
+    def _controller(self) -> str:
+        """Of the flight: a shipped one's name, or a file's path."""
+        scenario = self._flight.view.scenario
+        return scenario.controller if scenario is not None else SHIPPED[0]
 
-    def _other_gains(self) -> dict[str, float]:
-        chosen = self.other.currentData()
-        if chosen in self._trial.gains.slots:
-            stored = controller_gains(self._trial.gains.slots[chosen])
-            return {**self._trial.flown, **stored}
-        return self._trial.proposed
+    def _offer(self) -> None:
+        """Let both branches be chosen among all that there is."""
+        gains = [NOW, PROPOSED, *self._trial.gains.slots]
+        laws = [each for each in (*SHIPPED, *self._files) if each != self._controller]
+        for box in (self.one, self.other):
+            if [*gains, *laws] == [box.itemData(index) for index in range(box.count())]:
+                continue
+            chosen = box.currentData()
+            box.clear()
+            for each in gains:
+                box.addItem(f"slot {each}" if each in self._trial.gains.slots else each, each)
+            for each in laws:
+                box.addItem(_law(each), each)
+                said = f"The controller {each} takes over, with its own gains"
+                box.setItemData(box.count() - 1, said, Qt.ItemDataRole.ToolTipRole)
+            if box.findData(chosen) < 0:
+                chosen = NOW if box is self.one else PROPOSED
+            box.setCurrentIndex(box.findData(chosen))
+
+    def _branch(self, chosen: str) -> Branch:
+        """Return what is chosen as a branch."""
+        flown, slots = self._trial.flown, self._trial.gains.slots
+        if chosen == NOW:
+            return Branch(NOW, flown)
+        if chosen == PROPOSED:
+            return Branch(PROPOSED, self._trial.proposed)
+        if chosen in slots:
+            return Branch(f"slot {chosen}", {**flown, **controller_gains(slots[chosen])})
+        return Branch(_law(chosen), {}, chosen)
 
     def _set_busy(self, busy: bool) -> None:
         if busy != self._busy:
@@ -193,17 +242,28 @@ class ForkCard(Card):
             self.said.say("Flying both …")
 
     def _show_state(self) -> None:
-        can = bool(self._trial.flown) and not self.duration.fault
+        same = self.one.currentData() == self.other.currentData()
+        can = bool(self._trial.flown) and not self.duration.fault and not same
         self.button.setEnabled(not self._busy and can)
+        self.button.setToolTip("Choose two that are not the same" if same else "")
         done = self._forked is not None and not self._busy
-        self.keep.setEnabled(done)
-        self.drop.setEnabled(done)
-        self.keep.setText(f"&Keep {self._branch}")
+        boxes = (self.one, self.other)
+        names = [each.name for each in self._branches] if done else [b.currentText() for b in boxes]
+        self.keep_one.setText(f"K&eep {names[0]}")
+        self.keep_other.setText(f"&Keep {names[1]}")
+        for button in (self.keep_one, self.keep_other):
+            button.setEnabled(done)
+            button.setToolTip("Fly this from now on")
 
     def _lay_out(self) -> None:
         grid = QGridLayout()
         grid.setSpacing(SPACING)
-        fields = (("Now a&gainst", self.other), ("Ti&me", self.duration), ("S&how", self.quantity))
+        fields = (
+            ("Fl&y", self.one),
+            ("A&gainst", self.other),
+            ("Ti&me", self.duration),
+            ("S&how", self.quantity),
+        )
         for column, (text, field) in enumerate(fields):
             grid.addWidget(buddy(text, field), 0, column)
             grid.addWidget(field, 1, column)
@@ -213,7 +273,41 @@ class ForkCard(Card):
         line = QHBoxLayout()
         self.head.addWidget(self.with_step)
         line.addStretch(1)
-        for button in (self.drop, self.keep, self.button):
+        for button in (self.keep_one, self.keep_other, self.button):
             line.addWidget(button)
         self.body.addWidget(self.plot, 1)
+        self.body.addWidget(self.table)
         self.body.addLayout(line)
+
+
+def _law(name: str) -> str:
+    """Return how a controller is called: a shipped one's name, or that of its file."""
+    return Path(name).stem if name.endswith(".py") else name
+
+
+def _row(name: str, numbers: StepNumbers | None) -> Row:
+    """Return the numbers of a branch; what was lost has none."""
+    if numbers is None:
+        return Row(name, tuple(Cell("–") for _ in STEP_LIMITS))
+    return Row(
+        name,
+        tuple(
+            Cell(
+                limit.text(value := getattr(numbers, limit.name)),
+                help=(numbers.withheld if value != value else "") or f"{limit.label}, {limit.help}",
+            )
+            for limit in STEP_LIMITS
+        ),
+    )
+
+
+def _words(branches: Sequence[Branch], flying: str) -> str:
+    """Return by what branches differ, in a sentence."""
+    one, other = branches
+    others = [each.name for each in branches if each.controller]
+    if len(others) == 2:
+        return f"{one.name} and {other.name} take over, each with its own gains"
+    if others:
+        own = other if one.controller else one
+        return f"{own.name} flies {flying}; {others[0]} takes over with its own gains"
+    return f"{other.name}: {gains_text(other.gains, one.gains)}"

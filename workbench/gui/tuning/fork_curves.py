@@ -24,12 +24,6 @@ class Quantity:
     unit_of: Callable[[str], str]
 
 
-def velocity(flown: FlownBranch, axis: str) -> np.ndarray:
-    """Return the velocity along an axis [m/s], or the yaw rate [rad/s]."""
-    place = find_axis(axis).place
-    return flown.yaw_rate if place is None else flown.velocity[:, place]
-
-
 def way(flown: FlownBranch, axis: str) -> np.ndarray:
     """Return the way flown along an axis since the fork [m]; in all, for yaw."""
     place = find_axis(axis).place
@@ -38,7 +32,7 @@ def way(flown: FlownBranch, axis: str) -> np.ndarray:
 
 
 QUANTITIES = (
-    Quantity("velocity", velocity, lambda axis: find_axis(axis).unit),
+    Quantity("velocity", FlownBranch.response, lambda axis: find_axis(axis).unit),
     Quantity("way flown", way, lambda axis: "m"),
     Quantity("tilt", lambda flown, axis: flown.tilt, lambda axis: "rad"),
     Quantity("rotor use", lambda flown, axis: flown.rotor_use, lambda axis: "1"),

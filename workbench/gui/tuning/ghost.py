@@ -10,7 +10,6 @@ from workbench.analysis.replies import Forked
 from workbench.design.branches import Branch
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.tuning.fork_curves import velocity
 from workbench.gui.tuning.trial import Trial
 from workbench.session.checkpoint import Checkpoint
 
@@ -88,7 +87,7 @@ class Ghost(QObject):
         step = self._trial.step
         waited = self._trial.proposed != self._trial.flown
         if branch.name == NAME and step is not None and waited:
-            self.seen_ahead.emit(branch.time, velocity(branch, step.axis))
+            self.seen_ahead.emit(branch.time, branch.response(step.axis))
         self._rest()
 
     def _hear_refusal(self, question: Question, said: str) -> None:
