@@ -5,9 +5,13 @@ import re
 
 import pytest
 
+from workbench.analysis.judging import judge_plant_input
+from workbench.analysis.questions import JudgePlantInput
+from workbench.analysis.subject import Subject
 from workbench.control.controller import load_controller
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
+from workbench.scenario.scenario import Scenario
 
 LOOPS = load_controller().loops
 PNG = b"\x89PNG"
@@ -28,6 +32,19 @@ def test_json_has_every_loop_with_the_margins_of_the_python_call(judged):
     assert loops["pitch"]["actuator"]["phase_margin"] == pytest.approx(expected.phase_margin)
     assert loops["velocity_z"]["error"]["gain_reduction_margin"] == 0.0
     assert said.json["stable"] is True
+
+
+@pytest.mark.parametrize("law", ["pd", "lqi"])
+def test_the_apps_margin_at_the_plants_input_is_that_of_the_command(run, tmp_path, law):
+    name, value = {"pd": ("kp_pitch", 300.0), "lqi": ("q_tilt", 9000.0)}[law]
+    options = ("--controller", law, "--set", f"{name}={value}", "--no-plots", "--json")
+    said = run("judge", *options, "--output", tmp_path).json
+    subject = Subject(Scenario(controller=law), {})
+    *_, found = judge_plant_input(subject, JudgePlantInput({name: value}), None)
+    assert found.steering == pytest.approx(said["plant_input"]["disk_margin"], rel=1e-12)
+    assert found.holding == pytest.approx(said["plant_input_holding"]["disk_margin"], rel=1e-12)
+    *_, other = judge_plant_input(subject, JudgePlantInput({}), None)
+    assert other.steering != pytest.approx(found.steering, rel=1e-3)
 
 
 def test_json_has_modes_steps_and_the_slowest_rate(judged):

@@ -14,6 +14,7 @@ from workbench.analysis.questions import (
     FindRanges,
     Fork,
     Judge,
+    JudgePlantInput,
     Pin,
     Predict,
     Question,
@@ -27,8 +28,8 @@ from workbench.scenario.scenario import Scenario
 
 QUICK = (Judge, Predict, DrawMap, FindRanges)
 """What is answered while a slider moves, by a process of its own."""
-SLOW = (Fork, Weigh, Pin)
-"""What takes seconds."""
+SLOW = (JudgePlantInput, Fork, Weigh, Pin)
+"""What takes a tenth of a second to some seconds, and waits until a slider rests."""
 LONG = (Tune,)
 """What takes minutes, for which nothing else is to wait."""
 QUICK_NICENESS, SLOW_NICENESS = 3, 10

@@ -4,14 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.analysis.questions import Judge
-from workbench.analysis.replies import Judged, JudgedLoop
+from workbench.analysis.questions import Judge, JudgePlantInput
+from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
+from workbench.design.judge.live import HOLDING
 from workbench.design.judge.loop_judgement import growing_loops
 from workbench.design.judge.loop_response import closed_poles
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.judge.modes import natural_poles
+from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.study import HOVER
 
@@ -41,6 +43,16 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
         stable=stable,
         said=_said(steered, held),
     )
+
+
+def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> Working:
+    """Answer how much force and moments bear all at once, as `workbench judge` does."""
+    gains = subject.linear_gains(question.gains)
+    found = []
+    for point in (HOVER, HOLDING):
+        found.append(multiloop_margin(subject.study.plant_input(point, gains)).disk_margin)
+        yield None
+    yield JudgedPlantInput(question.gains, *found)
 
 
 def opened_to_steer(holding: LinearModel) -> LinearModel:

@@ -45,6 +45,13 @@ class Judge:
 
 
 @dataclass(frozen=True)
+class JudgePlantInput:
+    """How much do force and moments bear all at once? Answered by `JudgedPlantInput`."""
+
+    gains: Gains
+
+
+@dataclass(frozen=True)
 class FindRanges:
     """Within which values of each single gain is the loop stable? Answered by `Ranges`."""
 
@@ -122,4 +129,4 @@ class Pin:
     overwrite: bool = False
 
 
-Question = Judge | FindRanges | Predict | DrawMap | Weigh | Tune | Fork | Pin
+Question = Judge | JudgePlantInput | FindRanges | Predict | DrawMap | Weigh | Tune | Fork | Pin

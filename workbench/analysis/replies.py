@@ -60,6 +60,26 @@ class Judged:
 
 
 @dataclass(frozen=True)
+class JudgedPlantInput:
+    """The multi-loop disk margin at the plant's input, see `design.judge.multiloop`.
+
+    Attributes:
+        gains: that were asked about.
+        steering: α while the pilot steers, 0 where a mode grows.
+        holding: α while the place is held, likewise.
+    """
+
+    gains: Gains
+    steering: float
+    holding: float
+
+    @property
+    def disk_margin(self) -> float:
+        """The lesser of both."""
+        return min(self.steering, self.holding)
+
+
+@dataclass(frozen=True)
 class Ranges:
     """Stable values of every gain by name, smallest and largest, the others as they were."""
 
@@ -229,4 +249,4 @@ class Pinned:
     said: str
 
 
-Reply = Judged | Ranges | Predicted | Mapped | Weighed | Tuned | Forked | Pinned
+Reply = Judged | JudgedPlantInput | Ranges | Predicted | Mapped | Weighed | Tuned | Forked | Pinned

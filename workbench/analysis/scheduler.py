@@ -9,6 +9,7 @@ from workbench.analysis.questions import (
     FindRanges,
     Fork,
     Judge,
+    JudgePlantInput,
     Pin,
     Predict,
     Tune,
@@ -21,7 +22,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 
-ORDER = (Judge, Predict, Fork, DrawMap, FindRanges, Weigh, Tune, Pin)
+ORDER = (Judge, Predict, JudgePlantInput, Fork, DrawMap, FindRanges, Weigh, Tune, Pin)
 """The kinds of questions, the most urgent first."""
 SLICE = 0.005
 """A kind gives way to the next one after this long, where it can rest [s]."""

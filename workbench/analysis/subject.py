@@ -69,9 +69,7 @@ class Subject:
         from workbench.design.judge.live import HOLDING
         from workbench.design.tune.retuned import retuned_models
 
-        payload = [row.name for row in self.table.of("payload")]
-        gains = {name: self.own[name] for name in (*self.law, *payload)}
-        return retuned_models(self.study, HOLDING, {**self.study.gains, **gains})
+        return retuned_models(self.study, HOLDING, {**self.study.gains, **self.linear_gains({})})
 
     @cached_property
     def forker(self) -> "Forker":
@@ -94,6 +92,11 @@ class Subject:
             if name not in self.law:
                 raise WorkbenchError(f"{name} is no gain of the controller: leave it out")
         return {name: asked.get(name, self.own[name]) for name in self.law}
+
+    def linear_gains(self, asked: Mapping[str, float]) -> dict[str, float]:
+        """Return what linear models are made with: the payload, and the gains, see `gains`."""
+        payload = {row.name: self.own[row.name] for row in self.table.of("payload")}
+        return {**payload, **self.gains(asked)}
 
     def load_engine(self) -> "Future[RolloutEngine]":
         """Return what will have the engine of compiled flights; it takes a second to load.

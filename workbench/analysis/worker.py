@@ -15,6 +15,7 @@ from workbench.analysis.questions import (
     FindRanges,
     Fork,
     Judge,
+    JudgePlantInput,
     Pin,
     Predict,
     Tune,
@@ -28,6 +29,7 @@ from workbench.ipc.send_queue import LogPoster, SendQueue
 
 ANSWERERS = {
     Judge: "judging:judge",
+    JudgePlantInput: "judging:judge_plant_input",
     FindRanges: "ranges:find_ranges",
     Predict: "predicting:predict",
     DrawMap: "mapping:draw_map",

@@ -13,6 +13,7 @@ from workbench.analysis.questions import (
     FindRanges,
     Fork,
     Judge,
+    JudgePlantInput,
     Pin,
     Predict,
     Question,
@@ -27,7 +28,7 @@ from workbench.gui.notices import Notices
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
-STREAMED = (Judge, Predict, DrawMap, FindRanges)
+STREAMED = (Judge, JudgePlantInput, Predict, DrawMap, FindRanges)
 """Questions that a moving slider asks all the time: why one has no answer stands beside it."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
@@ -42,6 +43,8 @@ class Analysis(QObject):
 
     judged = pyqtSignal(object)
     """A `Judged`."""
+    plant_input_judged = pyqtSignal(object)
+    """A `JudgedPlantInput`."""
     ranges_found = pyqtSignal(object)
     """A `Ranges`."""
     predicted = pyqtSignal(object)
@@ -75,6 +78,7 @@ class Analysis(QObject):
         self._errands = Errands()
         self._tell = {
             Judge: self.judged,
+            JudgePlantInput: self.plant_input_judged,
             FindRanges: self.ranges_found,
             Predict: self.predicted,
             DrawMap: self.mapped,

@@ -2,10 +2,12 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 
-from workbench.analysis.questions import Judge
+from workbench.analysis.questions import Judge, JudgePlantInput
+from workbench.analysis.replies import JudgedPlantInput
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS
 from workbench.gui.tuning.limits import Limits
+from workbench.gui.tuning.margin_rows import PLANT_INPUT
 from workbench.gui.tuning.margins_card import MarginsCard
 from workbench.gui.tuning.table_rows import State
 
@@ -51,7 +53,7 @@ def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
     ]
     assert "factor 10" in row(card, "pitch").cells[0].help
     assert row(card, "pitch").state is State.GOOD
-    assert len(card.table.rows) == 6
+    assert len(card.table.rows) == 7  # the last is the plant's input
 
 
 def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(card, offline, judge, make_loop):
@@ -155,6 +157,38 @@ def test_margins_of_earlier_gains_say_so_when_the_analyst_is_slow(card, offline,
     qtbot.waitUntil(lambda: card.said.text().startswith("Of earlier gains"), timeout=10000)
     offline.analysis.judged.emit(judge(PROPOSED))
     assert card.said.text().startswith("Weakest")
+
+
+def test_the_plants_input_is_asked_about_once_a_slider_rests(card, offline, judge, qtbot):
+    """One row: its disk margin beside that of the gains that fly, low below the limit of disks."""
+    asked = offline.analysis
+    card.judgement.follow(FLOWN, FLOWN)
+    asked.judged.emit(judge(FLOWN))
+    assert row(card, PLANT_INPUT).state is State.WAITING
+    for value in range(226, 246):
+        card.judgement.follow({**FLOWN, "kp_pitch": float(value)}, FLOWN)
+    card.judgement.follow(PROPOSED, FLOWN)
+    asked.judged.emit(judge(PROPOSED))
+    assert asked.of(JudgePlantInput) == []
+    for gains, margin in ((PROPOSED, 0.55), (FLOWN, 0.71)):
+        qtbot.waitUntil(lambda: bool(asked.of(JudgePlantInput)), timeout=20000)
+        assert asked.asked.pop() == JudgePlantInput(gains)
+        asked.plant_input_judged.emit(JudgedPlantInput(gains, 0.8, margin))
+    found = row(card, PLANT_INPUT)
+    assert [cell.text for cell in found.cells] == ["", "", "", "", "0.55"]
+    assert found.cells[-1].was == "0.71"
+    assert "0.80 while the pilot steers, 0.55 while the place is held" in found.cells[-1].help
+    assert found.state is State.LOW
+    assert found.spoken == f"{PLANT_INPUT}: 0.55 low"
+    assert card.said.text() == f"Weakest: {PLANT_INPUT}, disk margin 0.55 (≥ 0.6)"
+    card.judgement.follow(FLOWN, FLOWN)
+    assert row(card, PLANT_INPUT).state is State.GOOD
+    card.judgement.follow({**FLOWN, "kp_pitch": 1.0}, FLOWN)
+    assert row(card, PLANT_INPUT).state is State.WAITING
+    assert row(card, PLANT_INPUT).cells[-1].text == "–"
+    qtbot.waitUntil(lambda: bool(asked.of(JudgePlantInput)), timeout=20000)
+    asked.refused.emit(asked.of(JudgePlantInput)[-1], "its process has died")
+    assert "its process has died" in row(card, PLANT_INPUT).cells[-1].help
 
 
 def test_what_is_broken_is_compared_with_nothing(card, offline, judge, make_loop):

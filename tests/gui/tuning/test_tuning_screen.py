@@ -184,7 +184,8 @@ def test_a_real_flight_is_excited_measured_and_judged(workspace, qtbot):
     screen.excitation.repeats.setChecked(False)
     screen.excitation.start_or_stop()
     qtbot.waitUntil(lambda: screen.response.history.numbers is not None, timeout=60000)
-    qtbot.waitUntil(lambda: len(screen.margins.table.rows) == 9, timeout=60000)
+    qtbot.waitUntil(lambda: len(screen.margins.table.rows) == 10, timeout=60000)
+    qtbot.waitUntil(lambda: screen.judgement.proposed_input is not None, timeout=60000)
     qtbot.waitUntil(lambda: not screen.excitation.is_running, timeout=60000)
     numbers, begun = screen.response.history.numbers, screen.response.history.round.begun
     time, speed = workspace.signals.series("velocity_data.v_x", begun - 1e-6)

@@ -31,7 +31,7 @@ from workbench.session.checkpoint import Checkpoint
 
 NOW = "now"
 PROPOSED = "proposed"
-HEAD = ("rise s", "overshoot %", "settling s", "error %", "rotors %")
+HEAD = ("rise s", "over %", "settle s", "error %", "rotor %")
 """Of the columns of numbers, in the order of `STEP_LIMITS`."""
 DURATIONS = (0.5, 20.0)
 """That may be flown ahead [s]."""

@@ -4,21 +4,26 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, QTimer, pyqtSignal
 
-from workbench.analysis.questions import Judge, Question
-from workbench.analysis.replies import Judged, Reply
+from workbench.analysis.questions import Judge, JudgePlantInput, Question
+from workbench.analysis.replies import Judged, JudgedPlantInput, Reply
 from workbench.gui.analysis import Analysis
 from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.tuning.follower import Follower
 
 LATE = 500
 """From then on it is said that a judgement is of earlier gains [ms]."""
+REST = 300
+"""Gains have settled when they have not moved for so long [ms]."""
 KEPT = 32
 """Judgements that are remembered."""
 Gains = Mapping[str, float]
+Key = tuple[tuple[str, float], ...]
 
 
 class Judgement(QObject):
     """Follows two sets of gains, one question at a time.
+
+    What takes longer, the margin at the plant's input, is asked for once they have settled.
 
     Args:
         analysis: who judges.
@@ -28,6 +33,7 @@ class Judgement(QObject):
         proposed: of the proposed gains, or of the last ones before them that are known.
         flown: of those that fly, likewise.
         said: why there is no judgement, "" where nothing is wrong.
+        input_said: why there is none at the plant's input, likewise.
     """
 
     changed = pyqtSignal()
@@ -38,6 +44,15 @@ class Judgement(QObject):
         self._follower = Follower(analysis, analysis.judged, Judge, _answers, self)
         self._follower.refused.connect(self._hear_refusal)
         analysis.judged.connect(self._hear)
+        self._input_follower = Follower(
+            analysis, analysis.plant_input_judged, JudgePlantInput, _answers_input, self
+        )
+        self._input_follower.answered.connect(self._hear_input)
+        self._input_follower.refused.connect(self._hear_input_refusal)
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(REST)
+        self._rest.timeout.connect(self._ask_input)
         self._gains: tuple[Gains, Gains] = ({}, {})
         self._wait = QTimer(self)
         self._wait.setSingleShot(True)
@@ -53,25 +68,43 @@ class Judgement(QObject):
         return f"Of earlier gains: {self.said or 'the analyst is busy.'}"
 
     @property
+    def proposed_input(self) -> JudgedPlantInput | None:
+        """Of the proposed gains, at the plant's input; None while it is not known."""
+        return self._known_inputs.get(_key(self._gains[0]))
+
+    @property
+    def flown_input(self) -> JudgedPlantInput | None:
+        """Of the gains that fly, likewise."""
+        return self._known_inputs.get(_key(self._gains[1]))
+
+    @property
     def _is_fresh(self) -> bool:
         return self.proposed is not None and _key(self.proposed.gains) == _key(self._gains[0])
 
     def clear(self) -> None:
         """Forget all: another flight begins."""
-        self._known: dict[tuple[tuple[str, float], ...], Judged] = {}
+        self._known: dict[Key, Judged] = {}
+        self._known_inputs: dict[Key, JudgedPlantInput] = {}
         self.proposed: Judged | None = None
         self.flown: Judged | None = None
-        self.said = ""
+        self.said = self.input_said = ""
         self._is_late = False
         self._wait.stop()
+        self._rest.stop()
         self._follower.forget()
+        self._input_follower.forget()
         self.changed.emit()
 
     def follow(self, proposed: Gains, flown: Gains) -> None:
         """Judge these from now on."""
+        before, shown = self._gains, (self.proposed_input, self.flown_input)
         self._gains = controller_gains(proposed), controller_gains(flown)
         self._ask()
         self._show()
+        if shown != (self.proposed_input, self.flown_input):
+            self.changed.emit()
+        if before != self._gains or not self._rest.isActive():
+            self._rest.start()
         if self._is_fresh:
             self._come_in_time()
         elif not self._wait.isActive():
@@ -80,12 +113,32 @@ class Judgement(QObject):
     def set_seen(self, seen: bool) -> None:
         """Ask only while somebody looks."""
         self._follower.set_seen(seen)
+        self._input_follower.set_seen(seen)
 
     def _ask(self) -> None:
         for gains in self._gains:
             if gains and _key(gains) not in self._known:
                 self._follower.ask(Judge(gains))
                 return
+
+    def _ask_input(self) -> None:
+        for gains in self._gains:
+            if gains and _key(gains) not in self._known_inputs:
+                self._input_follower.ask(JudgePlantInput(gains))
+                return
+
+    def _hear_input(self, judged: JudgedPlantInput) -> None:
+        self._known_inputs[_key(judged.gains)] = judged
+        while len(self._known_inputs) > KEPT:
+            del self._known_inputs[next(iter(self._known_inputs))]
+        self.input_said = ""
+        self.changed.emit()
+        if not self._rest.isActive():
+            self._ask_input()
+
+    def _hear_input_refusal(self, said: str) -> None:
+        self.input_said = said
+        self.changed.emit()
 
     def _hear(self, judged: Judged) -> None:
         """Take any judgement: others ask, too."""
@@ -129,10 +182,15 @@ class Judgement(QObject):
         self.changed.emit()
 
 
-def _key(gains: Gains) -> tuple[tuple[str, float], ...]:
+def _key(gains: Gains) -> Key:
     return tuple(sorted(controller_gains(gains).items()))
 
 
 def _answers(question: Question, reply: Reply) -> bool:
     assert isinstance(question, Judge)
     return isinstance(reply, Judged) and _key(reply.gains) == _key(question.gains)
+
+
+def _answers_input(question: Question, reply: Reply) -> bool:
+    assert isinstance(question, JudgePlantInput)
+    return isinstance(reply, JudgedPlantInput) and _key(reply.gains) == _key(question.gains)

@@ -3,11 +3,13 @@
 import math
 from collections.abc import Callable
 
-from workbench.analysis.replies import Judged, JudgedLoop
-from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit
+from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
+from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit, find_limit
 from workbench.gui.tuning.table_rows import Cell, Row, State
 
 LimitOf = Callable[[str], float]
+PLANT_INPUT = "plant input, all at once"
+DISK = find_limit("disk_margin")
 
 
 def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[Row, ...]:
@@ -23,6 +25,40 @@ def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[
     return tuple(_row(loop, old.get(loop.name), weakest, limit_of) for loop in now.loops)
 
 
+def plant_input_row(
+    now: JudgedPlantInput | None, before: JudgedPlantInput | None, limit_of: LimitOf, said: str
+) -> Row:
+    """Return the row of what force and moments bear all at once, which has a disk margin alone.
+
+    Args:
+        now: of the gains that count, None while it is not known.
+        before: of those that fly, None where these are the same, or not known.
+        limit_of: gives a limit by its name, as shown.
+        said: why it is not known, "" where it will be.
+    """
+    words = "at the plant's input, force and moments all at once"
+    none = (Cell("", help=words),) * (len(MARGIN_LIMITS) - 1)
+    old = before is not None and before.disk_margin > 0.0
+    was = DISK.text(before.disk_margin) if before is not None and old else ""
+    if now is None:
+        state = State.NONE if said else State.WAITING
+        return Row(
+            PLANT_INPUT, (*none, Cell("–", was, help=f"{words}: {said or 'asked for'}")), state
+        )
+    if not now.disk_margin:
+        return Row(PLANT_INPUT, (*none, Cell("–", help=f"{words}: unstable")))
+    text = DISK.text(now.disk_margin)
+    over = not DISK.keeps(now.disk_margin, limit_of(DISK.name))
+    low = (2.0 - now.disk_margin) / (2.0 + now.disk_margin)
+    gains = f"; gains within {low:.2f} .. {1.0 / low:.2f}" if low > 0.0 else ""
+    help = (
+        f"{words}: α {DISK.text(now.steering)} while the pilot steers, "
+        f"{DISK.text(now.holding)} while the place is held{gains}"
+    )
+    cell = Cell(text, was if was != text else "", over, help)
+    return Row(PLANT_INPUT, (*none, cell), State.LOW if over else State.GOOD)
+
+
 def weakest_loop(judged: Judged, limit_of: LimitOf) -> JudgedLoop | None:
     """Return the loop that has least to spare: an unstable one, or that nearest to a limit."""
     if not judged.loops:
@@ -30,16 +66,23 @@ def weakest_loop(judged: Judged, limit_of: LimitOf) -> JudgedLoop | None:
     return min(judged.loops, key=lambda loop: _spare(loop, limit_of))
 
 
-def margins_headline(judged: Judged, limit_of: LimitOf) -> str:
-    """Return how stable gains are, in a sentence."""
+def margins_headline(judged: Judged, at_input: JudgedPlantInput | None, limit_of: LimitOf) -> str:
+    """Return how stable gains are, in a sentence.
+
+    The plant's input is named where its margin is low and those of all loops are not.
+    """
     loop = weakest_loop(judged, limit_of)
     if not judged.stable:
         said = judged.said or "the closed loop is unstable with these gains."
         return said[0].upper() + said[1:]
+    low = [limit for limit in MARGIN_LIMITS if loop and not _keeps(loop, limit, limit_of)]
+    margin = at_input.disk_margin if at_input is not None else math.inf
+    if not low and not DISK.keeps(margin, limit_of(DISK.name)):
+        least = f"{DISK.sign} {limit_of(DISK.name):g}"
+        return f"Weakest: {PLANT_INPUT}, {DISK.label.lower()} {DISK.text(margin)} ({least})"
     if loop is None:
         return "No loop is closed."
     name = loop_label(loop.name)
-    low = [limit for limit in MARGIN_LIMITS if not _keeps(loop, limit, limit_of)]
     limit = min(low or MARGIN_LIMITS, key=lambda each: _share(loop, each, limit_of))
     value = _with_unit(limit.text(getattr(loop, limit.name)), limit)
     said = f"Weakest: {name}, {limit.label.lower()} {value}"

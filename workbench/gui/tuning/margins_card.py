@@ -8,12 +8,12 @@ from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.limits_form import LimitsForm
-from workbench.gui.tuning.margin_rows import margin_rows, margins_headline
+from workbench.gui.tuning.margin_rows import margin_rows, margins_headline, plant_input_row
 from workbench.gui.tuning.number_table import NumberTable
 from workbench.gui.workspace import Workspace
 
-LOOPS = 9
-"""That are expected before they are known."""
+ROWS = 10
+"""That are expected before they are known: loops, and the plant's input."""
 
 
 class MarginsCard(Card):
@@ -42,7 +42,7 @@ class MarginsCard(Card):
         self.table = NumberTable(
             "Margins of every loop", head, workspace.look, paired=True, widest="yaw rate"
         )
-        self.table.expect(LOOPS)
+        self.table.expect(ROWS)
         self.body.addWidget(self.form)
         self.body.addWidget(self.table, 1)
         judgement.changed.connect(self._show)
@@ -56,12 +56,18 @@ class MarginsCard(Card):
             self.table.set_rows(())
             return
         other = before if before is not None and before is not now else None
-        self.table.expect(len(now.loops))
-        self.table.set_rows(margin_rows(now, other, self._limits.value))
+        at_input, input_before = self._judgement.proposed_input, self._judgement.flown_input
+        if input_before is at_input:
+            input_before = None
+        last = plant_input_row(
+            at_input, input_before, self._limits.value, self._judgement.input_said
+        )
+        self.table.expect(len(now.loops) + 1)
+        self.table.set_rows((*margin_rows(now, other, self._limits.value), last))
         if caveat := self._judgement.caveat:
             self.said.say(caveat, "warning")
         else:
-            self.said.say(margins_headline(now, self._limits.value), self._tone(now))
+            self.said.say(margins_headline(now, at_input, self._limits.value), self._tone(now))
 
     def _tone(self, now: Judged) -> str:
         if not now.stable:

@@ -151,7 +151,7 @@ class NumberTable(QWidget):
 
     def _measure_columns(self) -> tuple[float, float, float]:
         metrics = self._metrics
-        labels = [self._widest, *(row.label for row in self._rows)]
+        labels = [self._widest, *(row.label for row in self._rows if not row.blank)]
         label = max(metrics.horizontalAdvance(each) for each in labels) + GAP
         word = metrics.horizontalAdvance(State.MISSED.value if self._wide else "over") + MARK + GAP
         columns = max(1, len(self._head))
@@ -186,10 +186,11 @@ class NumberTable(QWidget):
                 painter.fillRect(QRectF(0.0, top, self.width(), height), self._shade())
             painter.setFont(self._strong if row.strong else self.font())
             painter.setPen(colour("ink" if row.strong else "muted"))
+            room = label + row.blank * cell
             name = self.fontMetrics().elidedText(
-                row.label, Qt.TextElideMode.ElideRight, round(label - 0.5 * GAP)
+                row.label, Qt.TextElideMode.ElideRight, round(room - 0.5 * GAP)
             )
-            painter.drawText(QRectF(0.0, top, label, height), left, name)
+            painter.drawText(QRectF(0.0, top, room, height), left, name)
             painter.setFont(self.font())
             broken = row.state is State.BROKEN  # its word needs the room of the last cell
             for index, each in enumerate(row.cells[:-1] if broken else row.cells):

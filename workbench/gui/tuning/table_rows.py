@@ -50,6 +50,13 @@ class Row:
     strong: bool = False
 
     @property
+    def blank(self) -> int:
+        """How many cells are empty before the first number: its name may go on there."""
+        texts = [cell.text for cell in self.cells]
+        return next((index for index, text in enumerate(texts) if text), 0)
+
+    @property
     def spoken(self) -> str:
         """The row in words, for who hears it."""
-        return f"{self.label}: {', '.join(cell.text for cell in self.cells)} {self.state.value}"
+        numbers = ", ".join(cell.text for cell in self.cells[self.blank :])
+        return f"{self.label}: {numbers} {self.state.value}"
