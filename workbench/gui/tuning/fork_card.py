@@ -76,7 +76,12 @@ class ForkCard(Card):
         self.plot = StaticPlot(workspace)
         self.plot.set_hint("Fork: both go on from this instant")
         self.table = NumberTable(
-            "Numbers of each branch", HEAD, workspace.look, paired=False, widest="proposed"
+            "Numbers of each branch",
+            HEAD,
+            workspace.look,
+            paired=False,
+            widest="proposed",
+            worded=False,
         )
         self.table.expect(2)
         self.table.hide()

@@ -37,7 +37,7 @@ ROOMIEST = 24.0
 
 
 class NumberTable(QWidget):
-    """Rows of numbers with a word at their end.
+    """Rows of numbers, most with a word at their end.
 
     Args:
         title: accessible name.
@@ -45,16 +45,25 @@ class NumberTable(QWidget):
         look: colours.
         paired: whether each cell has a second, muted number: what it was.
         widest: the longest label that is to be expected.
+        worded: whether rows have a word at their end.
     """
 
     def __init__(
-        self, title: str, head: Sequence[str], look: Look, *, paired: bool, widest: str
+        self,
+        title: str,
+        head: Sequence[str],
+        look: Look,
+        *,
+        paired: bool,
+        widest: str,
+        worded: bool = True,
     ) -> None:
         super().__init__()
         self._head = tuple(head)
         self._look = look
         self._paired = paired
         self._widest = widest
+        self._worded = worded
         self._rows: tuple[Row, ...] = ()
         self._wide = False
         self._chosen = -1
@@ -153,7 +162,8 @@ class NumberTable(QWidget):
         metrics = self._metrics
         labels = [self._widest, *(row.label for row in self._rows if not row.blank)]
         label = max(metrics.horizontalAdvance(each) for each in labels) + GAP
-        word = metrics.horizontalAdvance(State.MISSED.value if self._wide else "over") + MARK + GAP
+        longest = State.MISSED.value if self._wide else State.OVER.value
+        word = metrics.horizontalAdvance(longest) + MARK + GAP if self._worded else 0.0
         columns = max(1, len(self._head))
         cell = min((self.width() - label - word) / columns, WIDEST)
         if not self._paired:  # numbers keep their room, and a long label gives way
