@@ -18,9 +18,10 @@ def test_the_program_flies(capsys):
     assert begun.startswith("dh_drone flies, with ")
     late, speed = map(float, re.findall(r"[\d.]+", stepped))
     assert late >= 0.2 and speed > 0.0
-    same, soft = forked
+    same, soft, lqi = forked
     assert same.startswith("as it is: ") and soft.startswith("soft: ")
-    assert same != soft
+    assert lqi.startswith("lqi: ")
+    assert len({line.split(": ")[1] for line in forked}) == 3
 
 
 def test_the_orders_are_those_there_are():

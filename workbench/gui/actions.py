@@ -104,7 +104,7 @@ ACTIONS: tuple[ActionRow, ...] = (
             f"controller_{name}",
             FILE,
             name,
-            f"Begin again with the control law {name}, and with its own gains.",
+            f"Let the control law {name} take over in flight, with its own gains.",
             submenu=CONTROLLER_MENU,
         )
         for name in SHIPPED
@@ -113,7 +113,7 @@ ACTIONS: tuple[ActionRow, ...] = (
         "open_controller",
         FILE,
         "&Your own...",
-        "Begin again with a control law of your own: a file of Python, whose code runs.",
+        "Let a control law of your own take over in flight: a file of Python, whose code runs.",
         submenu=CONTROLLER_MENU,
     ),
     ActionRow("open_log", FILE, "Open &log...", "Show a recorded flight.", "Ctrl+L"),
