@@ -150,6 +150,33 @@ def test_a_controller_that_cannot_fly_is_told_before_anything_is_flown(forker, f
             forker.fly(flight.checkpoint(), branches, 1.0, stop=flown)
 
 
+def test_a_controller_that_fails_in_flight_ends_its_branch_with_file_and_line(tmp_path):
+    """As a system of Drake's, of which no machine code is made."""
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "from pydrake.systems.framework import LeafSystem\n\n\n"
+        "class Brittle(LeafSystem):\n"
+        "    def __init__(self, vehicle, g, dt):\n"
+        "        super().__init__()\n"
+        "        self.weight = 9.81 * vehicle.mass\n"
+        "        self.DeclareVectorInputPort('velocity', 3)\n"
+        "        self.DeclareVectorOutputPort('wrench', 4, self.calc)\n\n"
+        "    def calc(self, context, output):\n"
+        "        if self.GetInputPort('velocity').Eval(context)[2] > 0.3:\n"
+        "            raise ValueError('too fast')\n"
+        "        output.SetFromVector([1.2 * self.weight, 0.0, 0.0, 0.0])\n\n\n"
+        "def system(vehicle, g, dt):\n"
+        "    return Brittle(vehicle, g, dt)\n"
+    )
+    flight = Session(Scenario())
+    flight.tick(0.25)
+    branches = [Branch("mine", {}, str(mine)), Branch("as flown", {})]
+    own, as_flown = fly_fork(flight.scenario, flight.checkpoint(), branches, 1.0)
+    assert own.lost.startswith(f"{mine}:13: update fails: ValueError: too fast")
+    assert 0.25 < own.velocity[-1, 2] < 0.35
+    assert as_flown.lost == "" and as_flown.time[-1] == 1.25
+
+
 def test_a_script_that_sets_what_a_controller_has_not_ends_that_branch():
     script = [Action(at=0.5, set={"kp_roll": 60.0})]
     scenario = dataclasses.replace(SCENARIO, script=script)

@@ -186,7 +186,7 @@ class FlightComputer(LeafSystem):
         # before it writes it; asking for the old one besides would take some microseconds.
         has_path = self._feedforward.HasValue(context)
         memory = discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE
-        self._run(
+        numbers = (
             self._state.Eval(context),
             self._reference.Eval(context),
             self._guidance.Eval(context),
@@ -200,6 +200,11 @@ class FlightComputer(LeafSystem):
             memory,
             discrete_state.get_mutable_value(COMMANDS),
         )
+        try:
+            self._run(*numbers)
+        except Exception:
+            with law_errors(self._controller.file, "update"):
+                raise
 
 
 def _joined(constants: LawConstants) -> np.ndarray:
