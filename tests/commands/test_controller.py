@@ -105,3 +105,25 @@ def test_replay_flies_it_again_and_tells_that_its_file_has_changed(run, refused,
     mine.write_text(text.replace("+ GRAVITY, g)", "+ 0.999 * GRAVITY, g)"), encoding="utf-8")
     changed = run("replay", log, "--controller", mine)
     assert changed.code == 1 and "the likely reason: controller mine with SHA-256" in changed.out
+
+
+def test_it_flies_in_real_time_while_its_file_is_watched(run, refused, mine, tmp_path):
+    watch = ("fly", "hover", "--watch", "--duration", "0.5", "--output", tmp_path / "out")
+    said = run(*watch, "--controller", mine)
+    assert said.code == 0
+    assert f"{mine} flies, drawn at http://" in said.err and "duration" in said.out
+    assert "name its file, as --controller mine.py" in refused(*watch, "--controller", "pid")
+    own = (*watch, "--controller", mine)
+    assert "leave out --html" in refused(*own, "--html", tmp_path / "film.html")
+    commands = tmp_path / "commands.csv"
+    assert "--rotor-commands" in refused(*own, "--rotor-commands", commands)
+
+
+def test_python_that_only_a_script_names_does_not_run(refused, mine, write):
+    script = "{at: 0.2, controller: other.py}"
+    write("other.py", "raise SystemExit('it ran')")
+    flight = write("theirs.yaml", f"script: [{script}]\n")
+    case = f"name: a, duration: 1, signal: v_x, limits: {{maximum: {{max: 1}}}}, script: [{script}]"
+    spec = write("theirs.spec.yaml", f"cases: [{{{case}}}]\n")
+    for words in (("fly", flight), ("fly", flight, "--controller", mine), ("regress", spec)):
+        assert "other.py is Python that would run here" in refused(*words)

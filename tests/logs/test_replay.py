@@ -51,8 +51,8 @@ def test_a_hand_written_scenario_with_a_script_is_equal(log_of, tmp_path):
     assert replay(record).equal
 
 
-def test_the_script_and_what_was_done_are_both_flown(log, flown):
-    script = again(read_log(log)).script
+def test_the_script_and_what_was_done_are_both_flown(log, flown, tmp_path):
+    script = again(read_log(log), "", tmp_path).script
     assert [action.at for action in script] == [0.25, *(action.at for action in flown.done)]
 
 
@@ -132,3 +132,13 @@ def test_python_that_only_the_log_names_does_not_run(log):
     assert replay(foreign, controller="pd").equal
     with pytest.raises(WorkbenchError, match="was flown by pd, and pid is another law"):
         replay(record, controller="pid")
+
+
+def test_python_that_only_an_action_of_a_log_names_does_not_run(log, tmp_path):
+    record, file = read_log(log), tmp_path / "other.py"
+    file.write_text("raise SystemExit('it ran')\n", encoding="utf-8")
+    act = dataclasses.replace(record.done[0].action, controller=str(file))
+    record.__dict__["done"] = (dataclasses.replace(record.done[0], action=act),)
+    for controller in ("", "pd", str(log)):
+        with pytest.raises(WorkbenchError, match=r"lets .*other\.py take over, whose text"):
+            again(record, controller, tmp_path)

@@ -127,14 +127,20 @@ def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
     """
     scenario = record.scenario()
     actions = [done.action for done in record.done]
+    for action in (*scenario.script, *actions):
+        if action.controller not in (None, *SHIPPED, *record.laws):
+            raise WorkbenchError(
+                f"{record.path}: lets {action.controller} take over, whose text it does not hold: "
+                "the log is damaged, or was made by hand"
+            )
     others = [name for name, text in record.laws.items() if text != record.law]
     files = dict.fromkeys(record.laws, controller)
     if controller and Path(controller).suffix != ".py" and _same_file(controller, record.path):
         controller, files = _written(record, folder)
     elif others:
         raise WorkbenchError(
-            f"{record.path}: {len(others)} other texts of Python took over in flight: if you "
-            f"trust what the log holds, name the log itself, as --controller {record.path}"
+            f"{record.path}: Python that the log alone holds took over in flight: if you trust "
+            f"it, name the log itself, as --controller {record.path}"
         )
     actions = [
         dataclasses.replace(action, controller=files.get(action.controller, action.controller))

@@ -188,13 +188,6 @@ def load_scenario(path: Path | str, controller: str = "") -> Scenario:
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     scenario.controller = chosen_controller(file, scenario.controller, controller)
-    for index, action in enumerate(scenario.script):
-        if action.controller not in (None, *SHIPPED):
-            where = file.where("script", index, "controller")
-            raise WorkbenchError(
-                f"{where}{action.controller} is Python that would run here: a script may name "
-                f"those that are shipped: {', '.join(SHIPPED)}"
-            )
     check_scenario(scenario, file)
     find_files(scenario.vehicle, file)
     find_scenario_world(scenario, file)
@@ -257,6 +250,8 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         where = file.where(*keys) if file else ""
         return WorkbenchError(f"{where}{dotted(keys)} {reason}")
 
+    if file:
+        _check_takers_over(scenario, file)
     if not 0.0 < scenario.duration < math.inf:
         raise refuse(("duration",), "must be a positive time in seconds")
     if scenario.start.mode not in START_MODES:
@@ -318,6 +313,20 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             )
         if eight.laps < 1:
             raise refuse(("figure_eight", "laps"), "must be 1 or more")
+
+
+def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:
+    """Refuse Python that only a script in a file names; the scenario's own was chosen by now."""
+    for index, action in enumerate(scenario.script):
+        named = action.controller
+        if named in (None, scenario.controller, *SHIPPED):
+            continue
+        if (file.path.parent / named).resolve() != Path(scenario.controller).resolve():
+            raise WorkbenchError(
+                f"{file.where('script', index, 'controller')}{named} is Python that would run "
+                f"here: a script may name the flight's own controller, and {', '.join(SHIPPED)}"
+            )
+        action.controller = scenario.controller
 
 
 def flown_tables(scenario: Scenario) -> list[ParameterTable]:
