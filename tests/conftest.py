@@ -105,6 +105,18 @@ def pytest_runtest_teardown(item):
 
 
 @pytest.fixture(scope="session")
+def compiled():
+    """Make the default law's machine code, unless it is there.
+
+    A live flight without it is interpreted at first, in which the last bit of a number may differ,
+    and has one more process below it, which makes it.
+    """
+    from workbench.session.session import Session
+
+    Session().tick(0.01)
+
+
+@pytest.fixture(scope="session")
 def description():
     """The shipped drone."""
     from workbench.common.resources import find_model

@@ -1,5 +1,6 @@
 """What screens hear of the analyst, and what the banner does."""
 
+import dataclasses
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import pytest
 from PyQt6.QtCore import QThread
 
 from workbench.analysis.questions import DrawMap, FindRanges, Judge, Pin, Predict, Step, Tune, Weigh
+from workbench.control.controller import load_controller
 from workbench.gui.analysis import Analysis
 from workbench.gui.notices import Notices, Severity
 from workbench.scenario.scenario import Scenario, VehicleConfig
@@ -206,3 +208,12 @@ def test_it_loads_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_another_text_of_the_controller_is_judged_anew(analysis):
+    law = load_controller()
+    analysts = []
+    for controller in (law, law, dataclasses.replace(law, text=law.text + "# edited"), law):
+        analysis.begin(Scenario(), {"kp_roll": 200.0}, controller)
+        analysts.append(analysis._analyst)
+    assert [analysts.index(each) for each in analysts] == [0, 0, 2, 3]

@@ -2,12 +2,14 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QGuiApplication
 
+from workbench.control.controller import load_controller
 from workbench.gui import flight_model
 from workbench.gui.banner import MOST, REMEDIES, STAYS, Banner, BannerQueue
 from workbench.gui.crash import CrashNotice
@@ -151,3 +153,9 @@ def test_every_control_has_a_name(banner, workspace):
     workspace.notices.fail("broken", "Reset it.")
     assert "Ctrl+Shift+D" in banner._close.accessibleName()
     assert banner.offers[0].text()
+
+
+def test_what_was_wrong_with_a_law_is_forgotten_once_its_text_flies(banner, workspace, canned):
+    workspace.notices.warn("mine.py:34: is no Python")
+    workspace.flight.taken_over.emit(replace(canned.views[0], controller=load_controller()))
+    assert banner.shown == note("pd has taken over.")

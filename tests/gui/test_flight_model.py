@@ -1,16 +1,20 @@
 """A real flight behind the model: begun, ordered, broken, replaced and ended."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.gui.flight_control import FlightControl
 from workbench.gui.flight_model import of_last_flight
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.scenario.scenario import Scenario
 
 START = 60_000
+OWN = Path(__file__).parents[1] / "controllers/cascade.py"
 
 
 @pytest.fixture
@@ -43,6 +47,36 @@ def test_a_flight_begins_obeys_and_begins_anew(workspace, heard, told, qtbot):
     flight.order(lambda live: live.reset())
     qtbot.waitUntil(lambda: len(begun) == 2, timeout=START)
     assert begun[1].snapshot.time < 0.5
+
+
+def test_another_controller_takes_over_in_flight_and_charts_go_on(
+    workspace, heard, told, qtbot, tmp_path
+):
+    begun, _ = heard
+    flight, taken = workspace.flight, []
+    flight.taken_over.connect(taken.append)
+    control = FlightControl(flight, workspace.preferences)
+    file = tmp_path / "mine.py"
+    text = OWN.read_text(encoding="utf-8")
+    file.write_text(text, encoding="utf-8")
+    flight.fly(Choice("hover"), draw=False)
+    qtbot.waitUntil(lambda: workspace.signals.now > 0.2, timeout=START)
+    live = flight.live
+    control.fly_controller(str(file))
+    qtbot.waitUntil(lambda: len(taken) == 1, timeout=START)
+    file.write_text(text.replace("def update(", "def update(:"), encoding="utf-8")
+    qtbot.waitUntil(lambda: any("is no Python" in each.what for each in told), timeout=START)
+    file.write_text(text + "# edited\n", encoding="utf-8")
+    qtbot.waitUntil(lambda: len(taken) == 2, timeout=START)
+    control.fly_controller("lqi")
+    qtbot.waitUntil(lambda: len(taken) == 3, timeout=START)
+    assert [view.controller.name for view in taken] == ["mine", "mine", "lqi"]
+    assert flight.live is live and len(begun) == 1
+    at = workspace.signals.now
+    qtbot.waitUntil(lambda: workspace.signals.now > at + 0.2, timeout=START)
+    time, _ = workspace.signals.series("velocity_data.v_z")
+    assert time[0] < 0.1 and (np.diff(time) > 0.0).all()
+    assert flight.what.controller == "lqi"
 
 
 @pytest.mark.slow

@@ -317,6 +317,22 @@ def test_events_tell_who_flies(flight, address):
     assert "Ada took control" in [each["said"] for each in found]
 
 
+def test_who_connects_after_another_controller_took_over_is_told_of_its_parameters(flight, address):
+    names = ("kp_roll", "q_tilt")
+    with Client(address, topics=[PARAMETERS, EVENTS]) as watching:
+        assert [row.name for row in watching.hello.parameters if row.name in names] == ["kp_roll"]
+        flight.fly_controller("lqi").result(ENOUGH)
+        found = heard(watching, lambda found: found[-1]["name"] == "q_tilt", PARAMETERS)
+        assert watching.parameters("q_tilt") == {"q_tilt": found[-1]["value"]}
+        with pytest.raises(WorkbenchError, match="hello lists them"):
+            watching.parameters("kp_roll")
+        again = "the controller has other parameters: connect again to have them listed"
+        heard(watching, lambda found: found[-1]["said"] == again, EVENTS)
+    with Client(address) as late:
+        assert [row.name for row in late.hello.parameters if row.name in names] == ["q_tilt"]
+    flight.fly_controller("pd").result(ENOUGH)
+
+
 def heard(client: Client, is_enough, topic: str) -> list:
     """Return a topic's samples up to what is waited for; a guard ends a wait that fails."""
     found: list = []

@@ -194,10 +194,10 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             from workbench.scenario.configured import read_configured_world
             from workbench.session.open_loop import fly_open_loop
 
-            if args.set or args.gains or args.html or args.sensors or args.log:
+            if args.set or args.gains or args.html or args.sensors or args.log or args.watch:
                 raise WorkbenchError(
                     "--rotor-commands flies without a controller, and without sensors, a film or "
-                    "topics: leave out --set, --gains, --sensors, --html and --log"
+                    "topics: leave out --set, --gains, --sensors, --html, --log and --watch"
                 )
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
             return _Flown(recording, read_configured_world(scenario))

@@ -73,12 +73,14 @@ def gain(
     return Parameter(name, "controller", unit, *limits, default, help, group=group)
 
 
+LIMITS = "Limits"
+"""The group of those rows below that stay as they are when another controller takes over."""
 COMMON = (
-    gain("max_speed", "m/s", (0.1, 20.0), 8.0, "largest level speed", "Limits"),
-    gain("max_climb_rate", "m/s", (0.1, 10.0), 8.0, "largest speed up or down", "Limits"),
-    gain("max_height", "m", (0.5, 500.0), 120.0, "no climb above this height", "Limits"),
-    gain("max_tilt", "rad", (0.05, 1.2), 0.7, "largest tilt that is asked for", "Limits"),
-    gain("max_yaw_rate", "rad/s", (0.05, 6.0), 0.4, "largest yaw rate", "Limits"),
+    gain("max_speed", "m/s", (0.1, 20.0), 8.0, "largest level speed", LIMITS),
+    gain("max_climb_rate", "m/s", (0.1, 10.0), 8.0, "largest speed up or down", LIMITS),
+    gain("max_height", "m", (0.5, 500.0), 120.0, "no climb above this height", LIMITS),
+    gain("max_tilt", "rad", (0.05, 1.2), 0.7, "largest tilt that is asked for", LIMITS),
+    gain("max_yaw_rate", "rad/s", (0.05, 6.0), 0.4, "largest yaw rate", LIMITS),
     gain(
         "spin_up_feedforward",
         "1",

@@ -97,9 +97,9 @@ class BannerQueue:
         if self.first is not None:
             self._told.remove(self.first)
 
-    def forget_failures(self) -> None:
-        """Forget what was broken: it flies again."""
-        self._told = [each for each in self._told if each.notice.severity is not Severity.FAILURE]
+    def forget(self, severity: Severity) -> None:
+        """Forget what mattered so much: it is mended."""
+        self._told = [each for each in self._told if each.notice.severity is not severity]
 
     def expire(self, now: float) -> None:
         """Forget what has been shown long enough."""
@@ -145,6 +145,7 @@ class Banner(QFrame):
         self._timer.timeout.connect(self._expire)
         workspace.notices.told.connect(self.add)
         workspace.flight.begun.connect(self._forget_failures)
+        workspace.flight.taken_over.connect(self._forget_warnings)
         workspace.look.changed.connect(self._show)
         self.hide()
 
@@ -172,8 +173,14 @@ class Banner(QFrame):
 
     def _forget_failures(self, _: LiveView) -> None:
         """Forget what is over with the flight before; a pause that ends mends nothing."""
-        self._queue.forget_failures()
+        self._queue.forget(Severity.FAILURE)
         self._show()
+
+    def _forget_warnings(self, view: LiveView) -> None:
+        """Forget what was wrong with a controller's file: its text flies; the events have it."""
+        self._queue.forget(Severity.WARNING)
+        if view.controller is not None:
+            self.add(Notice(Severity.INFORMATION, f"{view.controller.name} has taken over."))
 
     def _expire(self) -> None:
         before = len(self._queue)

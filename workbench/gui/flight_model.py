@@ -273,8 +273,9 @@ class FlightModel(QObject):
             self._good = self._present
             self.begun.emit(view)
         elif view.controller is not before.controller and view.controller and view.scenario:
-            what = with_controller(self._present.what, view.scenario.controller)
-            self._present = self._good = replace(self._present, what=what)
+            if before.controller is None or view.controller.file != before.controller.file:
+                what = with_controller(self._present.what, view.scenario.controller)
+                self._present = self._good = replace(self._present, what=what)
             self.taken_over.emit(view)
         if view.phase is not before.phase:
             self.phase_changed.emit(view.phase)

@@ -110,7 +110,7 @@ ToFlight = Callable[[FromServer], None]
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What is flown: the first message.
+    """What is flown: the first message, and again where other parameters are.
 
     Attributes:
         vehicle: its name.

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
+from dataclasses import replace
 from multiprocessing.connection import Connection, wait
 
 import numpy as np
@@ -44,7 +45,8 @@ from workbench.live.messages import (
 from workbench.live.network import Deferred, FlightNetwork
 from workbench.live.stream import NoStream, Stream
 from workbench.scenario.excitation import Excitation
-from workbench.scenario.scenario import Action
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Action, check_scenario
 from workbench.session.script import repeated
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
@@ -101,7 +103,8 @@ class Flying:
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
         self._compiler = LawCompiler()
         self._watches = watch
-        self._law_file = LawFile(session.controller, now())
+        self._law = session.controller
+        self._law_file = LawFile(self._law, now())
         self._shown = self._network.view
         self._broken = ""
         self._hit: Hit | None = None
@@ -119,7 +122,6 @@ class Flying:
         """
         self.report()
         self._note_interpreted()
-        self._begin_compiling()
         with closing(self._network):
             while wanted():
                 wait([connection, *self._network.connections], self.wait())
@@ -242,9 +244,11 @@ class Flying:
         """
         if made := self._compiler.made():
             self._use_compiled(*made)
-        if not self._watches or self._broken or not self._law_file.edited(self._now()):
+        law = self._law
+        if not self._watches or law.shipped or self._broken:
             return
-        law = self._session.controller
+        if not self._law_file.edited(self._now()):
+            return
         try:
             with sentences("it cannot take over"):
                 self._take_over(str(law.file))
@@ -254,36 +258,56 @@ class Flying:
     def _take_over(self, name_or_path: str) -> None:
         """Let another law fly from here on, interpreted where there is no machine code of it."""
         law = load_controller(name_or_path)
+        # a script that sets what it has not would break the flight later, or after a reset
+        check_scenario(replace(self._session.flown_scenario, controller=name_or_path))
         action = Action(controller=name_or_path, interpreted=not has_machine_code(law))
         self._session.act(action)
-        self._law_file = LawFile(law, self._now())
-        self._network.did(action)
-        self._tell(f"{law.name} has taken over at {self._session.time:.2f} s")
+        # with all gains: who flies the log again may have no gain file
+        gains = {row.name: self._session.get(row.name) for row in law.parameters}
+        self._network.did(replace(action, set=gains))
+        if law is self._law:
+            self._tell(f"{law.name} flies already, with this very text")
+        self._show_law()
         self._begin_compiling()
         self._clock.restart(self._now())  # what was not flown meanwhile is not caught up
-        self._send_queue.post(TakenOver(law, self._session.parameters()))
         self.report()
+
+    def _show_law(self) -> None:
+        """Let everybody know of another law that flies: an edit's, the script's, a reset's."""
+        law, session = self._session.controller, self._session
+        if law is self._law:
+            return
+        same_rows = parameter_table(law).rows == parameter_table(self._law).rows
+        self._law, self._law_file = law, LawFile(law, self._now())
+        flown = session.flown_scenario
+        values = session.parameters()
+        self._send_queue.post(TakenOver(law, values, flown.controller, flown.vehicle.gains))
+        self._tell(f"{law.name} has taken over at {session.time:.2f} s")
+        self._network.taken_over(same_rows)
 
     def _note_interpreted(self) -> None:
         """Let the log know of a law that Python runs from the start: the last bits may differ."""
+        if self._session.interpreted and has_machine_code(self._law):
+            self._session.run_law(interpreted=False)
         if self._session.interpreted:
             name = self._session.scenario.controller
             self._network.did(Action(controller=name, interpreted=True))
+            self._begin_compiling()
 
     def _begin_compiling(self) -> None:
-        law = self._session.controller
-        if self._session.interpreted and law.compiles:
-            self._compiler.begin(law)
+        law = self._law
+        if self._session.interpreted and law.compiles and self._compiler.begin(law):
             self._tell(f"compiling {law.name}, up to a minute; it flies interpreted meanwhile")
 
     def _use_compiled(self, law: Controller, failure: str) -> None:
-        if law is not self._session.controller or self._broken:
+        if law is not self._law or self._broken or not self._session.interpreted:
             return
         if failure:
             self._tell(f"{law.name} flies on interpreted: {failure}", WARNING)
             return
+        action = Action(controller=self._session.flown_scenario.controller)
         self._session.run_law(interpreted=False)
-        self._network.did(Action(controller=self._session.scenario.controller))
+        self._network.did(action)
         self._tell(f"compiled {law.name}, which flies as machine code now")
 
     def _tell(self, said: str, severity: int = INFORMATION) -> None:
@@ -297,8 +321,9 @@ class Flying:
         self._exciter.drop()
         self._exciter.ended, self._hit = "", None
         self._network.begin()
-        self._note_interpreted()
+        self._show_law()
         self._broken = ""
+        self._note_interpreted()
         self._clock.restart(self._now())
 
     def _excite(self, excitation: Excitation) -> float:
@@ -342,6 +367,8 @@ class Flying:
             self._network.broke(self._broken)
             self.report()
         self._network.flown()
+        if not self._broken:
+            self._show_law()
 
     def _look_for_hit(self, before: np.ndarray, duration: float) -> None:
         """Take note of a hard hit within a part that was flown."""

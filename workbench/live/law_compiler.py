@@ -14,14 +14,33 @@ LONGEST, MOST_MEMORY = 300.0, 16_000
 
 
 class LawCompiler:
-    """Makes machine code of one law after the other, in the background."""
+    """Makes machine code of one law at a time, in the background.
+
+    While one is made, the law that was wanted last waits; those before it are forgotten.
+    """
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._making: Controller | None = None
+        self._waiting: Controller | None = None
+        self._failed: list[Controller] = []
         self._ends: SimpleQueue[tuple[Controller, str]] = SimpleQueue()
 
-    def begin(self, law: Controller) -> None:
-        """Begin to make machine code of a law."""
-        threading.Thread(target=self._make, args=(law,), daemon=True).start()
+    def begin(self, law: Controller) -> bool:
+        """Make machine code of a law, unless that is under way already, or has failed before.
+
+        Returns:
+            Whether it is begun, at once or after the one that is being made.
+        """
+        with self._lock:
+            if law in (self._making, self._waiting, *self._failed):
+                return False
+            if self._making is not None:
+                self._waiting = law
+                return True
+            self._making = law
+        threading.Thread(target=self._run, daemon=True).start()
+        return True
 
     def made(self) -> tuple[Controller, str] | None:
         """Return a law of which there is machine code now, or why there is none, else ""."""
@@ -30,14 +49,19 @@ class LawCompiler:
         except Empty:
             return None
 
-    def _make(self, law: Controller) -> None:
-        failure = ""
-        request = {"name": law.name, "file": str(law.file), "text": law.text}
-        try:
-            run_limited(__name__, request, seconds=LONGEST, megabytes=MOST_MEMORY)
-        except WorkbenchError as error:
-            failure = str(error)
-        self._ends.put((law, failure))
+    def _run(self) -> None:
+        while (law := self._making) is not None:
+            failure = ""
+            request = {"name": law.name, "file": str(law.file), "text": law.text}
+            try:
+                run_limited(__name__, request, seconds=LONGEST, megabytes=MOST_MEMORY)
+            except WorkbenchError as error:
+                failure = str(error)
+            with self._lock:
+                if failure:
+                    self._failed.append(law)
+                self._making, self._waiting = self._waiting, None
+            self._ends.put((law, failure))
 
 
 def make(request: dict[str, Any]) -> None:

@@ -250,10 +250,14 @@ class TakenOver:
     Attributes:
         controller: that flies.
         values: of the live parameters now, by name.
+        named: the controller as a scenario names it.
+        gains: its gain file, "" without.
     """
 
     controller: Controller
     values: Mapping[str, float]
+    named: str
+    gains: str
 
 
 @dataclass(frozen=True)

@@ -134,6 +134,16 @@ class FlightNetwork:
         """Take note of an action that came into force now."""
         self._note(dataclasses.replace(action, at=self._session.time), by)
 
+    def taken_over(self, same_rows: bool) -> None:
+        """Let clients know of the parameters of the controller that flies from now on.
+
+        Args:
+            same_rows: whether those of the one before were the same, apart from their values.
+        """
+        self._server.tell(self._flight())
+        if self._serves and not same_rows:
+            self.event("the controller has other parameters: connect again to have them listed")
+
     @property
     def done(self) -> list[Action]:
         """What was done since the start, at times of whole steps."""
@@ -171,7 +181,7 @@ class FlightNetwork:
         """Pass on what came of the steps that were flown."""
         script = self._session.script
         for action in script[self._scripted :]:
-            for name, value in action.set.items():
+            for name, value in {**self._gains_after(action), **action.set}.items():
                 self._publish(self._announcer.parameter(action.at, name, value))
         self._scripted = len(script)
         for applied in self._bridge.applied():
@@ -192,7 +202,8 @@ class FlightNetwork:
     def begin(self) -> None:
         """Begin with a new flight: it has a log of its own, if any, and its values of the start."""
         script = self._session.scenario.script
-        changed = {name for action in (*self.done, *script) for name in action.set}
+        actions = (*self.done, *script)
+        changed = {n for each in actions for n in (*each.set, *self._gains_after(each))}
         self._announcer.begin()
         self._log.begin_anew()
         self._scripted = 0
@@ -200,7 +211,8 @@ class FlightNetwork:
         self._broadcast_due = 0.0
         self._requests.broken = ""
         self.event("the flight began anew")
-        for name in sorted(changed):
+        known = {row.name for row in parameter_table(self._session.controller)}
+        for name in sorted(changed & known):
             value = self._session.get(name)
             self._publish(self._announcer.parameter(self._session.time, name, value))
         self._watch_control()
@@ -229,6 +241,14 @@ class FlightNetwork:
             parameters=rows,
             limits=(limits.level, limits.climb, limits.turn),
         )
+
+    def _gains_after(self, action: Action) -> dict[str, float]:
+        """Return the present gains where an action lets a controller take over."""
+        if action.controller is None:
+            return {}
+        return {
+            row.name: self._session.get(row.name) for row in self._session.controller.parameters
+        }
 
     def _give_back(self) -> float:
         if self._bridge.authority.state(0.0).hand is Hand.OPERATOR:

@@ -92,9 +92,9 @@ class LiveView:
                     topics=topics,
                     controller=controller,
                 )
-            case TakenOver(controller, values) if self.scenario:
-                named = controller.name if controller.shipped else str(controller.file)
-                flown = dataclasses.replace(self.scenario, controller=named)
+            case TakenOver(controller, values, named, gains) if self.scenario:
+                config = dataclasses.replace(self.scenario.vehicle, gains=gains)
+                flown = dataclasses.replace(self.scenario, controller=named, vehicle=config)
                 return dataclasses.replace(
                     self, controller=controller, values=values, scenario=flown
                 )

@@ -32,6 +32,7 @@ class BuiltFlight:
     """A scenario's diagram, and what it was built from.
 
     Attributes:
+        scenario: that was built.
         vehicle: as the controller knows it.
         controller: that flies it.
         world: in which it flies.
@@ -39,6 +40,7 @@ class BuiltFlight:
         bench: the diagram.
     """
 
+    scenario: Scenario
     vehicle: Vehicle
     controller: Controller
     world: World
@@ -81,7 +83,7 @@ def build_flight(
         scenario_feedforward(scenario),
     )
     _check_script(scenario, vehicle, payload_of(values))
-    return BuiltFlight(vehicle, controller, world, values, bench)
+    return BuiltFlight(scenario, vehicle, controller, world, values, bench)
 
 
 def _check_script(scenario: Scenario, vehicle: Vehicle, payload: Payload) -> None:

@@ -8,7 +8,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, System
 
 from workbench.common.errors import WorkbenchError, sentences
-from workbench.control.controller import COMMON
+from workbench.control.controller import COMMON, LIMITS
 from workbench.control.flight_mode import initial_state
 from workbench.control.mode import FlightMode
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
@@ -52,8 +52,8 @@ class LiveContext:
             checkpoint: from which the flight goes on, if it does not begin at the start.
 
         Raises:
-            WorkbenchError: if Drake cannot begin, a fault is ordered of what is not there, or the
-                checkpoint is one of another flight.
+            WorkbenchError: if Drake cannot begin, a fault is ordered of what is not there, the
+                checkpoint is one of another flight, or another controller cannot fly on from it.
         """
         self._bench = bench
         self._table = parameter_table(bench.controller)
@@ -72,6 +72,8 @@ class LiveContext:
             write_states(bench, root, self._taken_over(checkpoint))
             bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)
+            if checkpoint.source != bench.controller.digest:  # before anything is published
+                bench.computer.try_update(self._of(bench.computer))
             # what happens at the start did; what is due at the present time is still to come
             begin.suppress_initialization_events = True
         with sentences("the flight could not begin"):
@@ -181,7 +183,7 @@ class LiveContext:
         gains = dict(zip(checkpoint.parameters, before.parameters[GAINS], strict=False))
         known = dict(zip(checkpoint.memory, before.state[-1], strict=False))
         if checkpoint.controller != law.name:  # a gain of another law may have the same name
-            gains = {row.name: gains[row.name] for row in COMMON if row.group == "Limits"}
+            gains = {row.name: gains[row.name] for row in COMMON if row.group == LIMITS}
             known = {}
         own = [
             gains.get(row.name, x)

@@ -18,7 +18,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError, sentences, unknown_name
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import LIMITS, Controller, load_controller
 from workbench.control.mode import FlightMode, Request
 from workbench.diagram.kept_samples import read_samples
 from workbench.diagram.workbench import PICTURE_PERIOD
@@ -89,11 +89,13 @@ class Session:
         self._build = partial(
             build_flight, meshcat=meshcat, bridge=bridge, picture_period=picture_period
         )
-        self._first = self._build(self.scenario, self._settings)
+        # what a reset begins, which flies unless a script's controller took over
+        self._first = self._flown_with = self._build(self.scenario, self._settings)
+        self._owner = self._first.controller  # gain file and settings are for it
+        self._gains = self.scenario.vehicle.gains
         self.vehicle: Vehicle = self._first.vehicle
         self.world: World = self._first.world
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
-        self._use(self._first)
         self.reset()
         obstacles = self._bench.obstacles
         if obstacles and (near := obstacles.nearest(self._live.root)):
@@ -101,8 +103,8 @@ class Session:
 
     def reset(self) -> None:
         """Begin again from the scenario's start, with the values it was built with."""
-        if self._flown_with is not self._first:
-            self._use(self._first)
+        self._use(self._first)
+        self.scenario = self._first.scenario
         self._begin(None)
 
     def checkpoint(self) -> Checkpoint:
@@ -142,7 +144,8 @@ class Session:
     def fly_controller(self, name_or_path: str, *, interpreted: bool = False) -> None:
         """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
 
-        What was recorded stays; sensors begin anew. Simulated time stands meanwhile.
+        What was recorded stays; sensors begin anew. Simulated time stands meanwhile. `scenario`
+        is the present flight's, from its start, until a reset.
 
         Args:
             name_or_path: see `load_controller`; the file is read now.
@@ -154,8 +157,8 @@ class Session:
                 flies goes on then.
         """
         self._take_over(name_or_path, interpreted)
-        self._first = self._flown_with
-        self.scenario = dataclasses.replace(self.scenario, controller=name_or_path)
+        flown = dataclasses.replace(self._flown_with, scenario=self.flown_scenario)
+        self._first = self._flown_with = flown
 
     @property
     def diagram(self) -> Diagram:
@@ -209,6 +212,11 @@ class Session:
         state = self._bench.recorder.now(self._live.root)["mode"]
         mode, seen = FlightMode(int(state[0])), state[1]
         self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
+
+    @property
+    def flown_scenario(self) -> Scenario:
+        """The scenario as it would begin with the controller, and its gain file, that fly now."""
+        return dataclasses.replace(self._flown_with.scenario, script=self._first.scenario.script)
 
     @property
     def interpreted(self) -> bool:
@@ -414,7 +422,7 @@ class Session:
 
     def _begin(self, checkpoint: Checkpoint | None) -> None:
         """Begin at a checkpoint, at the start where there is none."""
-        if self._bridge and not checkpoint:
+        if self._bridge:
             self._bridge.reset()
         self._begin_telemetry()
         self._live = LiveContext(self._bench, self.scenario, self._values, checkpoint)
@@ -425,26 +433,25 @@ class Session:
 
     def _take_over(self, name_or_path: str, interpreted: bool) -> None:
         """Let another controller fly from now on, or the same one in another way."""
-        law, scenario = load_controller(name_or_path), self.scenario
+        law, scenario = load_controller(name_or_path), self._first.scenario
         if law is self.controller:
             self.run_law(interpreted=interpreted)
             return
-        known = {row.name for row in parameter_table(law)}
-        if law.name != self.controller.name:  # a gain file and settings are for another law
-            scenario = dataclasses.replace(
-                scenario, vehicle=dataclasses.replace(scenario.vehicle, gains="")
-            )
-            known -= {row.name for row in self._table.of("controller")}
+        known, gains = {row.name for row in parameter_table(law)}, self._gains
+        if law.name != self._owner.name:
+            own, gains = self._owner.parameters, ""
+            known -= {row.name for row in own if row.group != LIMITS}
         settings = {name: value for name, value in self._settings.items() if name in known}
-        built = self._build(
-            dataclasses.replace(scenario, controller=name_or_path, script=[]), settings
+        scenario = dataclasses.replace(
+            scenario,
+            controller=name_or_path,
+            script=[],
+            vehicle=dataclasses.replace(scenario.vehicle, gains=gains),
         )
+        built = self._build(scenario, settings)
         built.bench.computer.run_law(interpreted=interpreted)
-        now, period = self.checkpoint(), scenario.rates.control_period
-        trial = LiveContext(built.bench, scenario, built.values, now)
         with sentences(f"the controller {law.name} cannot take over"):
-            trial.simulator.AdvanceTo(self.time + 2.0 * period)
-        live = LiveContext(built.bench, scenario, built.values, now)
+            live = LiveContext(built.bench, scenario, built.values, self.checkpoint())
         self._earlier = Earlier(*self._recorded(), self._sample_rows())
         self._use(built)
         self._live = live
@@ -462,7 +469,8 @@ class Session:
         if self._earlier is None:
             return time, signals
         before = self._earlier.signals
-        new = time > self._earlier.time[-1]  # the instant itself is recorded by both
+        # the instant itself may be recorded by both
+        new = time > self._earlier.time[-1:].max(initial=-math.inf)
         return np.concatenate([self._earlier.time, time[new]]), {
             name: np.concatenate([before[name], values[new]]) for name, values in signals.items()
         }

@@ -68,6 +68,7 @@ class Bridge:
         self.scripted: frozenset[int] = frozenset()
         self.authority = Authority(Limits(0.0, 0.0, 0.0))
         self._neutral = True
+        self._last_ns = -1  # when something was published
         self._commands: deque[Command] = deque()
         self._samples: deque[Sampled] = deque(maxlen=MOST_SAMPLES)
         self._applied: list[Applied] = []
@@ -77,6 +78,7 @@ class Bridge:
         """Begin with a new flight: nobody flies, nothing waits."""
         self.authority.begin(0.0, NOBODY_YET)
         self._neutral = True
+        self._last_ns = -1
         for waiting in (self._commands, self._samples, self._applied, self._refused):
             waiting.clear()
 
@@ -99,7 +101,13 @@ class Bridge:
         self._refused.append(Refused(command.peer, command.seq, error.code, str(error)))
 
     def publish(self, sampled: Sampled) -> None:
-        """Pass a sample on at once to who waits for it, and keep it until it is drained."""
+        """Pass a sample on at once to who waits for it, and keep it until it is drained.
+
+        A diagram that takes over publishes the instant at which it begins; it was published before.
+        """
+        if sampled.published.t_ns <= self._last_ns:
+            return
+        self._last_ns = sampled.published.t_ns
         self.at_once(sampled.published)
         self._samples.append(sampled)
 

@@ -50,7 +50,8 @@ def interpreted_update(controller: Controller) -> Callable[..., Any]:
     function = flight_law(controller).packed_update
 
     def run(*args: Any) -> None:
-        with law_errors(controller.file, "update"):
+        # as machine code does: a division by zero is an error, what is not finite goes on
+        with np.errstate(divide="raise", invalid="ignore"):
             function(*args)
 
     return run
@@ -137,6 +138,23 @@ class FlightComputer(LeafSystem):
         self._run: Callable[..., Any] = compiled_update(law)
         if interpreted or not law.compiles:
             self._run = interpreted_update(law)
+
+    def try_update(self, context: Context) -> None:
+        """Run the next update on what comes in now, and forget it.
+
+        Raises:
+            WorkbenchError: if the law raises, or gives what is no finite number.
+        """
+        found = self.AllocateDiscreteVariables()
+        found.SetFrom(context.get_discrete_state())
+        file = self._controller.file
+        self._update(context, found)
+        numbers = [found.value(group) for group in range(found.num_groups())]
+        if not np.isfinite(np.concatenate(numbers)).all():
+            raise WorkbenchError(
+                f"{file}: update returns what is no finite number in this state: mend what it "
+                "divides by, or takes a root of"
+            )
 
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""

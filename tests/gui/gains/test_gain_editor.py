@@ -1,10 +1,13 @@
 """Gains as a transaction, with a flight and an analyst that answer when the test says so."""
 
+from dataclasses import replace
+
 import pytest
 
 from workbench.analysis.questions import FindRanges, Judge
 from workbench.analysis.replies import Judged
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.gui.gains.gain_editor import GainEditor, Mark
 
 NAME = "kp_velocity_x"
@@ -469,3 +472,24 @@ def test_revert_lets_go_of_what_was_refused(rig, qtbot):
     with qtbot.waitSignal(rig.editor.value_refused) as refusal:
         rig.editor.revert()
     assert refusal.args == [NAME, ""]
+
+
+def test_an_edit_of_the_law_keeps_proposals_and_undo_and_a_new_row_is_shown(rig, qtbot, tmp_path):
+    law = load_controller()
+    rig.editor.propose(NAME, 4.0)
+    before = rig.editor.rows
+    same = replace(law, text=law.text + "# edited")
+    rig.editor.take_over(replace(rig.view, controller=same))
+    assert rig.editor.rows is before and rig.editor.proposed[NAME] == 4.0
+    rig.editor.undo()
+    assert rig.editor.proposed[NAME] != 4.0
+
+    rig.editor.propose(NAME, 4.0)
+    row = replace(law.parameters[0], name="k_new", help="of no use")
+    other = replace(same, parameters=(row, *law.parameters))
+    values = {**rig.view.values, NAME: 4.0, "k_new": 0.5}
+    with qtbot.waitSignal(rig.editor.begun):
+        rig.editor.take_over(replace(rig.view, controller=other, values=values))
+    assert "k_new" in [row.name for row in rig.editor.rows]
+    assert (rig.editor.proposed["k_new"], rig.editor.flown[NAME]) == (0.5, 4.0)
+    assert not rig.editor.next_undo

@@ -4,10 +4,12 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from workbench.link.address import host_of
 from workbench.link.backplane import (
     Disconnect,
+    Flight,
     Gone,
     Published,
     Refused,
@@ -190,6 +192,8 @@ class Hub:
                         self._tell_control(session)
                 case Disconnect(number, reason) if number in self._sessions:
                     self._sessions[number].end(ErrorCode.DISCONNECTED, reason)
+                case Flight():  # another controller flies
+                    self.policy = replace(self.policy, flight=record)
                 case Stop.STOP:
                     self.stopped.set()
         now = self._clock()
