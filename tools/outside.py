@@ -493,7 +493,13 @@ def _log(path: Path) -> dict[str, Any]:
         return {
             "profile": header.profile,
             "topics": topics,
-            "metadata": {each.name: each.metadata for each in reader.iter_metadata()},
+            "metadata": {
+                each.name: {
+                    name: value.replace(str(ROOT), "PROJECT")
+                    for name, value in each.metadata.items()
+                }
+                for each in reader.iter_metadata()
+            },
             "attachments": {
                 each.name: {"media_type": each.media_type, "size": len(each.data)}
                 for each in reader.iter_attachments()

@@ -66,21 +66,16 @@ def run(part, inputs, dt):
         LEAD,
         control.tf([1.0, 2.0, 900.0], [1.0, 30.0, 900.0]),
         control.rss(4, 1, 1, strictly_proper=False),
-        control.ss([], [], [], 3.0),
     ],
-    ids=["lead", "notch", "random", "gain"],
+    ids=["lead", "notch", "random"],
 )
 def test_it_answers_as_python_control_says(system, method):
     inputs = np.random.default_rng(1).normal(size=200)
     if method == "foh" and not isinstance(system, control.TransferFunction):
         system = control.ss2tf(system)
     part = compensator("c", system, method)
-    sampled = control.sample_system(control.ss(system), DT, method) if len(part.memory) else system
-    expected = (
-        control.forced_response(sampled, inputs=inputs).outputs
-        if len(part.memory)
-        else 3.0 * inputs
-    )
+    sampled = control.sample_system(control.ss(system), DT, method)
+    expected = control.forced_response(sampled, inputs=inputs).outputs
     np.testing.assert_allclose(run(part, inputs, DT), expected, rtol=0, atol=1e-9)
 
 
@@ -94,7 +89,7 @@ def test_compiled_code_runs_it():
 
 def test_in_a_law_it_multiplies_the_open_loop(tmp_path):
     """L with the compensator = its frequency response times L without, at any frequency."""
-    none = law_with(tmp_path, "with_none", "control.ss([], [], [], 1.0)")
+    none = law_with(tmp_path, "with_none", "control.tf([1.0, 5.0], [1.0, 5.0])")
     lead = law_with(tmp_path, "with_lead", "control.tf([0.12, 1.0], [0.01, 1.0])")
     w = np.logspace(0, 2, 30)
     found = [
@@ -128,6 +123,7 @@ def test_what_is_none_is_refused_with_what_to_do(case):
         (control.rss(2, 2, 1), "tustin", "has 1 inputs and 2 outputs"),
         (control.rss(20, 1, 1), "tustin", "has 20 states: reduce it to 12"),
         (LEAD, "exact", "take one of tustin, zoh"),
+        (control.tf([2.0], [1.0]), "tustin", "has no states: multiply by its gain"),
         (sampled, "tustin", "is sampled at 0.01 s, and the law at 0.0078125 s"),
     ):
         with case(said), pytest.raises(WorkbenchError, match=said):

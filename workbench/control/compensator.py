@@ -61,6 +61,9 @@ def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
     is_ratio = isinstance(system, control.TransferFunction)
     if is_ratio and len(system.num[0][0]) > len(system.den[0][0]):
         raise WorkbenchError(f"{where} has more zeros than poles: add a fast pole to it")
+    order = len(system.den[0][0]) - 1 if is_ratio else system.nstates
+    if order == 0:
+        raise WorkbenchError(f"{where} has no states: multiply by its gain in place of it")
     states = control.ss(system)
     n = states.nstates
     if n > MOST:
