@@ -5,6 +5,7 @@ import dataclasses
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
@@ -191,6 +192,29 @@ def test_who_waits_for_an_answer_hears_that_the_thread_has_ended(server):
     server.usual = never
     with pytest.raises(WorkbenchError, match="thread has ended"), client:
         client.parameters()
+
+
+def test_a_loop_that_is_closed_is_a_sentence_before_its_thread_has_ended(monkeypatch, server):
+    run, told = asyncio.run, threading.Event()
+
+    def run_and_wait(work):
+        try:
+            run(work)
+        finally:
+            told.wait(20.0)
+
+    monkeypatch.setattr(asyncio, "run", run_and_wait)
+    client = Client(server.address)
+    client.__enter__()
+    loop = client.loop._loop.result()
+    client.loop.post(break_loop)
+    while not loop.is_closed():
+        time.sleep(0.001)
+    for use in (client.ping, lambda: client.loop.post(break_loop)):
+        with pytest.raises(WorkbenchError, match="thread has ended"):
+            use()
+    told.set()
+    client.loop.stop()
 
 
 def test_the_room_is_cheap_to_import():

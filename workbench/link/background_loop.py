@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import threading
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Any, TypeVar
 
@@ -60,7 +60,8 @@ class BackgroundLoop:
             WorkbenchError: if the thread does not run.
         """
         try:
-            future = asyncio.run_coroutine_threadsafe(work, self._running())
+            with self._running() as loop:
+                future = asyncio.run_coroutine_threadsafe(work, loop)
         except BaseException:
             work.close()
             raise
@@ -80,14 +81,18 @@ class BackgroundLoop:
         Raises:
             WorkbenchError: if the thread does not run.
         """
-        self._running().call_soon_threadsafe(act)
+        with self._running() as loop:
+            loop.call_soon_threadsafe(act)
 
-    def _running(self) -> asyncio.AbstractEventLoop:
+    @contextlib.contextmanager
+    def _running(self) -> Iterator[asyncio.AbstractEventLoop]:
+        """Give the loop to schedule something in."""
         if not self._loop.done() or self._stopping.is_set():
             raise WorkbenchError(NOT_OPEN)
-        if self._ended.done():
-            raise WorkbenchError(ENDED)
-        return self._loop.result()
+        try:
+            yield self._loop.result()
+        except RuntimeError as error:  # asyncio's word for a loop that is closed
+            raise WorkbenchError(ENDED) from error
 
     def _wait(self, future: Future[Any]) -> None:
         """Wait for something that comes of the thread, as long as there is one."""
