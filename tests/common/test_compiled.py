@@ -73,6 +73,17 @@ def test_a_second_time_the_code_comes_from_disk_without_a_word(double_up, cache,
     assert not caplog.records
 
 
+def test_code_that_was_never_whole_is_not_made(double_up, cache):
+    fast = compiled.compile_cached(double_up, SOURCES, WHAT)
+    assert not fast.is_made
+    fast(1.5)
+    (code,) = cache.rglob("*.nbc")
+    again = compiled.compile_cached(double_up, SOURCES, WHAT)
+    assert again.is_made
+    code.unlink()
+    assert any(cache.rglob("*.nbi")) and not again.is_made
+
+
 def test_code_compiled_otherwise_is_not_used(double_up, cache):
     compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
     assert compiled.compile_cached(double_up, SOURCES, WHAT, fastmath={"contract"})(1.5) == 4.0

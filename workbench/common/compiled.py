@@ -113,7 +113,8 @@ class Compiled:
         if self._ready:
             return True
         try:
-            return any(self._folder().rglob("*.nbi"))
+            # numba writes its index first: one without code is of a process that was killed
+            return any(self._folder().rglob("*.nbc"))
         except (WorkbenchError, OSError):
             return False
 
