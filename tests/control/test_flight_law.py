@@ -39,6 +39,7 @@ def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
     flight_law(LAW).commands(
         state,
         acceleration,
+        1.0,
         Setpoint(reference, guide, STRAIGHT),
         gains,
         LAW.initial_memory,
@@ -134,6 +135,7 @@ def updated(signals, gains, constants, filtered, shares=WHOLE) -> tuple[np.ndarr
     found = np.zeros(4)
     after, _ = flight_law(LAW).update(
         state,
+        1.0,
         Setpoint(reference, guide, STRAIGHT),
         gains,
         shares,
@@ -180,6 +182,7 @@ def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals
     found = np.zeros(4)
     flight_law(LAW).packed_update(
         state,
+        np.ones(1),
         reference,
         guide,
         np.array(STRAIGHT),

@@ -7,8 +7,16 @@ import pytest
 import yaml
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.gains import profiles
-from workbench.gains.profiles import MOST_SAVES, GainFile, gains_at, load_gains, save_gains
+from workbench.gains.profiles import (
+    MOST_SAVES,
+    GainFile,
+    flown_by,
+    gains_at,
+    load_gains,
+    save_gains,
+)
 from workbench.scenario.parameters import defaults, parameter_table
 
 ISO = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ"
@@ -226,3 +234,65 @@ def test_a_history_of_what_is_no_longer_a_parameter_can_be_read_but_not_restored
 def test_all_defaults_can_be_saved(path):
     save_gains(path, GainFile("", "", defaults()))
     assert load_gains(path).gains == defaults()
+
+
+SCHEDULED = """\
+vehicle: x
+controller: pd@speed=0,4
+gains:
+  kp_roll: 200.0, 150.0 1/s^2
+  kp_pitch: 180.0 1/s^2
+  kp_velocity_x: [4.0, 3.0]
+  kp_yaw_rate_at_4: 5.0
+  max_tilt: 0.5 rad
+"""
+
+
+def test_a_file_may_hold_sets_of_gains(path):
+    path.write_text(SCHEDULED, encoding="utf-8")
+    found = load_gains(path)
+    assert found.controller == "pd@speed=0,4"
+    assert found.gains == {
+        "kp_roll_at_0": 200.0,
+        "kp_roll_at_4": 150.0,
+        "kp_pitch_at_0": 180.0,
+        "kp_pitch_at_4": 180.0,
+        "kp_velocity_x_at_0": 4.0,
+        "kp_velocity_x_at_4": 3.0,
+        "kp_yaw_rate_at_4": 5.0,
+        "max_tilt": 0.5,
+    }
+    gains = {**found.gains, "kp_roll_at_4": 1.0 / 0.007}
+    saved = save_gains(path, GainFile("x", "tuned", gains, controller=found.controller))
+    assert saved.gains["kp_roll_at_4"] == load_gains(path).gains["kp_roll_at_4"] == 1.0 / 0.007
+    text = path.read_text(encoding="utf-8")
+    assert yaml.safe_load(text)["gains"]["kp_pitch"] == "180.0, 180.0 1/s^2"
+    assert "kp_yaw_rate_at_4" in text
+    assert states(load_gains(path))[0]["kp_roll_at_4"] == 150.0
+
+
+def test_sets_that_are_wrong_are_named_with_their_line(path, case):
+    for old, new, said in (
+        ("200.0, 150.0", "200.0, 150.0, 100.0", "gains.yaml:4: there are 3 values: give one, or 2"),
+        ("200.0, 150.0 1/s^2", "200.0, soon", "gains.yaml:4: kp_roll_at_4 is .*soon"),
+        ("0.5 rad", "0.5, 0.6 rad", "gains.yaml:8: max_tilt is .*give it a number"),
+        ("pd@speed=0,4", "pd@speed=4,0", "the schedule @speed=4,0 is none"),
+        ("_at_4", "_at_5", "gains.yaml:7: unknown parameter 'kp_yaw_rate_at_5'"),
+    ):
+        path.write_text(SCHEDULED.replace(old, new), encoding="utf-8")
+        with case(new), pytest.raises(WorkbenchError, match=said):
+            load_gains(path)
+
+
+def test_who_flies_follows_the_schedule_of_a_file(path):
+    """And gains without a schedule are those of all sets."""
+    path.write_text(SCHEDULED, encoding="utf-8")
+    assert flown_by("pd", str(path)) == "pd@speed=0,4"
+    assert flown_by("pd@speed=0,4", str(path)) == "pd@speed=0,4"
+    assert flown_by("lqi", str(path)) == "lqi"
+    with pytest.raises(WorkbenchError, match="of the controller pd@speed=0,4, and pd flies"):
+        load_gains(path, load_controller("pd"))
+    path.write_text("gains:\n  kp_roll: 200.0\n", encoding="utf-8")
+    assert flown_by("pd", str(path)) == "pd"
+    found = load_gains(path, load_controller("pd@height=0,4"))
+    assert found.gains == {"kp_roll_at_0": 200.0, "kp_roll_at_4": 200.0}

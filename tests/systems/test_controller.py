@@ -35,6 +35,7 @@ def pure(vehicle, signals, gains) -> list[float]:
     flight_law(LAW).commands(
         state,
         acceleration,
+        1.0,
         Setpoint(reference, guidance, [0.0] * 3),
         gains,
         LAW.initial_memory,

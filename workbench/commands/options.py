@@ -226,6 +226,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     """
     from workbench.common.resources import find_file, find_model, find_world
     from workbench.control.controller import load_controller
+    from workbench.gains.profiles import flown_by
     from workbench.scenario.parameters import parameter_table
     from workbench.scenario.scenario import VehicleConfig
 
@@ -240,7 +241,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     variation.check()
     scenario.vehicle.variation = variation
     scenario.world = args.world or scenario.world
-    scenario.controller = args.controller or scenario.controller
+    scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
     law = load_controller(scenario.controller)
     parameter_table(law).checked(dict(args.set))
     # a name that is wrong is refused here, before a second is spent on loading Drake

@@ -46,7 +46,7 @@ def compile_cached(
             `workbench/`; a change there compiles anew.
         what: it computes, for people.
         parts: about how many functions are compiled for it, for the progress that is told.
-        text: of a source that stands elsewhere, as a user's own.
+        text: what tells a source that stands elsewhere, as a user's own, from any other.
         file: where that stands, for the sentence about what cannot be compiled.
         options: of `numba.njit`, such as `nogil=True`, which lets other Python threads run
             meanwhile: worth it where a call takes long.

@@ -24,9 +24,9 @@ import sys
 import traceback
 import types
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from numbers import Real
 from pathlib import Path
@@ -37,6 +37,7 @@ from workbench.common.jitable import register_jitable
 from workbench.common.resources import controllers_dir
 from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
 from workbench.control.parameter import Parameter
+from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.plant.gravity import GRAVITY
 
 DEFAULT = "pd"
@@ -144,7 +145,7 @@ class Controller:
     """A control law with all that tools need to know of it.
 
     Attributes:
-        name: a shipped one's, or the stem of its file.
+        name: a shipped one's, or the stem of its file; and behind an @ the label of its schedule.
         file: where it stands.
         text: of the file.
         parameters: its own rows of the parameter table, and behind them those of `COMMON`.
@@ -157,6 +158,7 @@ class Controller:
         design: makes them.
         compiles: whether there can be machine code of it; a system of Drake's has none.
         derivatives: how linear models take it: "AutoDiff", or "differences".
+        schedule: of its gains, if they are scheduled.
     """
 
     name: str
@@ -172,6 +174,7 @@ class Controller:
     design: Callable[..., Sequence[float]] | None = field(repr=False)
     compiles: bool = True
     derivatives: str = "AutoDiff"
+    schedule: Schedule | None = field(default=None, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Let another process have the same text, whether or not it has the file."""
@@ -180,17 +183,36 @@ class Controller:
     @property
     def shipped(self) -> bool:
         """Whether it is one of the workbench's own."""
-        return self.name in SHIPPED and self.file == _shipped_file(self.name)
+        return self.unscheduled in SHIPPED and self.file == _shipped_file(self.unscheduled)
+
+    @property
+    def reference(self) -> str:
+        """What `load_controller` reads it by, as its file stands now."""
+        label = f"@{self.schedule.label}" if self.schedule else ""
+        return self.name if self.shipped else f"{self.file}{label}"
+
+    @property
+    def unscheduled(self) -> str:
+        """The name without a schedule."""
+        return split_label(self.name)[0]
 
     @property
     def digest(self) -> str:
-        """What tells its text from any other (SHA-256)."""
-        return hashlib.sha256(self.text.encode()).hexdigest()
+        """What tells its text, and its schedule, from any other (SHA-256)."""
+        label = f"@{self.schedule.label}" if self.schedule else ""
+        return hashlib.sha256((self.text + label).encode()).hexdigest()
 
     @property
     def key(self) -> str:
         """Name and beginning of the digest, for machine code; see `jitable.unique`."""
-        return f"{self.name}_{self.digest[:12]}"
+        return f"{self.unscheduled}_{self.digest[:12]}"
+
+    def gain_of(self, name: str) -> str:
+        """Return the gain that a parameter is a set of; the name itself where it is of none."""
+        number = self.schedule.number_of(name) if self.schedule else None
+        if self.schedule is None or number is None:
+            return name
+        return name.removesuffix(self.schedule.suffixes[number])
 
     @property
     def point_names(self) -> tuple[str, ...]:
@@ -258,12 +280,15 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
 
     Args:
         name_or_path: `pd` or another of `SHIPPED`; the path of a file that ends in .py; or the
-            name of an importable module, with a dot in it.
+            name of an importable module, with a dot in it. Behind each may stand a schedule of its
+            gains, as `pd@speed=0,4,8`, see `control.schedule`.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
     """
-    name = str(name_or_path)
+    name, label = split_label(str(name_or_path))
+    if label:
+        return scheduled(load_controller(name), label)
     if name in SHIPPED:
         return _shipped(name)
     if name.endswith(".py"):
@@ -282,6 +307,11 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
             raise WorkbenchError(f"controller {name}: no such module is installed")
         return load_controller(found.origin)
     raise unknown_name("controller", name, SHIPPED)
+
+
+def is_shipped(name: str) -> bool:
+    """Return whether a name is that of a shipped controller, scheduled or not."""
+    return split_label(name)[0] in SHIPPED
 
 
 def find_loop(name: str, controller: Controller | None = None) -> Loop:
@@ -318,9 +348,75 @@ def unpickled(name: str, file: str, text: str) -> Controller:
     Raises:
         WorkbenchError: naming file and line of what is wrong.
     """
+    name, label = split_label(name)
+    if label:
+        return scheduled(unpickled(name, file, text), label)
     if name in SHIPPED and Path(file).parent.name == "controllers" and text == _shipped(name).text:
         return _shipped(name)
     return _from_text(name, Path(file), text)
+
+
+@lru_cache(maxsize=32)
+def scheduled(controller: Controller, label: str) -> Controller:
+    """Return a controller with sets of its gains over a quantity; limits stay as they are.
+
+    Raises:
+        WorkbenchError: if the label is no schedule's, or the law's gains cannot change in flight.
+    """
+    schedule = parse_schedule(label)
+    if not controller.compiles:
+        raise WorkbenchError(
+            f"{controller.file}: is made for its gains once, so they cannot be scheduled: let the "
+            "system itself hear what they depend on"
+        )
+    common = [row.name for row in COMMON]
+    own = [row for row in controller.parameters if row.name not in common]
+    rows = [
+        replace(row, name=name, help=f"{row.help}, {schedule.where(number)}")
+        for row in own
+        for number, name in enumerate(schedule.names(row.name))
+    ]
+    fields = [row.name for row in own]
+
+    def all_sets(names: Iterable[str]) -> tuple[str, ...]:
+        """Return names of parameters, each in all of its sets."""
+        return tuple(
+            each for name in names for each in (schedule.names(name) if name in fields else (name,))
+        )
+
+    def rule(vehicle: Any) -> dict[str, float]:
+        values = controller.rule(vehicle) if controller.rule else {}
+        return {each: value for name, value in values.items() for each in all_sets([name])}
+
+    def design(vehicle: Any, g: Any, dt: float) -> list[float]:
+        sets = [
+            controller.design_with(
+                [getattr(g, name + suffix) for name in fields]
+                + [getattr(g, name) for name in common],
+                vehicle,
+                dt,
+            )
+            for suffix in schedule.suffixes
+        ]
+        return [x for designed in zip(*sets, strict=True) for x in designed]
+
+    made = replace(
+        controller,
+        name=f"{controller.name}@{schedule.label}",
+        parameters=(*rows, *(row for row in controller.parameters if row.name in common)),
+        loops=tuple(replace(loop, gains=all_sets(loop.gains)) for loop in controller.loops),
+        rule=rule if controller.rule else None,
+        designed=tuple(each for name in controller.designed for each in schedule.names(name)),
+        design=design if controller.design else None,
+        schedule=schedule,
+    )
+    gains = record(
+        f"Gains_{controller.key}",
+        [*(row.name for row in controller.parameters), *controller.designed],
+    )
+    law = schedule.update(controller.update, gains, [*fields, *controller.designed], made.key)
+    _once(controller.file, "parameter", [*(row.name for row in made.parameters), *made.designed])
+    return replace(made, update=law)
 
 
 @lru_cache(maxsize=32)

@@ -31,7 +31,7 @@ Signal = Any
 
 SOURCES = ("control", "dynamics", "plant/gravity.py")
 """What the compiled update stands in, below `workbench/`, besides its controller."""
-BODY, ROTOR = 19, 12
+BODY, ROTOR = 20, 12
 """Numbers that the law knows of the body, and of each rotor, see `packed`."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
@@ -45,7 +45,8 @@ class LawConstants(NamedTuple):
     `plant.drag.DragRates`; allocation from a wrench to thrusts and effects of thrusts on the
     wrench, n rows of 4 each; idle and largest thrusts [N], motor constants [N·s²] and halves of
     the rotors' `linear_speed` [rad/s], n each; by how much spin-up torque leads drag torque in
-    yaw [s]; and the time constant of the slowest rotor at hover [s].
+    yaw [s]; the time constant of the slowest rotor at hover [s]; and the known mass of the payload,
+    which is in the mass [kg].
     Inertia, allocation and effects are for T, see `plant.thrust_frame`.
     """
 
@@ -62,6 +63,7 @@ class LawConstants(NamedTuple):
     half_linear_speeds: Any
     spin_up_time: float
     rotor_lag: float
+    payload: float
 
 
 def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstants:
@@ -96,6 +98,7 @@ def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstan
         half_linear_speeds=[0.5 * rotor.linear_speed for rotor in vehicle.rotors],
         spin_up_time=frame.spin_up_time,
         rotor_lag=vehicle.rotor_lag,
+        payload=payload.known_payload_mass,
     )
 
 
@@ -108,11 +111,12 @@ def known_body(constants: LawConstants) -> Body:
         constants.drag[2],
         constants.rotor_lag,
         constants.spin_up_time,
+        constants.payload,
     )
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (19) of the body and (n, 12) of the rotors."""
+    """Return constants as two arrays, (20) of the body and (n, 12) of the rotors."""
     columns = (
         constants.idle_thrusts,
         constants.max_thrusts,
@@ -120,8 +124,8 @@ def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
         constants.half_linear_speeds,
     )
     place = (*constants.q_BT, *constants.p_BoBcm_B)
-    times = (constants.spin_up_time, constants.rotor_lag)
-    body = np.array([constants.mass, *constants.inertia, *place, *constants.drag, *times])
+    rest = (constants.spin_up_time, constants.rotor_lag, constants.payload)
+    body = np.array([constants.mass, *constants.inertia, *place, *constants.drag, *rest])
     rotors = np.column_stack([constants.allocation, constants.effects, *columns])
     return body, rotors
 
@@ -143,6 +147,7 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
         rotors[:, 11],
         body[17],
         body[18],
+        body[19],
     )
 
 
@@ -270,13 +275,14 @@ def flight_law(controller: Controller) -> FlightLaw:
 
     @register_jitable(forceinline=True)
     def wrench(  # type: ignore[no-untyped-def]
-        state, acceleration, setpoint, g, memory, commanded, dt, constants, loops
+        state, acceleration, voltage, setpoint, g, memory, commanded, dt, constants, loops
     ):
         """Return the wrench (4) that the law asks of a vehicle whose rotors lift, and its memory.
 
         Args:
             state: of the plant (13): q_WB, p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
             acceleration: estimate in W (3) [m/s²].
+            voltage: of the battery, see `guidance.Measured`.
             setpoint: see `guidance.Setpoint`.
             g: gains by name.
             memory: by name.
@@ -289,7 +295,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
         drag = still_air_drag(q_WT, v_WBcm, constants.drag)
         p_WB, w_WB = (state[4], state[5], state[6]), (state[7], state[8], state[9])
-        measured = Measured(p_WB, v_WBcm, acceleration, q_WT, w_WB, drag, commanded)
+        measured = Measured(p_WB, v_WBcm, acceleration, q_WT, w_WB, drag, commanded, voltage)
         wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
         return wanted, plain_memory(after)
 
@@ -297,6 +303,7 @@ def flight_law(controller: Controller) -> FlightLaw:
     def commands(  # type: ignore[no-untyped-def]
         state,
         acceleration,
+        voltage,
         setpoint,
         g,
         memory,
@@ -318,7 +325,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         wanted, after = (0.0, 0.0, 0.0, 0.0), initial
         if guidance[LIFT] > 0.0:
             wanted, after = wrench(
-                state, acceleration, setpoint, g, memory, commanded, dt, constants, loops
+                state, acceleration, voltage, setpoint, g, memory, commanded, dt, constants, loops
             )
         force, m_x, m_y, m_z = wanted
         m_z = m_z + kept * (commanded[3] - m_z)
@@ -330,6 +337,7 @@ def flight_law(controller: Controller) -> FlightLaw:
     @register_jitable
     def update(  # type: ignore[no-untyped-def]
         state,
+        voltage,
         setpoint,
         gains,
         shares,
@@ -344,6 +352,7 @@ def flight_law(controller: Controller) -> FlightLaw:
 
         Args:
             state: of the plant (13), as measured.
+            voltage: of the battery, see `guidance.Measured`.
             setpoint: see `guidance.Setpoint`.
             gains: in the controller's order.
             shares: see `allocate`.
@@ -366,6 +375,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         _, remembered = commands(
             state,
             acceleration,
+            voltage,
             setpoint,
             g,
             read_memory(memory),
@@ -381,6 +391,7 @@ def flight_law(controller: Controller) -> FlightLaw:
 
     def packed_update(  # type: ignore[no-untyped-def]
         state,
+        voltage,
         reference,
         guidance,
         a_WBcm,
@@ -404,6 +415,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         loops[: 2 * points] = probes
         after, remembered = update(
             state,
+            voltage[0],
             Setpoint(reference, guidance, (a_WBcm[0], a_WBcm[1], a_WBcm[2])),
             gains,
             shares,

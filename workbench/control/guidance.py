@@ -74,9 +74,10 @@ class Measured(NamedTuple):
 
     Position p_WB [m]; velocity v_WBcm of the centre of mass and its acceleration a_WBcm, estimated,
     in W [m/s, m/s²]; attitude q_WT, a quaternion w, x, y, z of any length but zero; angular
-    velocity w_WB in W [rad/s]; what drag of still air takes, over mass, in W [m/s²]; and the
-    wrench, force along z of T [N] and moment in T [N·m], that the speeds commanded before make
-    once the rotors have reached them.
+    velocity w_WB in W [rad/s]; what drag of still air takes, over mass, in W [m/s²]; the wrench,
+    force along z of T [N] and moment in T [N·m], that the speeds commanded before make once the
+    rotors have reached them; and the battery's voltage under load over that of the full battery
+    without load, 1 where no battery is stated.
     """
 
     p_WB: Vector
@@ -86,14 +87,15 @@ class Measured(NamedTuple):
     w_WB: Vector
     drag: Vector
     wrench: Vector
+    voltage: Scalar = 1.0
 
 
 class Body(NamedTuple):
     """What a law knows of the body: mass [kg], inertia xx, xy, xz, yy, yz, zz [kg·m²], in T.
 
     And what drag takes of the turn about z, as an angular acceleration over its rate [1/s], the
-    time constant of the slowest rotor at hover [s], and by how much spin-up torque leads drag
-    torque in yaw [s].
+    time constant of the slowest rotor at hover [s], by how much spin-up torque leads drag torque in
+    yaw [s], and the mass of the payload that is known, which is in the mass [kg].
     """
 
     mass: float
@@ -101,6 +103,7 @@ class Body(NamedTuple):
     yaw_drag: float
     rotor_lag: float
     spin_up_time: float
+    payload: float = 0.0
 
 
 class Setpoint(NamedTuple):

@@ -172,6 +172,9 @@ def add_computer(
         commands = _delayed(builder, COMMAND_DELAY, commands, rates.physics_step, delays.command)
     builder.Connect(state, computer.GetInputPort("state"))
     builder.Connect(commands, airframe.commands)
+    if airframe.dynamics.HasOutputPort("voltage"):
+        voltage = airframe.dynamics.GetOutputPort("voltage")
+        builder.Connect(voltage, computer.GetInputPort("voltage"))
     return computer
 
 

@@ -134,7 +134,8 @@ def choose_gains(
     ]
     beside = vehicle.source.parent / "gains.yaml"
     # those are of one controller; another one begins with its rule
-    if beside.is_file() and owner_of(beside) == table.controller.name:
+    law = table.controller
+    if beside.is_file() and owner_of(beside) in (law.name, law.unscheduled):
         layers.append((str(beside), load_gains(beside, table.controller).gains))
     if gains:
         layers.append((gains, load_gains(find_file(gains), table.controller).gains))

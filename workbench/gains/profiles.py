@@ -1,7 +1,7 @@
 """Gain files: the values of live parameters that belong to a vehicle, as YAML with a history."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,8 +11,10 @@ import yaml
 
 from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.resources import find_file
 from workbench.common.yaml_files import read_yaml
-from workbench.control.controller import DEFAULT, SHIPPED, Controller, load_controller
+from workbench.control.controller import DEFAULT, Controller, is_shipped, load_controller
+from workbench.control.schedule import split_label
 from workbench.gains.history import Save, next_save, read_history, values_at, write_history
 from workbench.scenario.parameters import Parameter, ParameterTable, parameter_table
 
@@ -50,6 +52,23 @@ def owner_of(path: Path) -> str:
     return str(read_yaml(path).data.get("controller") or DEFAULT)
 
 
+def flown_by(controller: str, gains: str) -> str:
+    """Return a controller with the schedule of a gain file that has sets of its gains.
+
+    Args:
+        controller: as `load_controller` reads it.
+        gains: a gain file's path, or "" for none.
+
+    Raises:
+        WorkbenchError: if one of them cannot be read.
+    """
+    if not gains:
+        return controller
+    owner, label = split_label(owner_of(find_file(gains)))
+    law = load_controller(controller)
+    return f"{controller}@{label}" if label and law.name == owner else controller
+
+
 def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
     """Read and check a gain file.
 
@@ -66,13 +85,13 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
             raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
     owner = str(file.data.get("controller") or DEFAULT)
     if controller is None:
-        if owner not in SHIPPED:
+        if not is_shipped(owner):
             raise WorkbenchError(
                 f"{file.where('controller')}the gains are of the controller {owner}: name its "
                 "file, as --controller"
             )
         controller = load_controller(owner)
-    elif owner != controller.name:
+    elif owner not in (controller.name, controller.unscheduled):
         raise WorkbenchError(
             f"{file.where('controller')}the gains are of the controller {owner}, and "
             f"{controller.name} flies: give it gains of its own, or let {owner} fly (--controller)"
@@ -85,8 +104,9 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
     values = {}
     for name, value in gains.items():
         where = file.where("gains", str(name))
-        row = parameter_table(controller).find(str(name), where)
-        values[row.name] = row.check(_without_unit(row, value, where), where)
+        rows = parameter_table(controller).sets(str(name), where)
+        for row, one in zip(rows, _of_sets(rows, value, where), strict=True):
+            values[row.name] = row.check(_without_unit(row, one, where), where)
     return GainFile(
         vehicle=str(file.data.get("vehicle") or ""),
         origin=str(file.data.get("origin") or ""),
@@ -160,6 +180,20 @@ def gains_at(gains: GainFile, index: int, controller: Controller | None = None) 
     return GainFile(gains.vehicle, origin, table.checked(values), controller=gains.controller)
 
 
+def _of_sets(rows: Sequence[Parameter], value: Any, where: str) -> Sequence[Any]:
+    """Return the values of a gain in each of its sets: one for all, or as many as there are."""
+    found = value.split(",") if isinstance(value, str) else value
+    if len(rows) == 1 or not isinstance(found, list):
+        return [value] * len(rows)
+    if len(found) == 1:
+        return found * len(rows)
+    if len(found) != len(rows):
+        raise WorkbenchError(
+            f"{where}there are {len(found)} values: give one, or {len(rows)}, one for each set"
+        )
+    return found
+
+
 def _without_unit(row: Parameter, value: Any, where: str) -> Any:
     """Return the number of a value that may have its unit behind it."""
     if not isinstance(value, str):
@@ -192,7 +226,7 @@ def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
         "vehicle": gains.vehicle,
         **whose,
         "origin": gains.origin,
-        "gains": {name: _with_unit(table.find(name), x) for name, x in gains.gains.items()},
+        "gains": _written(gains.gains, table),
     }
     style: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": 100}
     text: str = yaml.safe_dump(head, default_flow_style=False, **style)
@@ -200,6 +234,24 @@ def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
         history = {"history": write_history(gains.history)}
         text += yaml.safe_dump(history, default_flow_style=None, **style)
     return text
+
+
+def _written(gains: Mapping[str, float], table: ParameterTable) -> dict[str, float | str]:
+    """Return values as they are written: those of all sets of a scheduled gain in one line."""
+    found, schedule = {}, table.controller.schedule
+    for name, value in gains.items():
+        number = schedule.number_of(name) if schedule else None
+        if schedule is None or number is None:
+            found[name] = _with_unit(table.find(name), value)
+            continue
+        gain = table.controller.gain_of(name)
+        sets = [gains[each] for each in schedule.names(gain) if each in gains]
+        if len(sets) < len(schedule.values):
+            found[name] = _with_unit(table.find(name), value)
+        else:
+            first = ", ".join(repr(each) for each in sets[:-1])
+            found[gain] = f"{first}, {_with_unit(table.find(name), sets[-1])}"
+    return found
 
 
 def _with_unit(row: Parameter, value: float) -> float | str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from workbench.common.resources import find_file, find_model, find_scenario, find_world
 from workbench.control.controller import load_controller
+from workbench.gains.profiles import flown_by
 from workbench.scenario.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
 
 
@@ -72,6 +73,7 @@ class Choice:
             scenario.vehicle.gains = self.gains
         if self.sensors is not None:
             scenario.sensors = dataclasses.replace(scenario.sensors, use=list(self.sensors))
+        scenario.controller = flown_by(scenario.controller, scenario.vehicle.gains)
         scenario.world = self.world or scenario.world
         check_scenario(scenario)
         return scenario

@@ -251,7 +251,7 @@ class Flying:
             return
         try:
             with sentences("it cannot take over"):
-                self._take_over(str(law.file))
+                self._take_over(law.reference)
         except WorkbenchError as error:
             self._tell(f"{error}; {law.name} flies on as it was", WARNING)
 

@@ -9,6 +9,7 @@ import yaml
 
 from workbench.common.resources import list_models, list_worlds
 from workbench.control.controller import DEFAULT, SHIPPED, Controller
+from workbench.control.schedule import split_label
 from workbench.gateways.ros_messages.conversion import Channel
 from workbench.scenario.scenario import Scenario
 
@@ -36,7 +37,8 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 def law_name(law: Controller) -> str:
     """Return the name of the attachment with a law's text, which its action has, too."""
-    return f"{LAWS}{law.digest[:12]}/{law.name}.py"
+    label = f"@{law.schedule.label}" if law.schedule else ""
+    return f"{LAWS}{law.digest[:12]}/{law.unscheduled}.py{label}"
 
 
 def scenario_text(scenario: Scenario) -> str:
@@ -47,7 +49,7 @@ def scenario_text(scenario: Scenario) -> str:
     rooted = replace(
         scenario,
         world=_from_root(scenario.world, list_worlds()),
-        controller=_from_root(scenario.controller, list(SHIPPED)),
+        controller=_controller_from_root(scenario.controller),
         vehicle=replace(
             vehicle,
             model=_from_root(vehicle.model, list_models()),
@@ -99,3 +101,8 @@ def _from_root(name: str, shipped: list[str]) -> str:
     if not name or name in shipped or not Path(name).expanduser().exists():
         return name
     return str(Path(name).expanduser().resolve())
+
+
+def _controller_from_root(name: str) -> str:
+    file, label = split_label(name)
+    return _from_root(file, list(SHIPPED)) + (f"@{label}" if label else "")

@@ -9,7 +9,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import SHIPPED, Controller, load_controller
+from workbench.control.controller import Controller, is_shipped, load_controller
+from workbench.control.schedule import split_label
 from workbench.link.backplane import Sampled
 from workbench.logs.record import FlightRecord
 from workbench.logs.versions import versions
@@ -128,13 +129,15 @@ def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
     scenario = record.scenario()
     actions = [done.action for done in record.done]
     for action in (*scenario.script, *actions):
-        if action.controller not in (None, *SHIPPED, *record.laws):
+        named = action.controller
+        if named is not None and named not in record.laws and not is_shipped(named):
             raise WorkbenchError(
-                f"{record.path}: lets {action.controller} take over, whose text it does not hold: "
+                f"{record.path}: lets {named} take over, whose text it does not hold: "
                 "the log is damaged, or was made by hand"
             )
     others = [name for name, text in record.laws.items() if text != record.law]
-    files = dict.fromkeys(record.laws, controller)
+    given, _ = split_label(controller)
+    files = {name: _labelled(given, split_label(name)[1]) for name in record.laws}
     if controller and Path(controller).suffix != ".py" and _same_file(controller, record.path):
         controller, files = _written(record, folder)
     elif others:
@@ -142,13 +145,15 @@ def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
             f"{record.path}: Python that the log alone holds took over in flight: if you trust "
             f"it, name the log itself, as --controller {record.path}"
         )
+    elif controller and controller == given:  # scheduled as it was
+        controller = _labelled(given, split_label(record.controller.get("name", ""))[1])
     actions = [
         dataclasses.replace(action, controller=files.get(action.controller, action.controller))
         if action.controller is not None
         else action
         for action in actions
     ]
-    if not controller and scenario.controller not in SHIPPED:
+    if not controller and not is_shipped(scenario.controller):
         raise WorkbenchError(
             f"{record.path}: was flown by {scenario.controller}, Python that would run here: if "
             f"you trust it, name it yourself, as --controller {scenario.controller}"
@@ -163,19 +168,28 @@ def _same_file(one: str, other: Path) -> bool:
     return Path(one).exists() and Path(one).samefile(other)
 
 
+def _labelled(file: str, label: str) -> str:
+    """Return a controller's name with the label of its schedule, "" for none."""
+    return f"{file}@{label}" if label else file
+
+
 def _written(record: FlightRecord, folder: Path) -> tuple[str, dict[str, str]]:
     """Write the texts that a log holds; return the first one's file, and the others' by name."""
 
     def written(name: str, text: str) -> str:
-        path = folder / Path(name).parent.name / Path(name).name
+        file, label = split_label(name)
+        path = folder / Path(file).parent.name / Path(file).name
         path.parent.mkdir(exist_ok=True)
         path.write_text(text, encoding="utf-8")
-        return str(path)
+        return _labelled(str(path), label)
 
-    whose = record.controller["name"]
-    first = whose if whose in SHIPPED else written(f"first/{whose}.py", record.law)
+    first = record.controller["name"]
+    if not is_shipped(first):
+        whose, label = split_label(first)
+        first = written(_labelled(f"first/{whose}.py", label), record.law)
+    own = record.controller["sha256"][:12]
     return first, {
-        name: first if text == record.law else written(name, text)
+        name: first if Path(split_label(name)[0]).parent.name == own else written(name, text)
         for name, text in record.laws.items()
     }
 

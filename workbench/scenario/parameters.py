@@ -150,6 +150,13 @@ class ParameterTable:
     def __iter__(self) -> Iterator[Parameter]:
         return iter(self.rows)
 
+    def __contains__(self, name: str) -> bool:
+        """Return whether there is a row of a name, or of sets of it."""
+        try:
+            return bool(self.sets(name))
+        except WorkbenchError:
+            return False
+
     def find(self, name: str, where: str = "") -> Parameter:
         """Return the row of a name.
 
@@ -165,6 +172,14 @@ class ParameterTable:
         error = unknown_name("parameter", name, list(self._by_name))
         raise WorkbenchError(f"{where}{error}")
 
+    def sets(self, name: str, where: str = "") -> tuple[Parameter, ...]:
+        """Return the row of a name, or those of all sets of a scheduled gain; see `find`."""
+        schedule = self.controller.schedule
+        every = schedule.names(name) if schedule else ()
+        if name not in self._by_name and every and every[0] in self._by_name:
+            return tuple(self._by_name[each] for each in every)
+        return (self.find(name, where),)
+
     def defaults(self) -> dict[str, float]:
         """Return every parameter's default by name."""
         return {row.name: row.default for row in self.rows}
@@ -172,10 +187,16 @@ class ParameterTable:
     def checked(self, values: Mapping[str, float], where: str = "") -> dict[str, float]:
         """Return `values` if every name is in the table and every value within its limits.
 
+        The name of a scheduled gain stands for all of its sets.
+
         Raises:
             WorkbenchError: for the first that is not, prefixed with `where`.
         """
-        return {name: self.find(name, where).check(value, where) for name, value in values.items()}
+        return {
+            row.name: row.check(value, where)
+            for name, value in values.items()
+            for row in self.sets(name, where)
+        }
 
     def of(self, system: str) -> tuple[Parameter, ...]:
         """Return the rows of one system, in the order of its numeric parameter."""

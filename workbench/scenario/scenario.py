@@ -16,7 +16,7 @@ from workbench.common.yaml_files import (
     dump_changes,
     read_yaml,
 )
-from workbench.control.controller import DEFAULT, SHIPPED, load_controller
+from workbench.control.controller import DEFAULT, SHIPPED, is_shipped, load_controller
 from workbench.plant.variation import Variation
 from workbench.scenario.parameters import ParameterTable, checked, parameter_table
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
@@ -207,7 +207,7 @@ def chosen_controller(file: YamlFile, named: str, given: str, trusted: Path | No
         WorkbenchError: if only the file names a controller that is not shipped: its code would run
             with the rights of who merely reads a scenario.
     """
-    if given or named in SHIPPED:
+    if given or is_shipped(named):
         return given or named
     beside = file.path.parent / named
     path = beside if beside.is_file() else named
@@ -319,7 +319,7 @@ def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:
     """Refuse Python that only a script in a file names; the scenario's own was chosen by now."""
     for index, action in enumerate(scenario.script):
         named = action.controller
-        if named in (None, scenario.controller, *SHIPPED):
+        if named is None or named == scenario.controller or is_shipped(named):
             continue
         if (file.path.parent / named).resolve() != Path(scenario.controller).resolve():
             raise WorkbenchError(

@@ -38,7 +38,12 @@ def check_settings(
         WorkbenchError: for the first one.
     """
     table = table or parameter_table()
-    changed = [name for name, value in settings.items() if value != table.find(name).default]
+    changed = [
+        row.name
+        for name, value in settings.items()
+        for row in table.sets(name)
+        if value != row.default
+    ]
     check_parameters(vehicle, changed, table)
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from types import SimpleNamespace
 
 import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
@@ -11,6 +12,7 @@ from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.controller import COMMON, LIMITS
 from workbench.control.flight_mode import initial_state
 from workbench.control.mode import FlightMode
+from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
 from workbench.plant.payload import Payload
@@ -24,7 +26,7 @@ from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
 from workbench.systems.flight_computer import GAINS, MEMORY, PROBES, SHARES
 from workbench.systems.pilot import Wish
-from workbench.systems.vehicle_dynamics import PAYLOAD
+from workbench.systems.vehicle_dynamics import BODY, PAYLOAD
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 
 Place = tuple[System, int, int]
@@ -182,11 +184,14 @@ class LiveContext:
         before, here = checkpoint.systems[path], self.states()[path]
         gains = dict(zip(checkpoint.parameters, before.parameters[GAINS], strict=False))
         known = dict(zip(checkpoint.memory, before.state[-1], strict=False))
-        if checkpoint.controller != law.name:  # a gain of another law may have the same name
+        earlier, label = split_label(checkpoint.controller)
+        if earlier != law.unscheduled:  # a gain of another law may have the same name
             gains = {row.name: gains[row.name] for row in COMMON if row.group == LIMITS}
             known = {}
+        elif label:
+            gains |= self._flown_gains(checkpoint, parse_schedule(label), gains)
         own = [
-            gains.get(row.name, x)
+            gains.get(row.name, gains.get(law.gain_of(row.name), x))
             for row, x in zip(law.parameters, here.parameters[GAINS], strict=False)
         ]
         designed = here.parameters[GAINS][len(own) :]
@@ -200,6 +205,23 @@ class LiveContext:
             *before.parameters[PROBES + 1 :],
         ]
         return {**checkpoint.systems, path: SystemState(tuple(state), tuple(parameters))}
+
+    def _flown_gains(
+        self, checkpoint: Checkpoint, schedule: Schedule, sets: Mapping[str, float]
+    ) -> Mapping[str, float]:
+        """Return the gains between the sets of a schedule that flew, by name."""
+        body = checkpoint.systems[self._bench.airframe.dynamics.GetSystemPathname()]
+        state, payload = body.state[BODY], Payload(*body.parameters[PAYLOAD])
+        # the voltage is not known before the flight goes on: that of a full battery serves
+        measured = SimpleNamespace(p_WB=state[4:7], v_WBcm=state[10:13], voltage=1.0)
+        vehicle = SimpleNamespace(payload=payload.known_payload_mass)
+        now = float(schedule.quantity.read(measured, vehicle))
+        found = {}
+        for name in sets:
+            if schedule.number_of(name) == 0:
+                gain = name.removesuffix(schedule.suffixes[0])
+                found[gain] = schedule.between([sets[each] for each in schedule.names(gain)], now)
+        return found
 
     def _start(self, start: Start) -> None:
         """Put a scenario's start into the Context."""

@@ -437,11 +437,13 @@ class Session:
         if law is self.controller:
             self.run_law(interpreted=interpreted)
             return
-        known, gains = {row.name for row in parameter_table(law)}, self._gains
-        if law.name != self._owner.name:
-            own, gains = self._owner.parameters, ""
-            known -= {row.name for row in own if row.group != LIMITS}
-        settings = {name: value for name, value in self._settings.items() if name in known}
+        table, owner, gains = parameter_table(law), self._owner, self._gains
+        settings = {name: value for name, value in self._settings.items() if name in table}
+        if owner.name not in (law.name, law.unscheduled):
+            gains = ""
+        if owner.unscheduled != law.unscheduled:
+            own = {row.name for row in owner.parameters if row.group != LIMITS}
+            settings = {name: value for name, value in settings.items() if name not in own}
         scenario = dataclasses.replace(
             scenario,
             controller=name_or_path,

@@ -133,6 +133,7 @@ def ContinuousController_(T: Any) -> Any:
             wanted, after = self._law.commands(
                 self._state.Eval(context).tolist(),
                 self._acceleration.Eval(context).tolist(),
+                1.0,
                 Setpoint(
                     self._reference.Eval(context).tolist(),
                     self._guidance.Eval(context).tolist(),

@@ -23,7 +23,7 @@ from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
 
-_NONE, _STRAIGHT = np.empty(0), np.zeros(3)
+_NONE, _STRAIGHT, _FULL = np.empty(0), np.zeros(3), np.ones(1)
 COMMANDS, FILTERED, MEMORY = range(3)
 """Groups of the discrete state."""
 GAINS, SHARES, PROBES, PAYLOAD, KNOWN = range(5)
@@ -36,7 +36,7 @@ def compiled_update(controller: Controller) -> Compiled:
     what = "the control law" if controller.shipped else f"the control law {controller.name}"
     function = flight_law(controller).packed_update
     return compile_cached(
-        function, SOURCES, what, parts=72, text=controller.text, file=str(controller.file)
+        function, SOURCES, what, parts=72, text=controller.digest, file=str(controller.file)
     )
 
 
@@ -65,6 +65,7 @@ class FlightComputer(LeafSystem):
         reference (8): see `guidance.Reference`.
         guidance (22): see `guidance.Guidance`.
         feedforward (3): acceleration along a path in W [m/s²]; none where nothing is connected.
+        voltage (1): see `guidance.Measured`; that of a full battery where nothing is connected.
     Output port, which is state:
         commands (n): of the rotors' speeds [rad/s].
     Numeric parameter 0: the controller's parameters, and what it designs.
@@ -112,6 +113,7 @@ class FlightComputer(LeafSystem):
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
         self._feedforward = self.DeclareVectorInputPort("feedforward", 3)
+        self._voltage = self.DeclareVectorInputPort("voltage", 1)
         self.DeclareStateOutputPort("commands", self.DeclareDiscreteState(n))
         self.DeclareDiscreteState(3)
         if controller.memory:
@@ -206,6 +208,7 @@ class FlightComputer(LeafSystem):
         memory = discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE
         numbers = (
             self._state.Eval(context),
+            self._voltage.Eval(context) if self._voltage.HasValue(context) else _FULL,
             self._reference.Eval(context),
             self._guidance.Eval(context),
             self._feedforward.Eval(context) if has_path else _STRAIGHT,

@@ -20,6 +20,7 @@ from workbench.dynamics.vehicle_step import (
     rotor_thrusts,
     static_thrust,
     step_vehicle,
+    voltage_share,
 )
 from workbench.plant.contact import Contact
 from workbench.plant.description import Description
@@ -134,6 +135,8 @@ class VehicleDynamics(LeafSystem):
         static_thrusts (n): what they would be at rest far from the ground, which drag torque and
             power follow [N]; there where inflow or ground change thrusts.
         acceleration (6): angular, and of the origin, in W, mean of the step before [rad/s², m/s²].
+        voltage (1): of the battery under load over that of the full one without; there where the
+            description states one.
     Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, shares of
     their thrust that the rotors give (n), all of it to begin with, and the body that flies (16),
     which follows from the payload, see `set_payload`.
@@ -180,6 +183,9 @@ class VehicleDynamics(LeafSystem):
         self._commands = self.DeclareVectorInputPort("commands", n)
         stated = description.battery is not None
         self._supply = self.DeclareVectorInputPort("supply", 2) if stated else None
+        if self._supply:
+            needs = {self.xd_ticket(), self._supply.ticket()}
+            self.DeclareVectorOutputPort("voltage", 1, self._calc_voltage, needs)
         self.DeclareStateOutputPort("state", self.DeclareDiscreteState(13))
         self.DeclareDiscreteState(SPEEDS + 2 * n)
         for name, size, calc in (
@@ -285,6 +291,12 @@ class VehicleDynamics(LeafSystem):
             constants = constants.copy()
             constants[SUPPLY:ROTORS] = self._supply.Eval(context)
         return constants
+
+    def _calc_voltage(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(MEMORY).get_value()
+        speeds, shares = memory[SPEEDS : SPEEDS + self._n], memory[SPEEDS + self._n :]
+        supply = self._supplied(context, self._constants)[SUPPLY:ROTORS]
+        output.SetFromVector([voltage_share(speeds, shares, supply, self._rows)])
 
     def _calc_acceleration(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(MEMORY).get_value()[LAST:WIND])

@@ -34,6 +34,7 @@ from workbench.common.resources import (
     models_dir,
 )
 from workbench.control.controller import load_controller
+from workbench.control.schedule import split_label
 from workbench.gains.gains import flight_gains
 from workbench.ipc.limited import LimitedError, run_limited, serve
 from workbench.plant.formats.model_folder import description_file
@@ -155,8 +156,8 @@ def with_absolute_paths(scenario: Scenario) -> Scenario:
         vehicle.packages[name] = str(Path(folder).expanduser().resolve())
     if found.world not in list_worlds():
         found.world = str(find_world(found.world))
-    if found.controller.endswith(".py"):
-        found.controller = str(load_controller(found.controller).file)
+    if split_label(found.controller)[0].endswith(".py"):
+        found.controller = load_controller(found.controller).reference
     return found
 
 

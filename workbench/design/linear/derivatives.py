@@ -115,7 +115,7 @@ class Derivatives:
         self._whole = [1.0] * len(self._rows)
         self._estimate = sampled_estimate(rates.control_period)
         self._vehicle = vehicle
-        self._pressure, self._supply = math.nan, FULL
+        self._pressure, self._supply, self._voltage = math.nan, FULL, 1.0
         self.update = LastCall(self._update)
         self.settled_update = LastCall(self._settled_update)
         self.step = LastCall(self._step)
@@ -146,6 +146,9 @@ class Derivatives:
         battery = (1.0, live["voltage_drop"])
         if pressure != self._pressure or battery != self._supply:
             self._pressure, self._supply = pressure, battery
+            self._voltage = voltage_share(
+                self._vehicle.hover_speeds, self._whole, battery, self._rows
+            )
             self.step.forget()
             self.acceleration.forget()
             self.steady_commands.forget()
@@ -202,6 +205,7 @@ class Derivatives:
         with law_errors(self.controller.file, "update"):
             after, remembered = self._law.update(
                 _seeded(state, state_seeds(state[:4]) @ seeds[0]),
+                self._voltage,
                 Setpoint(_seeded(reference, asked), _seeded(guidance, kept), (0.0, 0.0, 0.0)),
                 gains,
                 self._whole,

@@ -23,7 +23,7 @@ def compiled_block(controller: Controller) -> Callable[..., Any]:
         SOURCES,
         f"flights by the thousand{whose}",
         parts=174,
-        text=controller.text,
+        text=controller.digest,
         file=str(controller.file),
         nogil=True,
         error_model="numpy",  # divisions that might raise make no vector instructions

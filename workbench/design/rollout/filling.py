@@ -37,6 +37,7 @@ from workbench.design.rollout.rows import (
     STOPPED,
     THRUST,
     TURN,
+    VOLTAGE,
     WIND,
     put,
 )
@@ -71,6 +72,7 @@ def fill(block, rotors, candidates, crafts):  # type: ignore[no-untyped-def]
         put(block, CLEARANCE, i, crafts.clearances[c])
         put(block, CHARGE, i, 1.0)
         put(block, OPEN_CIRCUIT, i, 1.0)
+        put(block, VOLTAGE, i, 1.0)
         # comparisons with NaN are false: a limit that is none would be no limit
         put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
         for number in range(len(rotors)):

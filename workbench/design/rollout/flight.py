@@ -102,6 +102,8 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
                 break
             _look(block, seen, crafts.seen, updates, 0)
             _see(block, seen, crafts.seen, updates)
+            if sags:
+                weaken(block, rotors, crafts.supply)
             want(block, rotors, crafts.estimate)
             mix_plainly(block, rotors)
             mix_hard(block, rotors, candidates.shares, crafts.rotors)

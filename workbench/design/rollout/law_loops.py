@@ -43,6 +43,7 @@ from workbench.design.rollout.rows import (
     SPEED,
     STOPPED,
     THRUST,
+    VOLTAGE,
     put,
     put3,
     put4,
@@ -118,6 +119,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
                 (),
                 take(block, BODY + 17, i),
                 take(block, BODY + 18, i),
+                take(block, BODY + 19, i),
             )
             guidance = (1.0, 1.0, 1.0, 0.0, 1.0, 1.0) + take3(block, HOLD, i) + NO_BRAKE
             setpoint = Setpoint(take8(block, COMMAND, i), guidance, (0.0, 0.0, 0.0))
@@ -127,6 +129,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
             wanted, after = law_wrench(
                 known,
                 acceleration,
+                take(block, VOLTAGE, i),
                 setpoint,
                 g,
                 memory_at(block, i),

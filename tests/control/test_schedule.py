@@ -1,0 +1,279 @@
+"""Scheduled gains: against np.interp, against laws without a schedule, and in every engine."""
+
+import pickle
+from collections import namedtuple
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
+from workbench.control.flight_law import known_body, law_constants
+from workbench.control.schedule import QUANTITIES, parse_schedule
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.design.rollout.agreement import Trial, agreement
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.starts import start_state
+from workbench.gains.gains import flight_gains
+from workbench.logs.logged_flight import LoggedFlight
+from workbench.logs.record import read_log
+from workbench.logs.replay import replay
+from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
+from workbench.session.session import Session
+
+ORACLES = Path(__file__).resolve().parents[1] / "oracles"
+EFFECTS = VehicleConfig(
+    str(ORACLES / "uneven_quad.urdf"), rotors=str(ORACLES / "effects.rotors.yaml")
+)
+"""A vehicle with a battery that sags."""
+PERIOD = 1 / 128
+
+
+def uneven(law, own, spread):
+    """Return gains whose sets differ by factors, and nothing else."""
+    found = dict(own)
+    for row in law.parameters:
+        number = law.schedule.number_of(row.name)
+        if number:
+            found[row.name] = min(row.maximum, found[row.name] * spread[number])
+    return {row.name: found[row.name] for row in law.parameters}
+
+
+def test_labels_are_read_and_anything_else_is_a_sentence(case):
+    law = load_controller("pd@speed=0,2.5,8")
+    assert law.name == "pd@speed=0,2.5,8" and law.shipped and law.unscheduled == "pd"
+    assert pickle.loads(pickle.dumps(law)) is law
+    assert law.gain_of("kp_velocity_z_at_2_5") == "kp_velocity_z"
+    assert "at speed 2.5 m/s" in next(r.help for r in law.parameters if r.name.endswith("_at_2_5"))
+    assert [row.name for row in law.parameters if row.group == "Limits"] == [
+        row.name for row in load_controller("pd").parameters if row.group == "Limits"
+    ]
+    for label, said in (
+        ("sped=0,4", "near is speed|known are"),
+        ("speed=4", "2 to 8 ascending values"),
+        ("speed=4,0", "ascending"),
+        ("speed=-1,4", "0 or more"),
+        ("speed=0,1e-9", "six digits"),
+        ("speed=0,nan", "ascending"),
+        ("speed=", "ascending"),
+        ("speed=0,1,2,3,4,5,6,7,8", "2 to 8"),
+    ):
+        with case(label), pytest.raises(WorkbenchError, match=said):
+            load_controller(f"pd@{label}")
+    with pytest.raises(WorkbenchError, match="unknown controller"):
+        load_controller("pdd@speed=0,4")
+
+
+@pytest.mark.parametrize("name", ["pd", "lqi"])
+def test_gains_lie_on_lines_between_their_sets(name, vehicle):
+    """Every number of `g`, designed ones too, is that of numpy's interpolation."""
+    law, plain = load_controller(f"{name}@height=1,3,10"), load_controller(name)
+    body = known_body(law_constants(vehicle))
+    own = flight_gains(vehicle, controller=law)
+    sets = uneven(law, own, (1.0, 1.3, 0.7))
+    numbers = law.gains({**own, **sets}, body, PERIOD)
+    names = [*(row.name for row in law.parameters), *law.designed]
+    by_name = dict(zip(names, numbers, strict=True))
+    heard = []
+
+    def listen(measured, setpoint, g, vehicle, memory, dt, loops):
+        heard.append(g._asdict())
+
+    schedule = parse_schedule("height=1,3,10")
+    gains = namedtuple("Gains", listed(plain))
+    scheduled = [each for each in listed(plain) if each not in names]
+    update = schedule.update(listen, gains, scheduled, f"{name}_test")
+    measured = namedtuple("M", "p_WB")
+    for height in (-1.0, 0.0, 1.0, 1.7, 3.0, 4.2, 9.9, 10.0, 50.0):
+        g = namedtuple("All", names)(*numbers)
+        update(measured((0.0, 0.0, height)), None, g, None, None, PERIOD, None)
+        for gain, value in heard.pop().items():
+            values = (
+                [by_name[each] for each in schedule.names(gain)]
+                if gain in scheduled
+                else [by_name[gain]] * 3
+            )
+            assert value == pytest.approx(np.interp(height, [1, 3, 10], values), rel=1e-12)
+            if gain in scheduled:
+                assert schedule.between(values, height) == value
+
+
+def listed(law):
+    return [*(row.name for row in law.parameters), *law.designed]
+
+
+@pytest.mark.parametrize("quantity", [each.name for each in QUANTITIES])
+def test_equal_sets_fly_as_the_law_without_a_schedule_to_the_bit(quantity):
+    flown = []
+    for name in ("pid", f"pid@{quantity}=0,0.9,2"):
+        session = Session(Scenario(controller=name, vehicle=EFFECTS))
+        session.run_law(interpreted=True)
+        session.set("known_payload_mass", 0.1)
+        session.set("payload_mass", 0.1)
+        session.command([2.0, 1.0, 0.5], 0.2)
+        session.tick(1.5)
+        flown.append(session.recording().p_WB.tobytes() + session.state().tobytes())
+    assert flown[0] == flown[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "vehicle"),
+    [
+        ("pd@speed=0,2", VehicleConfig()),
+        pytest.param("pd@height=9,11", VehicleConfig(), marks=pytest.mark.slow),
+        pytest.param("pd@payload=0,0.3", VehicleConfig(), marks=pytest.mark.slow),
+        pytest.param("pd@voltage=0.9,1", EFFECTS, marks=pytest.mark.slow),
+    ],
+    ids=lambda each: each if isinstance(each, str) else "",
+)
+def test_compiled_flights_agree_with_the_diagram(name, vehicle):
+    scenario = Scenario(vehicle=vehicle, controller=name)
+    law = load_controller(name)
+    session = Session(scenario)
+    own = session.parameters()
+    gains = uneven(law, own, (1.0, 0.6))
+    trials = [
+        Trial(
+            {**gains, "known_payload_mass": 0.1 * k, "payload_mass": 0.1 * k},
+            Start(position=[0.0, 0.0, 10.0]),
+            (1.5 * k, 0.5, 0.2 * k, 0.1),
+        )
+        for k in range(4)
+    ]
+    found = agreement(scenario, trials, duration=2.0)
+    assert not found.lost.any()
+    assert found.velocity.max() < 1e-9 and found.angular_velocity.max() < 1e-9
+    same = [Trial({**each.gains, **equal(law, own)}, each.start, each.command) for each in trials]
+    moved = agreement_difference(scenario, trials, same)
+    assert moved > 1e-3, "the sets that differ make no difference"
+
+
+def equal(law, own):
+    return {row.name: own[row.name] for row in law.parameters}
+
+
+def agreement_difference(scenario, trials, others) -> float:
+    """Return by how much two series of compiled flights differ [m/s]."""
+    session = Session(scenario)
+    engine = RolloutEngine(session.vehicle, controller=session.controller)
+    flown = [
+        engine.fly_from(
+            [each.gains for each in some],
+            np.array([start_state(session.vehicle, each.start) for each in some]),
+            np.array([each.command for each in some]),
+            duration=2.0,
+        ).states
+        for some in (trials, others)
+    ]
+    return float(np.abs(flown[0][:, :, 10:] - flown[1][:, :, 10:]).max())
+
+
+def test_linear_models_are_those_of_the_set_that_flies():
+    """Beyond the last set gains do not change with the speed, and at rest it has no derivative."""
+    own = LinearStudy(Scenario()).gains
+    study = LinearStudy(Scenario(controller="pd@speed=0,3"))
+    sets = uneven(study.controller, study.gains, (1.0, 0.8))
+    for speed, factor in ((0.0, 1.0), (4.0, 0.8)):
+        plain = {name: own[name] * (factor if f"{name}_at_3" in sets else 1.0) for name in own}
+        point = OperatingPoint(velocity=(speed, 0.0, 0.0))
+        found, wanted = study.sampled(point, sets), LinearStudy(Scenario()).sampled(point, plain)
+        assert pytest.approx(wanted.A, abs=1e-9) == found.A
+
+
+def test_linear_models_know_how_gains_change_with_the_quantity():
+    """Between two sets: the law's derivative by the speed, beside differences of its updates."""
+    study = LinearStudy(Scenario(controller="pd@speed=0,4"))
+    sets = {**study.gains, **uneven(study.controller, study.gains, (1.0, 0.5))}
+    point = OperatingPoint(velocity=(2.0, 0.0, 0.0))
+    trim = study.trim(point, sets)
+    derivatives = study._derivatives
+    derivatives.set_gains(sets)
+    arguments = [trim.state, trim.state[10:13], trim.commands]
+    reference, guidance = np.zeros(8), np.zeros(22)
+    reference[0] = 2.5
+    guidance[:3] = 1.0
+    found = derivatives._update(*arguments, reference, guidance, np.empty(0))
+    for axis in range(3):
+        either = []
+        for sign in (1.0, -1.0):
+            state = trim.state.copy()
+            state[10 + axis] += sign * 1e-6
+            moved = derivatives._update(state, *arguments[1:], reference, guidance, np.empty(0))
+            either.append(moved.commands)
+        slope = (either[0] - either[1]) / 2e-6
+        assert found.commands_by[:, 9 + axis] == pytest.approx(slope, rel=1e-5, abs=1e-5)
+
+
+def test_another_schedule_takes_over_without_a_bump():
+    """With the gains that fly then: of one set, or between two of them."""
+    flown = {}
+    for takes_over in ("", "pd@speed=0,4", "pd@height=1,2"):
+        session = Session(Scenario())
+        session.run_law(interpreted=True)
+        session.command([3.0, 0.0, 0.5])
+        session.tick(0.75)
+        if takes_over:
+            session.fly_controller(takes_over, interpreted=True)
+        session.tick(0.75)
+        flown[takes_over] = session.state().tobytes()
+    assert len(set(flown.values())) == 1
+
+    session = Session(Scenario(controller="pd@speed=0,4"))
+    session.run_law(interpreted=True)
+    session.set("kp_velocity_x_at_4", 2.0)
+    session.command([2.0, 0.0, 0.0])
+    session.tick(2.0)
+    sets = [session.get(f"kp_velocity_x_at_{value}") for value in (0, 4)]
+    speed = float(np.linalg.norm(session.state()[10:13]))
+    session.fly_controller("pd", interpreted=True)
+    assert session.get("kp_velocity_x") == pytest.approx(np.interp(speed, [0.0, 4.0], sets))
+
+
+def test_a_set_that_does_not_fly_changes_no_bit():
+    flown = []
+    for value in (None, 1.0):
+        session = Session(Scenario(controller="pd@speed=0,2,4"))
+        session.run_law(interpreted=True)
+        session.command([1.5, 0.0, 0.0])
+        session.tick(0.5)
+        if value:
+            session.set("kp_velocity_x_at_4", value)
+        session.tick(0.5)
+        flown.append(session.state().tobytes())
+    assert flown[0] == flown[1]
+
+
+def test_a_log_with_a_schedule_is_flown_again_to_the_bit(tmp_path):
+    own = tmp_path / "mine.py"
+    own.write_text((ORACLES.parent / "controllers/cascade.py").read_text(), encoding="utf-8")
+    for name, gain in (("pd@speed=0,2", "kp_velocity_x"), (f"{own}@speed=0,2", "k_speed")):
+        path = tmp_path / "flight.mcap"
+        script = [Action(velocity=[2.0, 0.0, 0.0])]
+        scenario = Scenario(controller=name, duration=1.0, script=script)
+        LoggedFlight(path, scenario, {f"{gain}_at_2": 3.0}).run(lambda share: None)
+        record = read_log(path)
+        trust = "" if name.startswith("pd") else str(path)
+        assert replay(record, controller=trust).equal
+    assert replay(record, controller=str(own)).equal
+
+
+def test_systems_of_drake_cannot_be_scheduled(tmp_path):
+    file = tmp_path / "held.py"
+    file.write_text(
+        """
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+
+def system(vehicle, g, dt):
+    builder = DiagramBuilder()
+    source = builder.AddSystem(ConstantVectorSource([0.0] * 4))
+    builder.ExportOutput(source.get_output_port(), "wrench")
+    return builder.Build()
+""",
+        encoding="utf-8",
+    )
+    with pytest.raises(WorkbenchError, match="cannot be scheduled"):
+        load_controller(f"{file}@speed=0,4")

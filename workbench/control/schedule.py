@@ -1,0 +1,198 @@
+"""Scheduled gains: a set at each of some values of a measured quantity, and lines between them.
+
+`pd@speed=0,4,8` is the controller `pd` with three sets of gains, for 0, 4 and 8 m/s. A gain k with
+the sets k_1 ... k_n at q_1 < ... < q_n is, at the quantity q,
+
+    k = k_1 + s_2 (k_2 - k_1) + ... + s_n (k_n - k_(n-1)),   s_i = (q - q_(i-1)) / (q_i - q_(i-1)),
+
+with each s_i held within 0 .. 1 (linear interpolation; Rugh and Shamma, "Research on gain
+scheduling", Automatica 36, 2000, section 2). It has no jump where q has none, so no command jumps
+from one set to the next, and sets that are equal fly as the controller without a schedule, to the
+bit. Linear models have the derivatives of the gains by the quantity in them.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.common.errors import WorkbenchError, find_row
+from workbench.common.jitable import made_function, register_jitable
+
+MOST_SETS = 8
+_DIGITS = r"\d+(\.\d+)?"
+_LABEL = re.compile(r"(.+)@([a-z_]+)=([^@/]*)")
+
+
+@register_jitable(forceinline=True)
+def _speed(measured, vehicle):  # type: ignore[no-untyped-def]
+    v_x, v_y, v_z = measured.v_WBcm
+    square = v_x * v_x + v_y * v_y + v_z * v_z
+    if square > 0.0:  # the root has no derivative at 0
+        square = square**0.5
+    return square
+
+
+@register_jitable(forceinline=True)
+def _height(measured, vehicle):  # type: ignore[no-untyped-def]
+    return measured.p_WB[2]
+
+
+@register_jitable(forceinline=True)
+def _payload(measured, vehicle):  # type: ignore[no-untyped-def]
+    return vehicle.payload
+
+
+@register_jitable(forceinline=True)
+def _voltage(measured, vehicle):  # type: ignore[no-untyped-def]
+    return measured.voltage
+
+
+@register_jitable(forceinline=True)
+def _share(quantity, low, high):  # type: ignore[no-untyped-def]
+    """Return s_i, which is 0 at `low` and below, and 1 at `high` and above."""
+    share = (quantity - low) / (high - low)
+    if share < 0.0:
+        share = 0.0 * share
+    if share > 1.0:
+        share = 0.0 * share + 1.0
+    return share
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What gains may be scheduled over.
+
+    Attributes:
+        name: of it.
+        unit: SI.
+        words: what it is.
+        read: it, from `guidance.Measured` and `guidance.Body`.
+    """
+
+    name: str
+    unit: str
+    words: str
+    read: Callable[[Any, Any], Any]
+
+
+QUANTITIES = (
+    Quantity("speed", "m/s", "speed of the centre of mass over the ground", _speed),
+    Quantity("height", "m", "height above the world's origin", _height),
+    Quantity("payload", "kg", "mass of the payload that the law knows of", _payload),
+    Quantity("voltage", "1", "voltage under load over that of the full battery", _voltage),
+)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Over what gains are scheduled, and for which of its values there are sets.
+
+    Attributes:
+        quantity: over which.
+        values: in its unit, ascending; 2 to 8 of them.
+    """
+
+    quantity: Quantity
+    values: tuple[float, ...]
+
+    @property
+    def label(self) -> str:
+        """What stands behind the @ of a controller's name."""
+        return f"{self.quantity.name}={','.join(f'{value:g}' for value in self.values)}"
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """What stands behind the name of a gain in each set."""
+        return tuple(f"_at_{value:g}".replace(".", "_") for value in self.values)
+
+    def where(self, number: int) -> str:
+        """Return which set one is, in words."""
+        unit = "" if self.quantity.unit == "1" else f" {self.quantity.unit}"
+        return f"at {self.quantity.name} {self.values[number]:g}{unit}"
+
+    def names(self, gain: str) -> tuple[str, ...]:
+        """Return the names of a gain in each set."""
+        return tuple(gain + suffix for suffix in self.suffixes)
+
+    def number_of(self, name: str) -> int | None:
+        """Return of which set a gain is, None for a parameter that is not scheduled."""
+        fits = [number for number, suffix in enumerate(self.suffixes) if name.endswith(suffix)]
+        return fits[0] if fits else None
+
+    def nearest(self, quantity: float) -> int:
+        """Return the number of the set that flies, or that weighs most, at a value."""
+        return min(range(len(self.values)), key=lambda k: abs(self.values[k] - quantity))
+
+    def between(self, sets: Sequence[float], quantity: float) -> float:
+        """Return a gain at a value, between the sets (n) of it; see the module."""
+        found = sets[0]
+        for k in range(1, len(self.values)):
+            share = _share(quantity, self.values[k - 1], self.values[k])
+            found = found + share * (sets[k] - sets[k - 1])
+        return found
+
+    def update(
+        self, law: Callable[..., Any], gains: Any, scheduled: Sequence[str], key: str
+    ) -> Callable[..., Any]:
+        """Return the update of a controller with scheduled gains, which compiles if its law does.
+
+        Args:
+            law: `update` without a schedule.
+            gains: the type of the record that it takes.
+            scheduled: names of its gains that have sets.
+            key: see `jitable.unique`.
+        """
+        shares = range(1, len(self.values))
+        lines = [
+            f"    s_{k} = share(quantity, {self.values[k - 1]!r}, {self.values[k]!r})\n"
+            for k in shares
+        ]
+        parts = []
+        for name in gains._fields:
+            if name not in scheduled:
+                parts.append(f"g.{name}")
+                continue
+            sets = self.names(name)
+            terms = [f"s_{k} * (g.{sets[k]} - g.{sets[k - 1]})" for k in shares]
+            parts.append(" + ".join([f"g.{sets[0]}", *terms]))
+        source = (
+            "def update(measured, setpoint, g, vehicle, memory, dt, loops):\n"
+            "    quantity = read(measured, vehicle)\n"
+            f"{''.join(lines)}"
+            f"    now = gains({', '.join(parts)})\n"
+            "    return law(measured, setpoint, now, vehicle, memory, dt, loops)\n"
+        )
+        names = {"read": self.quantity.read, "share": _share, "gains": gains, "law": law}
+        return made_function(source, names, key)
+
+
+def split_label(name: str) -> tuple[str, str]:
+    """Return a controller's name, or its file, and the label of its schedule, "" without one."""
+    found = _LABEL.fullmatch(name)
+    return (found[1], f"{found[2]}={found[3]}") if found else (name, "")
+
+
+def parse_schedule(label: str) -> Schedule:
+    """Return the schedule of a label, as `speed=0,4,8`.
+
+    Raises:
+        WorkbenchError: if it is none.
+    """
+    name, _, given = label.partition("=")
+    quantity = find_row("quantity for a schedule", name, QUANTITIES)
+    try:
+        values = tuple(float(value) for value in given.split(","))
+    except ValueError:
+        values = ()
+    if not (
+        2 <= len(values) <= MOST_SETS
+        and all(value >= 0.0 and re.fullmatch(_DIGITS, f"{value:g}") for value in values)
+        and all(float(f"{value:g}") == value for value in values)
+        and all(low < high for low, high in zip(values, values[1:], strict=False))
+    ):
+        raise WorkbenchError(
+            f"the schedule @{label} is none: write 2 to {MOST_SETS} ascending values, 0 or more, "
+            "of six digits at most, as pd@speed=0,4,8"
+        )
+    return Schedule(quantity, values)
