@@ -11,11 +11,15 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.control.flight_law import known_body, law_constants
 from workbench.control.schedule import QUANTITIES, parse_schedule
+from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.agreement import Trial, agreement
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.starts import start_state
+from workbench.design.step_response import fly_step
+from workbench.design.tune.tuner import tune
+from workbench.design.tune.wish_file import wishes_for
 from workbench.gains.gains import flight_gains
 from workbench.logs.logged_flight import LoggedFlight
 from workbench.logs.record import read_log
@@ -277,3 +281,43 @@ def system(vehicle, g, dt):
     )
     with pytest.raises(WorkbenchError, match="cannot be scheduled"):
         load_controller(f"{file}@speed=0,4")
+
+
+def test_a_step_from_a_steady_flight_is_the_same_compiled_and_on_the_diagram():
+    velocity, law = (3.0, 0.0, 0.5), load_controller("pd@speed=0,2")
+    sets = uneven(law, Session(Scenario(controller=law.name)).parameters(), (1.0, 0.6))
+    flown = fly_step(
+        "y",
+        1.0,
+        duration=1.5,
+        scenario=Scenario(controller=law.name),
+        settings=sets,
+        velocity=velocity,
+    )
+    engine = RolloutEngine(flown.recording.vehicle, controller=law)
+    compiled = engine.fly([sets], "y", 1.0, duration=1.5, velocity=velocity)
+    response = compiled.response[0]
+    assert flown.response == pytest.approx(response - response[0], abs=1e-9)
+    assert flown.recording.between(1.0, 1.1).v_WB[0] == pytest.approx(velocity, abs=0.05)
+
+
+@pytest.mark.slow
+def test_tuning_at_a_speed_changes_the_set_that_flies_there():
+    """And the set at rest, tuned for other wishes, stays as it was found."""
+    scenario = Scenario(controller="pd@speed=0,6")
+    wishes = wishes_for(
+        "x.rise_time<=0.8", "pitch.phase_margin>=45deg", controller=scenario.controller
+    )
+    found = tune(wishes, scenario, velocity=(6.0, 0.0, 0.0))
+    assert found.met and found.proof and not found.proof.missed
+    assert found.gains and all(name.endswith("_at_6") for name in found.gains)
+    assert found.profile.controller == scenario.controller
+    again = fly_step(
+        "x", 1.0, scenario=scenario, settings={**found.profile.gains}, velocity=(6.0, 0.0, 0.0)
+    )
+    assert again.metrics.rise_time <= 0.8
+    model = LinearStudy(scenario).sampled(
+        OperatingPoint(velocity=(6.0, 0.0, 0.0)), found.profile.gains
+    )
+    (pitch,) = [each for each in judge_loops(model) if each.loop == "pitch"]
+    assert pitch.actuator.phase_margin >= np.radians(45.0)

@@ -45,6 +45,12 @@ def add_parser(commands: Any) -> None:
         metavar="T",
         help="flown after the command's edge, in s (default: 5)",
     )
+    parser.add_argument(
+        "--at",
+        default="hover",
+        metavar="POINT",
+        help="steady flight before it, hover or as vx=5,vz=-1 (default: hover)",
+    )
     add_output_options(parser)
     add_vehicle_options(parser)
     add_json_option(parser)
@@ -53,6 +59,7 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly the step, print its metrics, write plot and log; 1 if the flight is lost."""
     from workbench.commands.drawer import Drawer
+    from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.reproduce import PAPER
     from workbench.design.step_response import fly_step
     from workbench.scenario.scenario import Scenario
@@ -74,6 +81,7 @@ def run(args: argparse.Namespace) -> int:
                 duration=args.duration,
                 scenario=scenario,
                 settings=dict(args.set),
+                velocity=steady_velocity(args.at),
                 progress=progress,
             )
         response.recording.write_csv(log)

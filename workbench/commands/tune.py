@@ -57,6 +57,14 @@ def add_parser(commands: Any) -> None:
     group.add_argument(
         "--no-defaults", action="store_true", help="add no wishes that follow from the vehicle"
     )
+    group.add_argument(
+        "--at",
+        default="hover",
+        metavar="POINT",
+        help="steady flight to tune for, hover or as vx=5,vz=-1: loops are judged there and steps "
+        "begin from it; of scheduled gains those of the set that flies there change (default: "
+        "hover)",
+    )
     group = parser.add_argument_group("search")
     group.add_argument(
         "--separate",
@@ -92,6 +100,7 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Tune, print the table, write profile, report and picture; 1 if wishes cannot be met."""
     from workbench.control.controller import load_controller
+    from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.tune.tuner import Tuner
     from workbench.scenario.scenario import Scenario
 
@@ -105,6 +114,7 @@ def run(args: argparse.Namespace) -> int:
         evaluations=args.evaluations,
         seconds=args.budget,
         seed=args.seed,
+        velocity=steady_velocity(args.at),
     )
     profile = args.save or args.output / "tuned.yaml"
     _check_profile(profile, tuner.vehicle, law)
@@ -204,7 +214,7 @@ def _save(found: "Tuning", path: Path) -> None:
     from workbench.gains.gains import save_gains
 
     make_folder_of(path)
-    save_gains(path, found.profile)
+    save_gains(path, found.profile, found.controller)
 
 
 def _positive(kind: type) -> Any:

@@ -14,6 +14,7 @@ bit. Linear models have the derivatives of the gains by the quantity in them.
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, find_row
@@ -123,6 +124,25 @@ class Schedule:
     def nearest(self, quantity: float) -> int:
         """Return the number of the set that flies, or that weighs most, at a value."""
         return min(range(len(self.values)), key=lambda k: abs(self.values[k] - quantity))
+
+    def value(
+        self,
+        *,
+        height: float = 0.0,
+        velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        payload: float = 0.0,
+        voltage: float = 1.0,
+    ) -> float:
+        """Return the quantity of a flight, in SI units.
+
+        Args:
+            height: above the world's origin.
+            velocity: of the centre of mass in W (3).
+            payload: mass that the law knows of.
+            voltage: see `guidance.Measured`.
+        """
+        measured = SimpleNamespace(p_WB=(0.0, 0.0, height), v_WBcm=velocity, voltage=voltage)
+        return float(self.quantity.read(measured, SimpleNamespace(payload=payload)))
 
     def between(self, sets: Sequence[float], quantity: float) -> float:
         """Return a gain at a value, between the sets (n) of it; see the module."""

@@ -5,7 +5,7 @@ A step that cannot be flown is refused before Drake is loaded.
 
 import copy
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 EDGE = 1.0
 """The command steps after hovering for this long [s]."""
+HOVER = (0.0, 0.0, 0.0)
+"""The velocity of the flight before a step that begins at rest [m/s]."""
 LEAST_DURATION = 0.1
 MOST_DURATION = 600.0
 """Of a step after its edge [s]."""
@@ -53,6 +55,7 @@ class StepResponse:
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
         coupling: on the other axes, [m] and [rad]; the commanded one is 0.
+        before: velocity or yaw rate at the edge of a step from a steady flight; 0 for hover.
     """
 
     axis: str
@@ -61,6 +64,7 @@ class StepResponse:
     metrics: StepMetrics
     peak_rotor_use: float
     coupling: Coupling
+    before: float = 0.0
 
     @property
     def time(self) -> np.ndarray:
@@ -69,8 +73,8 @@ class StepResponse:
 
     @property
     def response(self) -> np.ndarray:
-        """Velocity or yaw rate from the edge on."""
-        return axis_velocity(self.recording.between(EDGE, np.inf), self.axis)
+        """Velocity or yaw rate from the edge on, over that before."""
+        return axis_velocity(self.recording.between(EDGE, np.inf), self.axis) - self.before
 
     @property
     def loss(self) -> "Loss | None":
@@ -92,6 +96,7 @@ def fly_step(
     duration: float = 5.0,
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
+    velocity: Sequence[float] = HOVER,
     progress: Callable[[float], None] | None = None,
 ) -> StepResponse:
     """Fly one step and measure it.
@@ -102,6 +107,7 @@ def fly_step(
         duration: flown after the edge [s].
         scenario: its vehicle and rates are used; start and script are the step's own.
         settings: parameter values for this flight.
+        velocity: of the steady flight before the step, in W (3) [m/s].
         progress: called with the flown share, 0 .. 1.
 
     Raises:
@@ -111,19 +117,22 @@ def fly_step(
     check_duration(duration)
     from workbench.session.session import Session
 
-    session = Session(step_scenario(axis, amplitude, duration, scenario or Scenario()), settings)
-    _check_within_limit(session, axis, amplitude)
+    flight = step_scenario(axis, amplitude, duration, scenario or Scenario(), velocity)
+    session = Session(flight, settings)
+    _check_within_limit(session, axis, amplitude, velocity)
     session.run(progress)
     recording = session.recording()
     after = recording.between(EDGE, np.inf)
     response = axis_velocity(after, axis)
+    before = float(response[0]) if any(velocity) else 0.0
     return StepResponse(
         axis=axis,
         amplitude=amplitude,
         recording=recording,
-        metrics=step_metrics(after.time - EDGE, response, amplitude),
+        metrics=step_metrics(after.time - EDGE, response - before, amplitude),
         peak_rotor_use=float(after.rotor_use.max()),
-        coupling=coupling(after, axis),
+        coupling=coupling(after, axis, velocity),
+        before=before,
     )
 
 
@@ -149,15 +158,33 @@ def check_duration(duration: float) -> None:
         raise WorkbenchError(f"a step cannot be measured in {duration:g} s: give it {DURATIONS}")
 
 
-def step_scenario(axis: str, amplitude: float, duration: float, scenario: Scenario) -> Scenario:
-    """Return the scenario of one step from hover; see `fly_step` for the arguments."""
+def step_scenario(
+    axis: str,
+    amplitude: float,
+    duration: float,
+    scenario: Scenario,
+    velocity: Sequence[float] = HOVER,
+) -> Scenario:
+    """Return the scenario of one step; see `fly_step` for the arguments."""
     flight = copy.deepcopy(scenario)
-    flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
+    flight.start = Start(position=[0.0, 0.0, START_HEIGHT], velocity=list(velocity))
     flight.figure_eight = None
     flight.duration = EDGE + duration
     flight.rates.record_period = flight.rates.control_period
-    flight.script = [_command(axis, amplitude)]
+    command = stepped(axis, amplitude, velocity)
+    flight.script = [Action(at=EDGE, velocity=command[:3])]
+    if axis == "yaw":
+        flight.script = [Action(at=EDGE, yaw_rate=amplitude)]
+    if any(velocity):
+        flight.script.insert(0, Action(velocity=list(velocity)))
     return flight
+
+
+def stepped(axis: str, amplitude: float, velocity: Sequence[float] = HOVER) -> list[float]:
+    """Return velocity in W and yaw rate (4) that a step commands; see `fly_step`."""
+    command = [*velocity, 0.0]
+    command[AXES.index(axis)] += amplitude
+    return command
 
 
 def axis_command(recording: "Recording", axis: str) -> np.ndarray:
@@ -192,17 +219,22 @@ def axis_force(recording: "Recording", axis: str) -> np.ndarray:
     return recording.force_W[:, AXES.index(axis)]
 
 
-def _command(axis: str, amplitude: float) -> Action:
-    if axis == "yaw":
-        return Action(at=EDGE, yaw_rate=amplitude)
-    velocity = [0.0, 0.0, 0.0]
-    velocity[AXES.index(axis)] = amplitude
-    return Action(at=EDGE, velocity=velocity)
-
-
-def _check_within_limit(session: "Session", axis: str, amplitude: float) -> None:
+def _check_within_limit(
+    session: "Session", axis: str, amplitude: float, velocity: Sequence[float]
+) -> None:
     """Refuse a step that the limits would cut, as its metrics would mean nothing."""
     row = find_axis(axis)
+    for v_x, v_y, v_z, _ in ([*velocity, 0.0], stepped(axis, amplitude, velocity)):
+        if any(velocity) and math.hypot(v_x, v_y) > session.get("max_speed"):
+            raise WorkbenchError(
+                f"a level speed of {math.hypot(v_x, v_y):g} m/s cannot be flown: step from a "
+                "slower flight, or raise max_speed"
+            )
+        if any(velocity) and abs(v_z) > session.get("max_climb_rate"):
+            raise WorkbenchError(
+                f"a climb of {v_z:g} m/s cannot be flown: step from a slower one, or raise "
+                "max_climb_rate"
+            )
     most = session.get(row.limit)
     if not 0.0 < abs(amplitude) <= most:
         raise WorkbenchError(
@@ -211,17 +243,19 @@ def _check_within_limit(session: "Session", axis: str, amplitude: float) -> None
         )
 
 
-def coupling(after: "Recording", axis: str) -> Coupling:
+def coupling(after: "Recording", axis: str, velocity: Sequence[float] = HOVER) -> Coupling:
     """Return the largest excursions of the axes that were not commanded.
 
     Args:
         after: the flight from the edge on.
         axis: the commanded one; "" counts all of them.
+        velocity: of the steady flight that goes on along the others, in W (3) [m/s].
     """
     yaw = unwrapped_yaw(after.q_WB)
+    p_WB = after.p_WB - np.outer(after.time - after.time[0], velocity)
     strayed = {
         name: float(np.abs(values - values[0]).max())
-        for name, values in zip(AXES, (*after.p_WB.T, yaw), strict=True)
+        for name, values in zip(AXES, (*p_WB.T, yaw), strict=True)
     }
     strayed |= {axis: 0.0} if axis else {}
     return Coupling(**strayed)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from types import SimpleNamespace
 
 import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
@@ -213,9 +212,9 @@ class LiveContext:
         body = checkpoint.systems[self._bench.airframe.dynamics.GetSystemPathname()]
         state, payload = body.state[BODY], Payload(*body.parameters[PAYLOAD])
         # the voltage is not known before the flight goes on: that of a full battery serves
-        measured = SimpleNamespace(p_WB=state[4:7], v_WBcm=state[10:13], voltage=1.0)
-        vehicle = SimpleNamespace(payload=payload.known_payload_mass)
-        now = float(schedule.quantity.read(measured, vehicle))
+        now = schedule.value(
+            height=state[6], velocity=state[10:13], payload=payload.known_payload_mass
+        )
         found = {}
         for name in sets:
             if schedule.number_of(name) == 0:

@@ -24,7 +24,7 @@ def plan(*texts):
     return make_plan(scenario, wishes, {}, separate=False)
 
 
-def agrees(scenario, gains, steps, required, flights, progress):
+def agrees(scenario, gains, steps, required, flights, progress, velocity):
     return Proof((), ())
 
 
@@ -50,7 +50,7 @@ def test_a_proof_that_disagrees_sends_the_search_back(monkeypatch):
     asked = plan("yaw.rise_time<=0.3", "yaw_rate.phase_margin>=50deg")
     flown = []
 
-    def slower(scenario, gains, steps, required, flights, progress):
+    def slower(scenario, gains, steps, required, flights, progress, velocity):
         rise = next(each for each in required if each.wish.name == "yaw.rise_time")
         problem = asked.problem.demanding([rise])
         value = 1.25 * float(problem.measured([{**problem.base, **gains}])[0, 0])

@@ -63,6 +63,20 @@ class OperatingPoint:
         return ",".join(parts) or HOVER
 
 
+def steady_velocity(text: str) -> Triple:
+    """Return the velocity of a straight steady flight that a text names, see `parse_point`.
+
+    Raises:
+        WorkbenchError: if it is none.
+    """
+    point = parse_point(text)
+    if point != OperatingPoint(velocity=point.velocity):
+        raise WorkbenchError(
+            f"steps begin from a straight steady flight, and {point.label} is none: give vx, vy, vz"
+        )
+    return point.velocity
+
+
 def parse_point(text: str) -> OperatingPoint:
     """Return the point that a text names: `hover`, or as `vx=5,vz=-1,yaw_rate=0.2,ax=3,hold=1`.
 

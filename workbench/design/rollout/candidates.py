@@ -8,6 +8,7 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
 from workbench.control.guidance import Reference
+from workbench.design.step_response import HOVER
 from workbench.dynamics.air.settings import AirSettings
 from workbench.plant.payload import Payload
 from workbench.scenario.parameters import MOST_ROTORS, find_parameter, parameter_table
@@ -22,7 +23,8 @@ class Candidates(NamedTuple):
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
         payloads: (N, 8) see `Payload`.
-        commands: (N, 8) from the edge on, none before; see `guidance.Reference`.
+        commands: (N, 8) from the edge on; see `guidance.Reference`.
+        before: (N, 8) the same before the edge.
         starts: (N, 13) state of the plant, see `rigid_body.State`; its place is held while no
             pilot steers.
         seeds: (N) of the turbulence.
@@ -33,6 +35,7 @@ class Candidates(NamedTuple):
     shares: np.ndarray
     payloads: np.ndarray
     commands: np.ndarray
+    before: np.ndarray
     starts: np.ndarray
     seeds: np.ndarray
 
@@ -49,6 +52,7 @@ def make_candidates(
     commands: np.ndarray,
     starts: np.ndarray,
     seeds: Sequence[int],
+    before: Sequence[float] = HOVER,
 ) -> Candidates:
     """Return candidates as arrays.
 
@@ -64,6 +68,7 @@ def make_candidates(
         commands: velocity in W and yaw rate [m/s, rad/s] for all of them (4) or each (N, 4).
         starts: state of the plant for all of them (13) or each (N, 13).
         seeds: of each one's noise (N), as in a scenario, or of all (1).
+        before: velocity in W that all are commanded before the edge (3) [m/s].
 
     Raises:
         WorkbenchError: if a name is unknown, a value no number, one of a payload out of its limits,
@@ -82,14 +87,16 @@ def make_candidates(
     shares = np.ones((len(table), rotors))
     behind = len(columns) + len(Payload._fields)
     shares[:, : len(weak)] = table[:, behind:]
-    references = np.zeros((len(table), len(Reference._fields)))
+    references, earlier = (np.zeros((len(table), len(Reference._fields))) for _ in range(2))
     references[:, :4] = _for_each("commands", commands, len(table), 4)
+    earlier[:, :3] = before
     return Candidates(
         gains=table[:, :many].copy(),
         air=table[:, many : len(columns)].copy(),
         shares=shares,
         payloads=_checked(table[:, len(columns) : behind]),
         commands=references,
+        before=earlier,
         starts=_for_each("starts", starts, len(table), 13),
         seeds=_air_seeds(seeds, len(table)),
     )

@@ -20,7 +20,7 @@ from workbench.design.rollout.measuring import NUMBERS
 from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
 from workbench.design.rollout.schedule import Schedule, make_schedule
 from workbench.design.rollout.starts import start_state
-from workbench.design.step_response import EDGE, check_step
+from workbench.design.step_response import EDGE, HOVER, check_step, stepped
 from workbench.gains.gains import flight_gains
 from workbench.plant.payload import Payload
 from workbench.plant.variation import Variation
@@ -96,6 +96,7 @@ class RolloutEngine:
         *,
         duration: float = 3.0,
         heading: float = 0.0,
+        velocity: Sequence[float] = HOVER,
         stride: int = 1,
         variations: Sequence[Variation] | None = None,
         seeds: Sequence[int] | None = None,
@@ -115,6 +116,7 @@ class RolloutEngine:
             amplitude: of the command, [m/s] or [rad/s].
             duration: flown after the edge [s].
             heading: yaw of all drones at the start [rad].
+            velocity: of the steady flight before the step, in W (3) [m/s].
             stride: the first and every stride-th control period after it are kept.
             variations: how each candidate's vehicle differs from what the law knows (N); without
                 them as the engine's.
@@ -125,7 +127,9 @@ class RolloutEngine:
         Raises:
             WorkbenchError: if that makes no step, or the gains are not what they should be.
         """
-        batch = self._steps(gains, axis, amplitude, duration, heading, stride, variations, seeds)
+        batch = self._steps(
+            gains, axis, amplitude, duration, heading, velocity, stride, variations, seeds
+        )
         curves, flown = batch.curves(VELOCITIES, self._threads, progress, stop)
         return Rollouts(
             axis=axis,
@@ -156,7 +160,7 @@ class RolloutEngine:
         Raises:
             WorkbenchError: as `fly` does.
         """
-        batch = self._steps(gains, axis, amplitude, duration, heading, 1, variations, seeds)
+        batch = self._steps(gains, axis, amplitude, duration, heading, HOVER, 1, variations, seeds)
         times = batch.time
         numbers = np.full((batch.size, NUMBERS), np.nan)
 
@@ -213,17 +217,18 @@ class RolloutEngine:
         amplitude: float,
         duration: float,
         heading: float,
+        velocity: Sequence[float],
         stride: int,
         variations: Sequence[Variation] | None,
         seeds: Sequence[int] | None,
     ) -> Batch:
-        """Return flights of a step from hover with a yaw [rad]."""
+        """Return flights of a step with a yaw [rad]."""
         check_step(axis, amplitude)
-        commands = np.zeros(4)
-        commands[AXES.index(axis)] = amplitude
+        commands = np.array(stepped(axis, amplitude, velocity))
         schedule = make_schedule(self.rates, EDGE, duration, stride)
-        start = start_state(self.vehicle, Start(roll_pitch_yaw=[0.0, 0.0, heading]))
-        return self._batch(gains, commands, start, schedule, variations, seeds)
+        start = Start(roll_pitch_yaw=[0.0, 0.0, heading], velocity=list(velocity))
+        state = start_state(self.vehicle, start)
+        return self._batch(gains, commands, state, schedule, variations, seeds, velocity)
 
     def _batch(
         self,
@@ -233,12 +238,13 @@ class RolloutEngine:
         schedule: Schedule,
         variations: Sequence[Variation] | None,
         seeds: Sequence[int] | None,
+        before: Sequence[float] = HOVER,
     ) -> Batch:
         """Return flights of candidates."""
         rotors = len(self.vehicle.rotors)
         noise = [self._seed] if seeds is None else seeds
         candidates = make_candidates(
-            self.controller, gains, self.gains, rotors, commands, starts, noise
+            self.controller, gains, self.gains, rotors, commands, starts, noise, before
         )
         candidates = self._designed(candidates)
         count = len(candidates.gains)

@@ -71,6 +71,7 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
         block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
         block[fixed:] = memory
         fill(block, rotors, candidates, crafts)
+        give_commands(block, candidates.before)
         blades = crafts.turning[:, :, 6:8].any()
         changes = crafts.turning[:, :, INFLOW:ANSWER].any()
         sags = len(crafts.supply.curve) > 0

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.design.step_response import fly_step
+from workbench.design.step_response import HOVER, fly_step
 from workbench.scenario.scenario import Scenario
 
 
@@ -30,6 +30,7 @@ class DiagramStep:
         axis: of the step.
         amplitude: of its command [m/s, rad/s].
         duration: flown after its edge [s].
+        velocity: of the steady flight before it, in W (3) [m/s].
     """
 
     scenario: Scenario
@@ -37,6 +38,7 @@ class DiagramStep:
     axis: str
     amplitude: float
     duration: float
+    velocity: tuple[float, float, float] = HOVER
 
     def with_scenario(self, scenario: Scenario) -> Self:
         """Return the same flight with the files of that scenario."""
@@ -60,6 +62,7 @@ class DiagramStep:
                 duration=self.duration,
                 scenario=dataclasses.replace(self.scenario, rates=rates),
                 settings=self.gains,
+                velocity=self.velocity,
             )
         except FlightBrokenError:
             return FlownStep(response, np.inf, 0.0)

@@ -14,10 +14,12 @@ from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.step_pair import linear_step
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.operating_point import OperatingPoint, Triple
 from workbench.design.linear.study import LinearStudy
 from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.step_response import HOVER as STILL
+from workbench.design.step_response import START_HEIGHT
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.diagram_step import DiagramStep
 from workbench.design.tune.flight_numbers import flight_numbers
@@ -29,7 +31,6 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 
 Gains = Mapping[str, float]
-HOVER = OperatingPoint()
 HOLD = OperatingPoint(hold=True)
 GROWTH_AS_MARGIN = -0.1
 """A loop that is unstable counts as having this margin per e-fold of growth a second [s]."""
@@ -79,13 +80,17 @@ class Instruments:
     Args:
         scenario: its vehicle, gains and rates.
         settings: parameter values that differ from them.
+        velocity: of the steady flight that is judged, and that steps begin from, in W (3) [m/s].
 
     Raises:
         WorkbenchError: if the vehicle cannot be read.
     """
 
-    def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
+    def __init__(
+        self, scenario: Scenario, settings: Mapping[str, float], velocity: Triple = STILL
+    ) -> None:
         self._scenario = scenario
+        self.point = OperatingPoint(velocity=velocity)
         self._studies: dict[Case, LinearStudy] = {}
         self._models: dict[tuple[Case, OperatingPoint], RetunedModels | LinearisedModels] = {}
         self._engines: dict[Case, RolloutEngine] = {}
@@ -94,11 +99,24 @@ class Instruments:
         self.base = flight_gains(self.vehicle, scenario.vehicle.gains, settings, self.controller)
         self.steps: dict[str, Step] = {}
 
+    @property
+    def flown_set(self) -> int | None:
+        """Which set of scheduled gains flies, or weighs most; None without a schedule."""
+        schedule = self.controller.schedule
+        if schedule is None:
+            return None
+        value = schedule.value(
+            height=START_HEIGHT,
+            velocity=self.point.velocity,
+            payload=self.base["known_payload_mass"],
+        )
+        return schedule.nearest(value)
+
     def models(self, case: Case, point: OperatingPoint) -> RetunedModels | LinearisedModels:
-        """Return the linear models of a case in hover.
+        """Return the linear models of a case.
 
         Raises:
-            WorkbenchError: if it cannot hover.
+            WorkbenchError: if it cannot fly so.
         """
         if (case, point) not in self._models:
             self._models[case, point] = retuned_models(self._study(case), point, self.base)
@@ -126,15 +144,22 @@ class Instruments:
         step = self.steps[axis]
         if not self.controller.compiles:
             return self._flown_on_the_diagram(gains, axis, step, case)
-        flown = self._engine(case).fly(gains, axis, step.amplitude, duration=step.duration)
-        return Responses(flown.time, flown.response, flown.peak_rotor_use, flown.diverged_at)
+        flown = self._engine(case).fly(
+            gains, axis, step.amplitude, duration=step.duration, velocity=self.point.velocity
+        )
+        response = flown.response
+        if any(self.point.velocity):
+            response = response - response[:, :1]
+        return Responses(flown.time, response, flown.peak_rotor_use, flown.diverged_at)
 
     def _flown_on_the_diagram(
         self, gains: Sequence[Gains], axis: str, step: "Step", case: Case
     ) -> "Responses":
         scenario = self._study(case).scenario
+        velocity = self.point.velocity
         tasks = [
-            DiagramStep(scenario, dict(each), axis, step.amplitude, step.duration) for each in gains
+            DiagramStep(scenario, dict(each), axis, step.amplitude, step.duration, velocity)
+            for each in gains
         ]
         flown = dict(all_cores().run(tasks))
         found = [flown[index] for index in range(len(tasks))]
@@ -161,9 +186,9 @@ class Instruments:
             for subject in dict.fromkeys(q.subject for q in asked if q.kind == STEP):
                 measured = self._attitude_numbers if subject in ATTITUDES else self._step_numbers
                 found |= measured(gains, subject, case)
-            held = [q for q in asked if q.kind == LOOP and self._holds(q.subject)]
+            held = [q for q in asked if q.kind == LOOP and self.holds(q.subject)]
             free = [q for q in asked if q.kind != STEP and q not in held]
-            for point, some in ((HOVER, free), (HOLD, held)):
+            for point, some in ((self.point, free), (HOLD, held)):
                 if some:
                     found |= self._loop_numbers(gains, some, case, point)
             for index, quantity in enumerate(quantities):
@@ -171,7 +196,7 @@ class Instruments:
                     values[:, index] = found[quantity]
         return values
 
-    def _holds(self, subject: str) -> bool:
+    def holds(self, subject: str) -> bool:
         """Return whether a loop or loop point is there only while a place is held."""
         loop = loop_of(self.controller, subject)
         return loop is not None and loop.hold
@@ -194,11 +219,11 @@ class Instruments:
     def _attitude_numbers(
         self, gains: Sequence[Gains], angle: str, case: Case
     ) -> dict[Quantity, np.ndarray]:
-        """Return the metrics of a step of an attitude, by the linear model of hover.
+        """Return the metrics of a step of an attitude, by the linear model.
 
         The velocity loops are open, so the angle is all that is asked for.
         """
-        models = self.models(case, HOVER)
+        models = self.models(case, self.point)
         rows = [attitude_step(models.model(each), angle) for each in gains]
         response = np.array(rows)
         time = models.model(gains[0]).period * np.arange(response.shape[1])

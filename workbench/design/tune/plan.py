@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.linear.operating_point import Triple
 from workbench.design.metrics import STEP
+from workbench.design.step_response import HOVER
 from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
 from workbench.design.tune.default_wishes import (
     completed,
@@ -17,7 +19,7 @@ from workbench.design.tune.default_wishes import (
     softened,
     wished_quantities,
 )
-from workbench.design.tune.measure import HOVER, Instruments, Quantity, Step
+from workbench.design.tune.measure import Instruments, Quantity, Step
 from workbench.design.tune.problem import FlownProblem, quantity
 from workbench.design.tune.requirement import requirements
 from workbench.design.tune.telling import Telling
@@ -66,6 +68,7 @@ def make_plan(
     settings: Mapping[str, float],
     *,
     separate: bool,
+    velocity: Triple = HOVER,
     telling: Telling | None = None,
 ) -> Plan:
     """Return what a run is to do.
@@ -75,6 +78,7 @@ def make_plan(
         wishes: what is wished for.
         settings: parameter values that the run starts from.
         separate: whether x and y, roll and pitch may differ on a symmetric vehicle.
+        velocity: of the steady flight that is tuned for, in W (3) [m/s].
         telling: tells of progress.
 
     Raises:
@@ -82,7 +86,7 @@ def make_plan(
     """
     tell = (telling or Telling()).prepare
     tell("reading the vehicle", 0.0)
-    instruments = Instruments(scenario, settings)
+    instruments = Instruments(scenario, settings, velocity)
     law, base = instruments.controller, instruments.base
     rule = base | {
         name: value
@@ -101,7 +105,9 @@ def make_plan(
     asked = merged(asked)
     if not asked:
         raise WorkbenchError("nothing is wished for: give a --wish, or leave --no-defaults out")
-    variables = variables_for(law, [wish.subject for wish in asked], tied=tied)
+    variables = variables_for(
+        law, [wish.subject for wish in asked], tied=tied, flown_set=instruments.flown_set
+    )
     kept = _guards(instruments, asked, variables, rule, base)
     asked += kept
     cases, remarks = _flyable(instruments, corners(wishes.robustness), tell)
@@ -161,7 +167,8 @@ def _guards(
     quantities = [
         wish
         for wish in guarded_quantities(instruments.controller, asked)
-        if any(
+        if not (any(instruments.point.velocity) and instruments.holds(wish.subject))
+        and any(
             name in searched
             for loop in loops_for(instruments.controller, wish.subject)
             for name in loop.gains
@@ -182,7 +189,7 @@ def _flyable(
     for index, case in enumerate(cases):
         tell(f"linear model of vehicle {index + 1} of {len(cases)}", 0.2 + 0.4 * index / len(cases))
         try:
-            instruments.models(case, HOVER)
+            instruments.models(case, instruments.point)
         except WorkbenchError as error:
             remarks.append(f"left out: {case}: {error}")
         else:

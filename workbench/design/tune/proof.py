@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.metrics import STEP
-from workbench.design.step_response import StepResponse, fly_step
+from workbench.design.step_response import HOVER, StepResponse, fly_step
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import Step
@@ -54,6 +54,7 @@ def prove(
     required: Sequence[Requirement],
     flights: Sequence[tuple[Case, str]],
     progress: Callable[[str, float], None],
+    velocity: Sequence[float] = HOVER,
 ) -> Proof:
     """Fly gains on the full diagram and compare with what is required of those flights.
 
@@ -64,6 +65,7 @@ def prove(
         required: what is required; those of other flights are passed over.
         flights: case and axis of each.
         progress: called with what is flown, and the flown share of all, 0 .. 1.
+        velocity: of the steady flight before the steps, in W (3) [m/s].
     """
     flown = []
     values = []
@@ -82,6 +84,7 @@ def prove(
             duration=step.duration,
             scenario=varied,
             settings=gains,
+            velocity=velocity,
             progress=tell,
         )
         flown.append((case, response))

@@ -144,6 +144,7 @@ class Solver:
             whole.requirements,
             flights_to_fly(whole.requirements, reserves),
             self._telling.prove,
+            whole.instruments.point.velocity,
         )
 
 

@@ -8,7 +8,9 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
+from workbench.design.linear.operating_point import Triple
 from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
+from workbench.design.step_response import HOVER
 from workbench.design.tune.case import Case
 from workbench.design.tune.conflict import Unmet, conflicts
 from workbench.design.tune.evaluation import Budget, Candidate, SearchEndedError
@@ -19,6 +21,7 @@ from workbench.design.tune.solver import Solution, Solver
 from workbench.design.tune.telling import Listener, Telling
 from workbench.design.tune.tuning import Result, Tuning
 from workbench.design.tune.twins import counterparts
+from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import Wish, members
 from workbench.design.tune.wish_file import Wishes
 from workbench.gains.gains import make_profile
@@ -42,6 +45,8 @@ class Tuner:
         evaluations: candidates that it may look at.
         seconds: that it may search.
         seed: of what is tried where no start leads there; equal seeds give equal runs.
+        velocity: of the steady flight that is tuned for, in W (3) [m/s]: loops are judged there,
+            and steps begin from it. Of scheduled gains, those of the set that flies there change.
 
     Raises:
         WorkbenchError: if the scenario varies the vehicle, which the search does on its own, or a
@@ -58,6 +63,7 @@ class Tuner:
         evaluations: int = EVALUATIONS,
         seconds: float = math.inf,
         seed: int = 0,
+        velocity: Triple = HOVER,
     ) -> None:
         self._scenario = scenario or Scenario()
         if self._scenario.vehicle.variation != Variation():
@@ -71,8 +77,20 @@ class Tuner:
             members(wish.subject, wish.metric, self._controller)
         self._settings = dict(settings or {})
         self._separate = separate
+        self._velocity = velocity
+        if any(velocity):
+            self._refuse_hold()
         self._seed = seed
         self._budget = Budget(evaluations, seconds)
+
+    def _refuse_hold(self) -> None:
+        """Refuse wishes about a held place, of which a flight on the way has none."""
+        for wish in self._wishes.wishes:
+            loop = loop_of(self._controller, wish.subject)
+            if loop is not None and loop.hold:
+                raise WorkbenchError(
+                    f"{wish}: a place is held in hover only: leave the wish out, or tune in hover"
+                )
 
     @property
     def vehicle(self) -> str:
@@ -102,6 +120,7 @@ class Tuner:
             self._wishes,
             self._settings,
             separate=self._separate,
+            velocity=self._velocity,
             telling=telling,
         )
         found = Solver(plan, self._budget, self._seed, telling).solve()
@@ -237,6 +256,7 @@ def tune(
     settings: Mapping[str, float] | None = None,
     evaluations: int = EVALUATIONS,
     seed: int = 0,
+    velocity: Triple = HOVER,
     listener: Listener | None = None,
 ) -> Tuning:
     """Return gains that meet wishes, or which wish stands against which.
@@ -247,12 +267,20 @@ def tune(
         settings: parameter values that the run starts from.
         evaluations: candidates that it may look at.
         seed: equal seeds give equal runs.
+        velocity: of the steady flight that is tuned for, in W (3) [m/s].
         listener: hears of progress and of the best so far.
 
     Raises:
         WorkbenchError: if the wishes contradict each other, or the vehicle cannot be flown.
     """
-    tuner = Tuner(scenario, wishes, settings=settings, evaluations=evaluations, seed=seed)
+    tuner = Tuner(
+        scenario,
+        wishes,
+        settings=settings,
+        evaluations=evaluations,
+        seed=seed,
+        velocity=velocity,
+    )
     return tuner.run(listener)
 
 
@@ -260,4 +288,5 @@ def _origin(plan: Plan) -> str:
     """Return where tuned gains come from, for their file."""
     wished = [str(wish) for wish in plan.wishes if wish.is_written]
     for_what = "; ".join(wished) if wished else "the wishes that follow from the vehicle"
-    return f"tuned for {for_what}"
+    point = plan.problem.instruments.point
+    return f"tuned for {for_what}{f', at {point.label}' if any(point.velocity) else ''}"

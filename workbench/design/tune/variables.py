@@ -105,16 +105,21 @@ class Variables:
         }
 
 
-def variables_for(law: Controller, subjects: Iterable[str], *, tied: bool) -> Variables:
+def variables_for(
+    law: Controller, subjects: Iterable[str], *, tied: bool, flown_set: int | None = None
+) -> Variables:
     """Return the gains that matter for axes and loops.
 
     Args:
         law: whose gains.
         subjects: axes and loops with wishes; "rotors" stands for all axes.
         tied: whether roll and pitch, and x and y, have equal gains.
+        flown_set: of scheduled gains, the set that is searched.
     """
     loops = [loop for subject in subjects for loop in loops_for(law, subject)]
     names = dict.fromkeys(name for loop in loops for name in loop.gains)
+    if law.schedule:
+        names = dict.fromkeys(n for n in names if law.schedule.number_of(n) in (None, flown_set))
     table = parameter_table(law)
     if not tied:
         return Variables(table, tuple((name,) for name in names))
