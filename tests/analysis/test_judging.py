@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.analysis.questions import Judge
+from workbench.analysis.questions import FindRanges, Judge, Step, Weigh
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.live import live_margins
@@ -123,3 +123,19 @@ def test_bad_gains_are_refused(answer, gains, said):
     with pytest.raises(WorkbenchError) as refused:
         answer(Judge(gains))
     assert said in str(refused.value)
+
+
+def test_a_set_of_scheduled_gains_is_judged_as_the_law_that_has_them_alone(answer):
+    """Whichever set flies in hover; answers name gains as the question does."""
+    subject = Subject(Scenario(controller="pd@speed=0,4"), {"payload_mass": 0.1})
+    asked = {f"{name}_at_4": 0.8 * subject.own[name] for name in ("kp_roll", "kd_roll", "kp_pitch")}
+    plain = {subject.flown.gain_of(name): value for name, value in asked.items()}
+    alone = Subject(Scenario(), {"payload_mass": 0.1})
+    found, wanted = answer(Judge(asked), subject), answer(Judge(plain), alone)
+    assert found.gains == asked and found.loops == wanted.loops
+    ranges = answer(FindRanges(asked), subject).stable
+    assert ranges["kp_roll_at_4"] == answer(FindRanges(plain), alone).stable["kp_roll"]
+    assert "kp_roll" not in ranges
+    step = Step("x", 1.0, 1.0)
+    weights = answer(Weigh(asked, step), subject).weights["rise_time"]
+    assert any(each.gain == "kp_pitch_at_4" for each in weights)

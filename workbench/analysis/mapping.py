@@ -30,7 +30,8 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
     step = question.step
     check_short(step, LONGEST)
     gains = subject.gains(question.gains)
-    x, y = (_around(subject, name, gains) for name in (question.x, question.y))
+    names = (subject.flown.gain_of(name) for name in (question.x, question.y))
+    x, y = (_around(subject, name, gains) for name in names)
     engine = yield from ready_engine(subject)
     values = np.full((y.points, x.points), np.nan)
     for first in range(0, y.points, BAND):

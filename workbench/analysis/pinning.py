@@ -13,7 +13,7 @@ def pin(subject: Subject, question: Pin, work: Work) -> Working:
     found = pin_step(
         question.path,
         subject.scenario,
-        subject.gains(question.gains),
+        subject.flown_gains(question.gains),
         step.axis,
         step.amplitude,
         duration=step.duration,

@@ -87,10 +87,17 @@ class Weigh:
 
 @dataclass(frozen=True)
 class Tune:
-    """Find gains for wishes, as `x.rise_time <= 0.4`; answered by `Searched`s, then `Tuned`."""
+    """Find gains for wishes, as `x.rise_time <= 0.4`; answered by `Searched`s, then `Tuned`.
+
+    Attributes:
+        gains: to begin with.
+        wishes: as they are typed.
+        velocity: of the steady flight that is tuned for, in W [m/s].
+    """
 
     gains: Gains
     wishes: tuple[str, ...]
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
     A gain with which nothing is stable within its limits is left out. Where its own value is not,
     the range is the nearest one that is, as far as a coarse look finds it.
     """
-    gains = subject.gains(question.gains)
+    gains, names = subject.gains(question.gains), subject.asked_names(question.gains)
     found: dict[str, tuple[float, float]] = {}
     loops = subject.table.controller.loops
     # what the loops' stability depends on
@@ -39,7 +39,7 @@ def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
         for span in _stable_span(row, gains[name], _test(subject, gains, name)):
             work.check()
             if span is not None:
-                found[name] = span
+                found[names.get(name, name)] = span
             yield None
     yield Ranges(question.gains, found)
 

@@ -3,11 +3,13 @@
 import threading
 from collections.abc import Mapping
 from concurrent.futures import Future
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
+from workbench.control.schedule import split_label
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario
 
@@ -30,15 +32,26 @@ class Subject:
         scenario: its vehicle, variation and rates count; all of it where a flight is flown.
         settings: values of the live parameters, over those of the scenario's gains.
 
+    Scheduled gains are judged set by set: a question about judged gains has the names of one set,
+    and they fly without the schedule.
+
     Attributes:
-        table: of the parameters of the scenario's controller.
+        flown: the scenario's controller.
+        judged: the scenario that is judged: without the schedule of the controller's gains.
+        table: of the parameters of its controller.
         law: names of the controller's own, gains and limits.
     """
 
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
-        self.scenario = scenario
+        self.scenario = self.judged = scenario
+        self.flown = load_controller(scenario.controller)
         self.settings = dict(settings)
-        self.table = parameter_table(load_controller(scenario.controller))
+        if self.flown.schedule is not None:
+            # the values of its gain file are among the settings
+            vehicle = replace(scenario.vehicle, gains="")
+            controller, _ = split_label(scenario.controller)
+            self.judged = replace(scenario, controller=controller, vehicle=vehicle, script=[])
+        self.table = parameter_table(load_controller(self.judged.controller))
         self.law = tuple(row.name for row in self.table.controller.parameters)
         self._loading: Future[RolloutEngine] | None = None
 
@@ -51,7 +64,7 @@ class Subject:
         """
         from workbench.design.linear.study import LinearStudy
 
-        return LinearStudy(self.scenario)
+        return LinearStudy(self.judged)
 
     @cached_property
     def own(self) -> dict[str, float]:
@@ -59,7 +72,7 @@ class Subject:
         acting = {
             name: value
             for name, value in self.settings.items()
-            if self.table.find(name).system in OF_A_STEP
+            if name in self.table and self.table.find(name).system in OF_A_STEP
         }
         return {**self.study.gains, **acting}
 
@@ -88,10 +101,25 @@ class Subject:
         Raises:
             WorkbenchError: for a name that is none of the controller's, or a value out of range.
         """
-        for name in self.table.checked(asked):
+        values = {self.flown.gain_of(name): value for name, value in asked.items()}
+        for name in self.table.checked(values):
             if name not in self.law:
                 raise WorkbenchError(f"{name} is no gain of the controller: leave it out")
-        return {name: asked.get(name, self.own[name]) for name in self.law}
+        return {name: values.get(name, self.own[name]) for name in self.law}
+
+    def asked_names(self, asked: Mapping[str, float]) -> dict[str, str]:
+        """Return how a question names the controller's gains: those of a set by that set."""
+        return {self.flown.gain_of(name): name for name in asked}
+
+    def flown_gains(self, asked: Mapping[str, float]) -> dict[str, float]:
+        """Return values of the controller that flies, those of all sets of its gains.
+
+        Raises:
+            WorkbenchError: for a name that is none of the controller's, or a value out of range.
+        """
+        if self.flown.schedule is None:
+            return self.gains(asked)
+        return parameter_table(self.flown).checked(asked)
 
     def linear_gains(self, asked: Mapping[str, float]) -> dict[str, float]:
         """Return what linear models are made with: the payload, and the gains, see `gains`."""
@@ -116,7 +144,7 @@ class Subject:
         try:
             from workbench.design.rollout.engine import RolloutEngine
 
-            scenario = self.scenario
+            scenario = self.judged
             engine = RolloutEngine(
                 self.study.vehicle,
                 scenario.rates,

@@ -16,7 +16,8 @@ def tune(subject: Subject, question: Tune, work: Work) -> Working:
     tuner = Tuner(
         subject.scenario,
         wishes_for(*question.wishes, controller=subject.scenario.controller),
-        settings=subject.gains(question.gains),
+        settings=subject.flown_gains(question.gains),
+        velocity=question.velocity,
     )
     work.on_stop(tuner.stop)
     found = tuner.run(lambda progress: work.tell(_searched(progress)))

@@ -1,6 +1,7 @@
 """Which gain moves the numbers of a step most: exact derivatives, carried in flight."""
 
 import math
+from dataclasses import replace
 
 from workbench.analysis.predicting import check_short
 from workbench.analysis.questions import Weigh
@@ -23,12 +24,18 @@ def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
         step.amplitude,
         duration=step.duration,
         heading=step.heading,
-        scenario=subject.scenario,
+        scenario=subject.judged,
         settings=subject.gains(question.gains),
         progress=work.check,
     )
-    gains = subject.gains(question.gains)
-    weights = {each.metric: _weights(each, gains) for each in found}
+    gains, names = subject.gains(question.gains), subject.asked_names(question.gains)
+    weights = {
+        each.metric: tuple(
+            replace(weight, gain=names.get(weight.gain, weight.gain))
+            for weight in _weights(each, gains)
+        )
+        for each in found
+    }
     yield Weighed(question.gains, step, weights)
 
 

@@ -37,7 +37,7 @@ from workbench.common.jitable import register_jitable
 from workbench.common.resources import controllers_dir
 from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
 from workbench.control.parameter import Parameter
-from workbench.control.schedule import Schedule, parse_schedule, split_label
+from workbench.control.schedule import Schedule, parse_schedule, split_label, with_label
 from workbench.plant.gravity import GRAVITY
 
 DEFAULT = "pd"
@@ -188,8 +188,8 @@ class Controller:
     @property
     def reference(self) -> str:
         """What `load_controller` reads it by, as its file stands now."""
-        label = f"@{self.schedule.label}" if self.schedule else ""
-        return self.name if self.shipped else f"{self.file}{label}"
+        label = self.schedule.label if self.schedule else ""
+        return self.name if self.shipped else with_label(str(self.file), label)
 
     @property
     def unscheduled(self) -> str:
@@ -199,8 +199,8 @@ class Controller:
     @property
     def digest(self) -> str:
         """What tells its text, and its schedule, from any other (SHA-256)."""
-        label = f"@{self.schedule.label}" if self.schedule else ""
-        return hashlib.sha256((self.text + label).encode()).hexdigest()
+        label = self.schedule.label if self.schedule else ""
+        return hashlib.sha256(with_label(self.text, label).encode()).hexdigest()
 
     @property
     def key(self) -> str:
@@ -402,7 +402,7 @@ def scheduled(controller: Controller, label: str) -> Controller:
 
     made = replace(
         controller,
-        name=f"{controller.name}@{schedule.label}",
+        name=with_label(controller.name, schedule.label),
         parameters=(*rows, *(row for row in controller.parameters if row.name in common)),
         loops=tuple(replace(loop, gains=all_sets(loop.gains)) for loop in controller.loops),
         rule=rule if controller.rule else None,

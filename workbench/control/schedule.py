@@ -193,6 +193,11 @@ def split_label(name: str) -> tuple[str, str]:
     return (found[1], f"{found[2]}={found[3]}") if found else (name, "")
 
 
+def with_label(name: str, label: str) -> str:
+    """Return a controller's name, or its file, with the label of its schedule, "" for none."""
+    return f"{name}@{label}" if label else name
+
+
 def parse_schedule(label: str) -> Schedule:
     """Return the schedule of a label, as `speed=0,4,8`.
 

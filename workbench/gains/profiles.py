@@ -14,7 +14,7 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
 from workbench.common.yaml_files import read_yaml
 from workbench.control.controller import DEFAULT, Controller, is_shipped, load_controller
-from workbench.control.schedule import split_label
+from workbench.control.schedule import split_label, with_label
 from workbench.gains.history import Save, next_save, read_history, values_at, write_history
 from workbench.scenario.parameters import Parameter, ParameterTable, parameter_table
 
@@ -66,7 +66,7 @@ def flown_by(controller: str, gains: str) -> str:
         return controller
     owner, label = split_label(owner_of(find_file(gains)))
     law = load_controller(controller)
-    return f"{controller}@{label}" if label and law.name == owner else controller
+    return with_label(controller, label if law.name == owner else "")
 
 
 def load_gains(path: Path, controller: Controller | None = None) -> GainFile:

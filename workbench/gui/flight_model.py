@@ -273,8 +273,11 @@ class FlightModel(QObject):
             self._good = self._present
             self.begun.emit(view)
         elif view.controller is not before.controller and view.controller and view.scenario:
-            if before.controller is None or view.controller.file != before.controller.file:
-                what = with_controller(self._present.what, view.scenario.controller)
+            law, other = view.controller, before.controller
+            if other is None or law.reference != other.reference:
+                # gains of the same law do with sets of them as well
+                keep = other is not None and law.unscheduled == other.unscheduled
+                what = with_controller(self._present.what, view.scenario.controller, keep=keep)
                 self._present = self._good = replace(self._present, what=what)
             self.taken_over.emit(view)
         if view.phase is not before.phase:
@@ -310,16 +313,22 @@ class FlightModel(QObject):
         return self._view.phase in (Phase.ENDED, Phase.BROKEN)
 
 
-def with_controller(what: Choice | Scenario, name: str) -> Choice | Scenario:
+def with_controller(
+    what: Choice | Scenario, name: str, *, keep: bool = False
+) -> Choice | Scenario:
     """Return what is to be flown with a controller, a shipped one's name or a file's path.
 
-    A gain file of another one is left out.
+    Args:
+        what: that flew.
+        name: of the controller.
+        keep: whether the gain file is for it, too; else it is left out.
     """
     if what.controller == name:
         return what
     if isinstance(what, Choice):
-        return replace(what, controller=name, gains="")
-    return replace(what, controller=name, vehicle=replace(what.vehicle, gains=""))
+        return replace(what, controller=name, gains=what.gains if keep else "")
+    gains = what.vehicle.gains if keep else ""
+    return replace(what, controller=name, vehicle=replace(what.vehicle, gains=gains))
 
 
 def began_anew(before: LiveView, view: LiveView) -> bool:

@@ -9,7 +9,7 @@ import yaml
 
 from workbench.common.resources import list_models, list_worlds
 from workbench.control.controller import DEFAULT, SHIPPED, Controller
-from workbench.control.schedule import split_label
+from workbench.control.schedule import split_label, with_label
 from workbench.gateways.ros_messages.conversion import Channel
 from workbench.scenario.scenario import Scenario
 
@@ -37,8 +37,8 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 def law_name(law: Controller) -> str:
     """Return the name of the attachment with a law's text, which its action has, too."""
-    label = f"@{law.schedule.label}" if law.schedule else ""
-    return f"{LAWS}{law.digest[:12]}/{law.unscheduled}.py{label}"
+    file = f"{LAWS}{law.digest[:12]}/{law.unscheduled}.py"
+    return with_label(file, law.schedule.label if law.schedule else "")
 
 
 def scenario_text(scenario: Scenario) -> str:
@@ -105,4 +105,4 @@ def _from_root(name: str, shipped: list[str]) -> str:
 
 def _controller_from_root(name: str) -> str:
     file, label = split_label(name)
-    return _from_root(file, list(SHIPPED)) + (f"@{label}" if label else "")
+    return with_label(_from_root(file, list(SHIPPED)), label)

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller, is_shipped, load_controller
-from workbench.control.schedule import split_label
+from workbench.control.schedule import split_label, with_label
 from workbench.link.backplane import Sampled
 from workbench.logs.record import FlightRecord
 from workbench.logs.versions import versions
@@ -137,7 +137,7 @@ def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
             )
     others = [name for name, text in record.laws.items() if text != record.law]
     given, _ = split_label(controller)
-    files = {name: _labelled(given, split_label(name)[1]) for name in record.laws}
+    files = {name: with_label(given, split_label(name)[1]) for name in record.laws}
     if controller and Path(controller).suffix != ".py" and _same_file(controller, record.path):
         controller, files = _written(record, folder)
     elif others:
@@ -146,7 +146,7 @@ def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
             f"it, name the log itself, as --controller {record.path}"
         )
     elif controller and controller == given:  # scheduled as it was
-        controller = _labelled(given, split_label(record.controller.get("name", ""))[1])
+        controller = with_label(given, split_label(record.controller.get("name", ""))[1])
     actions = [
         dataclasses.replace(action, controller=files.get(action.controller, action.controller))
         if action.controller is not None
@@ -168,11 +168,6 @@ def _same_file(one: str, other: Path) -> bool:
     return Path(one).exists() and Path(one).samefile(other)
 
 
-def _labelled(file: str, label: str) -> str:
-    """Return a controller's name with the label of its schedule, "" for none."""
-    return f"{file}@{label}" if label else file
-
-
 def _written(record: FlightRecord, folder: Path) -> tuple[str, dict[str, str]]:
     """Write the texts that a log holds; return the first one's file, and the others' by name."""
 
@@ -181,12 +176,12 @@ def _written(record: FlightRecord, folder: Path) -> tuple[str, dict[str, str]]:
         path = folder / Path(file).parent.name / Path(file).name
         path.parent.mkdir(exist_ok=True)
         path.write_text(text, encoding="utf-8")
-        return _labelled(str(path), label)
+        return with_label(str(path), label)
 
     first = record.controller["name"]
     if not is_shipped(first):
         whose, label = split_label(first)
-        first = written(_labelled(f"first/{whose}.py", label), record.law)
+        first = written(with_label(f"first/{whose}.py", label), record.law)
     own = record.controller["sha256"][:12]
     return first, {
         name: first if Path(split_label(name)[0]).parent.name == own else written(name, text)

@@ -64,7 +64,17 @@ def observe(bench: Workbench, root_context: Context, start: Sequence[float]) -> 
         height=height.distance if height else None,
         clearance=_clearance(signals["obstacle"]) if "obstacle" in signals else None,
         sensors=tuple(map(partial(_status, root_context), mounted, readings)),
+        voltage=_voltage(bench, root_context),
     )
+
+
+def _voltage(bench: Workbench, root_context: Context) -> float:
+    """Return that under load over that of the full battery, 1 where no battery is stated."""
+    dynamics = bench.airframe.dynamics
+    if not dynamics.HasOutputPort("voltage"):
+        return 1.0
+    port = dynamics.GetOutputPort("voltage")
+    return float(port.Eval(dynamics.GetMyContextFromRoot(root_context))[0])
 
 
 def _first(readings: Iterable[Reading | None], wanted: type[R]) -> R | None:

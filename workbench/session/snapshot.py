@@ -81,6 +81,7 @@ class Snapshot:
         reference: what the pilot asks for, see `control.guidance.Reference`.
         mode: flight mode.
         charge: of the battery, 0 .. 1.
+        voltage: of it, see `guidance.Measured`.
         wind: velocity of the air at the drone.
         imu: last reading, None where no IMU measures; so the next three.
         gps: location and altitude.
@@ -111,3 +112,4 @@ class Snapshot:
     height: float | None = None
     clearance: Clearance | None = None
     sensors: tuple[SensorStatus, ...] = ()
+    voltage: float = 1.0

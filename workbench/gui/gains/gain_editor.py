@@ -7,6 +7,8 @@ from PyQt6.QtCore import QObject, pyqtSignal
 from PyQt6.QtGui import QUndoCommand, QUndoStack
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
+from workbench.control.schedule import Schedule, split_label, with_label
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.flown_gains import FlownGains
@@ -16,6 +18,7 @@ from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.live.view import LiveView
 from workbench.scenario.parameters import Parameter, parameter_table
+from workbench.session.snapshot import Snapshot
 
 AT_ONCE = "at once"
 MOST_STEPS = 500
@@ -23,6 +26,8 @@ MOST_STEPS = 500
 SLOTS = ("A", "B", "C")
 """Sets of gains that are stored to be compared by one key."""
 ELSEWHERE = "a change from elsewhere"
+STAYS = 0.1
+"""A set stays shown until another is nearer by this share of the way between them."""
 ALONE = -1
 """Edit number of a change that is a step of undo by itself."""
 
@@ -115,6 +120,8 @@ class GainEditor(QObject):
         kept: values of the profile that `revert` brings back.
         slots: stored values of the profile, by the slot's letter.
         linked: whether gains of x and y move together.
+        shown_set: of scheduled gains, the set that is shown and judged; None without a schedule.
+        follows: whether that is the one that flies, or weighs most.
         warning: why what is proposed does not fly without `confirm`, a sentence; "" where it does.
     """
 
@@ -130,6 +137,8 @@ class GainEditor(QObject):
     """Name of a parameter, and why it may not have the value that was asked for; "" when it may."""
     ranges_changed = pyqtSignal()
     """Stable ranges are others, or older, now."""
+    set_changed = pyqtSignal()
+    """Another set of scheduled gains is shown and judged."""
     state_changed = pyqtSignal()
     """Anything else: kept, slots, undo, links, or the rows themselves."""
 
@@ -142,7 +151,7 @@ class GainEditor(QObject):
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._preferences, self._notices = preferences, notices
+        self._preferences, self._notices, self._flight = preferences, notices, flight
         self._flown = FlownGains(flight, self)
         self._stability = StabilityCheck(analysis, lambda: self.start, self)
         self._steps = QUndoStack(self)
@@ -157,6 +166,8 @@ class GainEditor(QObject):
         self.slots: dict[str, Values] = {}
         self._compared: Values = {}  # what was proposed before a slot was recalled
         self.linked = False
+        self.shown_set: int | None = None
+        self.follows = True
         self.warning = ""
         self._refused: set[str] = set()
         self._told_refusal = ""
@@ -192,6 +203,76 @@ class GainEditor(QObject):
         return {name: self.proposed[name] for name in self.profile_names}
 
     @property
+    def schedule(self) -> Schedule | None:
+        """Of the gains of the controller that flies."""
+        return self.table.controller.schedule
+
+    def of_set(self, values: Values) -> dict[str, float]:
+        """Return values without those of sets of gains that are not shown."""
+        schedule = self.schedule
+        if schedule is None:
+            return dict(values)
+        shown = (None, self.shown_set)
+        return {name: x for name, x in values.items() if schedule.number_of(name) in shown}
+
+    def show_set(self, number: int | None) -> None:
+        """Show and judge a set of scheduled gains; None for the one that flies, from now on."""
+        self.follows = number is None
+        if number is not None:
+            self._show_set(number)
+
+    def follow(self, snapshot: Snapshot) -> None:
+        """Show the set that flies now, unless a slider is held or another one was chosen."""
+        schedule, number = self.schedule, self.shown_set
+        if schedule is None or number is None or not self.follows or self._edit != ALONE:
+            return
+        value = self.scheduled_value(snapshot)
+        nearest = schedule.nearest(value)
+        gap = abs(schedule.values[nearest] - schedule.values[number])
+        if abs(value - schedule.values[number]) > (0.5 + STAYS) * gap:
+            self._show_set(nearest)
+
+    def schedule_gains(self, label: str) -> None:
+        """Let the flight have sets of its gains; they begin with the values that fly.
+
+        Args:
+            label: as `speed=0,4,8`, see `control.schedule`; "" for no sets any more.
+        """
+        name = with_label(split_label(self.table.controller.reference)[0], label)
+        try:
+            load_controller(name)
+        except WorkbenchError as error:
+            self._notices.warn(str(error))
+            return
+        self._flight.order(lambda live: live.fly_controller(name))
+
+    def scheduled_value(self, snapshot: Snapshot) -> float:
+        """Return the quantity that the gains are scheduled over."""
+        assert self.schedule is not None
+        return self.schedule.value(
+            height=snapshot.p_WB[2],
+            velocity=snapshot.v_WB,
+            payload=self.flown.get("known_payload_mass", 0.0),
+            voltage=snapshot.voltage,
+        )
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Of the steady flight that the shown set is for, in W [m/s]; 0 where it is for none."""
+        schedule, number = self.schedule, self.shown_set
+        if schedule is None or number is None or schedule.quantity.name != "speed":
+            return (0.0, 0.0, 0.0)
+        return (schedule.values[number], 0.0, 0.0)
+
+    def _show_set(self, number: int) -> None:
+        if number == self.shown_set:
+            return
+        self.shown_set = number
+        self._stability.begin()
+        self.find_ranges()
+        self.set_changed.emit()
+
+    @property
     def is_at_once(self) -> bool:
         """Whether what is proposed flies at once, and not on Enter."""
         return self._preferences.text("apply_gains") == AT_ONCE
@@ -221,7 +302,7 @@ class GainEditor(QObject):
     @property
     def has_fresh_ranges(self) -> bool:
         """Whether the stable ranges were found with the gains that fly."""
-        return self._stability.has_ranges_of(self.flown)
+        return self._stability.has_ranges_of(self.of_set(self.flown))
 
     def stable_range(self, name: str) -> tuple[float, float] | None:
         """Return the stable values of a gain, the others as they were; None if none is known."""
@@ -257,6 +338,7 @@ class GainEditor(QObject):
         self.table = parameter_table(view.controller)
         self.rows = flight_rows(view.values, self.table)
         self.profile_names = tuple(row.name for row in self.rows if in_profile(row))
+        self.shown_set, self.follows = (0 if self.schedule else None), True
         self.proposed = dict(view.values)
         self.kept = self.proposed_profile
         self._steps.clear()
@@ -284,7 +366,7 @@ class GainEditor(QObject):
 
     def find_ranges(self) -> None:
         """Find the stable ranges of what flies; somebody looks at them."""
-        self._stability.find_ranges(self.flown)
+        self._stability.find_ranges(self.of_set(self.flown))
 
     def begin_edit(self) -> None:
         """Let what is proposed from now on be one step of undo: a slider is held."""
@@ -348,7 +430,7 @@ class GainEditor(QObject):
             loops = loop_gains(self.proposed)
             rest = [name for name in self.unflown if name not in loops]
             self._flown.order({name: self.proposed[name] for name in rest})
-            self._stability.ask(self.proposed)
+            self._stability.ask(self.of_set(self.proposed))
 
     def confirm(self) -> None:
         """Fly what is proposed in spite of the warning."""
@@ -430,7 +512,7 @@ class GainEditor(QObject):
         """Whether what is proposed flies, was kept, or is within the stable ranges."""
         return (
             same_loops(self.proposed, self._flown.all_ordered)
-            or self._stability.knows(self.proposed)
+            or self._stability.knows(self.of_set(self.proposed))
             or same_loops(self.proposed, self.proposed | self.kept)
         )
 
@@ -526,7 +608,7 @@ class GainEditor(QObject):
             self.apply()  # what is judged or warned of has changed with it
         self.flown_changed.emit(changed)
         if loop_gains(changed):
-            self._stability.find_ranges(self.flown)
+            self.find_ranges()
             self.ranges_changed.emit()
         self.state_changed.emit()
 

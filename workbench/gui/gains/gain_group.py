@@ -43,6 +43,7 @@ class GainGroup(QWidget):
         layout.addWidget(self._body)
         self.is_open = is_open
         self._searched: set[QWidget] | None = None
+        self._left_out: set[QWidget] = set()
         self.set_open(is_open)
 
     def add(self, lines: Sequence[QWidget]) -> None:
@@ -58,6 +59,11 @@ class GainGroup(QWidget):
     def search(self, found: set[QWidget] | None) -> None:
         """Show those lines that were found, open or not; None for no search."""
         self._searched = found
+        self._show()
+
+    def leave_out(self, lines: set[QWidget]) -> None:
+        """Show these lines in no case."""
+        self._left_out = lines
         self._show()
 
     def _show(self) -> None:
@@ -78,6 +84,7 @@ class GainGroup(QWidget):
             item = self._lines.itemAt(index)
             line = item.widget() if item else None
             if line is not None:
-                line.setVisible(found is None or line in found)
-                shown = shown or found is None or line in found
+                seen = line not in self._left_out and (found is None or line in found)
+                line.setVisible(seen)
+                shown = shown or seen
         return shown

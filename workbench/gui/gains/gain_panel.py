@@ -6,6 +6,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QKeyEvent, QKeySequence, QShortcut, QShowEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
+    QComboBox,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -24,6 +25,7 @@ from workbench.gui.soon import Soon
 from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
 from workbench.scenario.parameters import Parameter
+from workbench.session.snapshot import Snapshot
 
 CLOSED = "Limits"
 """This group is closed at first, so that the gains stand without scrolling."""
@@ -80,6 +82,56 @@ class StabilityWarning(QFrame):
         self.setVisible(bool(said))
 
 
+class SetBar(QWidget):
+    """Says which set of scheduled gains flies, and chooses the one whose sliders are shown.
+
+    Args:
+        editor: has the gains.
+        parent: owner.
+    """
+
+    def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._editor = editor
+        self.choice = QComboBox(self)
+        self.choice.setAccessibleName("Set of gains")
+        self.choice.setToolTip(
+            "The sliders show, and margins and steps judge, this set of gains in hover; the flight "
+            "goes on between the sets"
+        )
+        label = QLabel("&Set", self)
+        label.setBuddy(self.choice)
+        self.flies = dressed(QLabel(self), "muted")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(8, 0, 8, 0)
+        row.addWidget(label)
+        row.addWidget(self.choice)
+        row.addWidget(self.flies, 1)
+        self.choice.activated.connect(lambda place: editor.show_set(place - 1 if place else None))
+        self.show_schedule()
+
+    def show_schedule(self) -> None:
+        """Offer the sets of the flight's gains; without a schedule there is nothing to see."""
+        schedule = self._editor.schedule
+        self.setVisible(schedule is not None)
+        self.choice.clear()
+        if schedule is not None:
+            self.choice.addItem("the one that flies")
+            numbers = range(len(schedule.values))
+            self.choice.addItems([schedule.where(number) for number in numbers])
+        self.flies.setText("")
+
+    def show_snapshot(self, snapshot: Snapshot) -> None:
+        """Say what flies now."""
+        schedule, shown = self._editor.schedule, self._editor.shown_set
+        if schedule is None or shown is None:
+            return
+        value = self._editor.scheduled_value(snapshot)
+        unit = "" if schedule.quantity.unit == "1" else f" {schedule.quantity.unit}"
+        shows = f"; shown {schedule.where(shown)}" if self._editor.follows else ""
+        self.flies.setText(f"{schedule.quantity.name} is {value:.2f}{unit}{shows}")
+
+
 class GainPanel(QWidget):
     """All live parameters of the flight: gains first, everything else below.
 
@@ -111,6 +163,7 @@ class GainPanel(QWidget):
         self.linked.setToolTip("Let gains of x and y move together; linking moves none yet")
         self.linked.setChecked(editor.linked)
         self.warning = StabilityWarning(editor, self)
+        self.set_bar = SetBar(editor, self)
         self.nothing = dressed(QLabel(NOTHING, self), "muted")
         self.nothing.setWordWrap(True)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -155,6 +208,7 @@ class GainPanel(QWidget):
         QShortcut(QKeySequence("Ctrl+F"), self).activated.connect(self.search.setFocus)
         self.linked.toggled.connect(editor.set_linked)
         editor.state_changed.connect(self._soon.ask)
+        editor.set_changed.connect(self._show_set)
         editor.flown_changed.connect(self._show_values)
         editor.proposed_changed.connect(self._show_value)
         editor.ranges_changed.connect(self._show_ranges)
@@ -228,8 +282,17 @@ class GainPanel(QWidget):
         self.nothing.setVisible(not gains)
         self._show_ranges()
         self._search(self.search.text())
+        self.set_bar.show_schedule()
+        self._show_set()
         if self.isVisible():
             self._editor.find_ranges()
+
+    def _show_set(self) -> None:
+        """Show the lines of one set of scheduled gains."""
+        shown = self._editor.of_set(dict.fromkeys(self.rows, 0.0))
+        others: set[QWidget] = {row for name, row in self.rows.items() if name not in shown}
+        for group in self._groups:
+            group.leave_out(others)
 
     def _make_more(self) -> None:
         """Make the lines of what is no gain, at the first need."""
@@ -277,6 +340,7 @@ class GainPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)
         layout.addLayout(top)
+        layout.addWidget(self.set_bar)
         margin = QVBoxLayout()
         margin.setContentsMargins(8, 0, 8, 0)
         margin.addWidget(self.warning)

@@ -1,5 +1,6 @@
 """How the rows of the parameter table are called and grouped where gains are tuned."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -82,19 +83,22 @@ _LABELS = {
 }
 
 
+_IN_A_SET = re.compile(r"_at_\d+(_\d+)?$")
+"""What ends the name of a scheduled gain: a screen says once which set it shows."""
 _OTHERS = frozenset(row.name for row in OTHERS)
 _NO_LOOP = _OTHERS | {row.name for row in COMMON if row.group == _LIMITS}
 
 
 def gain_label(row: Parameter) -> GainLabel:
     """Return how a row is shown; a row that nobody has named is named by itself."""
-    if row.name in _LABELS and row.group in ("", _LABELS[row.name].group):
-        return _LABELS[row.name]
-    symbol, _, words = row.name.partition("_")
+    name = _IN_A_SET.sub("", row.name)
+    if name in _LABELS and row.group in ("", _LABELS[name].group):
+        return _LABELS[name]
+    symbol, _, words = name.partition("_")
     if is_gain(row) and words and symbol in _SYMBOLS:
         words = words.replace("_", " ").capitalize()
         return GainLabel(row.group or GAIN_GROUPS[0], words, symbol.capitalize())
-    words = row.name.removesuffix("_fault").replace("_", " ").capitalize()
+    words = name.removesuffix("_fault").replace("_", " ").capitalize()
     group = row.group or GAIN_GROUPS[0] if is_gain(row) else _SYSTEMS.get(row.system, _FAULTS)
     return GainLabel(group, words)
 
@@ -129,9 +133,10 @@ def loop_gains(values: Mapping[str, float]) -> dict[str, float]:
 
 def partner(name: str) -> str:
     """Return the gain that is linked with one, "" where it has none."""
+    gain = _IN_A_SET.sub("", name)
     for pair in PAIRS:
-        if name in pair:
-            return pair[1 - pair.index(name)]
+        if gain in pair:
+            return pair[1 - pair.index(gain)] + name.removeprefix(gain)
     return ""
 
 

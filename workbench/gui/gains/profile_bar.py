@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QGuiApplication, QKeySequence
 from PyQt6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
+    QInputDialog,
     QLabel,
     QMenu,
     QSizePolicy,
@@ -17,6 +19,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.control.schedule import QUANTITIES
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
@@ -34,7 +37,18 @@ ProfileBar > QToolButton:focus, ProfileBar > QToolButton:checked { padding: 2px 
 """
 PADDING = 12
 """Around the text of a button [px]."""
-MENU = ("load", "own", "save", "", "copy", "paste", "", *(f"store_{slot}" for slot in SLOTS))
+MENU = (
+    "load",
+    "own",
+    "save",
+    "",
+    "copy",
+    "paste",
+    "",
+    "schedule",
+    "",
+    *(f"store_{slot}" for slot in SLOTS),
+)
 
 
 @dataclass(frozen=True)
@@ -95,6 +109,12 @@ PROFILE_ACTIONS: tuple[ProfileAction, ...] = (
     ProfileAction("save", "&Save...", "Ctrl+S", "Write what flies to a gain file."),
     ProfileAction(
         "copy", "&Copy YAML", "Ctrl+Shift+C", "Copy what flies as the text of a gain file."
+    ),
+    ProfileAction(
+        "schedule",
+        "Sc&hedule...",
+        "Ctrl+Shift+H",
+        "Have a set of gains at each of some speeds, heights, payloads or voltages.",
     ),
     ProfileAction("paste", "&Paste YAML...", "Ctrl+Shift+V", "Choose lines of a gain file's text."),
 )
@@ -210,7 +230,22 @@ class ProfileBar(QWidget):
             "save": self._save,
             "copy": self._copy,
             "paste": self._paste,
+            "schedule": self._schedule,
         }
+
+    def _schedule(self) -> None:
+        """Ask for a quantity and the values that there are to be sets of gains for."""
+        schedule = self._editor.schedule
+        dialog = QInputDialog(self)
+        dialog.setWindowTitle("Schedule gains")
+        dialog.setLabelText(
+            "A set of gains at each of some values, and lines between them, as speed=0,4,8\n"
+            f"({', '.join(each.name for each in QUANTITIES)}); nothing for one set:"
+        )
+        dialog.setTextValue(schedule.label if schedule else "speed=0,4,8")
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.textValueSelected.connect(lambda text: self._editor.schedule_gains(text.strip()))
+        dialog.open()
 
     def _load(self) -> None:
         ask_to_load(self, self._profiles.load)

@@ -4,15 +4,17 @@ import math
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import yaml
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import DEFAULT, Controller
+from workbench.control.controller import DEFAULT, Controller, load_controller
+from workbench.control.schedule import split_label
 from workbench.gains.difference import GainChange, diff_gains
-from workbench.gains.profiles import GainFile, load_gains, save_gains
+from workbench.gains.profiles import GainFile, flown_by, load_gains, save_gains
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
 from workbench.gui.gains.gain_editor import GainEditor
@@ -73,6 +75,7 @@ class GainProfiles(QObject):
         self._values: Values = {}
         self.name = ""
         self.diff: ProfileDiff | None = None
+        self._waiting: tuple[str, GainFile] | None = None  # for the schedule of its gains
         editor.begun.connect(self._begin)
 
     @property
@@ -90,8 +93,8 @@ class GainProfiles(QObject):
         return not self._has(self._editor.flown)
 
     def load(self, path: Path) -> None:
-        """Compare with what a gain file has."""
-        self._read(path.stem, lambda: load_gains(path, self._law))
+        """Compare with what a gain file has; where it has sets of gains, they are scheduled."""
+        self._read(path.stem, partial(_with_schedule, path, self._law))
 
     def load_own(self) -> None:
         """Compare with the model's own gains; with those of the start where it brings none."""
@@ -181,6 +184,9 @@ class GainProfiles(QObject):
         self._start = dict(self._editor.kept)
         self._set_name(AT_START, self._start)
         self.dismiss()
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None and waiting[1].controller == self._law.name:
+            self._compare(*waiting)
 
     def _has(self, values: Values) -> bool:
         """Return whether the profile that was loaded or saved last has these values."""
@@ -194,6 +200,10 @@ class GainProfiles(QObject):
         self._answers.expect(self._errands.run(read), done=lambda file: self._compare(name, file))
 
     def _compare(self, name: str, file: GainFile) -> None:
+        if file.controller not in (self._law.name, self._law.unscheduled):
+            self._waiting = (name, file)
+            self._editor.schedule_gains(split_label(file.controller)[1])
+            return
         diff = compare_profile(name, file, self._vehicle_name, self._editor.flown, self._law)
         if diff.changes:
             self.diff = diff
@@ -217,6 +227,13 @@ class GainProfiles(QObject):
     def _set_name(self, name: str, values: Values) -> None:
         self.name, self._values = name, dict(values)
         self.named.emit(name)
+
+
+def _with_schedule(path: Path, law: Controller) -> GainFile:
+    """Return a gain file, of the controller that flies or of that with another schedule."""
+    file, _ = split_label(law.reference)
+    wanted = load_controller(flown_by(file, str(path)))
+    return load_gains(path, wanted if wanted.schedule else law)
 
 
 def compare_profile(

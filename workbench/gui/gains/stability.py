@@ -85,7 +85,7 @@ class StabilityCheck(QObject):
 
     def has_ranges_of(self, gains: Values) -> bool:
         """Return whether the ranges were found around these gains."""
-        return self.ranges is not None and same_loops(self.ranges.gains, gains)
+        return self.ranges is not None and _has_loops(self.ranges.gains, gains)
 
     def ask(self, gains: Values) -> None:
         """Ask about gains; answers about earlier ones no longer count."""
@@ -113,8 +113,8 @@ class StabilityCheck(QObject):
         if self._asked is None:
             return
         gains = {**self._start(), **judged.gains}
-        if not same_loops(gains, self._asked):
-            if not any(same_loops(gains, ours) for ours in self._asked_before):
+        if not _has_loops(gains, self._asked):
+            if not any(_has_loops(gains, ours) for ours in self._asked_before):
                 self._analysis.ask(Judge(self._asked))  # another's question has displaced ours
             return
         self.cancel()
@@ -149,6 +149,11 @@ class StabilityCheck(QObject):
 def same_loops(a: Values, b: Values) -> bool:
     """Return whether two sets of values make the same loops near hover."""
     return loop_gains(a) == loop_gains(b)
+
+
+def _has_loops(values: Values, gains: Values) -> bool:
+    """Return whether values have the gains that loops near hover feel; they may have more."""
+    return all(values.get(name) == value for name, value in loop_gains(gains).items())
 
 
 def _share(value: float, base: float, stable: tuple[float, float] | None) -> float:

@@ -97,7 +97,7 @@ class AutoTuneCard(Card):
         """Begin to search from the proposed gains on."""
         if self._running or not self.wishes.are_good or not self._trial.proposed:
             return
-        self._asked = Tune(self._trial.proposed, self.wishes.wishes)
+        self._asked = Tune(self._trial.proposed, self.wishes.wishes, self._trial.gains.velocity)
         self._running = True
         self.progress.setValue(0)
         self.best.setText("The search begins: this takes a minute or so.")

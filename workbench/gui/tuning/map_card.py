@@ -94,13 +94,15 @@ class MapCard(Card):
         step = self._trial.step
         if step is not None and step.axis != self._axis and self.across.count():
             self._axis = step.axis
+            law = self._trial.gains.table.controller
+            names = {law.gain_of(name): name for name in self._trial.names}
             for box, name in zip((self.across, self.upwards), PAIRS[step.axis], strict=True):
-                box.setCurrentIndex(max(0, box.findData(name)))
+                box.setCurrentIndex(max(0, box.findData(names.get(name))))
         self._show_spot()
         self._rest.start()
 
     def _ask(self) -> None:
-        step, gains = self._trial.step, self._trial.proposed
+        step, gains = self._trial.step, self._trial.judged
         x, y = self.across.currentData(), self.upwards.currentData()
         if step is None:
             self.said.say("A chirp has no step to measure.")
@@ -127,7 +129,7 @@ class MapCard(Card):
         self._show_spot()
 
     def _show_spot(self) -> None:
-        gains, mapped = self._trial.proposed, self.view.mapped
+        gains, mapped = self._trial.judged, self.view.mapped
         if mapped is not None and mapped.asked.x in gains and mapped.asked.y in gains:
             self.view.show_spot(gains[mapped.asked.x], gains[mapped.asked.y])
 

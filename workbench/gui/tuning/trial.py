@@ -26,6 +26,7 @@ class Trial(QObject):
         self._step: Step | None = None
         gains.proposed_changed.connect(lambda _: self.changed.emit())
         gains.flown_changed.connect(lambda _: self.changed.emit())
+        gains.set_changed.connect(self.changed.emit)
 
     @property
     def proposed(self) -> dict[str, float]:
@@ -38,9 +39,19 @@ class Trial(QObject):
         return controller_gains(self.gains.flown)
 
     @property
+    def judged(self) -> dict[str, float]:
+        """The proposed gains that are judged: of scheduled ones those of the set that is shown."""
+        return self.gains.of_set(self.proposed)
+
+    @property
+    def judged_flown(self) -> dict[str, float]:
+        """The same, as they fly."""
+        return self.gains.of_set(self.flown)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Gains that may be tuned."""
-        return tuple(loop_gains(self.gains.proposed))
+        return tuple(loop_gains(self.gains.of_set(self.gains.proposed)))
 
     @property
     def step(self) -> Step | None:

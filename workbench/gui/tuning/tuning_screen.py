@@ -120,6 +120,9 @@ class TuningScreen(Screen):
 
     def show_view(self, view: LiveView) -> None:
         """Show the present."""
+        if view.snapshot is not None:
+            self.gains.follow(view.snapshot)
+            self.panel.set_bar.show_snapshot(view.snapshot)
         self.excitation.show_view(view)
         self.response.show_view(view, self.trial.flown)
         self.trial.set_step(self.response.step)
@@ -148,6 +151,7 @@ class TuningScreen(Screen):
         self._set_seen()
 
     def _connect(self) -> None:
+        self.gains.set_changed.connect(self._judge_set)
         self.trial.changed.connect(self._soon.ask)
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self.response.show_predicted)
@@ -161,12 +165,20 @@ class TuningScreen(Screen):
 
     def _ask(self) -> None:
         """Ask about what is proposed now."""
-        gains, step = self.trial.proposed, self.trial.step
+        gains, step = self.trial.judged, self.trial.step
         if not gains:
             return
-        self.judgement.follow(gains, self.trial.flown)
+        self.judgement.follow(gains, self.trial.judged_flown)
         if step is not None:
             self._predictor.ask(Predict(gains, step))
+
+    def _judge_set(self) -> None:
+        """Judge another set of scheduled gains."""
+        self.judgement.clear()
+        self._predictor.forget()
+        self.map.begin()
+        self.weights.begin()
+        self._soon.ask()
 
     def _is_free(self) -> bool:
         """Whether nothing that takes long is worked on for the user."""

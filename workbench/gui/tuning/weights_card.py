@@ -67,12 +67,12 @@ class WeightsCard(Card):
         self._say_waiting()
 
     def _follow(self) -> None:
-        if self._weighed is not None and self._weighed.gains != self._trial.proposed:
+        if self._weighed is not None and self._weighed.gains != self._trial.judged:
             self.said.say("Of the gains before; new ones follow …")
         self._rest.start()
 
     def _ask(self) -> None:
-        step, gains = self._trial.step, self._trial.proposed
+        step, gains = self._trial.step, self._trial.judged
         if step is None:
             self.said.say("A chirp has no step to measure.")
         elif gains:
