@@ -58,14 +58,14 @@ def test_the_sliders_are_those_of_the_set_that_flies(screen, scheduled):
     ):
         screen.show_view(at(scheduled, speed))
         assert shown(screen) == {name for name in every if name.endswith(suffix)}, speed
-    assert "speed is 1.00 m/s; shown at speed 0 m/s" in screen.panel.set_bar.flies.text()
+    assert "speed 1.00 m/s, set at 0" in screen.panel.set_bar.flies.text()
     screen.panel.set_bar.choice.setCurrentIndex(2)
     screen.panel.set_bar.choice.activated.emit(2)
     screen.show_view(at(scheduled, 0.0))
     assert shown(screen) == {name for name in every if name.endswith("_at_4")}
     screen.panel.search.setText("roll")
     assert shown(screen) == {"kp_roll_at_4", "kd_roll_at_4"}
-    assert screen.gains.words("kp_roll_at_4") == "Roll Kp"
+    assert screen.gains.words("kp_roll_at_4") == "Roll Kp at 4"
 
 
 def test_a_set_stays_while_its_slider_is_held(screen, scheduled):

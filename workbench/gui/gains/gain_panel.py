@@ -95,6 +95,7 @@ class SetBar(QWidget):
         self._editor = editor
         self.choice = QComboBox(self)
         self.choice.setAccessibleName("Set of gains")
+        self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self.choice.setToolTip(
             "The sliders show, and margins and steps judge, this set of gains in hover; the flight "
             "goes on between the sets"
@@ -116,7 +117,7 @@ class SetBar(QWidget):
         self.setVisible(schedule is not None)
         self.choice.clear()
         if schedule is not None:
-            self.choice.addItem("the one that flies")
+            self.choice.addItem("that flies")
             numbers = range(len(schedule.values))
             self.choice.addItems([schedule.where(number) for number in numbers])
         self.flies.setText("")
@@ -128,8 +129,8 @@ class SetBar(QWidget):
             return
         value = self._editor.scheduled_value(snapshot)
         unit = "" if schedule.quantity.unit == "1" else f" {schedule.quantity.unit}"
-        shows = f"; shown {schedule.where(shown)}" if self._editor.follows else ""
-        self.flies.setText(f"{schedule.quantity.name} is {value:.2f}{unit}{shows}")
+        shows = f", set at {schedule.values[shown]:g}" if self._editor.follows else ""
+        self.flies.setText(f"{schedule.quantity.name} {value:.2f}{unit}{shows}")
 
 
 class GainPanel(QWidget):

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from workbench.control.controller import COMMON
 from workbench.scenario.parameters import OTHERS, Parameter, ParameterTable
@@ -47,16 +47,18 @@ class GainLabel:
         group: heading under which it stands.
         words: its name in words.
         symbol: as a control engineer writes it, "" where there is none.
+        where: of which set of scheduled gains, "" for none.
     """
 
     group: str
     words: str
     symbol: str = ""
+    where: str = ""
 
     @property
     def text(self) -> str:
-        """Words and symbol."""
-        return f"{self.words} {self.symbol}".strip()
+        """Words, symbol and set."""
+        return " ".join(filter(None, (self.words, self.symbol, self.where)))
 
 
 _LABELS = {
@@ -92,6 +94,9 @@ _NO_LOOP = _OTHERS | {row.name for row in COMMON if row.group == _LIMITS}
 def gain_label(row: Parameter) -> GainLabel:
     """Return how a row is shown; a row that nobody has named is named by itself."""
     name = _IN_A_SET.sub("", row.name)
+    if name != row.name:
+        where = row.name.removeprefix(f"{name}_at_").replace("_", ".")
+        return replace(gain_label(replace(row, name=name)), where=f"at {where}")
     if name in _LABELS and row.group in ("", _LABELS[name].group):
         return _LABELS[name]
     symbol, _, words = name.partition("_")
