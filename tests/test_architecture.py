@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "design": "common ipc plant dynamics control scenario gains systems diagram session",
     "logs": "common link gateways control scenario systems session",
     "logs/plots": "design",
-    "live": "common ipc plant link control scenario systems session logs",
+    "live": "common ipc plant link control scenario gains systems session logs",
     "analysis": "common ipc control scenario session design live",
     "gui": "common ipc plant link control scenario gains systems session design logs live analysis",
     "commands": "common ipc plant link gateways control scenario gains systems diagram session "

@@ -180,7 +180,11 @@ class Banner(QFrame):
         """Forget what was wrong with a controller's file: its text flies; the events have it."""
         self._queue.forget(Severity.WARNING)
         if view.controller is not None:
-            self.add(Notice(Severity.INFORMATION, f"The controller {view.controller.name} has taken over."))
+            self.add(
+                Notice(
+                    Severity.INFORMATION, f"The controller {view.controller.name} has taken over."
+                )
+            )
 
     def _expire(self) -> None:
         before = len(self._queue)
