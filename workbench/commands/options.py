@@ -86,7 +86,8 @@ def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "
         metavar="NAME|FILE",
         default="",
         help=f"control law: {', '.join(SHIPPED)}, or a .py file of your own, which runs; "
-        f"@speed=0,4,8 behind it schedules its gains; see docs/controllers.md (default: the {instead}'s, or {DEFAULT})",
+        "@speed=0,4,8 behind it schedules its gains; see docs/controllers.md (default: the "
+        f"{instead}'s, or {DEFAULT})",
     )
 
 
