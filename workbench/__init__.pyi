@@ -43,7 +43,7 @@ from workbench.design.regress.running import regress as regress
 from workbench.design.rollout.agreement import agreement as agreement
 from workbench.design.rollout.agreement import random_trials as random_trials
 from workbench.design.rollout.engine import RolloutEngine as RolloutEngine
-from workbench.design.rollout.metrics import rollout_metrics as rollout_metrics
+from workbench.design.rollout.rollouts import rollout_metrics as rollout_metrics
 from workbench.design.step_response import StepResponse as StepResponse
 from workbench.design.step_response import fly_step as fly_step
 from workbench.design.sweep.best import prove_best as prove_best

@@ -4,7 +4,7 @@ import pytest
 
 from workbench.analysis.questions import FindRanges, Judge
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 
 HARD = {"kp_velocity_x": 12.0, "kp_roll": 300.0}
 
@@ -28,7 +28,7 @@ def test_a_percent_inside_is_stable_and_a_percent_outside_is_not(answer, found, 
     ranges = found[which]
     ends = 0
     for name, (low, high) in ranges.stable.items():
-        row = find_parameter(name)
+        row = parameter_table().find(name)
         for value, outward in ((low, 0.99), (high, 1.01)):
             assert answer(Judge({**ranges.gains, name: value / outward ** (value > 0)})).stable, (
                 name

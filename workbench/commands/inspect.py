@@ -93,7 +93,7 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
     """Return the vehicle in the field's plain words: all that its plant flies with, and more."""
     from workbench.plant.drag import AIR_DENSITY, drag_area
     from workbench.plant.gravity import GRAVITY
-    from workbench.scenario.parameters import find_parameter
+    from workbench.scenario.parameters import parameter_table
 
     hover = vehicle.hover_speeds
     return {
@@ -133,7 +133,7 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
             for rotor, speed in zip(vehicle.rotors, hover, strict=True)
         ],
         "battery": vehicle.battery,
-        "battery_duration": find_parameter("battery_duration").default,
+        "battery_duration": parameter_table().find("battery_duration").default,
         "not_flown": [],  # all that is read flies; programs may look the key up
         "sensors": [
             {

@@ -28,7 +28,7 @@ from workbench.gains.gains import flight_gains, make_profile, save_gains
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import checked
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario
 
 ANYTHING = Limit(min=-1e300)
@@ -95,7 +95,7 @@ def pin_step(
     tell = progress or _tell_nobody
     vehicle = make_vehicle(read_configured(scenario.vehicle))
     law = load_controller(scenario.controller)
-    settings = checked(gains, controller=law)
+    settings = parameter_table(law).checked(gains)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, law)
     kept = make_profile(vehicle, values, f"pinned for {path.name}", law)
     title = f"{vehicle.name}: a step of {amplitude:g} {find_axis(axis).unit} along {axis}, pinned"

@@ -10,7 +10,7 @@ from workbench.common.yaml_files import dump_changes
 from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.design.regress.spec import Limit, SpecFile
 from workbench.scenario.axes import find_axis
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, VehicleConfig
 
 _HEAD = """\
@@ -55,7 +55,7 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
 
 
 def _number(name: str, value: float, law: Controller) -> str:
-    unit = find_parameter(name, controller=law).unit
+    unit = parameter_table(law).find(name).unit
     return f"{value!r}" if unit == "1" else f"{value!r} # {unit}"
 
 

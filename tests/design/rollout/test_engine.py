@@ -9,7 +9,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.design.rollout.compiled_block import compiled_block, compiled_measures
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.metrics import rollout_metrics
+from workbench.design.rollout.rollouts import rollout_metrics
 from workbench.design.rollout.schedule import make_schedule
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, fly_step

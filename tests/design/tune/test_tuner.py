@@ -21,7 +21,7 @@ from workbench.design.tune.wish_file import Wishes, wishes_for
 from workbench.gains.gains import rule_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.scenario.parameters import find_parameter, parameter_table
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 PALM = str(Path(__file__).parents[2] / "drones" / "palm_quad.urdf.xacro")
@@ -93,7 +93,7 @@ def test_it_gets_there_from_gains_scaled_at_random(seed):
     factors = np.random.default_rng(seed).uniform(np.log(0.2), np.log(5.0), len(rule))
     settings = {}
     for (name, value), factor in zip(rule.items(), np.exp(factors), strict=True):
-        row = find_parameter(name)
+        row = parameter_table().find(name)
         if name.startswith(("kp_velocity", "kd_velocity", "kp_yaw")):
             settings[name] = min(row.maximum, max(row.minimum, value * factor))
     asked = wishes(

@@ -6,13 +6,13 @@ import pytest
 
 from workbench.gui.gains.gain_scale import GainScale, StepSize, decimals
 from workbench.gui.units import Unit
-from workbench.scenario.parameters import find_parameter, parameter_table
+from workbench.scenario.parameters import parameter_table
 
 SI = Unit("")
 
 
 def scale_of(name):
-    return GainScale(find_parameter(name), SI)
+    return GainScale(parameter_table().find(name), SI)
 
 
 def test_every_row_rises_from_end_to_end_and_comes_back(case):
@@ -75,10 +75,10 @@ def test_a_value_beyond_the_limits_stands_at_the_end():
 def test_three_digits_are_kept_as_they_are_shown():
     scale = scale_of("kp_velocity_x")
     assert scale.round_value(0.6) == float(f"{scale.value(0.6):.3g}")
-    degrees = GainScale(find_parameter("max_tilt"), Unit("°", 180.0 / math.pi))
+    degrees = GainScale(parameter_table().find("max_tilt"), Unit("°", 180.0 / math.pi))
     shown = math.degrees(degrees.round_value(0.5))
     assert shown == pytest.approx(float(f"{shown:.3g}"), abs=1e-12)
-    assert degrees.round_value(0.0) == find_parameter("max_tilt").minimum
+    assert degrees.round_value(0.0) == parameter_table().find("max_tilt").minimum
 
 
 def test_steps_stay_within_the_limits():

@@ -9,7 +9,7 @@ from PyQt6.QtWidgets import QApplication
 from workbench.gui.gains.gain_scale import GainScale, StepSize
 from workbench.gui.gains.gain_slider import GainSlider
 from workbench.gui.units import Unit
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
@@ -21,7 +21,7 @@ WIDTH, EDGE = 218, 9
 
 @pytest.fixture
 def slider(workspace, qtbot):
-    made = GainSlider(GainScale(find_parameter("rotor_1"), Unit("")), workspace.look)
+    made = GainSlider(GainScale(parameter_table().find("rotor_1"), Unit("")), workspace.look)
     qtbot.addWidget(made)
     made.resize(WIDTH, 25)
     made.show_value(0.5, 0.5)

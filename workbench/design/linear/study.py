@@ -25,7 +25,7 @@ from workbench.plant.payload import Payload, payload_of
 from workbench.plant.variation import Delays, varied
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import checked
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, check_scenario
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
 
@@ -197,4 +197,4 @@ class LinearStudy:
         return ContinuousDerivatives(core, self.controller, self.vehicle)
 
     def _values(self, gains: Mapping[str, float] | None) -> dict[str, float]:
-        return {**self.gains, **checked(gains or {}, controller=self.controller)}
+        return {**self.gains, **parameter_table(self.controller).checked(gains or {})}

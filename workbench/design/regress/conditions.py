@@ -8,7 +8,7 @@ from workbench.control.controller import load_controller
 from workbench.design.regress.verdict import Difference
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import defaults, parameter_table
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 
@@ -76,7 +76,7 @@ def differences(baseline: Mapping[str, float], now: Mapping[str, float]) -> tupl
 
     A live parameter that the baseline is too old to have was at its default.
     """
-    known = {**defaults(), **baseline}
+    known = {**parameter_table().defaults(), **baseline}
     names = [*now, *(name for name in baseline if name not in now)]
     found = [Difference(name, known.get(name, math.nan), now.get(name, math.nan)) for name in names]
     return tuple(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.response_metrics import ResponseMetrics
+from workbench.design.response_metrics import ResponseMetrics, response_metrics
 from workbench.scenario.axes import AXES
 
 
@@ -94,3 +94,14 @@ class Flights:
     def angular_velocity_W(self) -> np.ndarray:
         """(N, M, 3) [rad/s]."""
         return self.states[:, :, 7:10]
+
+
+def rollout_metrics(rollouts: Rollouts, amplitude: float) -> ResponseMetrics:
+    """Return the metrics of flown steps, withheld where they mean nothing, see there.
+
+    Args:
+        rollouts: kept at every control period if the numbers are to equal those of `fly_step`.
+        amplitude: of the command, [m/s] or [rad/s]; not zero.
+    """
+    found = response_metrics(rollouts.time, rollouts.response, amplitude)
+    return found.withheld(rollouts.time[-1], amplitude)

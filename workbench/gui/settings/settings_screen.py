@@ -32,7 +32,7 @@ from workbench.gui.workspace import Workspace
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import Parameter, find_parameter
+from workbench.scenario.parameters import Parameter, parameter_table
 from workbench.scenario.scenario import Scenario
 
 LIMITS = (
@@ -132,7 +132,7 @@ class LimitRow(Row):
 
 def limit_rows(workspace: Workspace) -> list[LimitRow]:
     """Return a row for every limit."""
-    return [LimitRow(workspace, find_parameter(name)) for name in LIMITS]
+    return [LimitRow(workspace, parameter_table().find(name)) for name in LIMITS]
 
 
 def words(name: str) -> str:

@@ -66,11 +66,6 @@ class Arrangement(QWidget):
         box.setContentsMargins(GAP, GAP, GAP, GAP)
         box.addWidget(self.splitter)
 
-    @property
-    def is_wide(self) -> bool:
-        """Whether all columns are side by side."""
-        return self._columns is Columns.ALL
-
     def minimumSizeHint(self) -> QSize:
         """Return the room that is enough in tabs."""
         return QSize(LEAST + 2 * GAP, SHORTEST)
