@@ -313,9 +313,7 @@ class FlightModel(QObject):
         return self._view.phase in (Phase.ENDED, Phase.BROKEN)
 
 
-def with_controller(
-    what: Choice | Scenario, name: str, *, keep: bool = False
-) -> Choice | Scenario:
+def with_controller(what: Choice | Scenario, name: str, *, keep: bool = False) -> Choice | Scenario:
     """Return what is to be flown with a controller, a shipped one's name or a file's path.
 
     Args:

@@ -5,8 +5,7 @@ import math
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.carried_flight import STEP
-from workbench.design.judge.sensitivity import METRICS, step_sensitivity
+from workbench.design.judge.sensitivity import METRICS, STEP, step_sensitivity
 from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_response import fly_step
 from workbench.scenario.parameters import parameter_table

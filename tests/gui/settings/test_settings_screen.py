@@ -8,9 +8,8 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
 
 from workbench.gui.preference_table import PREFERENCES
-from workbench.gui.settings.flight_form import setup_of
 from workbench.gui.settings.last_setup import last_setup
-from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen
+from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen, setup_of
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, SensorsConfig, load_scenario
 

@@ -7,7 +7,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from workbench.analysis.questions import Judge, Predict, Step
-from workbench.gui.tuning.response_plot import ASKED, FLOWN, FUTURE, PREDICTED
+from workbench.gui.tuning.response_card import ASKED, FLOWN, FUTURE, PREDICTED
 from workbench.gui.tuning.table_rows import State
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.live.choice import Choice
