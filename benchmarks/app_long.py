@@ -28,8 +28,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # before Qt is imported
 from PyQt6.QtCore import QSettings
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.app import make_app
-from workbench.gui.demo import SCENARIO, DemoPilot
+from workbench.gui.app import SCENARIO, DemoPilot, make_app
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREENS

@@ -37,7 +37,7 @@ from workbench.plant.model import Model
 from workbench.plant.multibody import add_plant
 from workbench.plant.placing import body_state
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import parameters_of
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.mode_manager import ModeManager
@@ -138,7 +138,7 @@ class Hangar:
         airframe, computer = add_sampled_core(
             builder, load_controller(), self._description, self._vehicle, self._gains, rates
         )
-        names = [row.name for row in parameters_of("modes")]
+        names = [row.name for row in parameter_table().of("modes")]
         settings = Settings(**{name: self._gains[name] for name in names})
         clearance = self._vehicle.ground_clearance
         modes = builder.AddNamedSystem(

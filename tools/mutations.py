@@ -243,10 +243,10 @@ MUTATIONS = (
     ),
     Mutation(
         "IMU, GPS, barometer: twice the noise",
-        f"{SYSTEMS}/sensors/noise_model.py",
+        f"{SYSTEMS}/sensors/noisy_sensor.py",
         "deviation = model.stddev if scale == 1.0",
         "deviation = 2.0 * model.stddev if scale == 1.0",
-        ("tests/systems/sensors/test_noise_model.py",),
+        ("tests/systems/sensors/test_noisy_sensor.py",),
     ),
     Mutation(
         "GPS: velocity as noisy as position",

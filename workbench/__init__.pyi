@@ -34,8 +34,8 @@ from workbench.design.plots import STYLE as STYLE
 from workbench.design.plots_flight import plot_flight as plot_flight
 from workbench.design.plots_lidar import plot_trial as plot_trial
 from workbench.design.regress.flight import Changes as Changes
-from workbench.design.regress.junit import junit_xml as junit_xml
 from workbench.design.regress.loading import load_spec as load_spec
+from workbench.design.regress.page import junit_xml as junit_xml
 from workbench.design.regress.page import results_page as results_page
 from workbench.design.regress.plots import plot_curve as plot_curve
 from workbench.design.regress.running import record as record
@@ -43,7 +43,7 @@ from workbench.design.regress.running import regress as regress
 from workbench.design.rollout.agreement import agreement as agreement
 from workbench.design.rollout.agreement import random_trials as random_trials
 from workbench.design.rollout.engine import RolloutEngine as RolloutEngine
-from workbench.design.rollout.metrics import rollout_metrics as rollout_metrics
+from workbench.design.rollout.engine import rollout_metrics as rollout_metrics
 from workbench.design.step_response import StepResponse as StepResponse
 from workbench.design.step_response import fly_step as fly_step
 from workbench.design.sweep.best import prove_best as prove_best

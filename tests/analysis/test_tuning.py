@@ -1,15 +1,28 @@
 """Searches: what is found holds in a flight of its own."""
 
+import shutil
+import subprocess
+import sys
 import threading
+from pathlib import Path
 
 import pytest
+import yaml
 
-from workbench.analysis.questions import Tune
+from workbench.analysis.questions import Pin, Step, Tune
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
+from workbench.common.resources import models_dir
+from workbench.design.pin import pin_step
+from workbench.design.regress.flight import Changes
+from workbench.design.regress.running import regress
 from workbench.design.step_response import fly_step
+from workbench.gains.gains import load_gains
 from workbench.plant.variation import Variation
-from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
+
+GAINS = {"kp_pitch": 180.0, "kd_pitch": 24.0}
+STEP = Step("x", 2.0, 2.0)
 
 
 @pytest.fixture(scope="module")
@@ -106,3 +119,163 @@ def test_bad_wishes_and_a_varied_vehicle_are_refused(answer):
     heavy = Scenario(vehicle=VehicleConfig(variation=Variation(mass=1.2)))
     with pytest.raises(WorkbenchError, match="varies the vehicle on its own"):
         answer(Tune({}, ()), Subject(heavy, {}))
+
+
+@pytest.fixture(scope="module")
+def pinned(tmp_path_factory):
+    """A pinned step, not to be changed."""
+    path = tmp_path_factory.mktemp("pinned") / "mine.spec.yaml"
+    return pin_step(path, Scenario(), GAINS, "x", 2.0, duration=2.0)
+
+
+def passed(path, changes=None):
+    return [result.passed for result in regress([path], changes)]
+
+
+def test_it_is_green_at_once_on_the_command_line(pinned):
+    command = [sys.executable, "-m", "workbench", "regress", str(pinned.spec), "-j", "1"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("name", ["kp_velocity_x", "kd_velocity_x", "kp_pitch", "kd_pitch"])
+def test_it_is_red_with_a_gain_of_its_loops_of_seven_tenths(pinned, name):
+    value = load_gains(pinned.gains).gains[name]
+    assert not all(passed(pinned.spec, Changes(settings={name: 0.7 * value})))
+
+
+@pytest.mark.parametrize("step", [1 / 512, 1 / 2048])
+def test_it_bears_half_and_twice_the_integrators_step(pinned, step):
+    assert all(passed(pinned.spec, Changes(physics_step=step)))
+
+
+def test_the_numbers_are_in_it_and_limits_have_room_on_both_sides(pinned):
+    said = yaml.safe_load(pinned.spec.read_text())
+    assert load_gains(pinned.gains).gains["kp_pitch"] == 180.0
+    assert said["vehicle"] == {"model": "dh_drone", "gains": "mine.gains.yaml"}
+    (case,) = said["cases"]
+    (result, *_) = regress([pinned.spec])
+    rise = next(each.value for each in result.checks if each.name == "rise_time")
+    low, high = case["limits"]["rise_time"]
+    assert 0.8 * rise < low < 0.9 * rise
+    assert 1.1 * rise < high < 1.2 * rise
+    assert set(case["baseline"]) == {"v_x", "p_x"}
+    assert len(said["margins"]) == pinned.loops == 9
+    assert said["margins"]["roll"]["crossover"][0] < said["margins"]["roll"]["crossover"][1]
+
+
+def test_who_stops_it_at_the_last_moment_finds_no_file(tmp_path):
+    def stop(share):
+        if share == 1.0:
+            raise WorkbenchError("it was stopped")
+
+    path = tmp_path / "a.spec.yaml"
+    with pytest.raises(WorkbenchError, match="stopped"):
+        pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False, progress=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_profile_beside_the_model_may_change_later(tmp_path):
+    """The model's own gains.yaml is edited after the pin: the pinned step still flies as it did."""
+    model = tmp_path / "models" / "drone"
+    shutil.copytree(models_dir() / "dh_drone", model)
+    scenario = Scenario(vehicle=VehicleConfig(model=str(model / "drone.urdf.xacro")))
+    spec = pin_step(tmp_path / "specs/a.spec.yaml", scenario, {}, "z", 1.0, duration=2.0).spec
+    said = yaml.safe_load(spec.read_text())
+    assert said["vehicle"]["model"] == "../models/drone/drone.urdf.xacro"
+    own = model / "gains.yaml"
+    text = own.read_text() if own.is_file() else "vehicle: dh_drone\ngains: {kp_velocity_z: 4}\n"
+    content = yaml.safe_load(text)
+    content["gains"]["kp_velocity_z"] = 2.0
+    own.write_text(yaml.safe_dump(content))
+    assert all(passed(spec))
+    moved = tmp_path.with_name("moved")
+    tmp_path.rename(moved)
+    assert all(passed(moved / "specs/a.spec.yaml"))
+    moved.rename(tmp_path)
+
+
+def test_variation_and_rates_are_pinned_too_and_margins_may_be_left_out(tmp_path):
+    scenario = Scenario(
+        world="obstacle_field",
+        vehicle=VehicleConfig(variation=Variation(mass=1.1)),
+        rates=Rates(control_period=1 / 64, record_period=1 / 64),
+    )
+    path = tmp_path / "heavy.spec.yaml"
+    found = pin_step(path, scenario, {}, "yaw", -0.2, duration=1.5, margins=False)
+    said = yaml.safe_load(path.read_text())
+    assert said["vehicle"]["variation"] == {"mass": 1.1}
+    assert said["rates"]["control_period"] == 1 / 64
+    assert "margins" not in said
+    assert "world" not in said
+    assert found.loops == 0
+    assert all(passed(path))
+
+
+def test_other_parameters_than_the_controllers_are_set_in_the_case(tmp_path):
+    path = tmp_path / "windy.spec.yaml"
+    pin_step(path, Scenario(), {"wind_y": 4.0}, "x", 1.0, duration=1.5, margins=False)
+    assert yaml.safe_load(path.read_text())["cases"][0]["set"] == {"wind_y": 4.0}
+    assert not all(passed(path, Changes(settings={"wind_y": 0.0})))
+
+
+def test_files_that_are_there_stay_unless_asked_otherwise(tmp_path):
+    path = tmp_path / "a.spec.yaml"
+    path.write_text("precious")
+    with pytest.raises(WorkbenchError, match="is there already: take another name, or overwrite"):
+        pin_step(path, Scenario(), {}, "x", 1.0)
+    assert path.read_text() == "precious"
+    assert list(tmp_path.iterdir()) == [path]
+    pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False, overwrite=True)
+    assert all(passed(path))
+
+
+@pytest.mark.parametrize(
+    ("name", "gains", "axis", "said"),
+    [
+        ("a.yaml", {}, "x", "name it NAME.spec.yaml"),
+        ("a.spec.yaml", {"kp_pitch": -1.0}, "x", "kp_pitch is -1"),
+        ("a.spec.yaml", {"kp_pitch": 2500.0, "kd_pitch": 0.5}, "x", "cannot be pinned: the flight"),
+        ("a.spec.yaml", {"kp_roll": 1500.0}, "z", "cannot be pinned"),
+        ("a.spec.yaml", {}, "up", "unknown axis 'up'"),
+    ],
+)
+def test_nothing_is_written_of_what_cannot_be_pinned(tmp_path, name, gains, axis, said):
+    with pytest.raises(WorkbenchError, match=said):
+        pin_step(tmp_path / name, Scenario(), gains, axis, 2.0, duration=2.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_not_green_when_it_was_written_is_taken_back(tmp_path, monkeypatch):
+    from workbench.design import pin
+
+    def fail(path, controller):
+        raise WorkbenchError(f"{path}: not green")
+
+    monkeypatch.setattr(pin, "_prove", fail)
+    path = tmp_path / "a.spec.yaml"
+    with pytest.raises(WorkbenchError, match="not green"):
+        pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False)
+    assert list(tmp_path.iterdir()) == []
+    path.write_text("old")
+    with pytest.raises(WorkbenchError, match="not green"):
+        pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False, overwrite=True)
+    assert path.read_text() == "old"
+
+
+def test_a_folder_that_cannot_be_made_is_a_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(WorkbenchError, match="cannot be made"):
+        pin_step(tmp_path / "file/a.spec.yaml", Scenario(), {}, "x", 1.0, margins=False)
+
+
+def test_the_answer_says_what_is_held_and_settings_count(answer, tmp_path):
+    path = tmp_path / "b.spec.yaml"
+    about = Subject(Scenario(), {"kp_pitch": 200.0, "wind_x": 3.0})
+    reply = answer(Pin(path, {"kd_pitch": 25.0}, STEP, margins=False), about)
+    assert reply.spec == path
+    assert reply.baseline == Path(tmp_path / "b.baseline")
+    assert reply.baseline.is_dir()
+    assert reply.said == "8 numbers and 2 curves of a step along x are held to what they are now"
+    kept = load_gains(tmp_path / "b.gains.yaml").gains
+    assert (kept["kp_pitch"], kept["kd_pitch"]) == (200.0, 25.0)

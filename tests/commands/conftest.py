@@ -9,6 +9,10 @@ from pathlib import Path
 import pytest
 
 from workbench.commands.cli import main
+from workbench.logs.flight_log import FlightLog
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
+from workbench.systems.bridge import Bridge
 
 
 @dataclass(frozen=True)
@@ -72,3 +76,26 @@ def write(tmp_path):
 def out(tmp_path):
     """Return a folder that is not there yet; what a refused command leaves would show in it."""
     return tmp_path / "out" / "deep"
+
+
+@pytest.fixture(scope="session")
+def logged():
+    """Fly a scenario with a log at a path, and return the path."""
+
+    def fly(scenario: Scenario, path: Path) -> Path:
+        session = Session(scenario, bridge=Bridge())
+        session.run()
+        log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
+        for sampled in session.drain():
+            log.write(sampled)
+        log.close()
+        return path
+
+    return fly
+
+
+@pytest.fixture(scope="module")
+def log(logged, tmp_path_factory) -> Path:
+    """The log of a short flight along x."""
+    scenario = Scenario(duration=0.3, script=[Action(0.1, velocity=[1.0, 0.0, 0.0])])
+    return logged(scenario, tmp_path_factory.mktemp("logs") / "flight.mcap")

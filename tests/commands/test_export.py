@@ -10,37 +10,15 @@ from mcap_ros2.decoder import DecoderFactory
 
 from workbench.logs.flight_log import FlightLog
 from workbench.logs.record import read_log
-from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SensorsConfig
-from workbench.session.session import Session
-from workbench.systems.bridge import Bridge
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory):
-    scenario = Scenario(duration=0.3, script=[Action(0.1, velocity=[1.0, 0.0, 0.0])])
-    session = Session(scenario, bridge=Bridge())
-    session.run()
-    path = tmp_path_factory.mktemp("logs") / "flight.mcap"
-    log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
-    for sampled in session.drain():
-        log.write(sampled)
-    log.close()
-    return path
-
-
-@pytest.fixture(scope="module")
-def scanned(tmp_path_factory):
+def scanned(logged, tmp_path_factory):
     """The log of a flight with a lidar in a room."""
     scenario = Scenario(duration=0.3, world="room", sensors=SensorsConfig(use=["lidar"]))
-    session = Session(scenario, bridge=Bridge())
-    session.run()
-    path = tmp_path_factory.mktemp("logs") / "scanned.mcap"
-    log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
-    for sampled in session.drain():
-        log.write(sampled)
-    log.close()
-    return path
+    return logged(scenario, tmp_path_factory.mktemp("logs") / "scanned.mcap")
 
 
 def rows(path):

@@ -10,7 +10,7 @@ from workbench.commands.cli import main
 from workbench.dynamics.air.settings import calm_air
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 
 URDF = """<robot name="plate"><link name="base">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.05"/></inertial>
@@ -102,7 +102,7 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
         "open_circuit_voltage": [[0.0, 9.0], [1.0, 12.0]],
     }
     assert data["not_flown"] == []
-    assert data["battery_duration"] == find_parameter("battery_duration").default
+    assert data["battery_duration"] == parameter_table().find("battery_duration").default
     assert main(["inspect", str(path)]) == 0
     said = capsys.readouterr().out
     for words in ("1e-06 N per rad/s", "11 (r/4h)²", "0.0001 N s", "12 V full"):

@@ -5,24 +5,9 @@ import pytest
 from workbench.logs.flight_log import FlightLog
 from workbench.logs.plots import plot_fields, plot_overview
 from workbench.logs.record import read_log
-from workbench.scenario.scenario import Action, Scenario
-from workbench.session.session import Session
-from workbench.systems.bridge import Bridge
+from workbench.scenario.scenario import Scenario
 
 PNG = b"\x89PNG"
-
-
-@pytest.fixture(scope="module")
-def log(tmp_path_factory):
-    scenario = Scenario(duration=0.3, script=[Action(0.1, velocity=[1.0, 0.0, 0.0])])
-    session = Session(scenario, bridge=Bridge())
-    session.run()
-    path = tmp_path_factory.mktemp("logs") / "flight.mcap"
-    log = FlightLog(path, session.topics, scenario, {}, {}, session.vehicle.name)
-    for sampled in session.drain():
-        log.write(sampled)
-    log.close()
-    return path
 
 
 def test_without_fields_there_is_an_overview(run, log, tmp_path, monkeypatch):

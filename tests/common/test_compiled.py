@@ -14,7 +14,7 @@ import pytest
 
 from workbench.common import compiled
 from workbench.control import flight_law
-from workbench.design.rollout import compiled_block
+from workbench.design.rollout import engine
 from workbench.systems import vehicle_dynamics
 from workbench.systems.casting import solids, surfaces
 
@@ -146,8 +146,8 @@ def test_every_file_of_what_is_compiled_is_watched(case):
         ("workbench.systems.vehicle_dynamics", vehicle_dynamics.SOURCES),
         ("workbench.systems.casting.solids", solids.SOURCES),
         ("workbench.systems.casting.surfaces", surfaces.SOURCES),
-        ("workbench.design.rollout.flight", compiled_block.SOURCES),
-        ("workbench.design.rollout.measuring", compiled_block.SOURCES),
+        ("workbench.design.rollout.flight", engine.SOURCES),
+        ("workbench.design.rollout.measuring", engine.SOURCES),
     ]
     package = Path(compiled.__file__).parent.parent
     for start, sources in table:

@@ -62,6 +62,7 @@ def test_an_empty_battery_always_stops(mode):
     assert mode_after(in_mode(mode), seen(charge=0.0)) is OFF
 
 
+@pytest.mark.parametrize("request_", [Request.ARM, Request.TAKE_OFF])
 @pytest.mark.parametrize(
     ("mode", "expected"),
     [
@@ -72,22 +73,8 @@ def test_an_empty_battery_always_stops(mode):
         (LANDING, LANDING),
     ],
 )
-def test_arm(mode, expected):
-    assert mode_after(in_mode(mode), asked(Request.ARM)) is expected
-
-
-@pytest.mark.parametrize(
-    ("mode", "expected"),
-    [
-        (OFF, ARMED),
-        (ARMED, ARMED),
-        (TAKING_OFF, TAKING_OFF),
-        (HOVERING, HOVERING),
-        (LANDING, LANDING),
-    ],
-)
-def test_take_off(mode, expected):
-    assert mode_after(in_mode(mode), asked(Request.TAKE_OFF)) is expected
+def test_arm_and_take_off(request_, mode, expected):
+    assert mode_after(in_mode(mode), asked(request_)) is expected
 
 
 @pytest.mark.parametrize(

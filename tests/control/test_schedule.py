@@ -21,7 +21,7 @@ from workbench.design.step_response import fly_step
 from workbench.design.tune.tuner import tune
 from workbench.design.tune.wish_file import wishes_for
 from workbench.gains.gains import flight_gains
-from workbench.logs.logged_flight import LoggedFlight
+from workbench.logs.flight_log import LoggedFlight
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig

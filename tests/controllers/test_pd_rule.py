@@ -16,7 +16,7 @@ from workbench.gains.gains import rule_gains
 from workbench.plant.rotors import Rotor
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import defaults, find_parameter
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 
 ARM = 0.2
@@ -202,6 +202,6 @@ def test_the_strangest_vehicle_has_gains_within_the_tables_limits(case):
                 scale=10.0 ** rng.uniform(-9, 9),
             )
             for name, value in rule_gains(vehicle).items():
-                row = find_parameter(name)
+                row = parameter_table().find(name)
                 assert row.minimum <= value <= row.maximum, name
-            assert rule_gains(vehicle).keys() <= defaults().keys()
+            assert rule_gains(vehicle).keys() <= parameter_table().defaults().keys()

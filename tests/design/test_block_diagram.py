@@ -14,8 +14,14 @@ from pydrake.systems.primitives import (
     ZeroOrderHold,
 )
 
-from workbench.design.block_dot import block_dot
-from workbench.design.block_graph import Block, BlockGraph, Net, Terminal, read_block_graph
+from workbench.design.block_graph import (
+    Block,
+    BlockGraph,
+    Net,
+    Terminal,
+    block_dot,
+    read_block_graph,
+)
 from workbench.session.session import Session
 
 

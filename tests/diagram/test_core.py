@@ -6,7 +6,7 @@ import pytest
 from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance
 from workbench.diagram.core import parameter_values
-from workbench.scenario.parameters import defaults
+from workbench.scenario.parameters import parameter_table
 
 HEIGHT = 10.0
 
@@ -42,6 +42,6 @@ def test_hover_is_an_equilibrium_of_the_core(core, vehicle):
 
 def test_parameter_values_are_those_of_one_system(gains):
     assert parameter_values("battery", gains) == {"battery_duration": gains["battery_duration"]}
-    assert tuple(parameter_values("controller", defaults())) == tuple(
+    assert tuple(parameter_values("controller", parameter_table().defaults())) == tuple(
         row.name for row in load_controller().parameters
     )

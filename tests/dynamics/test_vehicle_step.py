@@ -28,6 +28,7 @@ ROTOR_HEIGHT = 0.014 / 2 + 0.026 + 0.006
 TURNS = (-1, 1, -1, 1)
 STEP = 1 / 1024
 NONE = [0.0] * 3
+AT_REST = [1.0, *[0.0] * 12]
 
 
 def wrench_of(rotors, speeds, w_B=NONE, slopes=None, shares=None) -> np.ndarray:
@@ -47,6 +48,29 @@ def wrench_of(rotors, speeds, w_B=NONE, slopes=None, shares=None) -> np.ndarray:
         rotor_rows(bare, STEP),
     )
     return np.array(found)
+
+
+def step_in_still_air(state, last, speeds, commands, body, rows, supply=FULL):
+    """Return state, acceleration and rotor speeds after a physics step of a quadrotor."""
+    after = np.zeros(4)
+    found, acceleration = step_vehicle(
+        state,
+        last,
+        speeds,
+        commands,
+        [1.0] * 4,
+        NONE,
+        [0.0] * 6,
+        0.0,
+        supply,
+        body,
+        rows,
+        STEP,
+        np.zeros(4),
+        np.zeros(4),
+        after,
+    )
+    return np.array(found), np.array(acceleration), after
 
 
 def by_hand(base_index):
@@ -164,25 +188,10 @@ def test_a_weak_battery_lets_rotors_reach_less(vehicle):
             power = sum((r.motor_constant * 400.0**2) ** 1.5 for r in vehicle.rotors)
             now = sum((r.motor_constant * speeds[0] ** 2) ** 1.5 for r in vehicle.rotors)
             share = 0.95 - 0.02 * now / power
-            after = np.zeros(4)
-            step_vehicle(
-                [1.0, *[0.0] * 12],
-                [0.0] * 6,
-                speeds,
-                [command] * 4,
-                [1.0] * 4,
-                NONE,
-                [0.0] * 6,
-                0.0,
-                (0.95, 0.02 / power),
-                body,
-                rows,
-                STEP,
-                np.zeros(4),
-                np.zeros(4),
-                after,
+            supply = (0.95, 0.02 / power)
+            *_, speeds = step_in_still_air(
+                AT_REST, [0.0] * 6, speeds, [command] * 4, body, rows, supply
             )
-            speeds = after
         most = min(command, vehicle.rotors[0].max_rot_velocity)
         assert speeds == pytest.approx([share * most] * 4, abs=1e-6)
 
@@ -224,25 +233,7 @@ def test_body_and_rotors_keep_their_angular_momentum(vehicle):
     for number in range(5 * 1024):
         if number % 50 == 0:
             commands = rng.uniform(100.0, 1000.0, 4)
-        after = np.zeros(4)
-        found, acceleration = step_vehicle(
-            state,
-            last,
-            speeds,
-            commands,
-            [1.0] * 4,
-            NONE,
-            [0.0] * 6,
-            0.0,
-            FULL,
-            packed,
-            rows,
-            STEP,
-            np.zeros(4),
-            np.zeros(4),
-            after,
-        )
-        state, last, speeds = np.array(found), np.array(acceleration), after
+        state, last, speeds = step_in_still_air(state, last, speeds, commands, packed, rows)
         speeds_kept.append(speeds)
     assert np.ptp(speeds_kept, axis=0).min() > 500.0
     # what is left is the step's: a change of command within it is of first order in its length
@@ -310,27 +301,8 @@ def test_a_rotor_keeps_within_its_limits(vehicle, command):
     rows = rotor_rows(vehicle.rotors, STEP)
     body = rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed()
     speeds = np.full(4, 600.0)
-    state = [1.0, *[0.0] * 12]
     for _ in range(1024):
-        after = np.zeros(4)
-        step_vehicle(
-            state,
-            [0.0] * 6,
-            speeds,
-            [command] * 4,
-            [1.0] * 4,
-            NONE,
-            [0.0] * 6,
-            0.0,
-            FULL,
-            body,
-            rows,
-            STEP,
-            np.zeros(4),
-            np.zeros(4),
-            after,
-        )
-        speeds = after
+        *_, speeds = step_in_still_air(AT_REST, [0.0] * 6, speeds, [command] * 4, body, rows)
     limit = vehicle.rotors[0].max_rot_velocity
     assert speeds == pytest.approx([min(max(command, 0.0), limit)] * 4, abs=1e-6)
     assert step_rotor(limit, limit, rows[0][ANSWER:ROW])[2] == pytest.approx(limit)

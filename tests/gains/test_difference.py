@@ -5,9 +5,9 @@ import math
 import pytest
 
 from workbench.gains.difference import diff_gains
-from workbench.scenario.parameters import defaults
+from workbench.scenario.parameters import parameter_table
 
-MISSING = {**defaults(), "kd_roll": 30.0}
+MISSING = {**parameter_table().defaults(), "kd_roll": 30.0}
 
 
 def test_rows_are_in_the_tables_order_with_units_and_percent():

@@ -15,7 +15,7 @@ from workbench.gains.gains import (
     vehicle_gains,
 )
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.parameters import defaults
+from workbench.scenario.parameters import parameter_table
 
 TEXT = """vehicle: quad
 origin: by hand
@@ -94,12 +94,16 @@ def test_a_file_without_gains_is_refused(write, text):
 
 
 def test_a_vehicle_without_a_gain_file_has_the_rules(vehicle):
-    assert vehicle_gains(vehicle) == {**defaults(), **rule_gains(vehicle)}
+    assert vehicle_gains(vehicle) == {**parameter_table().defaults(), **rule_gains(vehicle)}
 
 
 def test_a_vehicles_own_gain_file_goes_on_top_of_the_rule(vehicle, write):
     write("gains: {kp_roll: 99.0}\n")
-    assert vehicle_gains(vehicle) == {**defaults(), **rule_gains(vehicle), "kp_roll": 99.0}
+    assert vehicle_gains(vehicle) == {
+        **parameter_table().defaults(),
+        **rule_gains(vehicle),
+        "kp_roll": 99.0,
+    }
 
 
 def test_every_layer_goes_on_top_of_the_one_before_and_says_so(vehicle, write, tmp_path):
@@ -114,7 +118,7 @@ def test_every_layer_goes_on_top_of_the_one_before_and_says_so(vehicle, write, t
     assert chosen["max_height"] == Gain(120.0, "default")
     values = flight_gains(vehicle, str(file), {"kp_roll": 11.0})
     assert values == {name: gain.value for name, gain in chosen.items()}
-    assert list(values) == list(defaults())
+    assert list(values) == list(parameter_table().defaults())
 
 
 def test_what_is_wrong_in_any_layer_is_refused(vehicle, write):
@@ -141,4 +145,4 @@ def test_shipped_gains_are_for_the_vehicle_they_lie_beside(model):
     file = load_gains(path)
     assert file.vehicle == model
     assert file.origin
-    assert set(file.gains) <= set(defaults())
+    assert set(file.gains) <= set(parameter_table().defaults())

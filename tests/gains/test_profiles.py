@@ -17,7 +17,7 @@ from workbench.gains.profiles import (
     load_gains,
     save_gains,
 )
-from workbench.scenario.parameters import defaults, parameter_table
+from workbench.scenario.parameters import parameter_table
 
 ISO = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ"
 
@@ -232,8 +232,8 @@ def test_a_history_of_what_is_no_longer_a_parameter_can_be_read_but_not_restored
 
 
 def test_all_defaults_can_be_saved(path):
-    save_gains(path, GainFile("", "", defaults()))
-    assert load_gains(path).gains == defaults()
+    save_gains(path, GainFile("", "", parameter_table().defaults()))
+    assert load_gains(path).gains == parameter_table().defaults()
 
 
 SCHEDULED = """\

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from workbench.control.mode import FlightMode
-from workbench.gui.demo import LEG, ROUND, DemoPilot
+from workbench.gui.app import LEG, ROUND, DemoPilot
 from workbench.live.messages import Phase
 
 

@@ -33,7 +33,7 @@ from workbench.analysis.work import Work
 from workbench.analysis.worker import find_answerer
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.elided_label import ElidedLabel
-from workbench.gui.gains.gain_group import GainGroup
+from workbench.gui.gains.gain_panel import GainGroup
 from workbench.gui.help_pages import about_page, keys_page
 from workbench.gui.screen_table import SCREENS
 

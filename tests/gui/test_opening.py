@@ -10,8 +10,7 @@ from PyQt6.QtWidgets import QApplication, QDialogButtonBox, QFileDialog, QLineEd
 
 from workbench.common.resources import find_scenario, find_world
 from workbench.gains.profiles import load_gains
-from workbench.gui.arguments_dialog import ArgumentsDialog
-from workbench.gui.main_window import MainWindow
+from workbench.gui.main_window import ArgumentsDialog, MainWindow
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.logs.record import read_log

@@ -7,7 +7,7 @@ from PyQt6.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QScrollAr
 from workbench.common.errors import WorkbenchError
 from workbench.gui.number_field import NumberField
 from workbench.gui.screen_table import SCREENS
-from workbench.gui.tuning.wish_lines import WishLine
+from workbench.gui.tuning.autotune_card import WishLine
 from workbench.gui.typed_number import read_number
 
 RIGHT = {

@@ -23,8 +23,7 @@ from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
 from workbench.link.server_messages import Hand, Stage
 from workbench.link.wire import Decoder, Flag, Frame, Kind
-from workbench.live.clock import SLICE
-from workbench.live.flying import Flying
+from workbench.live.flying import SLICE, Flying
 from workbench.live.messages import Flown, GetFlown, NetworkView, Report, Serve
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
@@ -65,7 +64,7 @@ class Served:
     """
 
     def __init__(self, monkeypatch, built: Built) -> None:
-        monkeypatch.setattr("workbench.live.server_supervisor.ServerProcess", self._make)
+        monkeypatch.setattr("workbench.live.network.ServerProcess", self._make)
         self.wall = self.waited = 0.0
         self.sent: list[object] = []
         self.lost = False

@@ -230,7 +230,7 @@ def test_the_files_that_the_page_names_are_there():
 
 def test_the_figures_of_the_server_are_told():
     from workbench.link.operations import FASTEST, SLOWEST, TAKE_OFF_HEIGHT
-    from workbench.link.server import admission, outgoing, rate_limiter
+    from workbench.link.server import admission, outgoing
     from workbench.link.server import client_session as session
 
     told = " ".join(PAGE.split())
@@ -241,8 +241,8 @@ def test_the_figures_of_the_server_are_told():
         f"{outgoing.LONGEST_QUEUE} may wait",
         f"read in {outgoing.BATCH_TIME:g} s, {outgoing.SMALLEST_BATCH} frames at least",
         f"{session.MOST_REQUESTS} requests wait for an answer",
-        f"More than {rate_limiter.FRAMES:,.0f} frames or {rate_limiter.BYTES / 1e6:g} MB a second",
-        f"Up to {rate_limiter.FRAME_BURST:g} frames may come at once",
+        f"More than {session.FRAMES:,.0f} frames or {session.BYTES / 1e6:g} MB a second",
+        f"Up to {session.FRAME_BURST:g} frames may come at once",
         f"{SLOWEST:g} to {FASTEST:.0f}; events come all the same",
         f"[m], {TAKE_OFF_HEIGHT:g} if left out",
         f"of at most {HEADER.size + LARGEST} bytes",

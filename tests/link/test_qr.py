@@ -9,7 +9,7 @@ from PIL import Image
 
 from workbench.link import page_address as module
 from workbench.link.page_address import lan_address, page_address
-from workbench.link.qr import QUIET, png_code, svg_code, terminal_code
+from workbench.link.qr import QUIET, png_code, terminal_code
 
 URL = "http://192.168.1.7:8080/"
 FINDER = ["1111111", "1000001", "1011101", "1011101", "1011101", "1000001", "1111111"]
@@ -56,11 +56,6 @@ def test_the_terminal_shows_the_picture():
 
 def test_a_code_of_another_address_is_another():
     assert terminal_code(URL) != terminal_code(URL + "x")
-
-
-def test_the_svg_fills_where_it_stands():
-    text = svg_code(URL).decode()
-    assert text.startswith("<svg") and "viewBox" in text and "width=" not in text
 
 
 @pytest.mark.parametrize(

@@ -5,15 +5,19 @@ import contextlib
 import importlib.util
 import shutil
 import socket
+import ssl
 from pathlib import Path
 
 import aiohttp
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.link.backplane import Published
 from workbench.link.server import acceptor, web
 from workbench.link.server.acceptor import MOST_OF_A_NETWORK
 from workbench.link.server.config import ServerConfig
+from workbench.link.server.web import LARGEST_MESSAGE, WebSocketDecoder
+from workbench.link.wire import Decoder, Frame, WireError
 
 PAGE = {
     "index.html",
@@ -212,3 +216,286 @@ def test_a_port_in_use_is_a_sentence():
         config = ServerConfig(port=0, web=True, web_port=taken.getsockname()[1])
         with pytest.raises(WorkbenchError, match=r"page cannot listen at 127\.0\.0\.1:\d+: .*port"):
             served.run(None, config)
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://127.0.0.1:1", ""])
+def test_a_foreign_origin_is_refused_and_counted(origin):
+    async def scenario(hub, page, client):
+        with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+            await served.join(page, client, Origin=origin)
+        assert refused.value.status == 403
+        assert hub.refusals.counts == {"origin": 1}
+        assert hub.status().clients == ()
+
+    served.run(scenario)
+
+
+def test_what_is_no_websocket_is_told_so():
+    async def scenario(hub, page, client):
+        origin = {"Origin": page.address.rstrip("/")}
+        async with client.get(page.address + "ws", headers=origin) as answer:
+            assert answer.status == 400
+
+    served.run(scenario)
+
+
+def test_a_websocket_carries_frames_in_parts_and_several_at_once():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            [hello] = await served.operations(link, decoder, 1)
+            assert (hello["op"], hello["vehicle"]) == ("hello", "x500")
+            [peer] = hub.status().clients
+            assert (peer.transport, peer.address.split(":")[0]) == ("websocket", "127.0.0.1")
+            stream = served.said("ping", 1, id=7) + served.said("ping", 2, id=8)
+            for begin in range(0, len(stream), 11):
+                await link.send_bytes(stream[begin : begin + 11])
+            await link.send_bytes(served.said("ping", 3, id=9) + served.said("ping", 4, id=10))
+            pongs = await served.operations(link, decoder, 4)
+            assert [pong["id"] for pong in pongs] == [7, 8, 9, 10]
+        await served.until(lambda: hub.status().clients == ())
+
+    served.run(scenario)
+
+
+def test_a_goodbye_arrives_before_the_end():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            hub.stop("the server stops")
+            [bye] = await served.operations(link, decoder, 1)
+            assert bye == {"op": "bye", "said": "the server stops"}
+            assert (await link.receive()).type is aiohttp.WSMsgType.CLOSE
+
+    served.run(scenario)
+
+
+@pytest.mark.parametrize(
+    "message, closed, code",
+    [
+        ("text", aiohttp.WSCloseCode.UNSUPPORTED_DATA, "kind"),
+        (bytes(LARGEST_MESSAGE + 1), aiohttp.WSCloseCode.MESSAGE_TOO_BIG, "length"),
+    ],
+)
+def test_other_messages_end_the_connection_and_are_counted(message, closed, code):
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            await served.operations(link, Decoder(), 1)
+            send = link.send_str if isinstance(message, str) else link.send_bytes
+            await send(message)
+            [error] = await served.operations(link, Decoder(), 1)
+            assert (error["op"], error["code"]) == ("error", code)
+            assert (await link.receive()).data == closed
+        await served.until(lambda: hub.status().clients == ())
+        assert hub.refusals.counts == {code: 1}
+
+    served.run(scenario)
+
+
+MASK = b"\x11\x22\x33\x44"
+
+
+def masked(payload, first=0x82):
+    """Return a frame of a WebSocket's client, by the words of RFC 6455 alone."""
+    size = len(payload)
+    length = bytes([0x80 | size]) if size < 126 else b"\xfe" + size.to_bytes(2, "big")
+    hidden = bytes(byte ^ MASK[index % 4] for index, byte in enumerate(payload))
+    return bytes([first]) + length + MASK + hidden
+
+
+def sent(*pieces):
+    """Return what a decoder makes of pieces: kinds of frames, and what it says of pings."""
+    told = []
+    decoder = WebSocketDecoder(lambda opcode, payload: told.append((opcode.name, payload)))
+    kinds = []
+    try:
+        for piece in pieces:
+            for frame in decoder.feed(piece):
+                kinds.append(frame.kind)
+    except WireError as error:
+        return kinds, told, (error.code, decoder.close_code)
+    return kinds, told, None
+
+
+def test_a_websocket_is_read_as_the_standard_says():
+    ping = served.said("ping", 1)
+    stream = masked(ping) + masked(b"ask", 0x89) + masked(ping[:9], 0x02) + masked(b"", 0x8A)
+    stream += masked(ping[9:], 0x80) + masked(b"")
+    expected = [0, 128, 128, 128, 0, 128], [("PING", b"ask"), ("PONG", b"")], None
+    assert sent(stream) == expected
+    assert sent(*(bytes([byte]) for byte in stream)) == expected
+    for broken, what, code in [
+        (b"\x82\x05" + bytes(5), "kind", 1002),  # not masked
+        (masked(b"x", 0xC2), "kind", 1002),  # a bit of an extension
+        (masked(b"x", 0x83), "kind", 1002),  # no opcode
+        (masked(b"x", 0x80), "kind", 1002),  # goes on with nothing
+        (masked(b"", 0x02) + masked(b"", 0x82), "kind", 1002),  # within another
+        (masked(bytes(126), 0x89), "kind", 1002),  # too long a ping
+        (masked(b"", 0x09), "kind", 1002),  # a ping in parts
+        (masked(b"x", 0x81), "kind", 1003),  # a text
+        (masked(served.said("ping", 1) * 1000, 0x02) + masked(bytes(60000), 0x80), "length", 1009),
+        (b"\x82\xff" + (2**62).to_bytes(8, "big"), "length", 1009),
+    ]:
+        kinds, _, error = sent(masked(ping) + broken)
+        assert (kinds[0], error) == (0, (what, code)), broken[:9]
+
+
+def ask(page, *lines):
+    """Send a request as it stands, and return the first line of the answer."""
+    with socket.create_connection(("127.0.0.1", page.port), served.LIMIT) as link:
+        link.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        return link.recv(4096).partition(b"\r\n")[0].decode()
+
+
+def test_requests_that_two_readers_could_take_differently_are_refused():
+    async def scenario(hub, page, client):
+        host, origin = f"Host: 127.0.0.1:{page.port}", f"Origin: {page.address.rstrip('/')}"
+        upgrade = ("Connection: Upgrade", "Upgrade: websocket", "Sec-WebSocket-Version: 13")
+        join = ("GET /ws HTTP/1.1", *upgrade, f"Sec-WebSocket-Key: {'A' * 22}==")
+        for lines, status in [
+            (("GET / HTTP/1.1", host), 200),
+            (("GET / HTTP/1.0",), 400),
+            (("GET / HTTP/1.0", host), 400),
+            (("GET / HTTP/1.1",), 400),
+            (("GET / HTTP/1.1", host, host), 400),
+            ((*join, host, origin), 101),
+            ((*join, host, origin, origin), 403),
+            ((*join, host), 403),
+            ((*join[:1], *join[2:], host, origin), 400),
+        ]:
+            answer = await asyncio.to_thread(ask, page, *lines)
+            assert answer.split()[1] == str(status), lines
+
+    served.run(scenario)
+
+
+def test_the_largest_message_is_taken():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            ping = served.said("ping", 2, id=1)
+            skipped = Frame(0x80, 0, 0, 1, 0, bytes(LARGEST_MESSAGE - 24 - len(ping)))
+            await link.send_bytes(skipped.to_bytes() + ping)
+            assert (await served.operations(link, decoder, 1))[0]["op"] == "pong"
+
+    served.run(scenario)
+
+
+def test_bytes_that_are_no_frames_are_answered_with_an_error():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            await link.send_bytes(b"GET / HTTP/1.1")
+            [error] = await served.operations(link, decoder, 1)
+            assert (error["op"], error["code"]) == ("error", "magic")
+
+    served.run(scenario)
+
+
+def test_a_ping_of_the_browser_is_answered():
+    async def scenario(hub, page, client):
+        origin = {"Origin": page.address.rstrip("/")}
+        address = page.address + "ws"
+        async with client.ws_connect(address, headers=origin, autoping=False) as link:
+            await served.operations(link, Decoder(), 1)
+            await link.ping(b"are you there")
+            answer = await link.receive()
+            assert (answer.type, answer.data) == (aiohttp.WSMsgType.PONG, b"are you there")
+
+    served.run(scenario)
+
+
+@pytest.mark.parametrize("what", ["empty", "ping", "pong"])
+def test_what_carries_nothing_counts_as_well(what, monkeypatch):
+    """Whoever sends it without end must be read as slowly as who sends frames without end."""
+
+    async def scenario(hub, page, client):
+        paused = []
+        receive = hub.receive
+
+        def note(session, size=None):
+            if size is None:
+                paused.append(session)
+            return receive(session, size)
+
+        monkeypatch.setattr(hub, "receive", note)
+        async with served.join(page, client) as link:
+            send = {"empty": link.send_bytes, "ping": link.ping, "pong": link.pong}[what]
+            for _ in range(300):
+                await send(b"")
+            await served.until(lambda: paused)
+
+    served.run(scenario)
+
+
+def test_places_are_those_of_all_clients():
+    async def scenario(hub, page, client):
+        async with contextlib.AsyncExitStack() as stack:
+            for _ in range(2):
+                link = await stack.enter_async_context(served.join(page, client))
+                await served.operations(link, Decoder(), 1)
+            link = await stack.enter_async_context(served.join(page, client))
+            [error] = await served.operations(link, Decoder(), 1)
+            assert (error["op"], error["code"]) == ("error", "too_many")
+
+    served.run(scenario, clients=2, an_address=2)
+
+
+def test_a_client_that_reads_nothing_is_ended_with_what_it_was_sent():
+    async def scenario(hub, page, client):
+        deaf = socket.create_connection(("127.0.0.1", page.port))
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        host = f"127.0.0.1:{page.port}"
+        request = (
+            f"GET /ws HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nConnection: Upgrade\r\n"
+            "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+        )
+        deaf.sendall(request.encode())
+        await served.until(lambda: len(hub._sessions) == 1)
+        [session] = hub._sessions.values()
+        for _ in range(4000):
+            session.transport.write(bytes(4096))
+        await served.until(lambda: 0 < session.transport.unsent < 4000 * 4096)
+        session.transport.close()
+        await served.until(lambda: hub.status().clients == ())
+        deaf.close()
+
+    served.run(scenario)
+
+
+def test_data_goes_to_the_page_in_batches():
+    async def scenario(hub, page, client):
+        async with served.join(page, client) as link:
+            decoder = Decoder()
+            await served.operations(link, decoder, 1)
+            await link.send_bytes(
+                served.said("subscribe", 1, id=1, topics=["/dh_drone/velocity_data"])
+            )
+            await served.operations(link, decoder, 1)
+            hub.hear([Published(5, 6, ((3, bytes(24)),))])
+            [frame] = decoder.feed(await link.receive_bytes())
+            assert (frame.kind, frame.topic, frame.flags, frame.t_ns) == (1, 3, 2, 5)
+
+    served.run(scenario)
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl")
+def test_with_a_certificate_all_goes_over_tls(tmp_path):
+    config = served.over_tls(tmp_path)
+    trusted = ssl.create_default_context(cafile=config.tls_cert)
+
+    async def scenario(hub, page, client):
+        assert page.address == f"https://127.0.0.1:{page.port}/"
+        async with client.get(page.address, ssl=trusted) as answer:
+            assert f"wss://127.0.0.1:{page.port};" in answer.headers["Content-Security-Policy"]
+        address, origin = page.address + "ws", page.address.rstrip("/")
+        async with client.ws_connect(address, origin=origin, ssl=trusted) as link:
+            assert (await served.operations(link, Decoder(), 1))[0]["op"] == "hello"
+        with pytest.raises(aiohttp.WSServerHandshakeError):
+            await client.ws_connect(address, origin=origin.replace("https", "http"), ssl=trusted)
+
+    served.run(scenario, config)

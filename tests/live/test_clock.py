@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.live.clock import LONGEST_LAG, SLICE, WINDOW, FlightClock
+from workbench.live.flying import LONGEST_LAG, SLICE, WINDOW, FlightClock
 
 STEP = 1 / 1024
 

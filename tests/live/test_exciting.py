@@ -10,9 +10,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
 from workbench.design.step_response import unwrapped_yaw
 from workbench.ipc.worker_process import Answer, Refusal, Request
-from workbench.live.clock import SLICE
 from workbench.live.flight import LiveFlight
-from workbench.live.flying import Flying
+from workbench.live.flying import SLICE, Flying
 from workbench.live.messages import (
     Excite,
     FlyOn,

@@ -9,8 +9,7 @@ import pytest
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
-from workbench.live.clock import SLICE
-from workbench.live.flying import Flying
+from workbench.live.flying import SLICE, Flying
 from workbench.live.messages import (
     Close,
     Flown,

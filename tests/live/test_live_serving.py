@@ -21,7 +21,7 @@ from workbench.link.server.config import ServerConfig
 from workbench.link.server_messages import Hand, Stage
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
-from workbench.live.server_supervisor import ServerSupervisor
+from workbench.live.network import ServerSupervisor
 
 ENOUGH = 120.0
 """No test waits so long unless it fails [s]."""
@@ -243,7 +243,7 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
             now[0] += 0.01
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("workbench.live.server_supervisor.ServerProcess", Dying)
+        patch.setattr("workbench.live.network.ServerProcess", Dying)
         supervisor = ServerSupervisor(lambda: None, lambda: 0.0, lambda: now[0])
         supervisor.serve(1, ServerConfig(port=0, web=True))
         live(20.0)

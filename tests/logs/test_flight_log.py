@@ -28,8 +28,7 @@ from workbench.gains.profiles import load_gains
 from workbench.link.backplane import Published, Sampled
 from workbench.link.topics import topic_from
 from workbench.logs import flight_log, mcap_writer
-from workbench.logs.flight_log import FlightLog
-from workbench.logs.logged_flight import LoggedFlight
+from workbench.logs.flight_log import FlightLog, LoggedFlight
 from workbench.logs.mcap_writer import CHUNK_SIZE
 from workbench.logs.record import read_log
 from workbench.scenario.scenario import Scenario, load_scenario

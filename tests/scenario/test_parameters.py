@@ -12,24 +12,17 @@ from workbench.control.flight_mode import Settings
 from workbench.dynamics.air.settings import AirSettings
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.payload import Payload
-from workbench.scenario.parameters import (
-    SENSOR_KINDS,
-    checked,
-    defaults,
-    find_parameter,
-    parameter_table,
-    parameters_of,
-    split_setting,
-)
+from workbench.scenario.parameters import SENSOR_KINDS, parameter_table, split_setting
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
 from workbench.session.session import Session
 
-NAMES = [row.name for row in parameter_table()]
-NEVER = [row.name for row in parameters_of("rotors")[4:]]
+TABLE = parameter_table()
+NAMES = [row.name for row in TABLE]
+NEVER = [row.name for row in TABLE.of("rotors")[4:]]
 """Rows that no flight of a quadrotor has."""
-SOMETIMES = [row.name for row in parameter_table() if row.system in (*SENSOR_KINDS, "obstacles")]
+SOMETIMES = [row.name for row in TABLE if row.system in (*SENSOR_KINDS, "obstacles")]
 """Rows of systems that a flight without sensors in an empty world does not have."""
-FLOWN = [row for row in parameter_table() if row.name not in NEVER]
+FLOWN = [row for row in TABLE if row.name not in NEVER]
 FLOWN_NAMES = [row.name for row in FLOWN]
 
 
@@ -59,7 +52,7 @@ def test_names_are_unique():
 
 
 def test_a_row_is_complete_and_its_default_allowed(case):
-    for row in parameter_table():
+    for row in TABLE:
         with case(row):
             assert -math.inf < row.minimum < row.maximum < math.inf
             assert row.minimum <= row.default <= row.maximum
@@ -69,16 +62,16 @@ def test_a_row_is_complete_and_its_default_allowed(case):
 
 
 def test_rows_stand_in_the_order_that_their_system_reads_them():
-    assert parameters_of("controller") == load_controller().parameters
-    assert tuple(row.name for row in parameters_of("modes")) == Settings._fields
-    assert tuple(row.name for row in parameters_of("payload")) == Payload._fields
-    assert [row.name for row in parameters_of("battery")] == ["battery_duration"]
-    assert tuple(row.name for row in parameters_of("air")) == AirSettings._fields
-    rotors = [row.name for row in parameters_of("rotors")]
+    assert TABLE.of("controller") == load_controller().parameters
+    assert tuple(row.name for row in TABLE.of("modes")) == Settings._fields
+    assert tuple(row.name for row in TABLE.of("payload")) == Payload._fields
+    assert [row.name for row in TABLE.of("battery")] == ["battery_duration"]
+    assert tuple(row.name for row in TABLE.of("air")) == AirSettings._fields
+    rotors = [row.name for row in TABLE.of("rotors")]
     assert rotors == [f"rotor_{number}" for number in range(1, 13)]
     systems = ("controller", "modes", "battery", "air", "payload", "obstacles", "rotors")
     systems += SENSOR_KINDS
-    assert sum(len(parameters_of(system)) for system in systems) == len(parameter_table().rows)
+    assert sum(len(TABLE.of(system)) for system in systems) == len(TABLE.rows)
 
 
 def test_a_row_is_read_and_written_alone(case, session):
@@ -86,7 +79,7 @@ def test_a_row_is_read_and_written_alone(case, session):
         with case(row):
             session.reset()
             before = {name: session.get(name) for name in FLOWN_NAMES}
-            values = {**defaults(), **vehicle_gains(session.vehicle)}
+            values = {**TABLE.defaults(), **vehicle_gains(session.vehicle)}
             assert before == {name: values[name] for name in FLOWN_NAMES}
             for value in (row.minimum, row.maximum):
                 session.set(row.name, value)
@@ -104,7 +97,7 @@ def test_every_row_is_built_with_the_value_that_is_asked(end):
     session = full(values)
     assert {name: session.get(name) for name in FLOWN_NAMES} == values
     for name in FLOWN_NAMES:
-        session.set(name, find_parameter(name).default)
+        session.set(name, TABLE.find(name).default)
     session.reset()
     assert {name: session.get(name) for name in FLOWN_NAMES} == values
 
@@ -130,7 +123,7 @@ def test_what_nothing_in_the_flight_has_is_answered_with_a_remedy(case, plain_se
             remedies = {"warning_distance": "--world room"}
             remedies |= {f"{kind}_fault": f"--sensors {kind}" for kind in SENSOR_KINDS}
             remedies |= dict.fromkeys(NEVER, "dh_drone has 4 rotors")
-            value = find_parameter(name).maximum
+            value = TABLE.find(name).maximum
             for act in (partial(plain_session.set, name, value), partial(plain_session.get, name)):
                 with pytest.raises(WorkbenchError) as caught:
                     act()
@@ -148,7 +141,7 @@ def test_a_fault_ordered_of_what_is_not_there_is_refused_before_the_flight(name,
 
 def test_rows_that_nothing_has_may_keep_their_defaults():
     """So that a gain file with every row of the table can be flown with any drone."""
-    Session(Scenario(), {name: find_parameter(name).default for name in (*SOMETIMES, *NEVER)})
+    Session(Scenario(), {name: TABLE.find(name).default for name in (*SOMETIMES, *NEVER)})
 
 
 def eventful() -> Session:
@@ -175,7 +168,7 @@ def eventful_motion():
 
 def test_every_row_of_the_controller_is_of_effect(case, eventful_motion):
     """Limits at a value that cuts, gains at half."""
-    for row in parameters_of("controller"):
+    for row in TABLE.of("controller"):
         with case(row):
             limits = {
                 "max_speed": 1.0,
@@ -190,7 +183,7 @@ def test_every_row_of_the_controller_is_of_effect(case, eventful_motion):
 
 
 def test_the_drone_takes_off_even_with_the_least_pull_to_a_height():
-    least = find_parameter("kp_position_z").minimum
+    least = TABLE.find("kp_position_z").minimum
     script = [Action(at=0.0, request="take_off", height=1.0)]
     scenario = Scenario(duration=4.0, start=Start(mode="off"), script=script)
     session = Session(scenario, {"kp_position_z": least})
@@ -199,44 +192,44 @@ def test_the_drone_takes_off_even_with_the_least_pull_to_a_height():
 
 
 def test_a_row_is_found_by_name():
-    assert find_parameter("kp_roll").name == "kp_roll"
+    assert TABLE.find("kp_roll").name == "kp_roll"
 
 
 def test_of_an_endless_name_the_beginning_is_repeated():
     with pytest.raises(WorkbenchError, match=f"'{60 * 'a'}...': known are"):
-        find_parameter(100_000 * "a")
+        TABLE.find(100_000 * "a")
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
     with pytest.raises(WorkbenchError, match="'kp_rol': did you mean 'kp_roll'"):
-        find_parameter("kp_rol")
+        TABLE.find("kp_rol")
 
 
 @pytest.mark.parametrize("value", [math.nan, "5", None, True])
 def test_what_is_no_number_is_refused(value):
     with pytest.raises(WorkbenchError, match="x.yaml:3: kp_roll is .*give it a number"):
-        find_parameter("kp_roll").check(value, "x.yaml:3: ")
+        TABLE.find("kp_roll").check(value, "x.yaml:3: ")
 
 
 @pytest.mark.parametrize("value", [-0.001, 2500.1, math.inf, -math.inf])
 def test_what_is_out_of_range_is_refused_with_the_range(value):
     with pytest.raises(WorkbenchError, match=r"kp_roll is .*0 .. 2500 1/s\^2"):
-        find_parameter("kp_roll").check(value)
+        TABLE.find("kp_roll").check(value)
 
 
 @pytest.mark.parametrize("value", [7, 7.0, np.float64(7.0), np.float32(7.0), np.int64(7)])
 def test_any_kind_of_number_becomes_a_float(value):
-    found = find_parameter("kp_roll").check(value)
+    found = TABLE.find("kp_roll").check(value)
     assert type(found) is float
     assert found == 7.0
 
 
 def test_many_are_checked_at_once():
-    assert checked({"kp_roll": 5, "max_tilt": 0.5}) == {"kp_roll": 5.0, "max_tilt": 0.5}
+    assert TABLE.checked({"kp_roll": 5, "max_tilt": 0.5}) == {"kp_roll": 5.0, "max_tilt": 0.5}
     with pytest.raises(WorkbenchError, match="here: unknown parameter 'max_tlt'"):
-        checked({"max_tlt": 0.5}, "here: ")
+        TABLE.checked({"max_tlt": 0.5}, "here: ")
     with pytest.raises(WorkbenchError, match="here: max_tilt"):
-        checked({"max_tilt": 5.0}, "here: ")
+        TABLE.checked({"max_tilt": 5.0}, "here: ")
 
 
 @pytest.mark.parametrize("text", ["kp_roll=12.5", " kp_roll = 12.5 ", "kp_roll=1.25e1"])
@@ -257,5 +250,5 @@ def test_a_setting_that_is_none_is_refused(case):
     ]:
         with case(text, word):
             with pytest.raises(WorkbenchError) as caught:
-                checked(dict([split_setting(text)]))
+                TABLE.checked(dict([split_setting(text)]))
             assert word in str(caught.value)

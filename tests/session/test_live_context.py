@@ -12,7 +12,7 @@ from workbench.gains.gains import vehicle_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.worlds.reading import read_world
-from workbench.scenario.parameters import MOST_ROTORS, SENSOR_KINDS, defaults, find_parameter
+from workbench.scenario.parameters import MOST_ROTORS, SENSOR_KINDS, parameter_table
 from workbench.scenario.scenario import Rates, Scenario, SensorsConfig
 from workbench.session.live_context import LiveContext
 from workbench.systems.pilot import Wish
@@ -56,7 +56,7 @@ def test_a_value_is_set_where_it_belongs_and_read_back(case, full, scenario):
     for system in [*CHEAP, "obstacles", "rotors", "air"]:
         with case(system):
             rows = {"obstacles": "warning_distance", "rotors": "rotor_2", "air": "wind_y"}
-            row = find_parameter(rows.get(system, f"{system}_fault"))
+            row = parameter_table().find(rows.get(system, f"{system}_fault"))
             live = LiveContext(full, scenario)
             assert live.get(row) == row.default
             live.set({row.name: row.maximum})
@@ -87,7 +87,7 @@ def test_a_row_acts_on_every_sensor_of_its_kind(full, scenario):
     ],
 )
 def test_what_is_not_there_is_answered_with_a_remedy(bare, name, words):
-    live, row = LiveContext(bare, Scenario()), find_parameter(name)
+    live, row = LiveContext(bare, Scenario()), parameter_table().find(name)
     for act in (lambda: live.set({row.name: row.maximum}), lambda: live.get(row)):
         with pytest.raises(WorkbenchError) as caught:
             act()
@@ -100,18 +100,20 @@ def test_of_a_set_with_one_parameter_that_is_not_there_nothing_is_set(bare):
     live = LiveContext(bare, Scenario())
     with pytest.raises(WorkbenchError, match="gps_fault cannot be set"):
         live.set({"wind_x": 3.0, "gps_fault": 1.0})
-    assert live.get(find_parameter("wind_x")) == 0.0
+    assert live.get(parameter_table().find("wind_x")) == 0.0
 
 
 def test_faults_among_the_values_are_set_at_the_start(full, scenario):
-    live = LiveContext(full, scenario, {**defaults(), "lidar_fault": 2.0, "rotor_1": 0.5})
-    assert live.get(find_parameter("lidar_fault")) == 2.0
-    assert live.get(find_parameter("rotor_1")) == 0.5
-    assert live.get(find_parameter("imu_fault")) == 0.0
+    live = LiveContext(
+        full, scenario, {**parameter_table().defaults(), "lidar_fault": 2.0, "rotor_1": 0.5}
+    )
+    assert live.get(parameter_table().find("lidar_fault")) == 2.0
+    assert live.get(parameter_table().find("rotor_1")) == 0.5
+    assert live.get(parameter_table().find("imu_fault")) == 0.0
 
 
 def test_a_fault_of_what_is_not_there_is_refused_and_none_is_not(bare):
-    LiveContext(bare, Scenario(), defaults())
+    LiveContext(bare, Scenario(), parameter_table().defaults())
     with pytest.raises(WorkbenchError, match="gps_fault cannot be set"):
         LiveContext(bare, Scenario(), {"gps_fault": 1.0})
     with pytest.raises(WorkbenchError, match="rotor_6 cannot be set"):
@@ -124,7 +126,7 @@ def test_each_begins_alone(full, scenario):
     one.set({"wind_x": 7.0})
     one.wish = Wish(Reference(1.0, *[0.0] * 7), 1.0, 1.0, 2.0)
     one.simulator.AdvanceTo(0.25)
-    assert other.get(find_parameter("wind_x")) == 0.0
+    assert other.get(parameter_table().find("wind_x")) == 0.0
     assert other.wish == Wish()
     assert other.root.get_time() == 0.0
     assert one.wish == Wish(Reference(1.0, *[0.0] * 7), 1.0, 1.0, 2.0)

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.linear.continuous import ContinuousDerivatives
 from workbench.design.linear.derivatives import Derivatives
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.design.linear.sampled import sampled_model
-from workbench.design.linear.study import HOVER, LinearStudy
+from workbench.design.linear.study import HOVER, ContinuousDerivatives, LinearStudy, sampled_model
 from workbench.design.linear.trim import find_trim
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.diagram.core import make_flight_core

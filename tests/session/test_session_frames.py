@@ -1,4 +1,4 @@
-"""A session's frames: against those of its recording, and against Drake's own body poses."""
+"""A session's frames: against the tree of frames at its end, and against Drake's own body poses."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from workbench.plant.description import read_description
 from workbench.plant.multibody import add_plant
 from workbench.plant.vehicle_frames import frame_tree
 from workbench.scenario.scenario import Scenario
-from workbench.session.frames import FlightFrames
 from workbench.session.session import Session
 
 
@@ -45,12 +44,13 @@ def test_frames_chain_to_those_of_the_flight(framed):
         description.model,
         moving=[(moving.name, moving.pose) for moving in world.moving],
     )
-    flight = FlightFrames(tree, framed.recording())
+    flown = framed.recording()
+    X_WB = RigidTransform(Quaternion(flown.q_WB[-1]), flown.p_WB[-1])
     assert framed.frames().time == 1.5
     assert {each.child for each in framed.frames().transforms} == set(tree.names) - {"world"}
     assert {"lidar_link", "camera", "ball", "cart"} <= set(tree.names)
     for name in tree.names:
-        wanted = flight.X("world", name, 1.5)
+        wanted = tree.X("world", name, X_WB, 1.5)
         assert chained(framed, name).IsNearlyEqualTo(wanted, 1e-12), name
 
 

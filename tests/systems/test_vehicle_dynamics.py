@@ -15,7 +15,7 @@ from workbench.dynamics.air.update import push_at, wind_at
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.vehicle_step import FULL, rotor_rows, step_vehicle
 from workbench.plant.multibody import add_plant
-from workbench.scenario.parameters import parameters_of
+from workbench.scenario.parameters import parameter_table
 from workbench.systems import vehicle_dynamics as module
 from workbench.systems.vehicle_dynamics import (
     BODY,
@@ -124,7 +124,7 @@ def test_in_the_air_its_update_is_the_pure_one_compiled(dynamics, spinning, vehi
 
 def test_settings_are_live_and_in_the_order_of_the_parameter_table(dynamics, spinning, vehicle):
     """Every one of them changes something."""
-    assert [row.name for row in parameters_of("air")] == list(AirSettings._fields)
+    assert [row.name for row in parameter_table().of("air")] == list(AirSettings._fields)
     context = dynamics.CreateDefaultContext()
     *given, settings = drawn(np.random.default_rng(4))
     before = stepped(dynamics, context, *given, settings)
@@ -138,7 +138,7 @@ def test_settings_are_live_and_in_the_order_of_the_parameter_table(dynamics, spi
 
 
 def test_defaults_are_those_of_the_table(vehicle):
-    defaults = {row.name: row.default for row in parameters_of("air")}
+    defaults = {row.name: row.default for row in parameter_table().of("air")}
     assert AirSettings(**defaults) == calm_air(vehicle)._replace(drag_area=0.015)
 
 

@@ -1,17 +1,19 @@
-"""How a step would be flown with gains, by a compiled flight in half a millisecond."""
+"""How a step would be flown with gains, and how a flight goes on from a checkpoint."""
 
 from concurrent.futures import wait
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.analysis.questions import Predict, Step
-from workbench.analysis.replies import Predicted, StepNumbers
+from workbench.analysis.questions import Fork, Predict, Step
+from workbench.analysis.replies import Forked, Predicted, StepNumbers
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError
+from workbench.design.branches import FlownBranch
 from workbench.design.response_metrics import step_metrics
 from workbench.design.step_response import check_duration, check_step
+from workbench.scenario.axes import AXES
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -22,6 +24,33 @@ LONGEST = 20.0
 """A step that is flown while somebody waits [s]."""
 PATIENCE = 0.005
 """Between two looks at what loads [s]."""
+
+
+def fork(subject: Subject, question: Fork, work: Work) -> Working:
+    """Answer how the flight goes on from a checkpoint with each branch's values, to the bit."""
+    flown = subject.forker.fly(
+        question.checkpoint,
+        question.branches,
+        question.duration,
+        question.step,
+        lambda: work.stopped,
+    )
+    work.check()
+    yield Forked(flown, tuple(_numbers(question, branch) for branch in flown))
+
+
+def _numbers(question: Fork, branch: FlownBranch) -> StepNumbers | None:
+    """Return the metrics of a branch's step, which goes on top of what was asked for before."""
+    step, checkpoint = question.step, question.checkpoint
+    if step is None or branch.lost:
+        return None
+    before = (*checkpoint.velocity, checkpoint.yaw_rate)[AXES.index(step.axis)]
+    return step_numbers(
+        branch.time - checkpoint.time,
+        branch.response(step.axis) - before,
+        step.amplitude,
+        float(branch.rotor_use.max()),
+    )
 
 
 def predict(subject: Subject, question: Predict, _: Work) -> Working:

@@ -1,14 +1,37 @@
-"""Finds gains for wishes, and tells how the search goes."""
+"""Finds gains for wishes, tells how the search goes, and pins what was tuned as a regression."""
 
-from workbench.analysis.questions import Tune
-from workbench.analysis.replies import Searched, Tuned, TunedStep, Wished
+from workbench.analysis.questions import Pin, Tune
+from workbench.analysis.replies import Pinned, Searched, Tuned, TunedStep, Wished
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.design.metrics import shown
+from workbench.design.pin import pin_step
 from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.tuning import Progress, Tuning
 from workbench.design.tune.wish_file import wishes_for
+
+
+def pin(subject: Subject, question: Pin, work: Work) -> Working:
+    """Answer where the spec and its baseline are; what was written is green."""
+    step = question.step
+    found = pin_step(
+        question.path,
+        subject.scenario,
+        subject.flown_gains(question.gains),
+        step.axis,
+        step.amplitude,
+        duration=step.duration,
+        margins=question.margins,
+        overwrite=question.overwrite,
+        progress=work.check,
+    )
+    loops = f" and the margins of {found.loops} loops" if found.loops else ""
+    said = (
+        f"{found.limits} numbers and {found.curves} curves of a step along {step.axis}{loops} are "
+        "held to what they are now"
+    )
+    yield Pinned(found.spec, found.baseline, said)
 
 
 def tune(subject: Subject, question: Tune, work: Work) -> Working:

@@ -7,7 +7,10 @@ import importlib
 import logging
 import os
 import sys
+import time
+from collections.abc import Callable
 from multiprocessing.connection import Connection
+from typing import Any
 
 from workbench.analysis.messages import Begin, Preparing
 from workbench.analysis.questions import (
@@ -22,23 +25,102 @@ from workbench.analysis.questions import (
     Weigh,
 )
 from workbench.analysis.request_queue import RequestQueue
-from workbench.analysis.scheduler import Answerer, Scheduler
 from workbench.analysis.subject import Subject
+from workbench.analysis.work import Work, Working
 from workbench.common.cache import PROGRESS_LOGGER
+from workbench.common.errors import WorkbenchError
 from workbench.ipc.send_queue import LogPoster, SendQueue
+from workbench.ipc.worker_process import Answer, Refusal, Request
 
+ORDER = (Judge, Predict, JudgePlantInput, Fork, DrawMap, FindRanges, Weigh, Tune, Pin)
+"""The kinds of questions, the most urgent first."""
+SLICE = 0.005
+"""A kind gives way to the next one after this long, where it can rest [s]."""
+Answerer = Callable[[Subject, Any, Work], Working]
 ANSWERERS = {
     Judge: "judging:judge",
     JudgePlantInput: "judging:judge_plant_input",
-    FindRanges: "ranges:find_ranges",
+    FindRanges: "judging:find_ranges",
     Predict: "predicting:predict",
     DrawMap: "mapping:draw_map",
     Weigh: "weighing:weigh",
     Tune: "tuning:tune",
-    Fork: "forking:fork",
-    Pin: "pinning:pin",
+    Fork: "predicting:fork",
+    Pin: "tuning:pin",
 }
 """File and function that answer a kind of question; loaded when it is first asked."""
+
+
+class Scheduler:
+    """Answers what is asked, one question of each kind at a time, each kind in its turn.
+
+    In turns, so that a map and ranges are drawn although a slider that never rests asks for
+    margins all the time; in slices, so that margins do not wait for a whole map.
+
+    Args:
+        subject: about which is asked.
+        requests: questions that wait.
+        send_queue: where answers go.
+        find: returns who answers a kind of question.
+    """
+
+    def __init__(
+        self,
+        subject: Subject,
+        requests: RequestQueue,
+        send_queue: SendQueue,
+        find: Callable[[type], Answerer],
+    ) -> None:
+        self._subject = subject
+        self._requests = requests
+        self._send_queue = send_queue
+        self._find = find
+        self._begun: dict[type, tuple[Request, Working]] = {}
+
+    def run(self) -> None:
+        """Answer until the process ends."""
+        while True:
+            self._take_in(wait=not self._begun)
+            self.turn()
+
+    def turn(self) -> None:
+        """Give every kind its turn."""
+        for kind in ORDER:
+            self._take_in(wait=False)
+            if kind in self._begun:
+                self._go_on(kind)
+
+    def _take_in(self, *, wait: bool) -> None:
+        """Begin what is asked, of kinds that are not being worked on."""
+        for request in self._requests.take(set(self._begun), wait):
+            work = Work(request.number, self._requests, self._send_queue)
+            self._begun[type(request.what)] = request, self._work(request, work)
+
+    def _work(self, request: Request, work: Work) -> Working:
+        """Work on a question; who answers it is looked up now, as that may load a library."""
+        work.check()
+        yield from self._find(type(request.what))(self._subject, request.what, work)
+
+    def _go_on(self, kind: type) -> None:
+        """Work on a kind for a slice of time."""
+        request, working = self._begun[kind]
+        end = time.perf_counter() + SLICE
+        reply = None
+        try:
+            while reply is None and time.perf_counter() < end:
+                reply = next(working)
+        except WorkbenchError as error:
+            self._answer(kind, Refusal(request.number, str(error)))
+        except (Exception, SystemExit) as error:  # Drake's failed assertions are SystemExit
+            said = f"the analyst failed: {type(error).__name__}: {' '.join(str(error).split())}"
+            self._answer(kind, Refusal(request.number, said))
+        else:
+            if reply is not None:
+                self._answer(kind, Answer(request.number, reply))
+
+    def _answer(self, kind: type, answer: Answer | Refusal) -> None:
+        del self._begun[kind]
+        self._send_queue.post(answer)
 
 
 def main(connection: Connection) -> int:

@@ -282,7 +282,7 @@ def _flown_session(
 
     logged = None
     if args.log:
-        from workbench.logs.logged_flight import LoggedFlight
+        from workbench.logs.flight_log import LoggedFlight
 
         make_folder_of(args.log)
         logged = LoggedFlight(args.log, scenario, dict(args.set))

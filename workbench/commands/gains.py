@@ -18,7 +18,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.printing import print_json, print_table, say_written
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
@@ -184,12 +184,12 @@ def _restore(args: argparse.Namespace) -> int:
     """Save an earlier state of a file again."""
     from workbench.gains.difference import diff_gains
     from workbench.gains.gains import gains_at, load_gains, save_gains
-    from workbench.scenario.parameters import defaults
+    from workbench.scenario.parameters import parameter_table
 
     law = _law(args, args.file)
     before = load_gains(args.file, law)
     after = save_gains(args.file, gains_at(before, args.state, law), law)
-    changes = diff_gains(before.gains, after.gains, defaults(law), law)
+    changes = diff_gains(before.gains, after.gains, parameter_table(law).defaults(), law)
     print_changes("before", f"state {args.state}", after.vehicle, changes, as_json=args.json)
     say_written([args.file])
     return ExitCode.DONE
@@ -247,14 +247,14 @@ def _side(side: str, vehicle: "Vehicle", law: "Controller") -> Mapping[str, floa
     from workbench.common.resources import find_file, find_model
     from workbench.gains.gains import load_gains, make_profile, rule_values, vehicle_gains
     from workbench.plant.loading import load_vehicle
-    from workbench.scenario.parameters import defaults
+    from workbench.scenario.parameters import parameter_table
 
     if _is_file(side):
         return load_gains(find_file(side), law).gains
     if side == _RULE:
         values = rule_values(vehicle, law)
     elif side == _DEFAULT:
-        values = defaults(law)
+        values = parameter_table(law).defaults()
     else:
         values = vehicle_gains(load_vehicle(find_model(side)), law)
     return make_profile(vehicle, values, "", law).gains
@@ -286,7 +286,7 @@ def print_values(
         as_json: print JSON instead of a table.
     """
     rows = [
-        (name, value, find_parameter(name, controller=controller).unit, origins[name])
+        (name, value, parameter_table(controller).find(name).unit, origins[name])
         for name, value in values.items()
     ]
     if as_json:

@@ -11,6 +11,8 @@ from workbench.commands.printing import print_json_line, say, say_written
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
+    from workbench.gateways.foxglove import Foxglove
+    from workbench.gateways.plotjuggler import PlotJuggler
     from workbench.link import Client
 
 TO_PLOTJUGGLER = "127.0.0.1:9870"
@@ -109,7 +111,6 @@ def _run_none(args: argparse.Namespace) -> int:
 def _run_foxglove(args: argparse.Namespace) -> int:
     """Serve Foxglove until Ctrl-C."""
     from workbench.gateways.foxglove import PORT, Foxglove, check_reach
-    from workbench.gateways.outlet import pass_on
     from workbench.link.address import parse_address
 
     listen = parse_address(args.listen, port=PORT)
@@ -122,13 +123,12 @@ def _run_foxglove(args: argparse.Namespace) -> int:
         )
         if args.json:
             print_json_line({"vehicle": client.hello.vehicle, "address": f"ws://{outlet.address}"})
-        pass_on(client, outlet)
+        _pass_on(client, outlet)
     return ExitCode.DONE
 
 
 def _run_plotjuggler(args: argparse.Namespace) -> int:
     """Send datagrams until Ctrl-C."""
-    from workbench.gateways.outlet import pass_on
     from workbench.gateways.plotjuggler import PORT, PlotJuggler
     from workbench.link.address import parse_address
 
@@ -141,8 +141,24 @@ def _run_plotjuggler(args: argparse.Namespace) -> int:
         )
         if args.json:
             print_json_line({"vehicle": client.hello.vehicle, "address": str(to)})
-        pass_on(client, outlet)
+        _pass_on(client, outlet)
     return ExitCode.DONE
+
+
+def _pass_on(client: "Client", outlet: "Foxglove | PlotJuggler") -> None:
+    """Pass all samples on, until Ctrl-C or the end of the client.
+
+    Raises:
+        WorkbenchError: if the client ends by itself.
+    """
+    try:
+        outlet.announce(client.hello.topics)
+        for sample in client:
+            outlet.deliver(sample)
+    except KeyboardInterrupt:  # the usual end of a gateway
+        return
+    finally:
+        outlet.close()
 
 
 def _run_ros2(args: argparse.Namespace) -> int:

@@ -45,8 +45,13 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Build the diagram, draw it and list its signals."""
-    from workbench.design.block_dot import INSTALL, check_drawable, draw_blocks, has_graphviz
-    from workbench.design.block_graph import read_block_graph
+    from workbench.design.block_graph import (
+        INSTALL,
+        check_drawable,
+        draw_blocks,
+        has_graphviz,
+        read_block_graph,
+    )
 
     drawn = args.output or Path("out/diagram.svg" if has_graphviz() else "out/diagram.dot")
     with Outputs() as outputs:

@@ -131,7 +131,7 @@ def _print(
 
 def _print_gains(law: "Controller", gains: "dict[str, Gain]") -> None:
     """Print the gains by where they come from, without the parameter table's defaults."""
-    from workbench.scenario.parameters import find_parameter
+    from workbench.scenario.parameters import parameter_table
 
     origins = dict.fromkeys(gain.origin for gain in gains.values())
     for origin in origins:
@@ -139,7 +139,7 @@ def _print_gains(law: "Controller", gains: "dict[str, Gain]") -> None:
             continue
         print(f"\ngains from {_ORIGINS.get(origin, origin)}:")
         rows = [
-            (f"  {name}", f"{gain.value:g}", find_parameter(name, controller=law).unit)
+            (f"  {name}", f"{gain.value:g}", parameter_table(law).find(name).unit)
             for name, gain in gains.items()
             if gain.origin == origin
         ]

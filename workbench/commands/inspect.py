@@ -1,6 +1,7 @@
 """`workbench inspect`: what is understood of a drone description."""
 
 import argparse
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +14,196 @@ from workbench.commands.options import (
     add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, say_written
+from workbench.commands.printing import print_json, print_table, say_written
 from workbench.common.errors import WorkbenchError
+from workbench.plant.remarks import HEADINGS, Remark
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
     from workbench.plant.vehicle import Vehicle
+
+
+def print_description(
+    description: "Description", vehicle: "Vehicle", unlikely: Sequence[str]
+) -> None:
+    """Print body, rotors, sensors, frames and remarks of a drone that flies."""
+    print(f"{vehicle.name}, from {vehicle.source}")
+    print_table(_body(vehicle), left=(0, 1))
+    if unlikely:
+        print("\nunlikely")
+        for doubt in unlikely:
+            print(f"  {doubt}")
+    print(f"\nrotors ({len(vehicle.rotors)})")
+    print_table(_rotors(vehicle), left=(0,))
+    if vehicle.sensors:
+        print(f"\nsensors ({len(vehicle.sensors)})")
+        print_table(_sensors(vehicle), left=(0, 1, 2))
+    _print_frames(description)
+    _print_remarks(description)
+
+
+def print_parts(description: "Description") -> None:
+    """Print what is there of a description that does not fly: links, their masses, remarks."""
+    print(f"{description.name}, from {description.source}")
+    masses = [link.inertial.mass for link in description.model.links if link.inertial]
+    print_table([("mass", f"{sum(masses):.5g} kg"), ("rotors", str(len(description.rotors)))])
+    _print_frames(description)
+    _print_remarks(description)
+
+
+def _print_frames(description: "Description") -> None:
+    """Print the tree of links."""
+    print("\nframes, with the origins of links in the base link in m, and masses in kg")
+    for line in _tree(description, description.base_link, "", ""):
+        print(line)
+
+
+def _print_remarks(description: "Description") -> None:
+    """Print remarks, by kind."""
+    for kind, heading in HEADINGS.items():
+        remarks = [remark for remark in description.remarks if remark.kind == kind]
+        if remarks:
+            print(f"\n{heading}")
+            for remark in remarks:
+                print(f"  {_said(remark, description)}")
+
+
+def _body(vehicle: "Vehicle") -> list[tuple[str, str]]:
+    """Return the rows about the body as a whole."""
+    from workbench.plant.drag import drag_area
+
+    inertia = vehicle.inertia
+    hover = [
+        f"{speed:.0f} rad/s ({100.0 * speed / rotor.max_rot_velocity:.0f} %)"
+        for speed, rotor in zip(vehicle.hover_speeds, vehicle.rotors, strict=True)
+    ]
+    return [
+        ("mass", f"{vehicle.mass:.5g} kg"),
+        ("centre of mass", f"{_vector(vehicle.p_BoBcm_B)} m in {vehicle.base_link}"),
+        ("moments of inertia", f"{_exact(inertia.diagonal())} kg m² about x, y, z"),
+        ("products of inertia", f"{_exact(inertia[[0, 0, 1], [1, 2, 2]])} kg m² xy, xz, yz"),
+        ("thrust to weight", f"{vehicle.thrust_to_weight:.2f}"),
+        ("hover speed", hover[0] if len(set(hover)) == 1 else ", ".join(hover)),
+        (
+            "body drag",
+            f"{drag_area(vehicle.mass):.4g} m² of coefficient times area, estimated from the mass",
+        ),
+        ("rotor drag", _rotor_drag(vehicle)),
+        *_stated(vehicle),
+        ("ground clearance", f"{vehicle.ground_clearance:.3f} m from {vehicle.base_link}"),
+    ]
+
+
+def _rotor_drag(vehicle: "Vehicle") -> str:
+    """Return the coefficients of drag across the axes, of each rotor where they differ."""
+    found = [
+        f"{rotor.rotor_drag_coefficient:.4g} N, {rotor.rolling_moment_coefficient:.4g} N m"
+        for rotor in vehicle.rotors
+    ]
+    if not any(
+        rotor.rotor_drag_coefficient or rotor.rolling_moment_coefficient for rotor in vehicle.rotors
+    ):
+        return "not stated"
+    each = found[0] if len(set(found)) == 1 else "; ".join(found)
+    return f"{each} per rad/s of the rotor and m/s across its axis"
+
+
+def _stated(vehicle: "Vehicle") -> Iterator[tuple[str, str]]:
+    """Yield rows about what few descriptions state; of rotors the first one's constants."""
+    rotor = vehicle.rotors[0]
+    if rotor.linear_motor_constant:
+        yield "linear thrust", f"{rotor.linear_motor_constant:.4g} N s, besides that over ω²"
+    if rotor.inflow_coefficient:
+        yield "inflow", f"{rotor.inflow_coefficient:.4g} N per rad/s and m/s along the axis, lost"
+    if rotor.ground_effect_coefficient:
+        coefficient, radius = rotor.ground_effect_coefficient, rotor.propeller_radius
+        yield "ground effect", f"{coefficient:.4g} (r/4h)² of thrust, r = {radius:.4g} m"
+    if vehicle.battery:
+        points = vehicle.battery.open_circuit_voltage
+        text = f"{vehicle.battery.capacity:.4g} C, {points[-1][1]:.4g} V full, {points[0][1]:.4g} V"
+        yield "battery", f"{text} empty, {vehicle.battery.resistance:.3g} ohm"
+
+
+def _rotors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
+    """Return the rotor table with its heading."""
+    rows = [
+        (
+            rotor.name,
+            _vector(rotor.p_BR),
+            _vector(rotor.axis_B),
+            "ccw" if rotor.direction > 0 else "cw",
+            f"{rotor.motor_constant:.6g}",
+            f"{rotor.moment_constant:.5g}",
+            f"{rotor.time_constant_up:g} / {rotor.time_constant_down:g}",
+            f"{rotor.max_rot_velocity:.5g}",
+            f"{rotor.inertia:.4g}" if rotor.inertia else "not stated",
+        )
+        for rotor in vehicle.rotors
+    ]
+    return [
+        (
+            "name",
+            "position m",
+            "axis",
+            "turns",
+            "thrust/ω² N s²",
+            "moment/thrust m",
+            "lag up / down s",
+            "max rad/s",
+            "inertia kg m²",
+        ),
+        *rows,
+    ]
+
+
+def _sensors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
+    """Return the sensor table with its heading."""
+    rows = [
+        (
+            sensor.name,
+            sensor.type,
+            sensor.frame,
+            _vector(sensor.p_BS),
+            f"{sensor.rate or sensor.usual_rate:g}",
+        )
+        for sensor in vehicle.sensors
+    ]
+    return [("name", "type", "frame", "position m", "rate Hz"), *rows]
+
+
+def _tree(description: "Description", name: str, first: str, rest: str) -> Iterator[str]:
+    """Yield lines of the tree of links below one."""
+    model = description.model
+    link, base, joint = model.link(name), model.link(description.base_link), model.joint_of(name)
+    assert link and base
+    hung = f" by {joint.name}" if joint and name != description.base_link else ""
+    mass = f", {link.inertial.mass:.4g} kg" if link.inertial else ""
+    place = _vector((base.X_ML.inverse() @ link.X_ML).translation())
+    yield f"{first}{name}{hung} ({place}{mass})"
+    children = [each.child for each in model.joints if each.parent == name]
+    for child in children:
+        last = child == children[-1]
+        yield from _tree(
+            description,
+            child,
+            rest + ("└─ " if last else "├─ "),
+            rest + ("   " if last else "│  "),
+        )
+
+
+def _said(remark: Remark, description: "Description") -> str:
+    """Return a remark, without the name of the file that the title has."""
+    if remark.file == description.source:
+        return f"{remark.element}: {remark.text}"
+    return str(remark)
+
+
+def _vector(values: Iterable[float]) -> str:
+    return " ".join(f"{value + 0.0:.4g}" if abs(value) >= 5e-7 else "0" for value in values)
+
+
+def _exact(values: Iterable[float]) -> str:
+    return " ".join(f"{value:.5g}" if abs(value) > 1e-12 else "0" for value in values)
 
 
 def add_parser(commands: Any) -> None:
@@ -49,7 +234,6 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print what was understood; write the resolved model where that is asked for."""
-    from workbench.commands.inspect_text import print_description, print_parts
     from workbench.plant.loading import make_vehicle
     from workbench.plant.plausible import doubts
     from workbench.scenario.configured import read_configured
@@ -93,7 +277,7 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
     """Return the vehicle in the field's plain words: all that its plant flies with, and more."""
     from workbench.plant.drag import AIR_DENSITY, drag_area
     from workbench.plant.gravity import GRAVITY
-    from workbench.scenario.parameters import find_parameter
+    from workbench.scenario.parameters import parameter_table
 
     hover = vehicle.hover_speeds
     return {
@@ -133,7 +317,7 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
             for rotor, speed in zip(vehicle.rotors, hover, strict=True)
         ],
         "battery": vehicle.battery,
-        "battery_duration": find_parameter("battery_duration").default,
+        "battery_duration": parameter_table().find("battery_duration").default,
         "not_flown": [],  # all that is read flies; programs may look the key up
         "sensors": [
             {

@@ -110,8 +110,8 @@ def _print_on(client: "Client", camera: "Camera", as_json: bool) -> None:
 
 
 def _print(camera: "Camera", as_json: bool, once: bool) -> None:
-    from workbench.gateways.monitor.as_json import as_json as to_json
     from workbench.gateways.monitor.dashboard import dashboard, one_line
+    from workbench.gateways.monitor.picture import as_json as to_json
 
     picture = camera.picture()
     if as_json:

@@ -124,7 +124,7 @@ def _write(
 ) -> None:
     """Write the files that were asked for."""
     if junit:
-        from workbench.design.regress.junit import junit_xml
+        from workbench.design.regress.page import junit_xml
 
         junit.write_text(junit_xml(results), encoding="utf-8")
     if html:

@@ -17,8 +17,7 @@ from workbench.commands.printing import print_json, print_table, say, say_writte
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
-    from workbench.design.paper_limits import Check
-    from workbench.design.reproduce import Row
+    from workbench.design.reproduce import Check, Row
 
 
 def add_parser(commands: Any) -> None:
@@ -37,8 +36,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly, print the table, write figures and logs; 1 if the demands are not met."""
-    from workbench.design.paper_limits import violations
-    from workbench.design.reproduce import reproduce
+    from workbench.design.reproduce import reproduce, violations
     from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
@@ -84,8 +82,7 @@ def _write(rows: "list[Row]", logs: list[Path], plots: list[Path]) -> None:
 
 def _result(rows: "list[Row]", files: list[Path]) -> dict[str, Any]:
     """Return everything as JSON has it."""
-    from workbench.design.paper_limits import checks, implied_t90, violations
-    from workbench.design.reproduce import WINDOW
+    from workbench.design.reproduce import WINDOW, checks, implied_t90, violations
 
     return {
         "window": WINDOW,
@@ -118,8 +115,7 @@ def _result(rows: "list[Row]", files: list[Path]) -> dict[str, Any]:
 
 def _print(rows: "list[Row]") -> None:
     """Print the table with its window and remarks."""
-    from workbench.design.paper_limits import checks, heading
-    from workbench.design.reproduce import WINDOW
+    from workbench.design.reproduce import WINDOW, checks, heading
 
     table = [["", "paper", "ours", "difference", "demanded", ""]]
     for row in rows:

@@ -12,7 +12,7 @@ from workbench.control.controller import Controller, load_controller
 from workbench.design.branches import Branch, FlownBranch
 from workbench.design.lost import find_loss
 from workbench.scenario.axes import AXES
-from workbench.scenario.parameters import checked
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SensorsConfig
 from workbench.session.checkpoint import Checkpoint
@@ -84,7 +84,7 @@ class Forker:
             )
         laws = [self._law(branch, checkpoint) for branch in branches]
         values = [
-            checked(branch.gains, controller=law)
+            parameter_table(law).checked(branch.gains)
             for branch, law in zip(branches, laws, strict=True)
         ]
         flown = []

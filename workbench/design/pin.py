@@ -1,38 +1,204 @@
 """Pin a step as a regression: a spec, the gains it is about, and the baseline of its flight."""
 
 import dataclasses
+import math
+import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+import yaml
+
 from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller, load_controller
-from workbench.design.pin_limits import (
-    LEAST,
-    MEASURED,
-    margin_limits,
-    step_limits,
-    step_tolerances,
-)
-from workbench.design.pin_text import spec_text
+from workbench.common.resources import find_file, find_model, list_models
+from workbench.common.yaml_files import dump_changes
+from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.design.regress.baseline import baseline_folder
 from workbench.design.regress.flight import Changes
 from workbench.design.regress.judging import Job, Measured, baseline_files, measure
 from workbench.design.regress.running import regress
-from workbench.design.regress.spec import Case, Limit, Spec, SpecFile
+from workbench.design.regress.spec import Case, Limit, Spec, SpecFile, Tolerance
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
 from workbench.design.step_response import check_duration, check_step
 from workbench.gains.gains import flight_gains, make_profile, save_gains
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import checked
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
 
+_HEAD = """\
+# Pinned from a flight: limits have room around what it was like, and baselines are its curves.
+# The gains stand in the gain file beside this one, so no other profile changes what is flown.
+"""
+SHARES = {"rise_time": 0.12, "peak_tilt": 0.12}
+"""Numbers that are held from both sides, with this share of room."""
+SPANS = {"overshoot": 2.0, "steady_state_error": 0.5, "peak_rotor_use": 0.05}
+"""Others that are, with so much room [%, %, 1]."""
+MOST = {"settling_time": (1.4, 0.0), "coupling_z": (1.5, 0.01), "coupling_yaw": (1.5, 0.005)}
+"""Numbers that may not become larger: than so many times what they were, and so much more."""
+MEASURED = (*SHARES, *SPANS, *MOST)
+"""All that is limited of a step."""
+CURVES = {
+    "x": {"v_x": (0.015, 0.002), "p_x": (0.002, 0.0005)},
+    "y": {"v_y": (0.015, 0.002), "p_y": (0.002, 0.0005)},
+    "z": {"v_z": (0.02, 0.002), "p_z": (0.0016, 0.0005)},
+    "yaw": {"yaw_rate": (0.02, 0.0005), "yaw": (0.003, 0.0002)},
+}
+"""Curves of an axis: how far each may be off, as share of the amplitude, and at least [SI].
+
+Half and twice the integrator's step stay within that; a gain of 0.7 times its value does not.
+"""
+CROSSOVER = 0.08
+"""Room of crossover frequencies, to both sides."""
+LEAST = {"phase_margin": 0.93, "gain_margin": 0.8, "delay_margin": 0.85, "disk_margin": 0.85}
+"""Margins may not become smaller than this share; twice the integrator's step takes as much."""
+DIGITS = 3
+MUCH = 20.0
+"""A larger gain margin is none that a loop is in want of, and follows the physics step."""
 ANYTHING = Limit(min=-1e300)
 """A limit that only lets a number be measured."""
+
+
+def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
+    """Return the text of a spec of one step, with a line for each limit.
+
+    Args:
+        content: of the spec.
+        path: where it will be; files that it names are found from there.
+        profile: the gain file beside it.
+    """
+    (case,) = content.cases
+    law = load_controller(content.controller)
+    head = {"title": content.title, "vehicle": _vehicle(content.vehicle, path.parent, profile)}
+    if content.controller != DEFAULT:
+        head["controller"] = _controller(content.controller, path.parent)
+    if content.rates != Rates():
+        head["rates"] = yaml.safe_load(dump_changes(content.rates))
+    lines = [_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
+    lines += ["cases:", f"  - name: {case.name}", f"    axis: {case.axis}"]
+    unit = find_axis(case.axis).unit
+    lines += [f"    amplitude: {case.amplitude!r} # {unit}", f"    duration: {case.duration!r} # s"]
+    if case.set:
+        lines += ["    set:"]
+        lines += [f"      {name}: {_number(name, value, law)}" for name, value in case.set.items()]
+    lines += ["    limits:"]
+    lines += [f"      {name}: {_limit(limit)}" for name, limit in case.limits.items()]
+    lines += ["    baseline:"]
+    for signal, tolerance in case.baseline.items():
+        lines += [f"      {signal}: {{absolute: {tolerance.absolute!r}}}"]
+    if content.margins:
+        lines += ["margins:"]
+    for loop, limits in content.margins.items():
+        lines += [f"  {loop}:"]
+        lines += [f"    {name}: {_limit(limit)}" for name, limit in limits.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _number(name: str, value: float, law: Controller) -> str:
+    unit = parameter_table(law).find(name).unit
+    return f"{value!r}" if unit == "1" else f"{value!r} # {unit}"
+
+
+def _limit(limit: Limit) -> str:
+    """Return a limit as a spec has it."""
+    if limit.min > -float("inf") and limit.max < float("inf"):
+        return f"[{limit.min!r}, {limit.max!r}]"
+    if limit.max < float("inf"):
+        return f"{{max: {limit.max!r}}}"
+    return f"{{min: {limit.min!r}}}"
+
+
+def _controller(name: str, folder: Path) -> str:
+    """Return a controller as a spec in a folder names it."""
+    return _beside(Path(name).resolve(), folder) if name.endswith(".py") else name
+
+
+def _vehicle(config: VehicleConfig, folder: Path, profile: Path) -> dict[str, object]:
+    """Return a vehicle as a spec in a folder names it."""
+    found: dict[str, object] = {"model": config.model}
+    found |= yaml.safe_load(dump_changes(config)) or {}
+    if config.model not in list_models():
+        found["model"] = _beside(find_model(config.model), folder)
+    if config.rotors:
+        found["rotors"] = _beside(find_file(config.rotors), folder)
+    if config.packages:
+        found["packages"] = {
+            name: _beside(Path(place).expanduser().resolve(), folder)
+            for name, place in config.packages.items()
+        }
+    return found | {"gains": profile.name}
+
+
+def _beside(file: Path, folder: Path) -> str:
+    """Return a file's path as seen from a folder, where both lie in the same tree."""
+    home = folder.resolve()
+    if Path(os.path.commonpath([file, home])) == Path(file.anchor):
+        return str(file)
+    return os.path.relpath(file, home)
+
+
+def step_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
+    """Return limits of a step's metrics, those that have a value."""
+    found = {}
+    for name, value in measured.items():
+        if not math.isfinite(value):
+            continue
+        if name in SHARES:
+            room = SHARES[name] * abs(value)
+            found[name] = _between(value - room, value + room)
+        elif name in SPANS:
+            found[name] = _between(value - SPANS[name], value + SPANS[name])
+        else:
+            times, more = MOST[name]
+            found[name] = Limit(max=_rounded(times * value + more, up=True))
+    return found
+
+
+def step_tolerances(axis: str, amplitude: float) -> dict[str, Tolerance]:
+    """Return how far the curves of a step along an axis may be from their baselines."""
+    return {
+        signal: Tolerance(absolute=_rounded(max(share * abs(amplitude), least), up=True))
+        for signal, (share, least) in CURVES[axis].items()
+    }
+
+
+def margin_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
+    """Return limits of a loop's margins, those that have a value."""
+    found = {}
+    for name, value in measured.items():
+        if not math.isfinite(value):
+            continue
+        if name == "crossover":
+            found[name] = _between((1.0 - CROSSOVER) * value, (1.0 + CROSSOVER) * value)
+        elif name in LEAST and value > 0.0:
+            found[name] = Limit(min=_rounded(_less(name, value), up=False))
+    return found
+
+
+def _less(name: str, value: float) -> float:
+    """Return the least that a margin may come to; a gain margin is a factor above 1."""
+    if name == "gain_margin":
+        return 1.0 + LEAST[name] * (min(value, MUCH) - 1.0)
+    return LEAST[name] * value
+
+
+def _between(low: float, high: float) -> Limit:
+    """Return a limit with few digits around a span; none of these numbers can be below 0."""
+    if low <= 0.0:
+        return Limit(max=_rounded(high, up=True))
+    return Limit(min=_rounded(low, up=False), max=_rounded(high, up=True))
+
+
+def _rounded(value: float, *, up: bool) -> float:
+    """Return a number with few digits, on the safe side."""
+    if value == 0.0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - DIGITS)
+    steps = math.ceil(value / unit) if up else math.floor(value / unit)
+    return float(f"{steps * unit:.{DIGITS + 1}g}")
 
 
 @dataclass(frozen=True)
@@ -95,7 +261,7 @@ def pin_step(
     tell = progress or _tell_nobody
     vehicle = make_vehicle(read_configured(scenario.vehicle))
     law = load_controller(scenario.controller)
-    settings = checked(gains, controller=law)
+    settings = parameter_table(law).checked(gains)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, law)
     kept = make_profile(vehicle, values, f"pinned for {path.name}", law)
     title = f"{vehicle.name}: a step of {amplitude:g} {find_axis(axis).unit} along {axis}, pinned"

@@ -13,7 +13,7 @@ from workbench.plant.multibody import add_shapes
 from workbench.plant.payload import payload_of
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
-from workbench.scenario.parameters import parameters_of
+from workbench.scenario.parameters import parameter_table
 from workbench.systems.battery import Battery
 from workbench.systems.vehicle_dynamics import VehicleDynamics
 
@@ -66,7 +66,7 @@ def add_airframe(
         world: what is around it.
     """
     plant, scene_graph, state = add_shapes(builder, description, world)
-    air = AirSettings(**{row.name: values[row.name] for row in parameters_of("air")})
+    air = AirSettings(**{row.name: values[row.name] for row in parameter_table().of("air")})
     dynamics = builder.AddNamedSystem(
         "dynamics",
         VehicleDynamics(

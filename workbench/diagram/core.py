@@ -16,7 +16,7 @@ from workbench.plant.multibody import add_plant
 from workbench.plant.payload import laden, laden_description, payload_of
 from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import parameters_of
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
 from workbench.systems.battery import voltage_drop
@@ -215,4 +215,4 @@ def law_gains(
 
 def parameter_values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:
     """Return one system's parameters by name."""
-    return {row.name: gains[row.name] for row in parameters_of(system)}
+    return {row.name: gains[row.name] for row in parameter_table().of(system)}

@@ -9,7 +9,7 @@ from workbench.dynamics.air.settings import calm_air
 from workbench.plant.description import Description
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.moving_obstacles import add_moving_obstacles
 from workbench.systems.recorder import Recorder, add_recorder
@@ -46,7 +46,7 @@ def make_open_loop(
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
     if vehicle.battery:
-        add_battery(builder, airframe, vehicle, find_parameter("battery_duration").default)
+        add_battery(builder, airframe, vehicle, parameter_table().find("battery_duration").default)
     playback = builder.AddNamedSystem("rotor_playback", make_rotor_playback(commands))
     builder.Connect(playback.get_output_port(), airframe.commands)
     recorder = add_recorder(

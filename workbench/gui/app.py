@@ -5,21 +5,106 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from PyQt6.QtCore import QCoreApplication, Qt, QTimer
+from PyQt6.QtCore import QCoreApplication, QObject, Qt, QTimer
 from PyQt6.QtWidgets import QApplication
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.mode import FlightMode
 from workbench.gui.crash import CrashGuard
-from workbench.gui.demo import DemoPilot
 from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight
+from workbench.gui.flight_model import FlightModel
 from workbench.gui.main_window import MainWindow
+from workbench.gui.notices import Notices
 from workbench.gui.style import apply_style
 from workbench.gui.workspace import Workspace, make_workspace
 from workbench.live.choice import Choice
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+from workbench.scenario.scenario import Scenario
 
+SCENARIO = "network"
+"""What it flies: a drone on the ground between obstacles."""
+ROUND = ((4.0, 0.0, 1.5), (3.0, 5.0, 2.0), (-3.5, 3.0, 1.5), (-2.0, -3.0, 1.8))
+"""Places in W, each 2 m and more from anything [m]."""
+LEG = 7.0
+"""Simulated time from one place to the next [s]."""
+SETTLING = 0.2
+"""After an order, until it shows in the mode and in what is asked of the drone [s]."""
+FOLLOWS = slice(4, 8)
+"""Of a `Reference`: the place, and whether it is gone to."""
 ORGANISATION, NAME = "drake-drone-workbench", "workbench"
 BEAT = 200
 """Between two looks whether Ctrl-C was pressed in the terminal [ms]."""
+
+
+class DemoPilot(QObject):
+    """Flies until anybody else does; a reset lets it begin again, another scenario ends it.
+
+    Args:
+        flight: which it flies.
+        notices: where its end is told.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(
+        self, flight: FlightModel, notices: Notices, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._flight, self._notices = flight, notices
+        self._scenario: Scenario | None = None
+        self._prepare()
+        flight.begun.connect(self._begin)
+        flight.viewed.connect(self._follow)
+
+    def _begin(self, view: LiveView) -> None:
+        """Begin with the first flight, and again with each of the same scenario."""
+        self._prepare()
+        if self._scenario is None:
+            self._scenario = view.scenario
+        self._over = view.scenario != self._scenario  # its places may be inside of obstacles
+
+    def _prepare(self) -> None:
+        self._over = self._took_off = self._waits = False
+        self._leg = 0
+        self._due = self._in_force = 0.0
+        self._reference: tuple[float, ...] = ()
+
+    def _follow(self, view: LiveView) -> None:
+        if self._over or self._waits or view.phase is not Phase.FLYING or view.snapshot is None:
+            return
+        mode, now = view.snapshot.mode, view.snapshot.time
+        if mode in (FlightMode.ARMED, FlightMode.TAKING_OFF) or now < self._in_force:
+            return
+        if mode is FlightMode.OFF and not self._took_off:
+            self._took_off = self._waits = True
+            self._flight.order(lambda live: live.request("take_off"), self._go_on)
+        elif mode in (FlightMode.OFF, FlightMode.LANDING):
+            self._end("the drone lands")
+        elif self._is_disturbed(view):
+            self._end("somebody else flies")
+        elif now >= self._due:
+            self._fly_leg(now)
+
+    def _fly_leg(self, now: float) -> None:
+        place = ROUND[self._leg % len(ROUND)]
+        self._leg += 1
+        self._due = now + LEG
+        self._reference = (*place, 1.0)
+        self._waits = True
+        self._flight.order(lambda live: live.go_to(place), self._go_on)
+
+    def _go_on(self, time: float) -> None:
+        self._waits = False
+        self._in_force = time + SETTLING
+
+    def _is_disturbed(self, view: LiveView) -> bool:
+        """Return whether the drone was asked for anything else than the demo did."""
+        assert view.snapshot
+        return bool(self._reference) and view.snapshot.reference[FOLLOWS] != self._reference
+
+    def _end(self, why: str) -> None:
+        self._over = True
+        self._notices.inform(f"the demo has ended, as {why}; a reset begins it again")
 
 
 def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: bool = False) -> int:

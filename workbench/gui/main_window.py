@@ -7,14 +7,33 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from PyQt6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PyQt6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPaintEvent
+from PyQt6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
+from PyQt6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QGuiApplication,
+    QKeyEvent,
+    QPaintEvent,
+)
 from PyQt6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QFrame,
     QHBoxLayout,
+    QLabel,
+    QLineEdit,
     QMainWindow,
     QMenuBar,
     QMessageBox,
+    QPlainTextEdit,
+    QScrollArea,
     QSplitter,
+    QTextEdit,
     QVBoxLayout,
     QWidget,
 )
@@ -22,16 +41,15 @@ from PyQt6.QtWidgets import (
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import SHIPPED
 from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actions
-from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.banner import Banner
 from workbench.gui.flight_control import FlightControl, possible
-from workbench.gui.focus_guard import FocusGuard
 from workbench.gui.help_pages import about_page, keys_page
 from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent
 from workbench.gui.recorder import Camera, Recorder
 from workbench.gui.screen import Screen
 from workbench.gui.screen_stack import ScreenStack, SideBar
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
+from workbench.gui.style import dressed
 from workbench.gui.top_bar import TopBar
 from workbench.gui.view3d.view3d_panel import LOOKS, View3d
 from workbench.gui.workspace import Workspace
@@ -41,13 +59,21 @@ from workbench.live.view import LiveView
 from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.scenario.scenario import Scenario
 
+NEEDED = "needs a value"
+_FIELDS = (QAbstractSpinBox, QLineEdit, QPlainTextEdit, QTextEdit)
+_CONTROL = Qt.KeyboardModifier.ControlModifier
+_SHIFT = Qt.KeyboardModifier.ShiftModifier
+_EDITS = {
+    *((key, _CONTROL) for key in map(ord, "ACVXYZ")),
+    (ord("Z"), _CONTROL | _SHIFT),
+}
+"""Letters with Ctrl that edit text everywhere: all, copy, paste, cut, redo, undo."""
 TURN = 0.0005
 """After which a thread that paints lets one go on that carries an answer [s].
 
 Python's own 5 ms, taken twice on the way out and once on the way back, would be most of the time
 from a slider to its margins.
 """
-
 TITLE = "Drake drone workbench"
 FIRST_SIZE = (1280, 720)
 SMALLEST = (1024, 640)
@@ -57,6 +83,147 @@ GROUP = "window/1"
 """Of settings; another number where what is kept would no longer fit."""
 CLOSING = 2.0
 """Time that a log has to be ended when the window closes [s]."""
+
+
+class ArgumentsDialog(QDialog):
+    """A line for each argument; the flight, and the key that stops it, go on behind it.
+
+    Args:
+        file: what it is for, as a name.
+        arguments: that it takes; those without a default need a value.
+        given: hears the values of those that are not as by default, by name.
+        parent: above which it opens.
+
+    Attributes:
+        lines: by the argument's name.
+        buttons: of which Open waits until nothing is missing.
+    """
+
+    def __init__(
+        self,
+        file: str,
+        arguments: Sequence[XacroArgument],
+        given: Callable[[Mapping[str, str]], None],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(f"Arguments of {file}")
+        self.setModal(False)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._arguments, self._given = tuple(arguments), given
+        self.lines: dict[str, QLineEdit] = {}
+        said = QLabel(f"{file} takes arguments. Give a value to each that is marked with ✱.")
+        said.setWordWrap(True)
+        form = QWidget()
+        self._form = QFormLayout(form)
+        for each in self._arguments:
+            self._add(each)
+        area = QScrollArea()
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setWidget(form)
+        box = QDialogButtonBox.StandardButton
+        self.buttons = QDialogButtonBox(box.Open | box.Cancel)
+        self.buttons.accepted.connect(self.accept)
+        self.buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addWidget(said)
+        layout.addWidget(area, 1)
+        layout.addWidget(self.buttons)
+        self.resize(460, min(520, 160 + 36 * len(self._arguments)))
+        self._look()
+
+    def accept(self) -> None:
+        """Give the values, and close."""
+        self._given(
+            {
+                each.name: self.lines[each.name].text().strip()
+                for each in self._arguments
+                if self.lines[each.name].text().strip() != each.default
+            }
+        )
+        super().accept()
+
+    def _add(self, argument: XacroArgument) -> None:
+        line = QLineEdit(argument.default or "")
+        needed = argument.default is None
+        line.setPlaceholderText(NEEDED if needed else "")
+        line.setAccessibleName(f"{argument.name}, {NEEDED}" if needed else argument.name)
+        line.textChanged.connect(self._look)
+        self.lines[argument.name] = line
+        label = QLabel(f"{argument.name} ✱" if needed else argument.name)
+        self._form.addRow(label if needed else dressed(label, "muted"), line)
+
+    def _look(self) -> None:
+        """Let it be opened once every argument that needs a value has one."""
+        missing = [
+            each.name
+            for each in self._arguments
+            if each.default is None and not self.lines[each.name].text().strip()
+        ]
+        button = self.buttons.button(QDialogButtonBox.StandardButton.Open)
+        assert button is not None
+        button.setEnabled(not missing)
+        button.setToolTip(f"These need a value: {', '.join(missing)}" if missing else "")
+
+
+class FocusGuard(QObject):
+    """Watches the widget that has the focus.
+
+    Qt moves the focus on to the next widget when a button that has it is disabled or hidden, as
+    Take off is once the drone takes off. The next one would then hear the space bar: a key that
+    nobody meant for it. So the focus goes to the frame that the button stands in, which hears no
+    key; Tab leads on from there.
+
+    On X11 a field takes Ctrl+E, Ctrl+K and others for itself, as in a terminal, and the app's
+    shortcuts are dead in it. It keeps the keys that edit text on every system, and no others.
+
+    Args:
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._field: QWidget | None = None
+        application = QGuiApplication.instance()
+        assert isinstance(application, QApplication)
+        application.focusChanged.connect(self._follow)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Keep the keys of the app's shortcuts from a field; Qt's name."""
+        if not isinstance(event, QKeyEvent) or event.type() is not QEvent.Type.ShortcutOverride:
+            return False
+        key, modifiers = event.key(), event.modifiers()
+        if modifiers not in (_CONTROL, _CONTROL | _SHIFT) or (key, modifiers) in _EDITS:
+            return False
+        if not (ord("A") <= key <= ord("Z") or ord("0") <= key <= ord("9")):
+            return False
+        event.ignore()
+        return True
+
+    def _follow(self, before: QWidget | None, now: QWidget | None) -> None:
+        self._watch(now if isinstance(now, _FIELDS) else None)
+        if now is None or before is None or not isinstance(now, QAbstractButton):
+            return
+        if before.isEnabled() and before.isVisible():
+            return  # the user has moved it
+        frame = before.parentWidget()
+        while frame is not None and not (frame.isEnabled() and frame.isVisible()):
+            frame = frame.parentWidget()
+        if frame is not None and frame.window() is now.window():
+            frame.setFocus()
+
+    def _watch(self, field: QWidget | None) -> None:
+        if self._field is not None:
+            self._field.removeEventFilter(self)
+            self._field.destroyed.disconnect(self._forget)
+        self._field = field
+        if field is not None:
+            field.installEventFilter(self)
+            field.destroyed.connect(self._forget)
+
+    def _forget(self) -> None:
+        self._field = None
 
 
 def take_short_turns() -> None:

@@ -41,19 +41,6 @@ def png_code(text: str, scale: int = 8) -> bytes:
     return out.getvalue()
 
 
-def svg_code(text: str) -> bytes:
-    """Return a QR code as SVG that fills where it stands, black on white.
-
-    Args:
-        text: an address.
-    """
-    out = io.BytesIO()
-    _made(text).save(
-        out, kind="svg", border=QUIET, dark="black", light="white", omitsize=True, xmldecl=False
-    )
-    return out.getvalue()
-
-
 def _made(text: str) -> segno.QRCode:
     """Return the code; it still reads with a seventh of it hidden."""
     return segno.make_qr(text, error="m")

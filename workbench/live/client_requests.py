@@ -23,7 +23,7 @@ from workbench.link.server_messages import (
     Released,
     ServerMessage,
 )
-from workbench.scenario.parameters import checked
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import REQUESTS, Action
 from workbench.session.pilot_numbers import check_height
 from workbench.session.session import Session
@@ -103,7 +103,9 @@ class ClientRequests:
                 return FlightDone(id, what, round(now * 1e9))
             case SetParameters(id, values):
                 self._get(tuple(values))  # all are there, or none is set
-                self._act(Action(set=checked(values, controller=self._session.controller)), now)
+                self._act(
+                    Action(set=parameter_table(self._session.controller).checked(values)), now
+                )
                 return ParameterValues(id, self._get(tuple(values)), round(now * 1e9))
 
     def _is_free(self) -> None:

@@ -1,6 +1,7 @@
 """The loop that flies a session in real time, and does what a pilot wants between its steps."""
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import replace
@@ -14,11 +15,9 @@ from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
 from workbench.live.announcer import INFORMATION, WARNING
-from workbench.live.clock import FASTEST, SLOWEST, FlightClock
 from workbench.live.exciter import Exciter
 from workbench.live.hard_hit import hit_speed
 from workbench.live.law_compiler import LawCompiler
-from workbench.live.law_file import LawFile
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
     Close,
@@ -53,6 +52,20 @@ from workbench.session.snapshot import Snapshot
 from workbench.systems.bridge import Bridge
 from workbench.systems.flight_computer import has_machine_code
 
+LONGEST_LAG = 0.25
+"""Of the flight behind the wall clock; what is more is given up and never flown [s of wall].
+
+A machine with other work keeps a process waiting for a tenth of a second now and then; that is
+caught up within a hundredth.
+"""
+SLICE = 1 / 128
+"""Wall time that is flown at once; between slices a pilot is heard [s]."""
+WINDOW = 1.0
+"""Over which the real-time factor is taken [s of wall]."""
+SLOWEST, FASTEST = 0.01, 20.0
+"""Bounds of the speed; beyond the upper one few machines keep up."""
+PERIOD = 0.25
+"""Between two looks at the file [s of wall]."""
 REPORT_PERIOD = 1 / 60
 """Between two reports [s of wall]."""
 LONGEST_FLY_ON = 60.0
@@ -63,6 +76,144 @@ ONE_HIT = 1.0
 """What bounces within this [s] is one hit."""
 LONGEST_WAIT = 0.5
 """After which the loop looks whether it is still wanted [s]."""
+
+
+class FlightClock:
+    """Tells how many steps to fly now, and how well that goes.
+
+    A flight that has fallen behind by more than `LONGEST_LAG` does not run after the wall clock:
+    it goes on from where it is, and `pace` says so. It looks at no clock itself: every method is
+    told the time, so that it can be tried with any.
+
+    Args:
+        step: simulated time of a physics step [s].
+        now: wall time [s].
+    """
+
+    def __init__(self, step: float, now: float) -> None:
+        self._step = step
+        self._speed = 1.0
+        self._paused = False
+        self._given_up = 0.0
+        self._worst_lag = 0.0
+        self.restart(now)
+
+    @property
+    def paused(self) -> bool:
+        """Whether no step is due."""
+        return self._paused
+
+    @property
+    def slice(self) -> int:
+        """Steps that are flown at once."""
+        return max(1, round(self._speed * SLICE / self._step))
+
+    def pause(self) -> None:
+        """Let no step be due."""
+        self._paused = True
+
+    def resume(self, now: float) -> None:
+        """Let steps be due from now on."""
+        if self._paused:
+            self._paused = False
+            self.restart(now)
+
+    def set_speed(self, speed: float, now: float) -> None:
+        """Fly so many seconds in a second from now on."""
+        self._speed = speed
+        self.restart(now)
+
+    def restart(self, now: float) -> None:
+        """Be neither early nor late now."""
+        self._origin = now
+        self._flown = 0
+        self._last_given_up = -math.inf
+        self._marks: deque[tuple[float, int]] = deque([(now, 0)])
+
+    def due(self, now: float) -> int:
+        """Return how many steps to fly at once: none, or a slice."""
+        if self._paused:
+            return 0
+        lag = self._lag(now)
+        # a slow flight of long steps is behind by more until its next slice is due
+        longest = max(LONGEST_LAG, 2.0 * self.slice * self._step / self._speed)
+        if lag > longest:
+            self._given_up += lag - longest
+            self._last_given_up = now
+            self._origin += lag - longest
+        self._worst_lag = max(self._worst_lag, lag)
+        behind = math.floor(self._lag(now) * self._speed / self._step + 1e-6)
+        return self.slice if behind >= self.slice else 0
+
+    def flown(self, steps: int, now: float) -> None:
+        """Take note of what was flown."""
+        self._flown += steps
+        self._marks.append((now, self._flown))
+        while now - self._marks[1][0] >= WINDOW:
+            self._marks.popleft()
+
+    def wait(self, now: float) -> float:
+        """Return how long it is until the next slice is due [s], infinite in a pause."""
+        if self._paused:
+            return math.inf
+        return max(0.0, self.slice * self._step / self._speed - self._lag(now))
+
+    def pace(self, now: float) -> Pace:
+        """Return how well the flight keeps up; the lag is the worst one since the last call."""
+        began, flown = self._marks[0]
+        wall = now - began
+        achieved = (self._flown - flown) * self._step / wall if wall > 0.0 else self._speed
+        worst, self._worst_lag = self._worst_lag, 0.0
+        return Pace(
+            asked=self._speed,
+            achieved=0.0 if self._paused else achieved,
+            lag=worst,
+            given_up=self._given_up,
+            slow=not self._paused and now - self._last_given_up < WINDOW,
+        )
+
+    def _lag(self, now: float) -> float:
+        """Return by how much wall time the flight is behind [s]."""
+        return now - self._origin - self._flown * self._step / self._speed
+
+
+class LawFile:
+    """Tells when the file of a controller was saved with another text.
+
+    It looks at the file from time to time: editors write in place, or another file of the name.
+
+    Args:
+        law: that flies.
+        now: the wall time [s].
+    """
+
+    def __init__(self, law: Controller, now: float) -> None:
+        self._path, self._text = law.file, law.text
+        self._state = self._look()
+        self._due = now
+
+    def edited(self, now: float) -> bool:
+        """Return whether there is a text that was not told of before."""
+        if now < self._due:
+            return False
+        self._due = now + PERIOD
+        state = self._look()
+        if state in (None, self._state):  # gone for a moment, as some editors do
+            return False
+        self._state = state
+        try:
+            text = self._path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            return True  # who loads it says what is wrong
+        changed, self._text = text != self._text, text
+        return changed and bool(text)  # empty is what is about to be written
+
+    def _look(self) -> tuple[int, int, int] | None:
+        try:
+            state = self._path.stat()
+        except OSError:
+            return None
+        return state.st_mtime_ns, state.st_size, state.st_ino
 
 
 class Flying:

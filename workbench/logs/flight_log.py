@@ -37,6 +37,8 @@ from workbench.logs.contents import (
 from workbench.logs.mcap_writer import MAGIC, McapWriter
 from workbench.logs.versions import versions
 from workbench.scenario.scenario import Action, Scenario
+from workbench.session.session import Session
+from workbench.systems.bridge import Bridge
 
 NS = 1e9
 """Nanoseconds in a second."""
@@ -303,3 +305,58 @@ def _not_written(path: Path, error: OSError) -> WorkbenchError:
         return WorkbenchError(f"{path}: there is no folder {path.parent}: make it first")
     reason = error.strerror or str(error)
     return WorkbenchError(f"{path}: cannot be written: {reason}; name another place")
+
+
+class LoggedFlight:
+    """Flies a scenario and logs it.
+
+    Args:
+        path: of the log.
+        scenario: what to fly.
+        settings: parameter values that override those of the scenario's gains.
+
+    Attributes:
+        session: that is flown.
+
+    Raises:
+        WorkbenchError: if the scenario cannot be built, or the log cannot be written.
+    """
+
+    def __init__(self, path: Path, scenario: Scenario, settings: Mapping[str, float]) -> None:
+        self.session = Session(scenario, settings, bridge=Bridge())
+        self._log = FlightLog(
+            path,
+            self.session.topics,
+            scenario,
+            settings,
+            self.session.parameters(),
+            self.session.vehicle.name,
+            self.session.controller,
+        )
+
+    @property
+    def said(self) -> str:
+        """Why the log is not whole, "" else."""
+        return self._log.said
+
+    def run(self, progress: Callable[[float], None]) -> None:
+        """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1.
+
+        Raises:
+            FlightBrokenError: if the simulation cannot go on; the log ends there.
+        """
+
+        def keep(share: float) -> None:
+            self._drain()
+            progress(share)
+
+        try:
+            self.session.run(keep)
+        finally:
+            self._drain()
+            self._log.close()
+
+    def _drain(self) -> None:
+        for sampled in self.session.drain():
+            self._log.write(sampled)
+        self._log.look()

@@ -1,24 +1,356 @@
 """The sensors that a description declares."""
 
 import dataclasses
+import math
 from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree.ElementTree import Element
 
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
+from workbench.plant.formats.xml import place
 from workbench.plant.frame_tree import WORLD
 from workbench.plant.model import DeclaredSensor, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.mount import body_pose, triple
-from workbench.plant.sensor_block import Block
 from workbench.plant.sensor_frames import sensor_frames
-from workbench.plant.sensor_kinds import READERS
-from workbench.plant.sensors import Sensor
+from workbench.plant.sensors import (
+    QUIET,
+    Barometer,
+    DepthCamera,
+    Gps,
+    Imu,
+    Lidar,
+    Noise,
+    RangeFinder,
+    ScanAxis,
+    Sensor,
+)
 
+LARGEST = 1e9
+"""No number of a sensor is as large as this in its unit."""
+Noises = tuple[Noise, Noise, Noise]
+_MOST_RAYS = 1_000_000
+_MOST_PIXELS = 16_384
 _FRAMES = ("gz_frame_id", "ignition_frame_id", "frame_id")
 _MOST = 1000
 _FASTEST = 1e6
+
+
+class Block:
+    """An element inside a sensor; one that is not there has no children.
+
+    Args:
+        file: where the sensor is declared.
+        sensor: its name, for messages.
+        element: itself, or the nearest element around it that is there.
+        there: whether it is there itself.
+    """
+
+    def __init__(self, file: Path, sensor: str, element: Element, there: bool = True) -> None:
+        self.file = file
+        self.sensor = sensor
+        self.there = there
+        self._element = element
+
+    def block(self, *tags: str) -> "Block":
+        """Return a block further down, by the names on the way to it."""
+        element, there = self._element, self.there
+        for tag in tags:
+            child = element.find(tag) if there else None
+            there = child is not None
+            element = element if child is None else child
+        return Block(self.file, self.sensor, element, there)
+
+    def first(self, *tags: str) -> "Block":
+        """Return the first child that is there of several names, or an empty block."""
+        blocks = [self.block(tag) for tag in tags]
+        return next((block for block in blocks if block.there), blocks[0])
+
+    def has(self, tag: str) -> bool:
+        """Return whether there is a child of a name."""
+        return self.there and self._element.find(tag) is not None
+
+    def text(self, tag: str) -> str:
+        """Return the text of a child, "" where there is none."""
+        return (self._element.findtext(tag) or "").strip() if self.there else ""
+
+    def attribute(self, name: str) -> str:
+        """Return an attribute, "" where there is none."""
+        return self._element.get(name, "").strip() if self.there else ""
+
+    def number(self, tag: str, default: float) -> float:
+        """Return the number of a child, or a default where there is no child.
+
+        Raises:
+            WorkbenchError: if it is no finite number, or of absurd size.
+        """
+        if not self.has(tag):
+            return default
+        try:
+            value = float(self.text(tag))
+        except ValueError:
+            value = math.nan
+        if not abs(value) <= LARGEST:
+            raise self.fault(tag, "give it a number")
+        return value
+
+    def non_negative(self, tag: str, default: float) -> float:
+        """Return the number of a child, zero or more.
+
+        Raises:
+            WorkbenchError: if it is none.
+        """
+        value = self.number(tag, default)
+        if value < 0.0:
+            raise self.fault(tag, "give it a number that is not negative")
+        return value
+
+    def count(self, tag: str, default: int, most: int) -> int:
+        """Return a whole number of one or more; what follows its decimal point does not count.
+
+        Raises:
+            WorkbenchError: if it is none.
+        """
+        value = self.number(tag, default)
+        if not 1.0 <= value < most + 1.0:
+            raise self.fault(tag, f"give it a whole number from 1 to {most}")
+        return int(value)
+
+    def fault(self, tag: str, advice: str) -> WorkbenchError:
+        """Return the error for a child whose text cannot be, or for what is not there."""
+        child = self._element.find(tag) if self.there else None
+        if child is None:
+            where = place(self.file, self._element)
+            return WorkbenchError(f"{where}: sensor '{self.sensor}' without <{tag}>: {advice}")
+        return WorkbenchError(
+            f"{place(self.file, child)}: sensor '{self.sensor}' has "
+            f"<{tag}>{shortened(child.text or '')}</{tag}>: {advice}"
+        )
+
+    def wrong(self, what: str) -> WorkbenchError:
+        """Return the error for a block whose numbers do not go together."""
+        where = place(self.file, self._element)
+        return WorkbenchError(f"{where}: sensor '{self.sensor}': {what}")
+
+
+def read_noise(block: Block, remarks: Remarks) -> Noise:
+    """Return what the `<noise>` in a block says; none is quiet.
+
+    Its type stands in an attribute, or up to SDF 1.4, and in lidars and cameras still, in a child.
+    """
+    return _noise(block.block("noise"), block.block("noise"), remarks)
+
+
+def read_noise_of_many(block: Block, remarks: Remarks) -> Noise:
+    """Return the noise of a lidar's rays or a camera's pixels, whose biases do not drift."""
+    read = read_noise(block, remarks)
+    if read.dynamic_bias_stddev:
+        noise = block.block("noise")
+        text = "drift of a bias (dynamic_bias_...) of rays and pixels is not used"
+        remarks.add("ignored", noise.file, f"sensor '{noise.sensor}'", text)
+    return dataclasses.replace(read, dynamic_bias_stddev=0.0, dynamic_bias_correlation_time=0.0)
+
+
+def read_axes(imu: Block, quantity: str, old: str, remarks: Remarks) -> Noises:
+    """Return the noise of a quantity of an IMU along x, y, z.
+
+    Args:
+        imu: the `<imu>` block.
+        quantity: the name of its block: `angular_velocity` or `linear_acceleration`.
+        old: that which SDF 1.4 had for all axes together, inside `<noise>`: `rate` or `accel`.
+        remarks: where to note what is not used.
+    """
+    together = _noise(imu.block("noise"), imu.block("noise", old), remarks)
+
+    def along(axis: str) -> Noise:
+        block = imu.block(quantity, axis)
+        return read_noise(block, remarks) if block.has("noise") else together
+
+    return (along("x"), along("y"), along("z"))
+
+
+def _noise(typed: Block, figures: Block, remarks: Remarks) -> Noise:
+    """Return the noise of a block of figures whose type stands in that block or one above."""
+    element = f"sensor '{typed.sensor}'"
+    kind = (typed.attribute("type") or typed.text("type")).lower()
+    if typed.there and not kind:
+        remarks.add("assumed", typed.file, element, "noise of no type is taken as gaussian")
+    kind = kind or "gaussian"
+    if kind == "none":
+        return QUIET
+    if kind not in ("gaussian", "gaussian_quantized"):
+        text = f"noise of the type {kind[:40]} is not known; taken as none"
+        remarks.add("ignored", typed.file, element, text)
+        return QUIET
+    noise = Noise(
+        mean=figures.number("mean", 0.0),
+        stddev=figures.non_negative("stddev", 0.0),
+        bias_mean=figures.number("bias_mean", 0.0),
+        bias_stddev=figures.non_negative("bias_stddev", 0.0),
+        dynamic_bias_stddev=figures.non_negative("dynamic_bias_stddev", 0.0),
+        dynamic_bias_correlation_time=figures.non_negative("dynamic_bias_correlation_time", 0.0),
+        precision=figures.non_negative("precision", 0.0),
+    )
+    if noise.dynamic_bias_stddev and not noise.dynamic_bias_correlation_time:
+        text = "dynamic_bias_stddev without dynamic_bias_correlation_time: no drift, as in Gazebo"
+        remarks.add("ignored", typed.file, element, text)
+    return noise
+
+
+def _imu(common: Sensor, sensor: Block, remarks: Remarks) -> Imu:
+    imu = sensor.block("imu")
+    return Imu(
+        **vars(common),
+        angular_velocity=read_axes(imu, "angular_velocity", "rate", remarks),
+        linear_acceleration=read_axes(imu, "linear_acceleration", "accel", remarks),
+    )
+
+
+def _gps(common: Sensor, sensor: Block, remarks: Remarks) -> Gps:
+    gps = sensor.first("navsat", "gps")
+    position, velocity = gps.block("position_sensing"), gps.block("velocity_sensing")
+    return Gps(
+        **vars(common),
+        horizontal_position=read_noise(position.block("horizontal"), remarks),
+        vertical_position=read_noise(position.block("vertical"), remarks),
+        horizontal_velocity=read_noise(velocity.block("horizontal"), remarks),
+        vertical_velocity=read_noise(velocity.block("vertical"), remarks),
+    )
+
+
+def _barometer(common: Sensor, sensor: Block, remarks: Remarks) -> Barometer:
+    block = sensor.block("air_pressure")
+    given = block.has("reference_altitude")
+    return Barometer(
+        **vars(common),
+        reference_altitude=block.number("reference_altitude", 0.0) if given else None,
+        noise=read_noise(block.block("pressure"), remarks),
+    )
+
+
+def _sonar(common: Sensor, sensor: Block, remarks: Remarks) -> RangeFinder:
+    """Return a sonar; the defaults are those of SDF's sonar.sdf."""
+    sonar = sensor.block("sonar")
+    min_range, max_range = _range(sonar, 0.0, 1.0)
+    text = "a sonar measures along its axis only, not in a cone"
+    remarks.add("assumed", sensor.file, f"sensor '{sensor.sensor}'", text)
+    return RangeFinder(**vars(common), min_range=min_range, max_range=max_range)
+
+
+def _range(block: Block, least: float, most: float) -> tuple[float, float]:
+    """Return the ends of a range, or these defaults where they are not there."""
+    near, far = block.non_negative("min", least), block.non_negative("max", most)
+    if near >= far:
+        raise block.wrong(f"ranges from {near:g} m to {far:g} m: give max above min")
+    return near, far
+
+
+def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFinder | None:
+    """Return a lidar, or a range finder where it has a single ray, which then is along its x."""
+    lidar = sensor.first("lidar", "ray", "gpu_lidar", "gpu_ray")
+    if not lidar.there:
+        text = f"of type {common.type} without a block of its scan and range; not used"
+        remarks.add("ignored", sensor.file, f"sensor '{sensor.sensor}'", text)
+        return None
+    scan, limits = lidar.block("scan"), lidar.block("range")
+    if not scan.has("horizontal"):
+        raise scan.fault("horizontal", "add it, with samples and angles")
+    horizontal = _scan_axis(scan.block("horizontal"), 640)
+    vertical = _scan_axis(scan.block("vertical"), 1)
+    if horizontal.samples * vertical.samples > _MOST_RAYS:
+        raise scan.wrong(
+            f"{horizontal.samples} x {vertical.samples} rays: give it up to {_MOST_RAYS} in total"
+        )
+    min_range, max_range = _range(limits, 0.0, 0.0)
+    resolution = limits.non_negative("resolution", 0.0)
+    noise = read_noise_of_many(lidar, remarks)
+    if horizontal.samples * vertical.samples == 1:
+        return RangeFinder(
+            **vars(common),
+            min_range=min_range,
+            max_range=max_range,
+            resolution=resolution,
+            noise=noise,
+        )
+    return Lidar(
+        **vars(common),
+        horizontal=horizontal,
+        vertical=vertical,
+        min_range=min_range,
+        max_range=max_range,
+        resolution=resolution,
+        noise=noise,
+    )
+
+
+def _scan_axis(block: Block, samples: int) -> ScanAxis:
+    """Return the rays along one axis; `samples` is SDF's default. Resolution multiplies them."""
+    resolution = block.number("resolution", 1.0)
+    if resolution <= 0.0:
+        raise block.fault("resolution", "give it a positive number")
+    rays = block.count("samples", samples, _MOST_RAYS) * resolution
+    if rays >= _MOST_RAYS + 0.5:
+        raise block.wrong(f"{rays:.0f} rays: give it up to {_MOST_RAYS}")
+    low, high = block.number("min_angle", 0.0), block.number("max_angle", 0.0)
+    if low > high:
+        raise block.wrong(f"angles from {low:g} to {high:g}: give max_angle above min_angle")
+    return ScanAxis(max(1, round(rays)), low, high)
+
+
+def _depth_camera(common: Sensor, sensor: Block, remarks: Remarks) -> DepthCamera:
+    """Return a depth camera; the defaults are those of SDF's camera.sdf."""
+    camera = sensor.block("camera")
+    image, clip, own = camera.block("image"), camera.block("clip"), camera.block("depth_camera")
+    own_clip = own.block("clip")
+    settings = (
+        (camera, "horizontal_fov", "1.047"),
+        (image, "width", "320"),
+        (image, "height", "240"),
+        (own_clip if own_clip.has("near") else clip, "near", "0.1"),
+        (own_clip if own_clip.has("far") else clip, "far", "100"),
+    )
+    missing = [f"{tag} {default}" for block, tag, default in settings if not block.has(tag)]
+    if missing:
+        text = f"{', '.join(missing)}: not given, SDF's defaults"
+        remarks.add("assumed", sensor.file, f"sensor '{sensor.sensor}'", text)
+    fov = camera.number("horizontal_fov", 1.047)
+    if not 0.0 < fov < 2.0 * math.pi:
+        raise camera.fault("horizontal_fov", "give it an angle between 0 and 2 pi")
+    near = own_clip.non_negative("near", clip.non_negative("near", 0.1))
+    far = own_clip.non_negative("far", clip.non_negative("far", 100.0))
+    if near >= far:
+        raise camera.wrong(f"clips from {near:g} m to {far:g} m: give far above near")
+    return DepthCamera(
+        **vars(common),
+        width=image.count("width", 320, _MOST_PIXELS),
+        height=image.count("height", 240, _MOST_PIXELS),
+        horizontal_fov=fov,
+        near=near,
+        far=far,
+        noise=read_noise_of_many(camera, remarks),
+    )
+
+
+READERS: dict[str, Callable[[Sensor, Block, Remarks], Sensor | None]] = {
+    "imu": _imu,
+    "gps": _gps,
+    "navsat": _gps,
+    "air_pressure": _barometer,
+    "sonar": _sonar,
+    "lidar": _lidar,
+    "ray": _lidar,
+    "gpu_lidar": _lidar,
+    "gpu_ray": _lidar,
+    "depth": _depth_camera,
+    "depth_camera": _depth_camera,
+    "rgbd": _depth_camera,
+    "rgbd_camera": _depth_camera,
+}
+"""By the type that a sensor is declared with; all others are not used, nor those that give None."""
 
 
 def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor, ...]:

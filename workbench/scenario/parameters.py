@@ -16,11 +16,7 @@ __all__ = [
     "SENSOR_KINDS",
     "Parameter",
     "ParameterTable",
-    "checked",
-    "defaults",
-    "find_parameter",
     "parameter_table",
-    "parameters_of",
     "split_setting",
 ]
 
@@ -207,28 +203,6 @@ class ParameterTable:
 def parameter_table(controller: Controller | None = None) -> ParameterTable:
     """Return the rows of a flight with a controller, the default one where none is given."""
     return ParameterTable(controller or load_controller())
-
-
-def find_parameter(name: str, where: str = "", controller: Controller | None = None) -> Parameter:
-    """Return the row of a name; see `ParameterTable.find`."""
-    return parameter_table(controller).find(name, where)
-
-
-def defaults(controller: Controller | None = None) -> dict[str, float]:
-    """Return every parameter's default by name."""
-    return parameter_table(controller).defaults()
-
-
-def checked(
-    values: Mapping[str, float], where: str = "", controller: Controller | None = None
-) -> dict[str, float]:
-    """Return `values` if all are in the table and within limits; see `ParameterTable.checked`."""
-    return parameter_table(controller).checked(values, where)
-
-
-def parameters_of(system: str, controller: Controller | None = None) -> tuple[Parameter, ...]:
-    """Return the rows of one system, in the order of its numeric parameter."""
-    return parameter_table(controller).of(system)
 
 
 def split_setting(text: str) -> tuple[str, float]:

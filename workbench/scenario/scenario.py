@@ -18,7 +18,7 @@ from workbench.common.yaml_files import (
 )
 from workbench.control.controller import DEFAULT, SHIPPED, is_shipped, load_controller
 from workbench.plant.variation import Variation
-from workbench.scenario.parameters import ParameterTable, checked, parameter_table
+from workbench.scenario.parameters import ParameterTable, parameter_table
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
 
 REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
@@ -355,7 +355,7 @@ def _check_blows(action: Action, keys: Keys, file: YamlFile | None) -> None:
             else:
                 values = {f"{row}_{axis}": part for axis, part in zip("xyz", value, strict=True)}
             name = (*keys, blow, key)
-            checked(values, file.where(*name) if file else f"{dotted(name)}: ")
+            parameter_table().checked(values, file.where(*name) if file else f"{dotted(name)}: ")
 
 
 def find_files(vehicle: VehicleConfig, file: YamlFile) -> None:

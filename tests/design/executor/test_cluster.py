@@ -14,9 +14,8 @@ from far_tasks import Losing, Reading, Square
 
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
-from workbench.design.executor import address as address_module
-from workbench.design.executor.address import ANSWER_WITHIN, check_scheduler
-from workbench.design.executor.cluster import DaskCluster
+from workbench.design.executor import cluster as cluster_module
+from workbench.design.executor.cluster import ANSWER_WITHIN, DaskCluster, check_scheduler
 from workbench.design.executor.executor import InThisProcess
 from workbench.design.executor.local_processes import LocalProcesses
 from workbench.design.executor.remote import check_versions, versions
@@ -218,7 +217,7 @@ def test_what_never_answers_is_given_up_within_five_seconds():
 
 
 def test_without_the_package_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(address_module.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(cluster_module.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(WorkbenchError, match="`pip install distributed`"):
         check_scheduler("tcp://localhost:8786")
 

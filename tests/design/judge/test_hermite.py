@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.design.judge.hermite import Carried, Curve
+from workbench.design.judge.sensitivity import Carried, Curve
 
 A, B = 1.3, 4.0
 

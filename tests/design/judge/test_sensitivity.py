@@ -5,11 +5,10 @@ import math
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.carried_flight import STEP
-from workbench.design.judge.sensitivity import METRICS, step_sensitivity
+from workbench.design.judge.sensitivity import METRICS, STEP, step_sensitivity
 from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_response import fly_step
-from workbench.scenario.parameters import parameters_of
+from workbench.scenario.parameters import parameter_table
 
 DURATION = 1.0
 
@@ -48,7 +47,7 @@ def test_elasticities_are_percent_per_percent(found, study):
     share = rise.derivatives["kp_velocity_x"] * study.gains["kp_velocity_x"] / rise.value
     assert rise.elasticities["kp_velocity_x"] == pytest.approx(share)
     assert -1.3 < share < -0.7
-    assert set(rise.elasticities) == {row.name for row in parameters_of("controller")}
+    assert set(rise.elasticities) == {row.name for row in parameter_table().of("controller")}
     assert rise.elasticities["kp_velocity_y"] == pytest.approx(0.0, abs=1e-9)
 
 

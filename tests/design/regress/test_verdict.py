@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.design.regress.band import Band, Curve
-from workbench.design.regress.conditions import differences
+from workbench.design.regress.judging import differences
 from workbench.design.regress.spec import Limit
 from workbench.design.regress.summary import since_baseline, summary
 from workbench.design.regress.verdict import CaseResult, Check, Comparison

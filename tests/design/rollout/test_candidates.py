@@ -6,11 +6,11 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.design.rollout.candidates import make_candidates
 from workbench.dynamics.air.settings import AirSettings
-from workbench.scenario.parameters import defaults
+from workbench.scenario.parameters import parameter_table
 
 LAW = load_controller()
 GAINS = [row.name for row in LAW.parameters]
-OWN = defaults()
+OWN = parameter_table().defaults()
 STILL = np.zeros(4)
 HOVER = np.array([1.0] + [0.0] * 12)
 

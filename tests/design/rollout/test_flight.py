@@ -11,7 +11,7 @@ from workbench.design.step_response import EDGE, START_HEIGHT, fly_step
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, Start, VehicleConfig
 from workbench.session.recording import Recording
 from workbench.session.session import Session
@@ -90,7 +90,7 @@ def test_so_it_is_with_any_gains(engine, diagram):
     for index in range(10):
         gains = {}
         for name in tuned:
-            row = find_parameter(name)
+            row = parameter_table().find(name)
             value = engine.gains[name] * 2.0 ** rng.uniform(-1.0, 1.0)
             gains[name] = float(np.clip(value, row.minimum, row.maximum))
         axis, amplitude = ("x", "y", "z", "yaw")[index % 4], (0.4, -0.3)[index % 2]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.design.response_metrics import response_metrics
-from workbench.design.rollout.compiled_block import compiled_measures
+from workbench.design.rollout.engine import compiled_measures
 from workbench.design.rollout.measuring import NUMBERS
 
 TIME = np.arange(200) / 128.0

@@ -8,10 +8,12 @@ from matplotlib.collections import PatchCollection, QuadMesh
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.best import prove_best
-from workbench.design.sweep.plot_clouds import rank_correlation
-from workbench.design.sweep.plot_map import cell_edges
-from workbench.design.sweep.plot_marks import colour_limits
-from workbench.design.sweep.plot_sweep import plot_sweep
+from workbench.design.sweep.plot_sweep import (
+    cell_edges,
+    colour_limits,
+    plot_sweep,
+    rank_correlation,
+)
 from workbench.design.sweep.ranges import parse_range
 
 NAN = float("nan")

@@ -7,7 +7,7 @@ from workbench.control.controller import load_controller
 from workbench.design.tune.twins import mirrored, symmetric
 from workbench.design.tune.variables import Variables, variables_for
 from workbench.design.tune.wish import parse_wish
-from workbench.scenario.parameters import defaults, find_parameter, parameter_table
+from workbench.scenario.parameters import parameter_table
 
 PD = load_controller()
 
@@ -35,10 +35,10 @@ def test_all_axes_of_a_symmetric_vehicle_have_seven_gains():
 
 def test_coordinates_are_logarithms_and_come_back():
     found = variables_for(PD, ["rotors"], tied=False)
-    point = found.point(defaults())
+    point = found.point(parameter_table().defaults())
     assert np.exp(point[found.groups.index(("kp_pitch",))]) == pytest.approx(150.0)
     back = found.gains(point)
-    assert all(back[name] == pytest.approx(defaults()[name]) for name in back)
+    assert all(back[name] == pytest.approx(parameter_table().defaults()[name]) for name in back)
 
 
 def test_tied_gains_take_their_geometric_mean():
@@ -52,9 +52,9 @@ def test_gains_stay_within_the_parameter_table():
     found = variables_for(PD, ["rotors"], tied=False)
     for corner in (found.low - 9.0, found.high + 9.0):
         for name, value in found.rounded(corner).items():
-            row = find_parameter(name)
+            row = parameter_table().find(name)
             assert row.minimum <= value <= row.maximum
-    nothing = found.gains(found.point(dict.fromkeys(defaults(), 0.0)))
+    nothing = found.gains(found.point(dict.fromkeys(parameter_table().defaults(), 0.0)))
     assert nothing["kd_velocity_x"] == pytest.approx(0.001)
     assert nothing["kp_velocity_z"] == pytest.approx(0.5)
 
@@ -64,7 +64,7 @@ def wishes(*texts):
 
 
 def test_equal_wishes_along_x_and_y_leave_them_tied():
-    rule = defaults()
+    rule = parameter_table().defaults()
     assert symmetric(PD, rule, [])
     assert symmetric(PD, rule, wishes("x.rise_time<=1", "z.rise_time<=1"))
     assert symmetric(PD, rule, wishes("level.rise_time<=1", "tilt.disk_margin>=0.5"))

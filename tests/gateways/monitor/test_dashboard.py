@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from workbench.gateways.monitor.as_json import as_json
 from workbench.gateways.monitor.dashboard import control_line, dashboard, one_line
-from workbench.gateways.monitor.picture import Picture
+from workbench.gateways.monitor.picture import Picture, as_json
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.sample import Sample
 from workbench.link.server_messages import ControlState, Hand, Stage

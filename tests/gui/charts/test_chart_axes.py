@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.gui.charts.canvas import spread
-from workbench.gui.charts.chart_model import PATIENCE, SteadyRange, round_ends
+from workbench.gui.charts.chart import PATIENCE, SteadyRange, round_ends
 from workbench.gui.charts.ticks import decimals_for, decimals_for_step, number_text
 
 

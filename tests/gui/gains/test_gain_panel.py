@@ -9,7 +9,7 @@ from workbench.control.controller import load_controller
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import parameter_table, parameters_of
+from workbench.scenario.parameters import parameter_table
 
 NAME = "kp_velocity_x"
 LEFT = Qt.MouseButton.LeftButton
@@ -38,7 +38,7 @@ def shown(panel):
 
 
 def test_every_row_of_the_controller_has_a_line(panel):
-    assert set(panel.rows) == {row.name for row in parameters_of("controller")}
+    assert set(panel.rows) == {row.name for row in parameter_table().of("controller")}
 
 
 def test_limits_wait_behind_their_heading(panel):
@@ -86,7 +86,9 @@ def test_units_change_as_another_flight_begins(rig, panel, new_view, workspace, 
 
 def test_all_gains_stand_without_scrolling(panel):
     assert panel._area.widget().height() <= panel._area.viewport().height()
-    names = {row.name for row in parameters_of("controller") if not row.name.startswith("max_")}
+    names = {
+        row.name for row in parameter_table().of("controller") if not row.name.startswith("max_")
+    }
     assert shown(panel) == names
 
 

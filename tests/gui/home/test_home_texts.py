@@ -8,10 +8,9 @@ from workbench.gui.home.attitude_card import heading_text
 from workbench.gui.home.battery_card import charge_word
 from workbench.gui.home.clock_card import simulated_text
 from workbench.gui.home.condition_card import wind_text
-from workbench.gui.home.home_screen import Turns
+from workbench.gui.home.home_screen import Turns, range_text
 from workbench.gui.home.rotor_card import RotorState, rotor_reading
 from workbench.gui.home.shown_units import shown_units
-from workbench.gui.home.table_cards import range_text
 
 
 def test_a_rotor_at_its_limit_and_a_weak_one(canned):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from workbench.gui.instruments.attitude_indicator import Attitude, Horizon, attitude_of
+from workbench.gui.home.attitude_card import Attitude, Horizon, attitude_of
 
 HALF = math.radians(15.0)
 """Half of 30 degrees, for quaternions."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from workbench.control.mode import FlightMode
+from workbench.gui.joystick.joystick_screen import answered
 from workbench.gui.joystick.pilot import (
     CENTRE,
     LANDING,
@@ -27,7 +28,6 @@ from workbench.gui.joystick.piloting import (
     heading_velocity,
     within_circle,
 )
-from workbench.gui.joystick.response_view import answered
 from workbench.link.server_messages import Hand
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView

@@ -8,16 +8,22 @@ import pytest
 from PyQt6.QtCore import QSettings
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.server.connect_panel import connect_line, fingerprint, reachable_address
-from workbench.gui.server.server_control import Running, Wanted, server_state
-from workbench.gui.server.server_form import (
+from workbench.gui.server.server_screen import (
+    LONGEST,
+    RefusalLog,
+    Running,
     ServerFields,
+    Wanted,
+    connect_line,
     file_faults,
+    fingerprint,
     keep_fields,
+    reachable_address,
     read_fields,
+    say_counts,
+    server_state,
     written_faults,
 )
-from workbench.gui.server.server_screen import LONGEST, RefusalLog, say_counts
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import ServerStatus
 from workbench.link.server.config import ServerConfig

@@ -10,8 +10,7 @@ from PyQt6.QtTest import QTest
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.preferences import Preferences
-from workbench.gui.server.server_control import Running
-from workbench.gui.server.server_screen import ServerScreen
+from workbench.gui.server.server_screen import Running, ServerScreen
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.authentication import read_tokens

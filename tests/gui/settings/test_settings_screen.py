@@ -8,10 +8,9 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
 
 from workbench.gui.preference_table import PREFERENCES
-from workbench.gui.settings.flight_form import setup_of
 from workbench.gui.settings.last_setup import last_setup
-from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen
-from workbench.scenario.parameters import find_parameter
+from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen, setup_of
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, SensorsConfig, load_scenario
 
 
@@ -152,7 +151,7 @@ def test_nonsense_that_was_kept_is_not_flown(screen, workspace, live, canned):
 
 
 def test_limits_are_rows_of_the_parameter_table():
-    assert all(find_parameter(name) for name in LIMITS)
+    assert all(parameter_table().find(name) for name in LIMITS)
 
 
 def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qtbot, monkeypatch):

@@ -5,9 +5,9 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.control.mode import FlightMode
-from workbench.gui.tuning.command_line import command_line
 from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import load_choice
+from workbench.gui.tuning.response_card import command_line
 from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 

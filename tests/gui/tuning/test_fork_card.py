@@ -8,7 +8,7 @@ from workbench.analysis.questions import Fork, Step
 from workbench.analysis.replies import Forked, StepNumbers
 from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.tuning.fork_card import ForkCard
-from workbench.gui.tuning.ghost import NAME, Ghost
+from workbench.gui.tuning.tuning_screen import FUTURE_NAME, Ghost
 
 STEP = Step("x", 1.0, 2.0)
 TIME = 30.0 + np.linspace(0.0, 5.0, 50)
@@ -167,8 +167,8 @@ def test_a_refusal_lets_it_be_tried_again(card, offline, qtbot):
 def test_a_slider_that_is_dragged_sees_the_next_five_seconds(ghost, offline, gains):
     gains.propose("kp_pitch", 300.0)
     fork = offline.analysis.of(Fork)[-1]
-    assert (fork.branches[0].name, fork.duration, fork.step) == (NAME, 5.0, None)
-    offline.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    assert (fork.branches[0].name, fork.duration, fork.step) == (FUTURE_NAME, 5.0, None)
+    offline.analysis.forked.emit(Forked((branch(FUTURE_NAME, 1.2),)))
     time, values = ghost.heard[-1]
     assert time is TIME
     assert values[0] == 1.2
@@ -178,7 +178,7 @@ def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost
     for value in (300.0, 310.0, 320.0):
         gains.propose("kp_pitch", value)
     assert len(offline.analysis.of(Fork)) == 1
-    offline.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    offline.analysis.forked.emit(Forked((branch(FUTURE_NAME, 1.2),)))
     asked = offline.analysis.of(Fork)
     assert len(asked) == 2
     assert asked[-1].branches[0].gains["kp_pitch"] == 320.0
@@ -186,7 +186,7 @@ def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost
 
 def test_the_future_goes_once_the_proposal_is_taken_back(ghost, offline, gains):
     gains.propose("kp_pitch", 300.0)
-    offline.analysis.forked.emit(Forked((branch(NAME, 1.2),)))
+    offline.analysis.forked.emit(Forked((branch(FUTURE_NAME, 1.2),)))
     gains.discard()
     assert len(ghost.heard[-1][0]) == 0
 

@@ -7,8 +7,7 @@ from workbench.analysis.replies import JudgedPlantInput
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS
 from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.margin_rows import PLANT_INPUT
-from workbench.gui.tuning.margins_card import MarginsCard
+from workbench.gui.tuning.margins_card import PLANT_INPUT, MarginsCard
 from workbench.gui.tuning.table_rows import State
 
 FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}

@@ -6,8 +6,7 @@ from PyQt6.QtGui import QGuiApplication
 
 from workbench.analysis.questions import Pin, Step
 from workbench.analysis.replies import Pinned
-from workbench.gui.tuning.pin_card import PinCard
-from workbench.gui.tuning.pin_text import name_fault, regress_command, spec_path
+from workbench.gui.tuning.pin_card import PinCard, name_fault, regress_command, spec_path
 
 STEP = Step("x", 1.0, 2.0)
 

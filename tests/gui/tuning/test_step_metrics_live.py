@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.gui.tuning.metric_rows import metric_rows
+from workbench.gui.tuning.response_card import metric_rows
 from workbench.gui.tuning.rounds import StepPart, step_parts
 from workbench.gui.tuning.step_measure import measure_step
 from workbench.gui.tuning.table_rows import State

@@ -7,7 +7,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from workbench.analysis.questions import Judge, Predict, Step
-from workbench.gui.tuning.response_plot import ASKED, FLOWN, FUTURE, PREDICTED
+from workbench.gui.tuning.response_card import ASKED, FLOWN, FUTURE, PREDICTED
 from workbench.gui.tuning.table_rows import State
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.live.choice import Choice
@@ -38,7 +38,6 @@ def fly(screen, canned, exciting=None):
 
 
 def test_margins_sliders_and_response_are_seen_together(screen):
-    assert screen.arrangement.is_wide
     for part in (screen.panel, screen.response, screen.margins, screen.poles):
         assert part.isVisible()
         corner = part.mapTo(screen, part.rect().bottomRight())
@@ -47,15 +46,13 @@ def test_margins_sliders_and_response_are_seen_together(screen):
 
 def test_beside_a_picture_it_stands_in_tabs(screen, qtbot):
     screen.resize(*NARROW)
-    qtbot.waitUntil(lambda: not screen.arrangement.is_wide)
+    qtbot.waitUntil(lambda: not screen.margins.isVisible())
     assert screen.width() == NARROW[0]
     assert [screen.tabs.tabText(index) for index in range(2)] == ["Step", "Margins"]
     assert screen.response.isVisible()
-    assert not screen.margins.isVisible()
     screen.tabs.setCurrentIndex(1)
     assert screen.margins.isVisible()
     screen.resize(*WIDE)
-    assert screen.arrangement.is_wide
     assert screen.margins.isVisible() and screen.response.isVisible()
 
 

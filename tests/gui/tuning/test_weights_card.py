@@ -3,8 +3,7 @@ import pytest
 from workbench.analysis.questions import Step, Weigh
 from workbench.analysis.replies import Weighed, Weight
 from workbench.gui.tuning.limit_table import find_limit
-from workbench.gui.tuning.weight_bars import strongest, weight_text
-from workbench.gui.tuning.weights_card import WeightsCard
+from workbench.gui.tuning.weights_card import WeightsCard, strongest, weight_text
 
 STEP = Step("x", 1.0, 2.0)
 

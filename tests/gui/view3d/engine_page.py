@@ -15,8 +15,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from PyQt6.QtCore import Qt, QUrl
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.view3d.view3d_panel import STATE, is_blank
-from workbench.gui.view3d.web_engine import load_web_view
+from workbench.gui.view3d.view3d_panel import STATE, is_blank, load_web_view
 from workbench.live.picture import DRONE, ChaseCamera
 
 LIMIT = 120.0

@@ -12,22 +12,20 @@ from PyQt6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.actions import make_actions
-from workbench.gui.view3d import view3d_panel, web_engine
+from workbench.gui.view3d import view3d_panel
 from workbench.gui.view3d.view3d_panel import (
     BLANK,
     ENDED,
     FAULTS,
+    FLAGS,
+    GBM,
     NO_PAGE,
     NOT_DRAWN,
     PATIENCE,
+    SMALL_HEAP,
     STATE,
     WAITING,
     View3d,
-)
-from workbench.gui.view3d.web_engine import (
-    FLAGS,
-    GBM,
-    SMALL_HEAP,
     can_draw,
     load_web_view,
     missing_library,
@@ -320,7 +318,7 @@ def test_without_a_graphics_processor_no_buffers_are_shared_with_one(tmp_path):
 
 def test_a_missing_package_and_a_missing_library_are_sentences(monkeypatch):
     monkeypatch.setenv(FLAGS, "")
-    monkeypatch.setattr(web_engine, "MODULE", "PyQt6.QtNoEngine")
+    monkeypatch.setattr(view3d_panel, "MODULE", "PyQt6.QtNoEngine")
     with pytest.raises(WorkbenchError, match="pip install PyQt6-WebEngine"):
         load_web_view()
     said = missing_library("libnss3.so: cannot open shared object file: No such file")

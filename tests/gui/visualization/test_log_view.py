@@ -11,9 +11,8 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtTest import QTest
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.visualization.log_bar import LogBar, LogClock
-from workbench.gui.visualization.log_reader import LogSource
 from workbench.gui.visualization.log_worker import contents_of, live_name, si_unit
+from workbench.gui.visualization.visualization_screen import LogBar, LogClock, LogSource
 from workbench.link.backplane import Sampled
 from workbench.logs.flight_log import FlightLog
 

@@ -14,8 +14,7 @@ from workbench.gui.visualization.camera_page import (
     depth_text,
     scale_of,
 )
-from workbench.gui.visualization.cloud import TOP, Viewpoint, paint_points, rays_from
-from workbench.gui.visualization.cloud_page import turned
+from workbench.gui.visualization.cloud_page import TOP, Viewpoint, paint_points, rays_from, turned
 from workbench.gui.visualization.event_list import MOST, EventList
 from workbench.gui.visualization.frame_tree import poses_in_parent, poses_in_world
 from workbench.link.backplane import Published

@@ -9,15 +9,15 @@ from PyQt6.QtGui import QDropEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.visualization.board_layout import (
+from workbench.gui.visualization.charts_page import (
+    MIME,
     MOST_CHARTS,
     PRESETS,
     ChartSpec,
     board_text,
     read_board,
 )
-from workbench.gui.visualization.cloud import SLANTED, TOP
-from workbench.gui.visualization.signal_tree import MIME
+from workbench.gui.visualization.cloud_page import SLANTED, TOP
 from workbench.gui.visualization.visualization_screen import VisualizationScreen
 from workbench.link.backplane import Published
 

@@ -25,8 +25,8 @@ from workbench.link.operations import (
     Role,
     SetParameters,
 )
+from workbench.link.server.client_session import OPERATION_BURST, OPERATIONS
 from workbench.link.server.hub import TURN
-from workbench.link.server.rate_limiter import OPERATION_BURST, OPERATIONS
 from workbench.link.server_messages import (
     ControlState,
     FlightDone,

@@ -3,8 +3,7 @@ import struct
 import pytest
 
 from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
-from workbench.link.server.outgoing import LONGEST_QUEUE, Outgoing
-from workbench.link.server.sample_buffer import SampleBuffer
+from workbench.link.server.outgoing import LONGEST_QUEUE, Outgoing, SampleBuffer
 from workbench.link.wire import HEADER, Flag, Kind
 
 PERIOD = 1.0 / 204.8

@@ -16,7 +16,6 @@ ARM = """<sdf version="1.9"><model name="arm">
   <frame name="mount"><pose>0 0 1 0 0 0</pose></frame>
   <plugin filename="inner" name="p"><linkName>hub</linkName></plugin>
 </model></sdf>"""
-
 CONFIG = '<model><name>arm</name><sdf version="{}">{}</sdf><sdf version="{}">{}</sdf></model>'
 
 
@@ -320,3 +319,57 @@ def test_a_config_that_leads_nowhere_is_named(models):
     said = fault(write(models, "<include><uri>arm</uri></include>"))
     assert "model.config" in said
     assert "gone.sdf" in said
+
+
+def test_an_include_of_itself_ends(tmp_path):
+    said = fault(write(tmp_path, "<include><uri>top.sdf</uri></include>"))
+    assert "top.sdf:3: the file includes itself (top.sdf -> top.sdf)" in said
+
+
+def test_includes_in_a_circle_end(tmp_path):
+    write(tmp_path, "<include><uri>b.sdf</uri></include>", "a.sdf")
+    write(tmp_path, "<include><uri>a.sdf</uri></include>", "b.sdf")
+    said = fault(write(tmp_path, "<include><uri>a.sdf</uri></include>"))
+    assert "(top.sdf -> a.sdf -> b.sdf -> a.sdf)" in said
+
+
+def test_a_circle_through_links_of_the_file_system_ends(tmp_path):
+    path = write(tmp_path, "<include><uri>other.sdf</uri></include>")
+    (tmp_path / "other.sdf").symlink_to(path)
+    assert "includes itself (top.sdf -> other.sdf)" in fault(path)
+
+
+def test_includes_end_at_a_depth(tmp_path):
+    for index in range(30):
+        write(tmp_path, f"<include><uri>m{index + 1}.sdf</uri></include>", f"m{index}.sdf")
+    assert "levels deep" in fault(tmp_path / "m0.sdf")
+
+
+def test_a_chain_of_bare_includes_ends_at_a_depth(tmp_path):
+    for index in range(30):
+        (tmp_path / f"m{index}.sdf").write_text(
+            f'<sdf version="1.9"><include><uri>m{index + 1}.sdf</uri></include></sdf>'
+        )
+    assert "levels deep" in fault(tmp_path / "m0.sdf")
+
+
+def test_includes_that_multiply_end_at_a_number(tmp_path):
+    for index in range(10):
+        both = "".join(
+            f"<include><name>{side}</name><uri>m{index + 1}.sdf</uri></include>" for side in "abc"
+        )
+        write(tmp_path, both, f"m{index}.sdf")
+    write(tmp_path, '<link name="l"/>', "m10.sdf")
+    assert "more than 200 includes" in fault(tmp_path / "m0.sdf")
+
+
+def test_includes_of_large_files_end_at_a_size(tmp_path):
+    filler = "<plugin>" + "<x/>" * 60_000 + "</plugin>"
+    write(tmp_path, f'<link name="l"/>{filler}', "large.sdf")
+    path = write(
+        tmp_path,
+        "".join(
+            f"<include><name>m{index}</name><uri>large.sdf</uri></include>" for index in range(9)
+        ),
+    )
+    assert "more than 200000 elements" in fault(path)

@@ -5,7 +5,7 @@ import pytest
 from pydrake.geometry import Convex
 from scipy.spatial import ConvexHull
 
-from workbench.plant.meshes.hull import MOST_VERTICES, THINNEST, convex_hull, write_obj
+from workbench.plant.meshes.child import MOST_VERTICES, THINNEST, convex_hull, write_obj
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)], dtype=float)
 

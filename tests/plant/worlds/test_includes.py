@@ -4,7 +4,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.packages import PackageFinder
-from workbench.plant.worlds.includes import Includes
+from workbench.plant.worlds.directives import Includes
 
 MODEL = """<sdf version="1.9"><model name="m"><link name="l"/>{}</model></sdf>"""
 

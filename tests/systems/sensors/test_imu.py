@@ -17,7 +17,7 @@ from workbench.plant.multibody import add_plant
 from workbench.plant.sensors import QUIET, Imu, Noise
 from workbench.systems.sensors import imu as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
-from workbench.systems.sensors.noise_model import first_memory, next_memory, noisy
+from workbench.systems.sensors.noisy_sensor import first_memory, next_memory, noisy
 from workbench.systems.sensors.readings import ImuReading
 
 PERIOD = 5 / 1024

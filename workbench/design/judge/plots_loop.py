@@ -5,25 +5,240 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
 from workbench.control.controller import Loop
-from workbench.design.judge.loop_response import loop_responses
-from workbench.design.judge.margins import LoopMargins, loop_margins
+from workbench.design.judge.loop_response import CutModel, LoopResponses, loop_responses
+from workbench.design.judge.margins import LoopMargins, frequency_grid, loop_margins
 from workbench.design.judge.modes import natural_poles
-from workbench.design.judge.panels_frequency import (
-    draw_magnitude,
-    draw_nyquist,
-    draw_phase,
-    shown_frequencies,
-)
-from workbench.design.judge.panels_poles import draw_locus, draw_poles, reach
 from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, linear_step
 from workbench.design.linear.model import LinearModel
 from workbench.design.plots import PALETTE, label, styled, widen
 from workbench.scenario.axes import find_axis
 
+_DISK_REACH = 60.0
+"""A disk wider than this is drawn as if it were as wide: a straight edge."""
+_PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+"""Behind words that a curve may pass under."""
+_GAINS = np.geomspace(0.02, 50.0, 400)
+_DAMPING = (0.2, 0.4, 0.6, 0.8)
 SAMPLES = 640
 """Of a linear step where nothing was flown."""
+
+
+def shown_frequencies(loops: LoopResponses, margins: LoopMargins) -> np.ndarray:
+    """Return the frequencies (F) [rad/s] worth showing: around the crossover, up to the highest."""
+    grid = frequency_grid(loops)
+    middle = margins.crossover if np.isfinite(margins.crossover) else grid[-1] / 100.0
+    return grid[(grid > middle / 50.0) & (grid < middle * 100.0)]
+
+
+def draw_magnitude(
+    axes: Axes, frequency: np.ndarray, response: np.ndarray, margins: LoopMargins
+) -> None:
+    """Draw |L|, |S| and |T|, with crossover and bandwidth."""
+    curves = (
+        ("L", response, "-", PALETTE.ours),
+        ("S = 1 / (1 + L)", 1.0 / (1.0 + response), "--", PALETTE.mean),
+        ("T = L / (1 + L)", response / (1.0 + response), "-.", PALETTE.series[2]),
+    )
+    for name, curve, dashes, colour in curves:
+        axes.semilogx(frequency, _decibel(curve), dashes, color=colour, label=name)
+    axes.axhline(0.0, color=PALETTE.command, lw=0.8)
+    left = float(np.fmin(margins.crossover, margins.bandwidth))
+    _mark_frequency(axes, margins.crossover, PALETTE.ours, "crossover", (left, 0.02))
+    _mark_frequency(axes, margins.bandwidth, PALETTE.series[2], "bandwidth", (left, 0.08))
+    axes.set_ylim(-45.0, 45.0)
+    label(axes, "Bode: magnitude", "magnitude [dB]")
+    axes.set_xlabel("frequency [rad/s]")
+    axes.legend(loc="upper right", fontsize=7.5)
+
+
+def draw_phase(
+    axes: Axes, frequency: np.ndarray, response: np.ndarray, margins: LoopMargins
+) -> None:
+    """Draw the phase of L, with the phase margin at the crossover."""
+    phase = np.degrees(np.unwrap(np.angle(response)))
+    at = np.interp(margins.crossover, frequency, phase) if margins.crossover > 0.0 else phase[0]
+    phase -= 360.0 * round((at + 180.0) / 360.0 - 0.25)
+    axes.semilogx(frequency, phase, color=PALETTE.ours)
+    axes.axhline(-180.0, color=PALETTE.limit, lw=1.0)
+    if math.isfinite(margins.crossover) and margins.stable:
+        at = float(np.interp(margins.crossover, frequency, phase))
+        axes.plot([margins.crossover] * 2, [-180.0, at], color=PALETTE.mean, lw=2.5)
+        axes.annotate(
+            f"{at + 180.0:.0f} deg",
+            (margins.crossover, -180.0),
+            xytext=(0, -4 if at > -180.0 else 4),
+            textcoords="offset points",
+            ha="center",
+            va="top" if at > -180.0 else "bottom",
+            fontsize=8,
+            color=PALETTE.mean,
+            bbox=_PLATE,
+        )
+    low, high = min(float(phase.min()), -200.0), max(float(phase.max()), -80.0)
+    axes.set_ylim(max(low, -450.0) - 10.0, high + 10.0)
+    axes.yaxis.set_major_locator(MultipleLocator(45.0))
+    label(axes, "Bode: phase, with its margin at the crossover", "phase [deg]")
+    axes.set_xlabel("frequency [rad/s]")
+
+
+def draw_nyquist(
+    axes: Axes, response: np.ndarray, margins: LoopMargins, *, legend: bool = True
+) -> None:
+    """Draw L in the complex plane, with the disk that it must not enter."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    axes.plot(np.cos(turn), np.sin(turn), ":", color="0.5", lw=1.0, label="unit circle")
+    if margins.disk_margin > 0.0:
+        share = min(0.5 * margins.disk_margin, 1.0 - 1.0 / _DISK_REACH)
+        near, far = (1.0 - share) / (1.0 + share), (1.0 + share) / (1.0 - share)
+        axes.fill(
+            -0.5 * (near + far) + 0.5 * (far - near) * np.cos(turn),
+            0.5 * (far - near) * np.sin(turn),
+            color=PALETTE.window,
+            label=f"disk margin {margins.disk_margin:.2f}",
+            zorder=0,
+        )
+    axes.plot(response.real, response.imag, color=PALETTE.ours, label="L")
+    axes.plot(response.real, -response.imag, color=PALETTE.ours, lw=0.7, alpha=0.5)
+    axes.plot([-1.0], [0.0], "+", color=PALETTE.limit, ms=9, mew=1.8, label="-1")
+    for factor in (margins.gain_margin, margins.gain_reduction_margin):
+        if factor > 0.0 and math.isfinite(factor) and margins.stable and 1.0 / factor < 3.2:
+            axes.plot([-1.0 / factor], [0.0], "o", color=PALETTE.mean, ms=4)
+    axes.set_xlim(-3.2, 1.6)
+    axes.set_ylim(-2.4, 2.4)
+    axes.set_aspect("equal")
+    label(axes, "Nyquist", "imaginary part [1]")
+    axes.set_xlabel("real part [1]")
+    if legend:
+        axes.legend(loc="lower left", fontsize=7.5, frameon=True, framealpha=0.85, edgecolor="none")
+
+
+def _decibel(values: np.ndarray) -> np.ndarray:
+    decibel: np.ndarray = 20.0 * np.log10(np.maximum(np.abs(values), 1e-9))
+    return decibel
+
+
+def _mark_frequency(
+    axes: Axes, frequency: float, colour: str, name: str, place: tuple[float, float]
+) -> None:
+    """Mark a frequency, if there is one, and name it left of a place in the panel.
+
+    Left of crossover and bandwidth there is always room; their colours tell them apart.
+    """
+    if math.isfinite(frequency):
+        axes.axvline(frequency, color=colour, lw=0.9, ls=":")
+        axes.annotate(
+            f"{name} {frequency:.3g}",
+            place,
+            xycoords=("data", "axes fraction"),
+            xytext=(-4, 0),
+            textcoords="offset points",
+            ha="right",
+            fontsize=7.5,
+            color=colour,
+            bbox=_PLATE,
+        )
+
+
+def reach(poles: np.ndarray, crossover: float, highest: float) -> float:
+    """Return how far from the origin poles are worth showing [rad/s].
+
+    Sampled poles at negative z alternate at every sample, and lie at the highest frequency.
+    """
+    swinging = np.abs(poles[(np.abs(poles.imag) > 1e-6) & (np.abs(poles) < 0.9 * highest)])
+    least = 4.0 * crossover if math.isfinite(crossover) else 1.0
+    return 1.25 * max(least, float(swinging.max(initial=0.0)))
+
+
+def draw_locus(axes: Axes, model: CutModel, point: str, margins: LoopMargins, shown: float) -> None:
+    """Draw where the poles go as the loop's gain goes from nothing to fifty times its value.
+
+    Those of a sampled loop are drawn in continuous terms, s = ln(z) / period.
+    """
+    A, b, c = model.cut(point)
+    back = np.outer(b, c)
+    poles = np.linalg.eigvals(A + _GAINS[:, None, None] * back)
+    colours = np.repeat(np.log10(_GAINS), poles.shape[1])
+    found = natural_poles_2d(poles.ravel(), model.period)
+    dots = axes.scatter(
+        found.real, found.imag, c=colours, s=3.0, cmap="viridis", vmin=-1.7, vmax=1.7, lw=0
+    )
+    opened = natural_poles(np.linalg.eigvals(A), model.period)
+    closed = natural_poles(np.linalg.eigvals(model.A), model.period)
+    axes.plot(opened.real, opened.imag, "x", color=PALETTE.command, ms=6)
+    axes.plot(closed.real, closed.imag, "s", color=PALETTE.mean, ms=4, mfc="none")
+    for factor in (margins.gain_margin, margins.gain_reduction_margin):
+        if margins.stable and factor > 0.0 and math.isfinite(factor):
+            verge = natural_poles(np.linalg.eigvals(A + factor * back), model.period)
+            verge = verge[np.abs(verge.real) < 1e-4 * np.maximum(np.abs(verge), 1.0)]
+            verge = verge[np.abs(verge) > 1e-2]
+            axes.plot(verge.real, verge.imag, "o", color=PALETTE.limit, ms=5, mfc="none")
+            if len(verge):
+                top = verge[np.argmax(verge.imag)]
+                axes.annotate(
+                    f"gain x {factor:.3g}",
+                    (top.real, top.imag),
+                    xytext=(4, 4),
+                    textcoords="offset points",
+                    fontsize=7.5,
+                    color=PALETTE.limit,
+                )
+    bar = axes.figure.colorbar(dots, ax=axes, ticks=[-1, 0, 1], shrink=0.8, pad=0.02)
+    bar.ax.set_yticklabels(["0.1", "1", "10"])
+    bar.set_label("factor on the loop's gain [1]", fontsize=8)
+    _frame(axes, shown, "root locus: x opened, squares as it is")
+
+
+def draw_poles(axes: Axes, poles: np.ndarray, shown: float) -> None:
+    """Draw the closed loop's poles over lines of equal damping and natural frequency."""
+    for damping in _DAMPING:
+        angle = math.acos(damping)
+        x, y = -2.0 * shown * math.cos(angle), 2.0 * shown * math.sin(angle)
+        axes.plot([0.0, x, np.nan, 0.0, x], [0.0, y, np.nan, 0.0, -y], color="0.75", lw=0.8)
+        size = min(0.93 * shown / math.sin(angle), 0.93 * shown / math.cos(angle))
+        axes.annotate(
+            f"{damping:g}",
+            (-size * math.cos(angle), size * math.sin(angle)),
+            fontsize=7.5,
+            color="0.35",
+            ha="center",
+            va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
+        )
+    turn = np.linspace(0.5 * np.pi, 1.5 * np.pi, 100)
+    for size in _round_steps(shown):
+        axes.plot(size * np.cos(turn), size * np.sin(turn), ":", color="0.7", lw=0.8)
+    axes.plot(poles.real, poles.imag, "x", color=PALETTE.ours, ms=6, mew=1.6)
+    outside = int((np.maximum(np.abs(poles.real), np.abs(poles.imag)) > shown).sum())
+    note = f", {outside} more outside" if outside else ""
+    _frame(axes, shown, f"poles of the closed loop{note}")
+    axes.grid(visible=False)
+
+
+def natural_poles_2d(poles: np.ndarray, period: float) -> np.ndarray:
+    """Return poles (N) in continuous terms, NaN for those that forget within a sample."""
+    if not period:
+        return poles
+    with np.errstate(divide="ignore"):
+        found: np.ndarray = np.log(np.where(np.abs(poles) > 1e-9, poles, np.nan)) / period
+    return found
+
+
+def _round_steps(shown: float) -> np.ndarray:
+    """Return a few round numbers up to a size."""
+    step = 10.0 ** math.floor(math.log10(shown / 2.0))
+    step *= 5.0 if shown / step > 10.0 else 2.0 if shown / step > 4.0 else 1.0
+    return np.arange(step, 1.5 * shown, step)
+
+
+def _frame(axes: Axes, shown: float, title: str) -> None:
+    axes.axvline(0.0, color=PALETTE.limit, lw=0.8)
+    axes.set_xlim(-shown, 0.35 * shown)
+    axes.set_ylim(-shown, shown)
+    label(axes, title, "imaginary part [rad/s]")
+    axes.set_xlabel("real part [1/s]")
 
 
 @styled

@@ -1,23 +1,45 @@
 """One vehicle, read once, and its linear models at any point with any gains."""
 
+import dataclasses
+import math
 from collections.abc import Mapping
 
 import numpy as np
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Diagram
 
-from workbench.common.errors import sentences
-from workbench.control.controller import load_controller
-from workbench.design.linear.attitude import reduced, state_seeds, turn_with_heading
+from workbench.common.errors import WorkbenchError, sentences
+from workbench.control.controller import Controller, load_controller
+from workbench.design.linear.attitude import heading_turn, reduced, state_seeds, turn_with_heading
 from workbench.design.linear.autodiff import constants, gradient
-from workbench.design.linear.continuous import ContinuousDerivatives
-from workbench.design.linear.derivatives import STATE, Derivatives, LastCall
-from workbench.design.linear.model import LinearModel, Trim
-from workbench.design.linear.names import motion, numbered
+from workbench.design.linear.derivatives import (
+    FILTERED,
+    HELD,
+    HOLD_X,
+    LAST,
+    REFERENCE,
+    STATE,
+    Derivatives,
+    LastCall,
+    Update,
+)
+from workbench.design.linear.model import LinearModel, Signal, Trim
+from workbench.design.linear.names import (
+    accelerations,
+    filtered,
+    memory_of,
+    motion,
+    numbered,
+    outputs,
+    points,
+    references,
+    wrench,
+    yaw_moment,
+)
+from workbench.design.linear.names import points as points_of
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.design.linear.sampled import plant_input_model, sampled_model
-from workbench.design.linear.trim import find_trim
-from workbench.diagram.core import live_numbers, make_flight_core, make_vehicle_core
+from workbench.design.linear.trim import find_trim, guidance_of, reference_of, update_inputs
+from workbench.diagram.core import law_gains, live_numbers, make_flight_core, make_vehicle_core
 from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -25,11 +47,337 @@ from workbench.plant.payload import Payload, payload_of
 from workbench.plant.variation import Delays, varied
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import checked
-from workbench.scenario.scenario import Scenario, check_scenario
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Rates, Scenario, check_scenario
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
+from workbench.systems.controller import GAINS, PROBES
 
+SAME = 1e-12
+"""Attitudes and rates closer than this have the same derivatives of a step."""
 HOVER = OperatingPoint()
+
+
+def sampled_model(
+    derivatives: Derivatives, trim: Trim, rates: Rates, rate: float, delays: Delays
+) -> LinearModel:
+    """Return the linear model of a control period.
+
+    States are those at an update, before it: the motion, the acceleration in the middle of the
+    step before, rotor speeds, commands that act or are still to act, the velocity that the estimate
+    remembers, the motions that a delayed controller is still to see, and what the law remembers.
+    Outputs are those at the update.
+
+    Between updates the vehicle takes physics steps under held commands; the first still has the old
+    ones, as the steps of an instant are simultaneous. The period's matrix is the product of the
+    exact derivatives of the update and of each step along the trimmed flight.
+
+    Args:
+        derivatives: of what flies.
+        trim: where.
+        rates: of physics and control.
+        rate: of the acceleration estimate [1/s].
+        delays: of sensing and commands.
+
+    Raises:
+        WorkbenchError: for a turn with a delay of sensing, which has no such model.
+    """
+    late, look = delays.seen
+    age, since = delays.acting
+    waiting = age + 1 if since else age
+    if late and trim.point.yaw_rate:
+        raise WorkbenchError("a turn cannot be linearised with a delayed controller: leave one out")
+    n, k = trim.speeds.size, trim.memory.size
+    count = len(derivatives.controller.points)
+    update = derivatives.update(*update_inputs(trim, rate))
+    sizes = (STATE, LAST, n, *[n] * waiting, FILTERED, *[STATE] * late, k)
+    at = np.cumsum([0, *sizes])
+    size = int(at[-1])
+    groups = [slice(int(a), int(b)) for a, b in zip(at[:-1], at[1:], strict=True)]
+    s, last, speed = groups[:3]
+    commands, velocity, older = groups[3 : 3 + waiting], groups[3 + waiting], groups[4 + waiting :]
+    memory = older.pop()
+    moving = slice(0, speed.stop)
+
+    inputs = REFERENCE + HELD + count + STATE
+    asked, noise = slice(0, REFERENCE + HELD + count), slice(REFERENCE + HELD + count, inputs)
+    known = STATE + FILTERED + n
+    seen = np.zeros((known + k, size))
+    seen[:STATE, older[-1] if late else s] = np.eye(STATE)
+    seen[STATE : STATE + FILTERED, velocity] = np.eye(FILTERED)
+    seen[STATE + FILTERED : known, commands[0]] = np.eye(n)
+    seen[known:, memory] = np.eye(k)
+
+    def of_update(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows of the update by states and by inputs."""
+        by_inputs = np.zeros((rows.shape[0], inputs))
+        by_inputs[:, asked] = rows[:, known : known + asked.stop]
+        by_inputs[:, noise] = rows[:, :STATE]
+        return np.hstack([rows[:, :known], rows[:, known + asked.stop :]]) @ seen, by_inputs
+
+    A, B = np.zeros((size, size)), np.zeros((size, inputs))
+    whole = np.eye(size)
+    now = of_update(update.commands_by)
+    # rows of commands by their age in updates, the newest first
+    acting = [now, *((whole[each], np.zeros((n, inputs))) for each in commands)]
+    A[velocity], B[velocity] = of_update(update.filtered_by)
+    if k:
+        A[memory], B[memory] = of_update(update.memory_by)
+    signals, signals_in = of_update(update.signals_by)
+    held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
+    states = _states_of_period(derivatives, trim, update, rates, held)
+    A[moving], B[moving] = states[-1]
+    for each, (by_state, by_input) in zip(commands, acting, strict=False):
+        A[each], B[each] = by_state, by_input
+    for each, before in zip(older[1:], older, strict=False):
+        A[each] = whole[before]
+    if late:
+        by_state, by_input = states[look]
+        A[older[0]], B[older[0]] = by_state[:STATE], by_input[:STATE]
+
+    turn = np.eye(size)
+    angle = trim.point.yaw_rate * rates.control_period
+    for vectors, vectors_in in ((s, 4), (last, 2), (velocity, 1)):
+        turn[vectors, vectors] = heading_turn(angle, vectors_in)
+    A, B = turn @ A, turn @ B
+    thrusts = np.zeros((n, size))
+    thrusts_by = derivatives.thrusts_by(trim.state, trim.speeds)
+    thrusts[:, s], thrusts[:, speed] = thrusts_by[:, :STATE], thrusts_by[:, STATE:]
+    C = np.vstack([np.eye(STATE, size), signals, thrusts, whole[speed]])
+    D = np.zeros((C.shape[0], inputs))
+    D[STATE : STATE + count] = signals_in
+    return LinearModel(
+        A=A,
+        input_matrix=B,
+        output_matrix=C,
+        feedthrough=D,
+        period=rates.control_period,
+        states=(*_states(n, waiting, late), *memory_of(derivatives.controller)),
+        inputs=(*references(), *points(derivatives.controller), *motion("noise_")),
+        outputs=outputs(n, derivatives.controller),
+        trim=trim,
+        controller=derivatives.controller,
+    )
+
+
+def plant_input_model(
+    derivatives: Derivatives, model: LinearModel, rates: Rates, rate: float, delays: Delays
+) -> LinearModel:
+    """Return a sampled model's closed loop with the plant's input as its inputs and outputs.
+
+    That is the wrench which an update commands: force along z and moment in T. It comes out, and
+    what is injected is added on its way to the rotors, where the law does not know of it: so every
+    law is judged at the same place, those that look at their own commands, too.
+
+    Args:
+        derivatives: of what flies.
+        model: from `sampled_model`, with the arguments that follow.
+        rates: of physics and control.
+        rate: of the acceleration estimate [1/s].
+        delays: of sensing and commands.
+    """
+    trim, size, signals = model.trim, len(model.A), wrench()
+    late, look = delays.seen
+    age, since = delays.acting
+    waiting = age + 1 if since else age
+    n = trim.speeds.size
+    moving, axes = STATE + LAST + n, len(signals)
+    wrench_by, commands_by = derivatives.allocation_at(trim.commands)
+    columns, inputs = moving + axes * waiting, np.zeros((n, axes))
+    acting = [(np.zeros((n, columns)), commands_by)]
+    for before in range(waiting):  # what was injected at updates before is a state
+        by_state = np.zeros((n, columns))
+        by_state[:, moving + axes * before : moving + axes * (before + 1)] = commands_by
+        acting.append((by_state, inputs))
+    held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
+    update = derivatives.update(*update_inputs(trim, rate))
+    states = _states_of_period(derivatives, trim, update, rates, held)
+    injected = np.zeros((size, axes * (waiting + 1)))
+    both = [np.hstack([by_input, by_state[:, moving:]]) for by_state, by_input in states]
+    injected[:moving] = both[-1]
+    if late:
+        seen = moving + n * waiting + FILTERED
+        injected[seen : seen + STATE] = both[look][:STATE]
+    angle = trim.point.yaw_rate * rates.control_period
+    for first, vectors in ((0, 4), (STATE, 2)):
+        rows = slice(first, first + 3 * vectors)
+        injected[rows] = heading_turn(angle, vectors) @ injected[rows]
+    old = axes * waiting
+    A = np.zeros((size + old, size + old))
+    A[:size, :size], A[:size, size:] = model.A, injected[:, axes:]
+    A[size + axes :, size:-axes] = np.eye(old - axes)
+    B = np.vstack([injected[:, :axes], np.eye(old, axes)])
+    newest = slice(moving, moving + n)  # commands after the update are the newest of the states
+    C = np.hstack([wrench_by @ model.A[newest], np.zeros((axes, old))])
+    names = tuple(
+        Signal(f"{signal.name}_{before + 1}_before", signal.unit)
+        for before in range(waiting)
+        for signal in signals
+    )
+    return dataclasses.replace(
+        model,
+        A=A,
+        input_matrix=B,
+        output_matrix=C,
+        feedthrough=np.zeros((axes, axes)),
+        states=(*model.states, *names),
+        inputs=signals,
+        outputs=signals,
+    )
+
+
+def _states_of_period(
+    derivatives: Derivatives,
+    trim: Trim,
+    update: Update,
+    rates: Rates,
+    held: list[tuple[np.ndarray, np.ndarray]],
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return rows of motion, acceleration and speeds by states and inputs at the update.
+
+    They are those before each physics step of a control period, and after the last.
+
+    Args:
+        derivatives: of what flies.
+        trim: where.
+        update: at its beginning.
+        rates: of physics and control.
+        held: rows of the commands that act in each step, by states and by inputs.
+    """
+    at, speeds = trim.state, trim.speeds
+    since = heading_turn(0.5 * trim.point.yaw_rate * rates.physics_step, 2)
+    last = since @ np.concatenate([np.zeros(3), trim.vdot_WB])
+    step = derivatives.step(at, last, speeds, update.commands)
+    count = step.by.shape[0]
+    rows, inputs = np.eye(count, held[0][0].shape[1]), np.zeros((count, held[0][1].shape[1]))
+    found = [(rows, inputs)]
+    for by_state, by_input in held:
+        if len(found) > 1 and not _alike(at, step.state):
+            at, last = step.state, step.last
+            step = derivatives.step(at, last, speeds, update.commands)
+        moving, of_commands = step.by[:, :count], step.by[:, count:]
+        rows = moving @ rows + of_commands @ by_state
+        inputs = moving @ inputs + of_commands @ by_input
+        found.append((rows, inputs))
+    return found
+
+
+def _alike(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether two states of the body (13) have the same derivatives of a step."""
+    turning = [0, 1, 2, 3, 7, 8, 9]
+    return bool(np.abs(one[turning] - other[turning]).max() < SAME)
+
+
+def _states(n: int, waiting: int, late: int) -> tuple[Signal, ...]:
+    commands = (
+        signal
+        for age in range(waiting)
+        for signal in numbered("command" if age == 0 else f"command_{age}_before", n, "rad/s")
+    )
+    seen = (signal for age in range(late) for signal in motion(f"seen_{age + 1}_"))
+    return (
+        *motion(),
+        *accelerations(),
+        *numbered("speed", n, "rad/s"),
+        *commands,
+        *filtered(),
+        *seen,
+    )
+
+
+class ContinuousDerivatives:
+    """An AutoDiff copy of a flight core, kept, whose Context is filled anew each time.
+
+    Args:
+        core: from `make_flight_core`.
+        controller: whose law flies.
+        vehicle: as its law knows it.
+    """
+
+    def __init__(self, core: Diagram, controller: Controller, vehicle: Vehicle) -> None:
+        self._law = controller
+        self._vehicle = vehicle
+        self._diagram = core.ToAutoDiffXd()
+        self._root = self._diagram.CreateDefaultContext()
+        self._controller = self._diagram.GetSubsystemByName("controller")
+        self._in_controller = self._controller.GetMyMutableContextFromRoot(self._root)
+
+    def model(self, trim: Trim, gains: dict[str, float], rate: float) -> LinearModel:
+        """Return the linear model at a trim.
+
+        Args:
+            trim: where.
+            gains: parameter values by name.
+            rate: of the acceleration estimate [1/s].
+        """
+        n, k = trim.speeds.size, trim.memory.size
+        points, closed = len(self._law.points), np.array(self._law.closed)
+        # the law remembers a yaw moment only where rotors have an inertia
+        moments = self._controller.num_continuous_states() - k
+        states, inputs = STATE + n + 3 + moments + k, REFERENCE + HELD + points
+        seeds = np.eye(states + inputs)
+        at_states, at_inputs = seeds[:states], seeds[states:]
+        rows = np.vstack([state_seeds(trim.q_WB) @ at_states[:STATE], at_states[STATE:]])
+        self._fix("reference", reference_of(trim), 0, at_inputs[:REFERENCE])
+        held = at_inputs[REFERENCE : REFERENCE + HELD]
+        self._fix("guidance", guidance_of(trim), HOLD_X, held)
+        self._set(GAINS, constants(law_gains(self._law, self._vehicle, gains)))
+        air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
+        live = live_numbers(self._vehicle, gains).values()
+        air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
+        probes = np.zeros((closed.size, states + inputs))
+        probes[points:] = at_inputs[REFERENCE + HELD :]
+        self._set(PROBES, InitializeAutoDiff(closed, probes))
+        known = [trim.state, trim.speeds, trim.v_WB - trim.vdot_WB / rate]
+        rest = [[0.0] * moments, trim.memory]
+        self._root.SetContinuousState(constants(np.concatenate([*known, *rest])))
+        moment = self._controller.wanted_yaw_moment(self._in_controller).value()
+        if math.isnan(moment):
+            raise WorkbenchError(
+                f"{self._law.name} looks at the wrench that was commanded before, so it has no "
+                "model without sampling: leave --time continuous out"
+            )
+        values = np.concatenate([*known, [moment] * moments, trim.memory])
+        self._root.SetContinuousState(InitializeAutoDiff(values, rows))
+
+        slopes = gradient(
+            self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), states + inputs
+        )
+        slopes = np.vstack([reduced(trim.q_WB) @ slopes[:13], slopes[13:]])
+        signals = gradient(self._controller.loop_signals(self._in_controller), states + inputs)
+        thrusts, speeds = (
+            gradient(self._diagram.GetOutputPort(name).Eval(self._root), states + inputs)
+            for name in ("thrusts", "speeds")
+        )
+        shown = np.vstack([seeds[:STATE], signals, thrusts, speeds])
+        A = slopes[:, :states]
+        turn_with_heading(A, trim.point.yaw_rate, (3, 6, 9, STATE + n))
+        return LinearModel(
+            A=A,
+            input_matrix=slopes[:, states:],
+            output_matrix=shown[:, :states],
+            feedthrough=shown[:, states:],
+            period=0.0,
+            states=(
+                *motion(),
+                *numbered("speed", n, "rad/s"),
+                *filtered(),
+                *yaw_moment()[:moments],
+                *memory_of(self._law),
+            ),
+            inputs=(*references(), *points_of(self._law)),
+            outputs=outputs(n, self._law),
+            trim=trim,
+            controller=self._law,
+        )
+
+    def _fix(self, port: str, values: np.ndarray, start: int, seeds: np.ndarray) -> None:
+        """Give an input port values, of which some have derivatives."""
+        rows = np.zeros((values.size, seeds.shape[1]))
+        rows[start : start + seeds.shape[0]] = seeds
+        self._diagram.GetInputPort(port).FixValue(self._root, InitializeAutoDiff(values, rows))
+
+    def _set(self, index: int, values: np.ndarray) -> None:
+        self._in_controller.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
 
 
 class VehicleDerivatives:
@@ -197,4 +545,4 @@ class LinearStudy:
         return ContinuousDerivatives(core, self.controller, self.vehicle)
 
     def _values(self, gains: Mapping[str, float] | None) -> dict[str, float]:
-        return {**self.gains, **checked(gains or {}, controller=self.controller)}
+        return {**self.gains, **parameter_table(self.controller).checked(gains or {})}

@@ -96,6 +96,18 @@ def filtered_of(trim: Trim, rate: float) -> np.ndarray:
     return filtered
 
 
+def update_inputs(trim: Trim, rate: float) -> tuple[np.ndarray, ...]:
+    """Return what `Derivatives.update` takes in a trimmed flight; `rate` as in `find_trim`."""
+    return (
+        trim.state,
+        filtered_of(trim, rate),
+        trim.commands,
+        reference_of(trim),
+        guidance_of(trim),
+        trim.memory,
+    )
+
+
 def _first_guess(
     derivatives: Derivatives, vehicle: Vehicle, gains: Mapping[str, float], point: OperatingPoint
 ) -> Trim:
@@ -120,14 +132,7 @@ def _first_guess(
 def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Return what is left of the equations (6 + n + k), and its derivatives by the unknowns."""
     n, k = trim.speeds.size, trim.memory.size
-    update = derivatives.settled_update(
-        trim.state,
-        filtered_of(trim, rate),
-        trim.commands,
-        reference_of(trim),
-        guidance_of(trim),
-        trim.memory,
-    )
+    update = derivatives.settled_update(*update_inputs(trim, rate))
     _, by_speeds = derivatives.steady_commands(trim.speeds)
     acceleration, by = derivatives.acceleration(trim.state, trim.speeds)
     wanted = np.concatenate([np.zeros(3), trim.vdot_WB])

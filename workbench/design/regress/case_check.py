@@ -12,7 +12,7 @@ from workbench.design.regress.signals import AXIS_SIGNALS, POINT, find_signal
 from workbench.design.regress.spec import Case, Limit, Tolerance
 from workbench.design.step_response import DURATIONS, LEAST_DURATION, MOST_DURATION
 from workbench.scenario.axes import AXES
-from workbench.scenario.parameters import checked
+from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start, check_scenario
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.+-]*")
@@ -34,7 +34,9 @@ def check_case(case: Case, index: int, file: YamlFile, controller: str) -> None:
     else:
         _check_script(case, file, keys, controller)
     for name, value in case.set.items():
-        checked({name: value}, file.where(*keys, "set", name), load_controller(controller))
+        parameter_table(load_controller(controller)).checked(
+            {name: value}, file.where(*keys, "set", name)
+        )
     if not case.limits and not case.baseline:
         where = file.where(*keys)
         raise WorkbenchError(f"{where}'{case.name}' demands nothing: give it limits or a baseline")

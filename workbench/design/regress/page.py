@@ -1,7 +1,10 @@
-"""Results as one HTML page that needs nothing from elsewhere."""
+"""Results as files: one HTML page that needs nothing from elsewhere, and JUnit XML for CI."""
 
+import re
 from collections.abc import Sequence
 from html import escape
+from itertools import groupby
+from xml.etree import ElementTree
 
 from workbench.design.regress.plots import inline_svg, plot_curve
 from workbench.design.regress.summary import since_baseline, summary
@@ -19,6 +22,7 @@ th { font-weight: 600; } td.number { font-variant-numeric: tabular-nums; }
 .note { color: #666; } summary { cursor: pointer; } svg { max-width: 100%; height: auto; }
 a { color: inherit; }
 """
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def results_page(results: Sequence[CaseResult], title: str) -> str:
@@ -111,3 +115,43 @@ def _curve(curve: Comparison) -> str:
 
 def _word(good: bool) -> str:
     return '<span class="passed">passed</span>' if good else '<span class="failed">failed</span>'
+
+
+def junit_xml(results: Sequence[CaseResult]) -> str:
+    """Return a test suite a spec and a test case a case, as XML text."""
+    top = ElementTree.Element("testsuites", {"name": "workbench regress"} | _counts(results))
+    for spec, group in groupby(results, key=lambda result: result.spec):
+        cases = list(group)
+        suite = ElementTree.SubElement(top, "testsuite", {"name": spec} | _counts(cases))
+        for result in cases:
+            case = ElementTree.SubElement(
+                suite,
+                "testcase",
+                classname=spec,
+                name=result.case,
+                file=str(result.path),
+                time=f"{result.seconds:.3f}",
+            )
+            if not result.passed:
+                failure = ElementTree.SubElement(
+                    case, "failure", message=_clean(result.failures[0]), type="regression"
+                )
+                failure.text = _clean("\n".join(result.story))
+    ElementTree.indent(top)
+    return ElementTree.tostring(top, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
+    failed = sum(not result.passed for result in results)
+    return {
+        "tests": str(len(results)),
+        "failures": str(failed),
+        "errors": "0",
+        "skipped": "0",
+        "time": f"{sum(result.seconds for result in results):.3f}",
+    }
+
+
+def _clean(text: str) -> str:
+    """Return text without what XML cannot hold."""
+    return _NOT_XML.sub("?", text)

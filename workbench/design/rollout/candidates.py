@@ -11,7 +11,7 @@ from workbench.control.guidance import Reference
 from workbench.design.step_response import HOVER
 from workbench.dynamics.air.settings import AirSettings
 from workbench.plant.payload import Payload
-from workbench.scenario.parameters import MOST_ROTORS, find_parameter, parameter_table
+from workbench.scenario.parameters import MOST_ROTORS, parameter_table
 from workbench.systems.noise import noise_seed
 
 
@@ -109,7 +109,7 @@ def _checked(payloads: np.ndarray) -> np.ndarray:
     """
     for name, column in zip(Payload._fields, payloads.T, strict=True):
         for value in np.unique(column).tolist():
-            find_parameter(name).check(value)
+            parameter_table().find(name).check(value)
     return payloads.copy()
 
 

@@ -2,36 +2,510 @@
 
 import copy
 import dataclasses
+import math
 import os
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import astuple
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import astuple, dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from workbench.common.compiled import compile_cached
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller, load_controller
-from workbench.control.flight_law import Body, known_body, law_constants
-from workbench.design.response_metrics import ResponseMetrics
-from workbench.design.rollout.batch import Batch
+from workbench.control.flight_law import SOURCES as LAW
+from workbench.control.flight_law import Body, known_body, law_constants, packed
+from workbench.design.response_metrics import ResponseMetrics, response_metrics
 from workbench.design.rollout.candidates import Candidates, make_candidates
-from workbench.design.rollout.compiled_block import compiled_measures
-from workbench.design.rollout.craft import Crafts, make_crafts
-from workbench.design.rollout.measuring import NUMBERS
-from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
-from workbench.design.rollout.schedule import Schedule, make_schedule
+from workbench.design.rollout.flight import make_fly_block
+from workbench.design.rollout.measuring import NUMBERS, measure_steps
+from workbench.design.rollout.rows import LANES
 from workbench.design.rollout.starts import start_state
-from workbench.design.step_response import EDGE, HOVER, check_step, stepped
+from workbench.design.step_response import EDGE, HOVER, check_duration, check_step, stepped
+from workbench.dynamics.rigid_body import rigid_body
+from workbench.dynamics.vehicle_step import rotor_rows
 from workbench.gains.gains import flight_gains
-from workbench.plant.payload import Payload
+from workbench.plant.payload import NO_PAYLOAD, Payload, laden
+from workbench.plant.rotors import Rotor
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import AXES
 from workbench.scenario.scenario import Rates, Scenario, Start, check_scenario
+from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.battery import PERIOD, hover_power, voltage_curve, voltage_drop
 
+SOURCES = (*LAW, "design/rollout", "design/tumbling.py", "design/response_metrics.py")
+"""What the compiled flights stand in, below `workbench/`."""
+LARGEST = 2
+SHARE = 4
+"""Pieces in a chunk at most, and chunks for each thread at least if there are pieces enough: a
+few milliseconds each, so that progress is told and a stop is heard."""
+Work = Callable[[int, int], None]
+Keep = Callable[[int, int, np.ndarray], None]
+"""Takes samples (M, k, 16) of the candidates from a first up to before a last one; the array
+belongs to it no longer than the call."""
 VELOCITIES = (7, 8, 9, 10, 11, 12)
 """Places in the state of angular velocity and velocity."""
 RESPONSES = (10, 11, 12, 9)
 """Places in the state of what steps along each of `AXES` move."""
+
+
+@dataclass(frozen=True)
+class Rollouts:
+    """N flown steps at the same M times.
+
+    A candidate that is lost has NaN from then on; the others fly on. It is lost when a number is
+    no longer finite, when it comes down to the ground, or when it is tilted over 90 degrees and
+    then turns faster than 10 rad/s or moves faster than 20 m/s.
+
+    Attributes:
+        axis: x, y, z or yaw, on which the command steps.
+        time: (M) from the command's edge on [s].
+        velocity_W: (N, M, 3) of the base link's origin in W [m/s].
+        angular_velocity_W: (N, M, 3) in W [rad/s].
+        peak_rotor_use: (N) largest share of its speed limit at which any rotor ran, 0 .. 1.
+        diverged_at: (N) when it was lost, from the edge on [s]: 0 if already in the hover before,
+            NaN if it flew to the end.
+    """
+
+    axis: str
+    time: np.ndarray
+    velocity_W: np.ndarray
+    angular_velocity_W: np.ndarray
+    peak_rotor_use: np.ndarray
+    diverged_at: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"<Rollouts of {len(self)} steps along {self.axis}: {len(self.time)} samples each>"
+
+    def __len__(self) -> int:
+        return len(self.diverged_at)
+
+    @property
+    def response(self) -> np.ndarray:
+        """Velocity [m/s] or yaw rate [rad/s] on the commanded axis, (N, M)."""
+        if self.axis == "yaw":
+            return self.angular_velocity_W[:, :, 2]
+        return self.velocity_W[:, :, AXES.index(self.axis)]
+
+
+@dataclass(frozen=True)
+class MeasuredSteps:
+    """Metrics of N steps whose curves were not kept.
+
+    Attributes:
+        metrics: (N) each, withheld where a step did not begin at rest or has not settled; they
+            mean nothing for a candidate that was lost.
+        peak_rotor_use: (N) see `Rollouts`.
+        diverged_at: (N) see `Rollouts`.
+    """
+
+    metrics: ResponseMetrics
+    peak_rotor_use: np.ndarray
+    diverged_at: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.diverged_at)
+
+
+@dataclass(frozen=True)
+class Flights:
+    """N flights from any start.
+
+    Attributes:
+        time: (M) from the start on [s].
+        states: (N, M, 13) of the plant, see `rigid_body.State`; NaN from when it was lost on.
+        peak_rotor_use: (N) see `Rollouts`.
+        diverged_at: (N) see `Rollouts`.
+    """
+
+    time: np.ndarray
+    states: np.ndarray
+    peak_rotor_use: np.ndarray
+    diverged_at: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.diverged_at)
+
+    @property
+    def velocity_W(self) -> np.ndarray:
+        """Of the base link's origin (N, M, 3) [m/s]."""
+        return self.states[:, :, 10:13]
+
+    @property
+    def angular_velocity_W(self) -> np.ndarray:
+        """(N, M, 3) [rad/s]."""
+        return self.states[:, :, 7:10]
+
+
+def rollout_metrics(rollouts: Rollouts, amplitude: float) -> ResponseMetrics:
+    """Return the metrics of flown steps, withheld where they mean nothing, see there.
+
+    Args:
+        rollouts: kept at every control period if the numbers are to equal those of `fly_step`.
+        amplitude: of the command, [m/s] or [rad/s]; not zero.
+    """
+    found = response_metrics(rollouts.time, rollouts.response, amplitude)
+    return found.withheld(rollouts.time[-1], amplitude)
+
+
+class Supply(NamedTuple):
+    """What a battery supplies that is full at the start.
+
+    Attributes:
+        curve: see `battery.voltage_curve` (p, 2); of no rows where no battery is stated.
+        drop: see `battery.voltage_drop`.
+        used: charge that an update takes, over power [N^-3/2].
+        every: steps of physics from one update to the next.
+    """
+
+    curve: np.ndarray
+    drop: float
+    used: float
+    every: int
+
+
+class Crafts(NamedTuple):
+    """What flies with each of m candidates; n rotors.
+
+    Attributes:
+        body: (m, 18) of the law's constants, see `flight_law.packed`.
+        rotors: (m, n, 12) of the same.
+        rigid: (m, 16) what moves, see `rigid_body.RigidBody`.
+        turning: (m, n, 26) see `dynamics.rotor_rows`.
+        speeds: (m, n) of the rotors at the start [rad/s].
+        seen: (m, 2) see `variation.Delays.seen`.
+        acting: (m, 2) see `variation.Delays.acting`.
+        clearances: (m) height of the body's origin at which it stands on the ground [m].
+        estimate: see `acceleration_estimate.sampled_estimate`.
+        supply: of all of them, see `Supply`.
+    """
+
+    body: np.ndarray
+    rotors: np.ndarray
+    rigid: np.ndarray
+    turning: np.ndarray
+    speeds: np.ndarray
+    seen: np.ndarray
+    acting: np.ndarray
+    clearances: np.ndarray
+    estimate: tuple[float, float]
+    supply: Supply
+
+    def chosen(self, which: np.ndarray) -> "Crafts":
+        """Return some of them, and some perhaps more than once, by their numbers."""
+        return Crafts._make([*(part[which] for part in self[:8]), *self[8:]])
+
+
+def make_crafts(
+    vehicle: Vehicle,
+    variations: Sequence[Variation],
+    rates: Rates,
+    battery_duration: float,
+    payloads: Sequence[Payload] | None = None,
+) -> Crafts:
+    """Return a vehicle that differs in some ways from what its law believes.
+
+    Args:
+        vehicle: as its law believes, without its payload.
+        variations: (m) how it differs.
+        rates: of physics and control.
+        battery_duration: time that a full battery hovers [s].
+        payloads: (m) what it carries; nothing where they are not given.
+
+    Raises:
+        WorkbenchError: if a law cannot hover with the payload that it knows.
+    """
+    many = len(variations)
+    payloads = payloads or [NO_PAYLOAD] * many
+    known = {each: packed(law_constants(vehicle, each)) for each in {p.known for p in payloads}}
+    delays = [each.delays(rates.physics_step, rates.control_period) for each in variations]
+    rigid = [
+        _flown(vehicle, each, payload) for each, payload in zip(variations, payloads, strict=True)
+    ]
+    turning = [
+        rotor_rows([_lagged(rotor, each) for rotor in vehicle.rotors], rates.physics_step)
+        for each in variations
+    ]
+    return Crafts(
+        body=np.array([known[each.known][0] for each in payloads]),
+        rotors=np.array([known[each.known][1] for each in payloads]),
+        rigid=np.array(rigid),
+        turning=np.array(turning),
+        speeds=np.array([vehicle.hover_speeds] * many),
+        seen=np.array([each.seen for each in delays]),
+        acting=np.array([each.acting for each in delays]),
+        clearances=np.full(many, vehicle.ground_clearance),
+        estimate=sampled_estimate(rates.control_period),
+        supply=_supply(vehicle, rates.physics_step, battery_duration),
+    )
+
+
+def _supply(vehicle: Vehicle, step: float, duration: float) -> Supply:
+    if vehicle.battery is None:
+        return Supply(np.empty((0, 2)), 0.0, 0.0, 1)
+    return Supply(
+        curve=voltage_curve(vehicle),
+        drop=voltage_drop(vehicle, duration),
+        used=PERIOD / hover_power(vehicle) / duration,
+        every=round(PERIOD / step),
+    )
+
+
+def _flown(vehicle: Vehicle, variation: Variation, payload: Payload) -> np.ndarray:
+    """Return what moves (16), see `rigid_body.RigidBody`."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (variation.inertia * vehicle.inertia).tolist()
+    varied = dataclasses.replace(
+        vehicle,
+        mass=variation.mass * vehicle.mass,
+        I_BBcm_B=((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)),
+    )
+    whole = laden(varied, payload)
+    return rigid_body(whole.mass, whole.inertia, whole.p_BoBcm_B).packed()
+
+
+def _lagged(rotor: Rotor, variation: Variation) -> Rotor:
+    """Return a rotor with the lag of a variation."""
+    lag = variation.rotor_lag
+    return dataclasses.replace(
+        rotor,
+        time_constant_up=lag * rotor.time_constant_up,
+        time_constant_down=lag * rotor.time_constant_down,
+    )
+
+
+class Schedule(NamedTuple):
+    """When things happen; instants are numbers of control periods from the start.
+
+    Attributes:
+        step: of physics [s].
+        period: of control [s].
+        steps: of physics in a control period.
+        edge: instant at which the command steps.
+        edge_time: when it was given [s], up to a period earlier.
+        end: last instant.
+        stride: the first and every stride-th instant after it are kept.
+    """
+
+    step: float
+    period: float
+    steps: int
+    edge: int
+    edge_time: float
+    end: int
+    stride: int
+
+
+def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) -> Schedule:
+    """Return when things happen; a command comes between physics steps, see `Session`.
+
+    Args:
+        rates: periods of physics and control.
+        edge_time: when the command is given [s].
+        duration: flown after it [s].
+        stride: of the control periods that are kept.
+
+    Raises:
+        WorkbenchError: if that makes no flight.
+    """
+    check_duration(duration)
+    if not (1 <= stride < math.inf and int(stride) == stride):
+        raise WorkbenchError(f"the stride is {stride:g}: give it a whole number, 1 or more")
+    step = rates.physics_step
+    steps = round(rates.control_period / step)
+    edge = math.ceil(edge_time / step - 1e-6)
+    return Schedule(
+        step=step,
+        period=rates.control_period,
+        steps=steps,
+        edge=-(-edge // steps),
+        edge_time=edge_time,
+        end=math.floor((edge_time + duration) / step + 1e-6) // steps,
+        stride=int(stride),
+    )
+
+
+@lru_cache(maxsize=64)
+def compiled_block(controller: Controller) -> Callable[..., Any]:
+    """Return the flight of a block with a controller, compiled at its first call."""
+    whose = "" if controller.shipped else f" with {controller.name}"
+    return compile_cached(
+        make_fly_block(controller),
+        SOURCES,
+        f"flights by the thousand{whose}",
+        parts=174,
+        text=controller.digest,
+        file=str(controller.file),
+        nogil=True,
+        error_model="numpy",  # divisions that might raise make no vector instructions
+        fastmath={"contract"},  # a b + c in one instruction: a fifth quicker, equal to rounding
+    )
+
+
+compiled_measures = compile_cached(
+    measure_steps,
+    SOURCES,
+    "the metrics of steps",
+    nogil=True,
+    error_model="numpy",
+)
+
+
+def run_chunks(
+    work: Work,
+    count: int,
+    threads: int,
+    progress: Callable[[float], None] | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> int:
+    """Do `work(first, last)` for pieces 0 .. count; return how many of them, from 0 on, are done.
+
+    Threads help only with work that lets go of Python's lock, as compiled code may.
+
+    Args:
+        work: does the pieces from `first` up to before `last`.
+        count: of pieces.
+        threads: that work at a time, besides the caller's own, which waits; with 1 that works.
+        progress: called with the share done, 0 .. 1, by the caller's thread.
+        stop: asked after each chunk; chunks that have not begun are left when it says so.
+    """
+    size = max(1, min(LARGEST, -(-count // (SHARE * threads))))
+    chunks = [(first, min(first + size, count)) for first in range(0, count, size)]
+
+    def told(done: int) -> bool:
+        if progress:
+            progress(done / count)
+        return bool(stop and stop())
+
+    if threads == 1 or len(chunks) == 1:
+        for first, last in chunks:
+            work(first, last)
+            if told(last):
+                return last
+        return count
+    todo = deque(chunks)
+    begun: deque[tuple[int, Future[None]]] = deque()
+    done = 0
+    with ThreadPoolExecutor(threads, thread_name_prefix="rollouts") as pool:
+        while todo or begun:
+            while todo and len(begun) <= threads:  # one waits, so that no thread does
+                first, last = todo.popleft()
+                begun.append((last, pool.submit(work, first, last)))
+            done, chunk = begun.popleft()
+            chunk.result()
+            if told(done):
+                todo.clear()
+    return done
+
+
+class Flown(NamedTuple):
+    """What became of the candidates that were flown, the first `done`.
+
+    Attributes:
+        done: how many.
+        peak_use: (done) largest share of its speed limit at which any rotor ran.
+        lost_at: (done) when it was lost, from the edge on [s], NaN if it was not.
+    """
+
+    done: int
+    peak_use: np.ndarray
+    lost_at: np.ndarray
+
+
+class Batch(NamedTuple):
+    """N candidates that fly on the same schedule.
+
+    Attributes:
+        controller: whose law flies.
+        candidates: N of them.
+        crafts: what flies, K.
+        which: (N) the craft of each candidate.
+        schedule: of all.
+    """
+
+    controller: Controller
+    candidates: Candidates
+    crafts: Crafts
+    which: np.ndarray
+    schedule: Schedule
+
+    @property
+    def size(self) -> int:
+        """How many candidates there are."""
+        return len(self.which)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time of the samples (M) from the edge on [s]."""
+        when = self.schedule
+        instants = np.arange(when.edge, when.end + 1, when.stride)
+        return instants * when.period - when.edge_time
+
+    def fly(
+        self,
+        kept: tuple[int, ...],
+        keep: Keep,
+        threads: int,
+        progress: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> Flown:
+        """Fly them.
+
+        Args:
+            kept: which k of the state's numbers to sample.
+            keep: called with the samples of each block, by several threads.
+            threads: that fly at a time.
+            progress: called with the flown share, 0 .. 1.
+            stop: asked every few blocks; when it returns true, no more are flown.
+        """
+        peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1)
+        shape = (len(self.time), len(kept), LANES)
+
+        fly_block = compiled_block(self.controller)
+
+        def work(first_block: int, last_block: int) -> None:
+            samples = np.empty(shape)
+            for first in range(first_block * LANES, last_block * LANES, LANES):
+                last = min(first + LANES, self.size)
+                fly_block(
+                    self.candidates.part(first, last),
+                    self.crafts.chosen(self.which[first:last]),
+                    self.schedule,
+                    np.array(kept),
+                    samples,
+                    peak_use[first:last],
+                    lost_at[first:last],
+                )
+                keep(first, last, samples)
+
+        blocks = run_chunks(work, -(-self.size // LANES), threads, progress, stop)
+        done = min(blocks * LANES, self.size)
+        after = np.maximum(0.0, lost_at * self.schedule.period - self.schedule.edge_time)
+        lost = np.where(lost_at < 0, np.nan, after)
+        return Flown(done, peak_use[:done], lost[:done])
+
+    def curves(
+        self,
+        kept: tuple[int, ...],
+        threads: int,
+        progress: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+    ) -> tuple[np.ndarray, Flown]:
+        """Fly them and keep every sample; the arguments are those of `fly`.
+
+        Returns:
+            The samples (done, M, k) of those that were flown, and what became of them.
+        """
+        found = np.full((self.size, len(self.time), len(kept)), np.nan)
+
+        def keep(first: int, last: int, samples: np.ndarray) -> None:
+            found[first:last] = samples[:, :, : last - first].transpose(2, 0, 1)
+
+        flown = self.fly(kept, keep, threads, progress, stop)
+        return found[: flown.done], flown
 
 
 class RolloutEngine:

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
 from workbench.plant.variation import LEAST, MOST, Variation
-from workbench.scenario.parameters import find_parameter, parameter_table
+from workbench.scenario.parameters import parameter_table
 
 POINTS = 9
 """Of a range that does not say how many."""
@@ -58,7 +58,7 @@ class SweepRange:
         names = swept_names(self.controller)
         if self.name not in names:
             try:
-                find_parameter(self.name, controller=self.controller)
+                parameter_table(self.controller).find(self.name)
             except WorkbenchError:
                 raise unknown_name("parameter", self.name, names) from None
             raise WorkbenchError(
@@ -89,7 +89,7 @@ class SweepRange:
         """Of the values."""
         if self.name in (*VARIATIONS, SEED):
             return "1"
-        return find_parameter(self.name, controller=self.controller).unit
+        return parameter_table(self.controller).find(self.name).unit
 
     @property
     def grid(self) -> np.ndarray:
@@ -141,7 +141,7 @@ def check_value(name: str, value: float, controller: Controller | None = None) -
         if not (0 <= value <= LARGEST_SEED and float(value).is_integer()):
             raise WorkbenchError(f"a seed is {value:g}: give a whole number 0 .. {LARGEST_SEED}")
     elif name not in VARIATIONS:
-        find_parameter(name, controller=controller).check(value)
+        parameter_table(controller).find(name).check(value)
     elif math.isfinite(value):
         factor: dict[str, Any] = {name.removeprefix(VARY): value}
         Variation(**factor).check()

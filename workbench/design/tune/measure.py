@@ -1,13 +1,16 @@
 """Measure sets of gains: flown steps, margins and noise, of every vehicle that is asked about."""
 
 import copy
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
+from workbench.common.errors import FlightBrokenError
 from workbench.control.controller import Controller, Loop
 from workbench.design.executor.local_processes import all_cores
 from workbench.design.judge.loop_response import closed_poles, growth_rate
@@ -18,10 +21,9 @@ from workbench.design.linear.operating_point import OperatingPoint, Triple
 from workbench.design.linear.study import LinearStudy
 from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.step_response import HOVER, START_HEIGHT, fly_step
 from workbench.design.step_response import HOVER as STILL
-from workbench.design.step_response import START_HEIGHT
 from workbench.design.tune.case import NOMINAL, Case
-from workbench.design.tune.diagram_step import DiagramStep
 from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.retuned import LinearisedModels, RetunedModels, retuned_models
 from workbench.design.tune.variables import loop_of
@@ -34,8 +36,6 @@ Gains = Mapping[str, float]
 HOLD = OperatingPoint(hold=True)
 GROWTH_AS_MARGIN = -0.1
 """A loop that is unstable counts as having this margin per e-fold of growth a second [s]."""
-
-
 ATTITUDE_TIME = 1.5
 """Of a step of an attitude [s]; afterwards the drone has so much speed that drag tells."""
 FLOWN_AWAY = 100.0
@@ -47,6 +47,65 @@ _WANDERS = 1e-9
 """A pole this near to the unit circle lies on it."""
 _UNSEEN = 1e-7
 """A mode that shows no more than this share of what is looked at shows nothing."""
+
+
+class FlownStep(NamedTuple):
+    """Response from the edge on (M) [m/s, rad/s], largest rotor use, and when it was lost [s]."""
+
+    response: np.ndarray
+    peak_rotor_use: float
+    diverged_at: float
+
+
+@dataclass(frozen=True)
+class DiagramStep:
+    """The flight of one set of gains; see `executor.Task`.
+
+    Attributes:
+        scenario: its vehicle, varied, controller and rates.
+        gains: parameter values by name.
+        axis: of the step.
+        amplitude: of its command [m/s, rad/s].
+        duration: flown after its edge [s].
+        velocity: of the steady flight before it, in W (3) [m/s].
+    """
+
+    scenario: Scenario
+    gains: Mapping[str, float]
+    axis: str
+    amplitude: float
+    duration: float
+    velocity: tuple[float, float, float] = HOVER
+
+    def with_scenario(self, scenario: Scenario) -> Self:
+        """Return the same flight with the files of that scenario."""
+        return dataclasses.replace(self, scenario=scenario)
+
+    @property
+    def samples(self) -> int:
+        """M: one each control period, the edge included."""
+        return round(self.duration / self.scenario.rates.control_period) + 1
+
+    def run(self) -> FlownStep:
+        """Fly it; a response that breaks off stays at 0."""
+        response = np.zeros(self.samples)
+        rates = dataclasses.replace(
+            self.scenario.rates, record_period=self.scenario.rates.control_period
+        )
+        try:
+            flown = fly_step(
+                self.axis,
+                self.amplitude,
+                duration=self.duration,
+                scenario=dataclasses.replace(self.scenario, rates=rates),
+                settings=self.gains,
+                velocity=self.velocity,
+            )
+        except FlightBrokenError:
+            return FlownStep(response, np.inf, 0.0)
+        values = flown.response[: response.size]
+        response[: values.size] = values
+        return FlownStep(response, flown.peak_rotor_use, flown.diverged_at)
 
 
 @dataclass(frozen=True)

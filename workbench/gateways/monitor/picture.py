@@ -1,5 +1,6 @@
 """What is known of a flight at one time, as the terminal shows it."""
 
+import json
 import math
 import time
 from collections.abc import Callable, Mapping
@@ -8,7 +9,7 @@ from dataclasses import dataclass
 from workbench.link import Client
 from workbench.link.sample import Sample
 from workbench.link.server_messages import ControlState, Hand
-from workbench.link.topics import PREFIX, Direction
+from workbench.link.topics import PREFIX, Direction, Value
 
 WINDOW = 1.0
 """Over which the rate is counted [s]."""
@@ -134,3 +135,39 @@ def text(sample: Sample, field: str) -> str:
     """Return a field that is a text, without what a terminal might obey."""
     value = str(sample.values.get(field, ""))
     return "".join(sign if sign.isprintable() else "?" for sign in value)
+
+
+def as_json(picture: Picture) -> str:
+    """Return the object; numbers are in SI units, and what is not finite is null."""
+    control = picture.control
+    said = {
+        "vehicle": picture.vehicle,
+        "address": picture.address,
+        "connected": not picture.trouble,
+        "trouble": picture.trouble,
+        "time": picture.time,
+        "rate": round(picture.rate, 1),
+        "age": picture.age,
+        "control": control
+        and {
+            "hand": control.hand.value,
+            "peer": control.peer,
+            "name": control.name,
+            "stage": control.stage.value,
+            "age": _plain(control.age),
+            "reason": control.reason,
+        },
+        "topics": {
+            name: {field: _plain(value) for field, value in sample.values.items()}
+            for name, sample in picture.samples.items()
+        },
+    }
+    return json.dumps(said, allow_nan=False, separators=(",", ":"))
+
+
+def _plain(value: Value) -> object:
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,25 +1,51 @@
 """The gains that are being tuned: what is proposed, what flies, and what was kept."""
 
+import math
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from enum import Enum
 
 from PyQt6.QtCore import QObject, pyqtSignal
 from PyQt6.QtGui import QUndoCommand, QUndoStack
 
+from workbench.analysis.questions import FindRanges, Judge, Question
+from workbench.analysis.replies import Judged, Ranges
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.control.schedule import Schedule, split_label, with_label
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.gains.flown_gains import FlownGains
-from workbench.gui.gains.gain_rows import flight_rows, gain_label, in_profile, loop_gains, partner
-from workbench.gui.gains.stability import StabilityCheck, same_loops
+from workbench.gui.gains.gain_rows import (
+    controller_gains,
+    flight_rows,
+    gain_label,
+    in_profile,
+    loop_gains,
+    partner,
+)
 from workbench.gui.notices import Notices
+from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
+from workbench.gui.single_shot import single_shot
+from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 from workbench.scenario.parameters import Parameter, parameter_table
+from workbench.scenario.scenario import Action
 from workbench.session.snapshot import Snapshot
 
+PATIENCE = 1500
+"""After which it is said that there is no answer yet [ms]; it may come all the same."""
+MOST_ASKED = 20
+"""So many questions of ours may be answered late."""
+RANGES_AFTER = 300
+"""Ranges are asked for when gains have not moved for so long [ms]."""
+_SAME_TIME = 1e-6
+"""Times that differ by less are those of one step [s]."""
+_JUST_BEGUN = 1.0
+"""A reset is noticed within this time [s]."""
+_LATER = 0.05
+"""A script acts at the next whole step; its values are asked for a little later [s]."""
 AT_ONCE = "at once"
 MOST_STEPS = 500
 """Of undo; then the oldest can no longer be taken back."""
@@ -30,8 +56,314 @@ STAYS = 0.1
 """A set stays shown until another is nearer by this share of the way between them."""
 ALONE = -1
 """Edit number of a change that is a step of undo by itself."""
-
 Values = Mapping[str, float]
+
+
+class StabilityCheck(QObject):
+    """Knows which gains are stable, or asks.
+
+    Args:
+        analysis: answers.
+        start: returns the values of the flight's start, for answers that name only what differs.
+        parent: owner.
+
+    Attributes:
+        ranges: the stable range of each gain, and the gains around which they were found; None
+            where they are not known.
+    """
+
+    accepted = pyqtSignal()
+    """The gains that were asked about are stable."""
+    doubted = pyqtSignal(str)
+    """They are not, or nobody can tell: a sentence. They may be accepted later all the same."""
+    ranges_changed = pyqtSignal()
+    """There are others, or none."""
+
+    def __init__(
+        self, analysis: Analysis, start: Callable[[], Values], parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._analysis, self._start = analysis, start
+        self._asked: Values | None = None
+        self._asked_before: deque[Values] = deque(maxlen=MOST_ASKED)
+        self._range_gains: Values = {}
+        self.ranges: Ranges | None = None
+        self._patience = single_shot(self._tell_late, self, PATIENCE)
+        self._rest = single_shot(self._ask_for_ranges, self, RANGES_AFTER)
+        analysis.judged.connect(self._hear_judged)
+        analysis.ranges_found.connect(self._hear_ranges)
+        analysis.refused.connect(self._hear_refused)
+
+    @property
+    def is_asking(self) -> bool:
+        """Whether an answer is due still."""
+        return self._asked is not None
+
+    def begin(self) -> None:
+        """Forget all that is known: another vehicle flies."""
+        self.cancel()
+        self._rest.stop()
+        self.ranges = None
+        self.ranges_changed.emit()
+
+    def knows(self, gains: Values) -> bool:
+        """Return whether gains are stable by the ranges, without asking.
+
+        A range tells of one gain that moves while the others stay. Of several that have moved, each
+        a share of its way to its own end, it is taken for known where the shares add up to no more
+        than 1: the corner-cutting region between the ends, not the box around them.
+        """
+        if self.ranges is None:
+            return False
+        found, used = self.ranges, 0.0
+        for name, value in loop_gains(gains).items():
+            if name not in found.gains:
+                return False
+            used += _share(value, found.gains[name], found.stable.get(name))
+        return used <= 1.0
+
+    def has_ranges_of(self, gains: Values) -> bool:
+        """Return whether the ranges were found around these gains."""
+        return self.ranges is not None and _has_loops(self.ranges.gains, gains)
+
+    def ask(self, gains: Values) -> None:
+        """Ask about gains; answers about earlier ones no longer count."""
+        if self._asked is not None:
+            self._asked_before.append(self._asked)
+        self._asked = controller_gains(gains)
+        self._patience.start()
+        self._analysis.ask(Judge(self._asked))
+
+    def cancel(self) -> None:
+        """Want no answer any more."""
+        self._asked = None
+        self._patience.stop()
+
+    def find_ranges(self, gains: Values) -> None:
+        """Find the ranges around gains, once they have rested."""
+        self._range_gains = controller_gains(gains)
+        self._rest.start()
+
+    def _ask_for_ranges(self) -> None:
+        if self._range_gains and not self.has_ranges_of(self._range_gains):
+            self._analysis.ask(FindRanges(self._range_gains))
+
+    def _hear_judged(self, judged: Judged) -> None:
+        if self._asked is None:
+            return
+        gains = {**self._start(), **judged.gains}
+        if not _has_loops(gains, self._asked):
+            if not any(_has_loops(gains, ours) for ours in self._asked_before):
+                self._analysis.ask(Judge(self._asked))  # another's question has displaced ours
+            return
+        self.cancel()
+        if judged.stable:
+            self.accepted.emit()
+        else:
+            self.doubted.emit(judged.said or "the closed loop would be unstable")
+
+    def _hear_ranges(self, found: Ranges) -> None:
+        self.ranges = Ranges({**self._start(), **found.gains}, found.stable)
+        self.ranges_changed.emit()
+
+    def _hear_refused(self, question: Question, said: str) -> None:
+        if isinstance(question, Judge) and self._asked is not None:
+            self.cancel()
+            self.doubted.emit(f"whether this is stable could not be judged, as {said}")
+
+    def _tell_late(self) -> None:
+        if self._asked is not None:
+            self.doubted.emit(
+                "whether this is stable is not known yet: the analyst is starting, or busy"
+            )
+
+
+def same_loops(a: Values, b: Values) -> bool:
+    """Return whether two sets of values make the same loops near hover."""
+    return loop_gains(a) == loop_gains(b)
+
+
+def _has_loops(values: Values, gains: Values) -> bool:
+    """Return whether values have the gains that loops near hover feel; they may have more."""
+    return all(values.get(name) == value for name, value in loop_gains(gains).items())
+
+
+def _share(value: float, base: float, stable: tuple[float, float] | None) -> float:
+    """Return which share of the way to the end of its range a gain has gone; inf beyond it."""
+    if value == base:
+        return 0.0 if stable is None or stable[0] <= base <= stable[1] else float("inf")
+    if stable is None:
+        return float("inf")
+    low, high = stable
+    if not (low <= base <= high and low <= value <= high):
+        return float("inf")
+    return (value - base) / ((high if value > base else low) - base)
+
+
+@dataclass(frozen=True)
+class _Order:
+    """The newest unanswered order for a parameter: its number, and the value."""
+
+    number: int
+    value: float
+
+
+class FlownGains(QObject):
+    """Values of the live parameters as the flight has them.
+
+    What the flight publishes is the truth, in its order, whoever made the change; the answer to an
+    order only comes sooner. What the flight's own script changes is asked for.
+
+    Args:
+        flight: gets the orders.
+        parent: owner.
+
+    Attributes:
+        start: values of the flight's start, by name.
+        values: the values now.
+    """
+
+    changed = pyqtSignal(object)
+    """The flight has other values now: those before, by name."""
+    refused = pyqtSignal(object, str)
+    """Values by name that the flight does not take, and why."""
+
+    def __init__(self, flight: FlightModel, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._flight = flight
+        self.start: dict[str, float] = {}
+        self.values: dict[str, float] = {}
+        self._reader = ParameterReader()
+        self._published: dict[str, float] = {}  # when a value was published last [s]
+        self._time = 0.0
+        self._orders = self._first_order = 0
+        self._unanswered: dict[str, _Order] = {}
+        self._waiting: dict[str, float] = {}
+        self._scripted: list[tuple[float, tuple[str, ...]]] = []
+        self._script_time = 0.0
+        flight.streamed.connect(self._hear)
+        flight.viewed.connect(self._watch_script)
+
+    def begin(self, view: LiveView) -> None:
+        """Begin with the values of a new flight; orders to the last one no longer count."""
+        self.start, self.values = dict(view.values), dict(view.values)
+        self._reader.begin(view.topics)
+        self._published, self._time = {}, 0.0
+        self._first_order = self._orders + 1
+        self._unanswered, self._waiting = {}, {}
+        script = view.scenario.script if view.scenario else ()
+        acts = [(action.at + _LATER, _changed_names(action)) for action in script]
+        self._scripted, self._script_time = [each for each in acts if each[1]], 0.0
+
+    def reset(self) -> None:
+        """Go back to the start's values, but for what was published since the reset."""
+        before = dict(self.values)
+        published = self._published if self._time < _JUST_BEGUN else {}
+        self.values = self.start | {name: self.values[name] for name in published}
+        self._tell(before)
+
+    def is_ordered(self, name: str) -> bool:
+        """Return whether an order for a parameter is unanswered."""
+        return name in self._waiting or name in self._unanswered
+
+    def ordered(self, name: str) -> float:
+        """Return the value of the newest unanswered order, or else the flown one."""
+        if name in self._waiting:
+            return self._waiting[name]
+        return self._unanswered[name].value if name in self._unanswered else self.values[name]
+
+    @property
+    def all_ordered(self) -> dict[str, float]:
+        """What `ordered` returns, of every parameter."""
+        return {name: self.ordered(name) for name in self.values}
+
+    def order(self, values: Values) -> None:
+        """Let the flight have values, all at one step.
+
+        While an order for one of them is unanswered they wait, and later sets with them; of each
+        parameter the newest value is sent then, so that no drag floods the flight.
+        """
+        if any(map(self.is_ordered, values)):
+            self._waiting |= values
+        elif values:
+            self._orders += 1
+            number = self._orders
+            self._unanswered |= {name: _Order(number, value) for name, value in values.items()}
+            self._flight.order(
+                lambda live: live.set_all(values),
+                done=lambda time: self._answered(number, values, time, ""),
+                refused=lambda said: self._answered(number, values, 0.0, said),
+            )
+
+    def order_now(self, values: Values) -> None:
+        """Let the flight have values at once, whatever became of the orders before."""
+        for name in values:
+            self._waiting.pop(name, None)
+            self._unanswered.pop(name, None)
+        self.order(values)
+
+    def _answered(self, number: int, values: Values, time: float, said: str) -> None:
+        if number < self._first_order:
+            return  # of a flight that is over
+        for name in values:
+            if name in self._unanswered and self._unanswered[name].number == number:
+                del self._unanswered[name]
+        waiting, self._waiting = self._waiting, {}
+        self.order(waiting)
+        if said:
+            self.refused.emit(values, said)
+        else:
+            self._confirm(values, time)
+
+    def _confirm(self, values: Values, time: float) -> None:
+        """Take values that fly from a simulated time [s] on, unless later ones were published."""
+        before = dict(self.values)
+        for name, value in values.items():
+            if name in self.values and self._published.get(name, -1.0) < time - _SAME_TIME:
+                self.values[name] = value
+        self._tell(before)
+
+    def _hear(self, published: Iterable[Published]) -> None:
+        before = dict(self.values)
+        for each in published:
+            time = each.t_ns * 1e-9
+            if time < self._time - _SAME_TIME:  # the flight began anew
+                self._published = {}
+            self._time = time
+            for change in self._reader.read((each,)):
+                if change.name in self.values:
+                    self.values[change.name] = change.value
+                    self._published[change.name] = time
+        self._tell(before)
+
+    def _tell(self, before: Values) -> None:
+        if before != self.values:
+            self.changed.emit(before)
+
+    def _watch_script(self, view: LiveView) -> None:
+        """Ask for what the flight's script has changed: the flight publishes none of it."""
+        if not self._scripted or view.snapshot is None:
+            return
+        before, self._script_time = self._script_time, view.snapshot.time
+        for at, names in self._scripted:
+            if before < at <= self._script_time:
+                for name in names:
+                    self._ask(name)
+
+    def _ask(self, name: str) -> None:
+        self._flight.order(
+            lambda live: live.get(name),
+            done=lambda value: self._confirm({name: value}, math.inf),  # it is the present one
+        )
+
+
+def _changed_names(action: Action) -> tuple[str, ...]:
+    """Return the names of all parameters that an action of a script changes."""
+    kinds = [kind for kind in ("gust", "push") if getattr(action, kind) is not None]
+    blown = [
+        row.name for row in parameter_table() for kind in kinds if row.name.startswith(f"{kind}_")
+    ]
+    return (*action.set, *blown)
 
 
 class Mark(Enum):

@@ -1,28 +1,421 @@
 """The line of one parameter: name, slider, number, what has changed, and a way back."""
 
+import math
+from enum import Enum
 from functools import partial
 
-from PyQt6.QtCore import QSize, Qt
-from PyQt6.QtGui import QResizeEvent
-from PyQt6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
+from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import (
+    QKeyEvent,
+    QKeySequence,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PyQt6.QtWidgets import QAbstractSpinBox, QGridLayout, QLabel, QSlider, QToolButton, QWidget
 
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_editor import GainEditor, Mark
-from workbench.gui.gains.gain_field import GainField
 from workbench.gui.gains.gain_rows import gain_label, partner
-from workbench.gui.gains.gain_scale import GainScale, StepSize, decimals
-from workbench.gui.gains.gain_slider import GainSlider
+from workbench.gui.number_field import NumberField
 from workbench.gui.style import dressed, set_class
-from workbench.gui.units import unit_for
+from workbench.gui.theme import Look
+from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.scenario.parameters import Parameter
 
+DIGITS = 3
+"""Significant digits that a slider gives."""
+_KNEE = 10.0
+"""Where 0 is allowed, values below default / KNEE are spread evenly, those above by their ratio."""
+_UP = (Qt.Key.Key_Right, Qt.Key.Key_Up)
+_DOWN = (Qt.Key.Key_Left, Qt.Key.Key_Down)
+SLIDER_PLACES = 10000
+"""Whole numbers along the track, for those who ask the slider for its value."""
+HANDLE = 7.0
+"""Its radius [px]."""
+FINER = 10.0
+"""A drag with Ctrl held moves so many times less."""
+LARGEST_TYPED = 1e12
+"""Any number is taken, so that the table of parameters can say what is wrong with it."""
 MOST_DECIMALS = 3
 SHAPES = {Mark.KEPT: "", Mark.TRIED: "◆", Mark.PROPOSED: "◇"}
 OWN_NAME_WIDTH, ROOM_FOR_NAME = 11.6, 54.0
 """Of the parameter's own name, and of a line that has room for it, in widths of a digit."""
 NAME_WIDTH, FIELD_WIDTH, UNIT_WIDTH, MARK_WIDTH = 14.4, 7.4, 3.8, 1.6
 """Of the columns, in widths of a digit, so that all lines have them alike."""
+
+
+class StepSize(Enum):
+    """Of a step, as a multiple of the plain one."""
+
+    FINEST = 0.1
+    FINE = 1.0
+    COARSE = 5.0
+
+
+class GainScale:
+    """Maps values of a row to places 0 .. 1 along a slider, and back; ever rising.
+
+    By ratio where all values are positive and span more than a decade; by ratio with an even
+    stretch around 0 where 0 is allowed; evenly where there is no more than a decade, where only
+    whole numbers mean something, or where the default is an end.
+
+    Args:
+        row: the parameter.
+        unit: in which its values are round.
+    """
+
+    def __init__(self, row: Parameter, unit: Unit) -> None:
+        self._row, self._unit = row, unit
+        self._low, self._high = row.minimum, row.maximum
+        even = row.whole or row.default in (row.maximum,)
+        if not even and self._low > 0.0:
+            even = self._high <= 10.0 * self._low
+        self._even = even
+        size = max(abs(self._low), abs(self._high))
+        self._knee = abs(row.default) / _KNEE or size / 100.0
+        self._first = self._bend(self._low)
+        self._span = self._bend(self._high) - self._first
+
+    def place(self, value: float) -> float:
+        """Return where a value stands, 0 .. 1; one beyond the limits stands at the end."""
+        value = min(max(value, self._low), self._high)
+        return (self._bend(value) - self._first) / self._span
+
+    def value(self, place: float) -> float:
+        """Return the value at a place, within the limits."""
+        if place <= 0.0:
+            return self._low
+        if place >= 1.0:
+            return self._high
+        bent = self._first + place * self._span
+        return self.held(self._unbend(bent))
+
+    def round_value(self, place: float) -> float:
+        """Return the allowed value at a place, with three digits as it is shown."""
+        shown = self._unit.shown(self.value(place))
+        return self.held(self._unit.read(float(f"{shown:.{DIGITS - 1}e}")))
+
+    def stepped(self, value: float, direction: int, size: StepSize) -> float:
+        """Return the allowed value that is a step from another one, up (1) or down (-1)."""
+        shown = self._unit.shown(value)
+        step = 1.0 if self._row.whole else self._unit.shown(self.step(value)) * size.value
+        return self.held(self._unit.read(round(shown + direction * step, 9)))
+
+    def held(self, value: float) -> float:
+        """Return the allowed value that is next to one."""
+        if self._row.whole:
+            value = float(round(value))
+        return min(max(value, self._low), self._high)
+
+    def step(self, value: float) -> float:
+        """Return the step of an arrow key: 1, 2 or 5 times a power of ten, some 2 % of the value.
+
+        Args:
+            value: at which it is made.
+        """
+        if self._row.whole:
+            return 1.0
+        size = max(abs(value), self._smallest())
+        return _round_step(0.02 * size)
+
+    def _smallest(self) -> float:
+        """Return the size at which steps get no finer."""
+        return self._low if self._low > 0.0 else self._knee
+
+    def _bend(self, value: float) -> float:
+        if self._even:
+            return value
+        return math.log(value) if self._low > 0.0 else math.asinh(value / self._knee)
+
+    def _unbend(self, bent: float) -> float:
+        if self._even:
+            return bent
+        return math.exp(bent) if self._low > 0.0 else self._knee * math.sinh(bent)
+
+
+def decimals(step: float) -> int:
+    """Return the decimals that show a step."""
+    return min(6, max(0, -math.floor(math.log10(step) + 1e-9)))
+
+
+def _round_step(step: float) -> float:
+    """Return the nearest of 1, 2, 5 times a power of ten, by ratio."""
+    power = 10.0 ** math.floor(math.log10(step))
+    nearest = min((1.0, 2.0, 5.0, 10.0), key=lambda each: abs(math.log(step / (each * power))))
+    return float(f"{nearest * power:.0e}")
+
+
+def size_of(modifiers: Qt.KeyboardModifier) -> StepSize:
+    """Return the step of a key that is pressed: plain, with Shift coarse, with Ctrl finest."""
+    if modifiers & Qt.KeyboardModifier.ShiftModifier:
+        return StepSize.COARSE
+    if modifiers & Qt.KeyboardModifier.ControlModifier:
+        return StepSize.FINEST
+    return StepSize.FINE
+
+
+def key_step(key: int, modifiers: Qt.KeyboardModifier) -> tuple[int, StepSize] | None:
+    """Return direction and size of the step that a key makes, None of another key."""
+    if key in _UP:
+        return 1, size_of(modifiers)
+    if key in _DOWN:
+        return -1, size_of(modifiers)
+    if key in (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown):
+        return (1 if key == Qt.Key.Key_PageUp else -1), StepSize.COARSE
+    return None
+
+
+def moves(key: int) -> bool:
+    """Return whether a key makes a step."""
+    return key_step(key, Qt.KeyboardModifier.NoModifier) is not None
+
+
+class GainSlider(QSlider):
+    """Shows a gain along its scale; it moves when told so, and tells what the user wants.
+
+    A press beside the handle makes a coarse step towards it, as a gain is not to leap. With Ctrl
+    held a drag is ten times finer. The wheel turns it only while it has the focus.
+
+    Args:
+        scale: of its values.
+        look: colours.
+        parent: owner.
+
+    Attributes:
+        scale: of its values; what is shown stays where it is until it is shown anew.
+    """
+
+    dragged = pyqtSignal(float)
+    """The value that the user wants, in SI."""
+    stepped = pyqtSignal(int, object)
+    """Direction, -1 or 1, and a `StepSize`."""
+    edit_begun = pyqtSignal()
+    """What follows, until `edit_ended`, is one change."""
+    edit_ended = pyqtSignal()
+    """It is over."""
+
+    def __init__(self, scale: GainScale, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(Qt.Orientation.Horizontal, parent)
+        self.scale, self._look = scale, look
+        self.setRange(0, SLIDER_PLACES)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMinimumWidth(60)
+        self._place, self._start = 0.0, 0.0
+        self._flown: float | None = None
+        self._stable: tuple[float, float] | None = None
+        self._fresh = False
+        self._held: tuple[float, float] | None = None
+        look.changed.connect(self.update)
+
+    def show_value(self, value: float, flown: float) -> None:
+        """Show where the value is, and where the flown one; nobody is told."""
+        places = self.scale.place(value), self.scale.place(flown)
+        if places == (self._place, self._flown):
+            return
+        self._place, self._flown = places
+        blocked = self.blockSignals(True)
+        self.setValue(round(self._place * SLIDER_PLACES))
+        self.blockSignals(blocked)
+        self.update()
+
+    def show_start(self, value: float) -> None:
+        """Mark where the flight began."""
+        self._start = self.scale.place(value)
+        self.update()
+
+    def show_stable(self, stable: tuple[float, float] | None, fresh: bool) -> None:
+        """Show between which values the loop is stable, None if unknown.
+
+        Args:
+            stable: least and largest value, in SI.
+            fresh: whether that was found with the gains that fly.
+        """
+        low_high = (self.scale.place(stable[0]), self.scale.place(stable[1])) if stable else None
+        if (low_high, fresh) != (self._stable, self._fresh):
+            self._stable, self._fresh = low_high, fresh
+            self.update()
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        if event is None or event.button() != Qt.MouseButton.LeftButton:
+            return
+        x = event.position().x()
+        handle = self._x(self._place)
+        self.edit_begun.emit()
+        if abs(x - handle) <= HANDLE + 3.0:
+            self._held = (x, self._place)
+        else:
+            self.stepped.emit(1 if x > handle else -1, StepSize.COARSE)
+        self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        if event is None or self._held is None:
+            return
+        x, place = self._held
+        fine = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        way = (event.position().x() - x) / self._width() / (FINER if fine else 1.0)
+        place = min(max(place + way, 0.0), 1.0)
+        self._held = (event.position().x(), place)
+        self.dragged.emit(self.scale.round_value(place))
+
+    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
+        if event is not None and event.button() == Qt.MouseButton.LeftButton:
+            self._held = None
+            self.edit_ended.emit()
+            self.update()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        if event is None:
+            return
+        step = key_step(event.key(), event.modifiers())
+        if step is None:
+            event.ignore()  # Enter and Escape are the form's
+            return
+        if not event.isAutoRepeat():
+            self.edit_begun.emit()
+        self.stepped.emit(*step)
+
+    def keyReleaseEvent(self, event: QKeyEvent | None) -> None:
+        if event is not None and not event.isAutoRepeat() and moves(event.key()):
+            self.edit_ended.emit()
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        _step_by_wheel(self, event)
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        middle = self.height() / 2.0
+        on = self.isEnabled()
+        self._paint_track(painter, middle)
+        if self._stable and on:
+            self._paint_stable(painter, middle, *map(self._x, self._stable))
+        self._paint_start(painter, middle)
+        if self._flown is not None and abs(self._flown - self._place) > 1e-9:
+            self._paint_flown(painter, QPointF(self._x(self._flown), middle))
+        self._paint_handle(painter, QPointF(self._x(self._place), middle), on)
+
+    def _paint_track(self, painter: QPainter, middle: float) -> None:
+        painter.setPen(QPen(self._look.colour("line"), 2.0))
+        painter.drawLine(QPointF(self._x(0.0), middle), QPointF(self._x(1.0), middle))
+
+    def _paint_stable(self, painter: QPainter, middle: float, low: float, high: float) -> None:
+        """Draw a band with an upright mark at either end; thin and broken where it is old."""
+        colour = self._look.colour("good")
+        band = QRectF(low, middle - 2.0, high - low, 4.0)
+        tint = self._look.colour("good")
+        tint.setAlphaF(0.55 if self._fresh else 0.22)
+        painter.fillRect(band, tint)
+        if not self._fresh:
+            colour.setAlphaF(0.5)
+        style = Qt.PenStyle.SolidLine if self._fresh else Qt.PenStyle.DotLine
+        painter.setPen(QPen(colour, 1.5, style))
+        for x in (low, high):
+            painter.drawLine(QPointF(x, middle - 6.0), QPointF(x, middle + 6.0))
+
+    def _paint_start(self, painter: QPainter, middle: float) -> None:
+        """Draw a small triangle below the track where the flight began."""
+        x = self._x(self._start)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(self._look.colour("muted"))
+        top = middle + 6.0
+        corners = [QPointF(x, top), QPointF(x - 3.5, top + 5.0), QPointF(x + 3.5, top + 5.0)]
+        painter.drawPolygon(QPolygonF(corners))
+
+    def _paint_flown(self, painter: QPainter, at: QPointF) -> None:
+        """Draw a ring where the flight is, while something else is proposed."""
+        painter.setPen(QPen(self._look.colour("muted"), 1.5))
+        painter.setBrush(self._look.colour("card"))
+        painter.drawEllipse(at, HANDLE - 2.5, HANDLE - 2.5)
+
+    def _paint_handle(self, painter: QPainter, at: QPointF, on: bool) -> None:
+        if self.hasFocus():
+            painter.setPen(QPen(self._look.colour("ink"), 2.0))
+        else:
+            painter.setPen(QPen(self._look.colour("card"), 1.5))
+        painter.setBrush(self._look.colour("accent" if on else "line"))
+        painter.drawEllipse(at, HANDLE, HANDLE)
+
+    def _width(self) -> float:
+        return max(1.0, self.width() - 2.0 * (HANDLE + 2.0))
+
+    def _x(self, place: float) -> float:
+        return HANDLE + 2.0 + place * self._width()
+
+
+class GainField(NumberField):
+    """A number as it is shown, with its unit; the model says what it is.
+
+    Args:
+        parent: owner.
+    """
+
+    stepped = pyqtSignal(int, object)
+    """Direction, -1 or 1, and a `StepSize`."""
+    edit_begun = pyqtSignal()
+    """Steps that follow, until `edit_ended`, are one change."""
+    edit_ended = pyqtSignal()
+    """It is over."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent=parent)
+        self.set_range(Unit(""), -LARGEST_TYPED, LARGEST_TYPED)
+        self.setButtonSymbols(QAbstractSpinBox.ButtonSymbols.NoButtons)
+        self.setProperty("class", "bare")
+        self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+
+    def show_value(self, value: float) -> None:
+        """Show a value; nobody is told, and a text that was not taken goes."""
+        self.restore()
+        self.show_si(value)
+        self.restore()
+
+    def tell(self, said: str) -> None:
+        """Leave the sentence to the line that the field stands in."""
+
+    def event(self, event: QEvent | None) -> bool:
+        # The editor's own undo would swallow the key of the gains' undo.
+        if (
+            isinstance(event, QKeyEvent)
+            and event.type() == QEvent.Type.ShortcutOverride
+            and (event.matches(QKeySequence.StandardKey.Undo) or _redoes(event))
+        ):
+            event.ignore()
+            return False
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        if event is None:
+            return
+        step = key_step(event.key(), event.modifiers())
+        if step is None or event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right):
+            super().keyPressEvent(event)
+            if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape):
+                event.ignore()  # the form has a use for them, too
+            return
+        if not event.isAutoRepeat():
+            self.edit_begun.emit()
+        self.stepped.emit(*step)
+
+    def keyReleaseEvent(self, event: QKeyEvent | None) -> None:
+        super().keyReleaseEvent(event)
+        if event is not None and not event.isAutoRepeat() and moves(event.key()):
+            self.edit_ended.emit()
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        _step_by_wheel(self, event)
+
+    def stepBy(self, steps: int) -> None:
+        self.stepped.emit(1 if steps > 0 else -1, StepSize.FINE)
+
+
+def _redoes(event: QKeyEvent) -> bool:
+    return event.matches(QKeySequence.StandardKey.Redo)
 
 
 class GainRow(QWidget):
@@ -245,3 +638,15 @@ class GainRow(QWidget):
             grid.addWidget(part, 0, column)
         grid.addWidget(self.error, 1, 0, 1, len(parts))
         grid.setColumnStretch(2, 1)
+
+
+def _step_by_wheel(field: GainSlider | GainField, event: QWheelEvent | None) -> None:
+    """Let the wheel step a field that has the focus; elsewhere it scrolls the page."""
+    if event is None:
+        return
+    turned = event.angleDelta().y() or event.angleDelta().x()
+    if not field.hasFocus() or not turned:
+        event.ignore()
+        return
+    field.stepped.emit(1 if turned > 0 else -1, size_of(event.modifiers()))
+    event.accept()

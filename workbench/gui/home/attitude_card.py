@@ -1,6 +1,8 @@
 """Attitude and heading: artificial horizon, compass tape, and the same as numbers."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt6.QtGui import QColor, QLinearGradient, QPainter, QPen, QPixmap, QPolygonF
@@ -8,7 +10,6 @@ from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.home.card import Card, beside, put
 from workbench.gui.home.shown_units import ShownUnits
-from workbench.gui.instruments.attitude_indicator import AttitudeIndicator, attitude_of
 from workbench.gui.instruments.heading import heading_of, mark_text, point_of
 from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.instruments.readout import Line, Readout
@@ -16,12 +17,299 @@ from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
 
+LADDER_STEP = 10
+"""Between the lines of the pitch ladder [degrees]."""
+VIEW = math.radians(32.0)
+"""From the middle to the rim."""
+FINEST_TILT = math.radians(0.05)
+"""Less than this is no change."""
+ROLL_MARKS = (-60, -45, -30, -20, -10, 0, 10, 20, 30, 45, 60)
+"""Of the roll scale [degrees]."""
+LADDER_MINOR = 5
+"""Between lines of the ladder, every other one short [degrees]."""
 SEEN = 120.0
 """Degrees that the tape shows at once."""
-FINEST = 0.1
+TAPE_STEP = 0.1
 """Less than this is no change [degrees]."""
-
 LABELS = ("Roll", "Pitch", "Yaw", "Heading")
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """The tilt of a body whose axes point forward, left and up.
+
+    Both are signed as pilots have it. The angles of `roll_pitch_yaw` have the same bank, and the
+    opposite sign for the nose: a rotation about the left axis lowers it.
+
+    Attributes:
+        nose_up: of the forward axis over the horizon [rad], -pi/2 .. pi/2.
+        bank: right side down is positive [rad], -pi .. pi.
+    """
+
+    nose_up: float
+    bank: float
+
+    def rounded(self, step: float) -> "Attitude":
+        """Return it in whole steps [rad], so that what nobody sees is no change."""
+        return Attitude(step * round(self.nose_up / step), step * round(self.bank / step))
+
+    @property
+    def sky(self) -> tuple[float, float]:
+        """Direction towards the sky on the screen, to the right and down, a unit vector.
+
+        With the right side down, the sky leans to the left.
+        """
+        return -math.sin(self.bank), -math.cos(self.bank)
+
+
+def attitude_of(q_WB: Sequence[float]) -> Attitude | None:
+    """Return the attitude of an orientation, None of one that is no number.
+
+    Args:
+        q_WB: unit quaternion w, x, y, z of the body B in the world W, whose z is up.
+    """
+    if not all(map(math.isfinite, q_WB)):
+        return None
+    w, x, y, z = q_WB
+    forward = 2.0 * (x * z - w * y)  # world z of the body's axes: third row of the rotation
+    left = 2.0 * (y * z + w * x)
+    up = 1.0 - 2.0 * (x * x + y * y)
+    return Attitude(math.asin(max(-1.0, min(1.0, forward))), math.atan2(left, up))
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """Where things of the sky are in a round window on it.
+
+    Attributes:
+        attitude: of the body that looks.
+        radius: of the window [px].
+        view: angle from the middle of the window to its rim [rad].
+    """
+
+    attitude: Attitude
+    radius: float
+    view: float
+
+    def height(self, elevation: float) -> float:
+        """Return how far towards the sky an elevation [rad] is seen from the middle [px]."""
+        return (elevation - self.attitude.nose_up) / self.view * self.radius
+
+    @property
+    def line(self) -> float:
+        """Height of the horizon [px]; a rim of sky or of earth is always left."""
+        most = 0.88 * self.radius
+        return max(-most, min(most, self.height(0.0)))
+
+    def place(self, height: float, aside: float = 0.0) -> tuple[float, float]:
+        """Return a place in the window from its middle, to the right and down [px].
+
+        Args:
+            height: towards the sky.
+            aside: along the horizon, to the right of who looks.
+        """
+        right, down = self.attitude.sky
+        return height * right - aside * down, height * down + aside * right
+
+    def ladder(self, least: int = LADDER_STEP) -> tuple[int, ...]:
+        """Return the elevations of ladder lines that are well within the window [degrees]."""
+        middle = math.degrees(self.attitude.nose_up)
+        reach = 0.62 * math.degrees(self.view)
+        first = math.ceil(max(-90.0, middle - reach) / least)
+        last = math.floor(min(90.0, middle + reach) / least)
+        return tuple(k * least for k in range(first, last + 1) if k)
+
+
+class AttitudeIndicator(Instrument):
+    """Shows bank and pitch as a window to the horizon; the drone stands still in it.
+
+    The scale on the rim is fixed to the drone; the pointer points to the zenith.
+    """
+
+    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(look, "Attitude indicator", parent)
+        self._attitude: Attitude | None = None
+        self._drone: QPixmap | None = None
+
+    @property
+    def attitude(self) -> Attitude | None:
+        """What is shown, None before the first."""
+        return self._attitude
+
+    @property
+    def spoken(self) -> str:
+        """All of it as a sentence."""
+        if self._attitude is None:
+            return "no attitude yet"
+        nose, bank = math.degrees(self._attitude.nose_up), math.degrees(self._attitude.bank)
+        return (
+            f"nose {abs(nose):.0f} degrees {'up' if nose >= 0.0 else 'down'}, "
+            f"{'right' if bank >= 0.0 else 'left'} side {abs(bank):.0f} degrees down"
+        )
+
+    def show_attitude(self, attitude: Attitude | None) -> None:
+        """Show an attitude, None where it is not known."""
+        rounded = attitude.rounded(FINEST_TILT) if attitude is not None else None
+        if (self._attitude is None) != (rounded is None):
+            self._attitude = rounded
+            self.renew()
+        elif rounded != self._attitude:
+            self._attitude = rounded
+            self.update(self._disc().toAlignedRect())
+
+    def renew(self) -> None:
+        """Paint the drone again, too."""
+        self._drone = None
+        super().renew()
+
+    def sizeHint(self) -> QSize:
+        """Return a size at which all is readable."""
+        return QSize(200, 200)
+
+    def paint_still(self, painter: QPainter) -> None:
+        """Paint the sky, and the roll scale around it."""
+        disc = self._disc()
+        known = self._attitude is not None
+        painter.setPen(Qt.PenStyle.NoPen if known else QPen(self.colour("line"), 1.5))
+        painter.setBrush(self.colour("sky" if known else "field"))
+        painter.drawEllipse(disc)
+        radius = disc.width() / 2
+        for mark in ROLL_MARKS:
+            long = mark % 30 == 0
+            painter.setPen(QPen(self.colour("ink" if long else "muted"), 2.0 if long else 1.2))
+            angle = math.radians(mark)
+            inner, outer = radius + 2.0, radius + (0.10 if long else 0.065) * radius
+            x, y = math.sin(angle), -math.cos(angle)
+            middle = disc.center()
+            painter.drawLine(
+                middle + QPointF(inner * x, inner * y), middle + QPointF(outer * x, outer * y)
+            )
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint earth, ladder and pointer, and the drone before them."""
+        disc = self._disc()
+        radius = disc.width() / 2
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if self._attitude is None:
+            return
+        horizon = Horizon(self._attitude, radius, VIEW)
+        painter.translate(disc.center())
+        self._paint_earth(painter, horizon)
+        self._paint_ladder(painter, horizon)
+        self._paint_pointer(painter, horizon)
+        if self._drone is None:
+            self._drone = self._painted_drone(radius)
+        side = self._drone.width() / self._drone.devicePixelRatio()
+        painter.drawPixmap(QPointF(-side / 2, -side / 2), self._drone)
+
+    def _disc(self) -> QRectF:
+        """Return the square around the window."""
+        side = min(self.width(), self.height())
+        radius = (side / 2 - 2.0) / 1.1
+        disc = QRectF(0.0, 0.0, 2 * radius, 2 * radius)
+        disc.moveCenter(self.area.center())
+        return disc
+
+    def _paint_earth(self, painter: QPainter, horizon: Horizon) -> None:
+        radius = horizon.radius
+        window = QRectF(-radius, -radius, 2 * radius, 2 * radius)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(self.colour("earth"))
+        # Earth is what the horizon cuts off; Qt counts angles against the clock from the right.
+        half = math.degrees(math.acos(horizon.line / radius))
+        down = math.degrees(horizon.attitude.bank) - 90.0
+        start, span = down - 180.0 + half, 2.0 * (180.0 - half)
+        painter.drawChord(window, round(16 * start), round(16 * span))
+        aside = math.sqrt(radius**2 - horizon.line**2)
+        painter.setPen(QPen(self._light, max(1.5, radius / 55)))
+        painter.drawLine(
+            QPointF(*horizon.place(horizon.line, -aside)),
+            QPointF(*horizon.place(horizon.line, aside)),
+        )
+
+    def _paint_ladder(self, painter: QPainter, horizon: Horizon) -> None:
+        radius = horizon.radius
+        thin = QPen(self._light, max(1.0, radius / 80))
+        painter.setPen(thin)
+        painter.setFont(self.face(0.85))
+        for degrees in horizon.ladder(LADDER_MINOR):
+            height = horizon.height(math.radians(degrees))
+            if degrees % 10:
+                half = 0.10 * radius
+            else:
+                half = 0.26 * radius
+                self._paint_degrees(painter, horizon, height, half, degrees)
+            painter.drawLine(
+                QPointF(*horizon.place(height, -half)), QPointF(*horizon.place(height, half))
+            )
+
+    def _paint_degrees(
+        self, painter: QPainter, horizon: Horizon, height: float, half: float, degrees: int
+    ) -> None:
+        """Paint the number of a ladder line on its left, upright so that it is quick to read."""
+        size = 1.3 * self.text_size
+        place = QRectF(0.0, 0.0, 2.0 * size, size)
+        place.moveCenter(QPointF(*horizon.place(height, -half - 0.85 * size)))
+        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, str(abs(degrees)))
+
+    def _paint_pointer(self, painter: QPainter, horizon: Horizon) -> None:
+        """Paint the triangle that points to the zenith."""
+        radius = horizon.radius
+        tip, base, half = 0.98 * radius, 0.86 * radius, 0.065 * radius
+        corners = [horizon.place(tip), horizon.place(base, half), horizon.place(base, -half)]
+        painter.setPen(QPen(self._dark, 1.0))
+        painter.setBrush(self._light)
+        painter.drawPolygon(QPolygonF([QPointF(*corner) for corner in corners]))
+
+    def _painted_drone(self, radius: float) -> QPixmap:
+        """Return the drone on nothing."""
+        ratio = self.devicePixelRatioF()
+        side = 2 * math.ceil(0.55 * radius + 3.0)
+        drone = QPixmap(round(side * ratio), round(side * ratio))
+        drone.setDevicePixelRatio(ratio)
+        drone.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(drone)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.translate(side / 2, side / 2)
+        self._paint_drone(painter, radius)
+        painter.end()
+        return drone
+
+    def _paint_drone(self, painter: QPainter, radius: float) -> None:
+        """Paint the drone from behind: two arms and a body, light with a dark rim."""
+        inner, outer, drop = 0.16 * radius, 0.48 * radius, 0.09 * radius
+        arms = [
+            QPolygonF(
+                [
+                    QPointF(side * outer, 0.0),
+                    QPointF(side * inner, 0.0),
+                    QPointF(side * inner, drop),
+                ]
+            )
+            for side in (-1.0, 1.0)
+        ]
+        width = max(2.0, radius / 32)
+        dot = max(2.0, radius / 32)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for pen in (QPen(self._dark, width + 2.5), QPen(self._light, width)):
+            painter.setPen(pen)
+            for arm in arms:
+                painter.drawPolyline(arm)
+            extra = (pen.widthF() - width) / 2
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(pen.color())
+            painter.drawEllipse(QPointF(0.0, 0.0), dot + extra, dot + extra)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+
+    @property
+    def _light(self) -> QColor:
+        """Colour of lines on sky and earth, which are darker than this in both looks."""
+        return self.colour("ink" if self.look.is_dark else "card")
+
+    @property
+    def _dark(self) -> QColor:
+        """Colour of the rims of what must stand out from both."""
+        return self.colour("ground" if self.look.is_dark else "ink")
 
 
 class HeadingTape(Instrument):
@@ -48,7 +336,7 @@ class HeadingTape(Instrument):
     def show_yaw(self, yaw: float) -> None:
         """Show the heading of a yaw [rad]; of what is no number, none."""
         known = math.isfinite(yaw)
-        heading = FINEST * round(heading_of(yaw) / FINEST) % 360.0 if known else math.nan
+        heading = TAPE_STEP * round(heading_of(yaw) / TAPE_STEP) % 360.0 if known else math.nan
         if heading != self._heading and (known or not math.isnan(self._heading)):
             self._heading = heading
             self.update()

@@ -8,7 +8,7 @@ from workbench.gui.parameter_reader import ParameterReader
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import defaults
+from workbench.scenario.parameters import parameter_table
 
 
 class StreamWatch:
@@ -25,7 +25,7 @@ class StreamWatch:
         self._rotors = b""
         self._values: dict[str, float] = {}
         self._reader = ParameterReader()
-        self._defaults = defaults()
+        self._defaults = parameter_table().defaults()
 
     def begin(self, view: LiveView) -> None:
         """Forget all: a flight begins."""

@@ -1,40 +1,574 @@
 """The joystick screen: two sticks, what they ask for, and what the drone makes of it."""
 
-from PyQt6.QtCore import QEvent, Qt
-from PyQt6.QtGui import QHideEvent, QShowEvent
+from dataclasses import dataclass
+
+import numpy as np
+from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QShowEvent
 from PyQt6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
     QPushButton,
+    QSizePolicy,
+    QSlider,
     QVBoxLayout,
     QWidget,
 )
 
 from workbench.control.mode import FlightMode
+from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadButton
-from workbench.gui.joystick.handling_panel import HandlingPanel
 from workbench.gui.joystick.keyboard_sticks import KeyWatcher
 from workbench.gui.joystick.pilot import ON_THE_GROUND, Device, Pilot
-from workbench.gui.joystick.piloting import Bite
-from workbench.gui.joystick.response_view import ResponseView, answered
-from workbench.gui.joystick.stick_pad import LEFT_STICK, RIGHT_STICK, StickPad
+from workbench.gui.joystick.piloting import (
+    MIDDLE,
+    NEUTRAL,
+    Bite,
+    FlightLimits,
+    Handling,
+    Stick,
+    StickCurve,
+    Sticks,
+    heading_velocity,
+    within_circle,
+)
 from workbench.gui.page import fit_page
+from workbench.gui.preference_table import find_preference
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen import Screen
 from workbench.gui.style import dressed, set_class
-from workbench.gui.units import unit_for
+from workbench.gui.theme import Look
+from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.link.server_messages import ControlState, Hand
 from workbench.live.view import LiveView
+from workbench.session.snapshot import Snapshot
 
+YAW_RATE = 3
+FOLLOW = 7
+"""Places in `Snapshot.reference`; the velocity stands before them."""
+BAR = 8.0
+"""Thickness of a bar [px]."""
+TALLEST = 72.0
+"""Row [px]."""
+CURVE_POINTS = 81
+DOT = 3.5
+HANDLING = (
+    "stick_speed",
+    "stick_yaw_rate",
+    "stick_sensitivity",
+    "stick_expo",
+    "stick_dead_band",
+)
+SLIDER_STEPS = 200
+"""Of a slider, from end to end."""
+PERCENT = Unit("%", 100.0)
+KNOB_SHARE = 0.2
+"""Radius of the knob in radii of the circle."""
+LARGEST_PAD = 480
+"""Width and height [px]."""
 READY = "Ready: move a stick to fly, let go to stop and hold."
 TAKING_OFF = "Taking off: the sticks count once it hovers."
-
 MODE_HELP = "Forward is where the nose points."
 KEYS_HELP = "Keys: W A S D and the arrows, held down; not while a field or a slider has the focus."
 NO_PAD = "Game pad: none is plugged in; it is found as soon as it is."
+
+
+@dataclass(frozen=True)
+class Answered:
+    """One axis of a flight; a velocity [m/s] or a yaw rate [rad/s].
+
+    Attributes:
+        name: of the axis; positive is what it says first.
+        unit: m/s or rad/s.
+        asked: by whoever flies; None where the drone flies to a place of its own accord.
+        flown: now.
+        scale: that fills a bar: full stick, or what is flown beyond it.
+        limit: of the flight, that is flown at most.
+    """
+
+    name: str
+    unit: str
+    asked: float | None
+    flown: float
+    scale: float
+    limit: float
+
+
+def answered(snapshot: Snapshot, handling: Handling, limits: FlightLimits) -> tuple[Answered, ...]:
+    """Return the four axes of a flight; to the right is positive, as it is on a stick."""
+    yaw = snapshot.roll_pitch_yaw[2]
+    asked, follow = snapshot.reference, snapshot.reference[FOLLOW] > 0.0
+    wanted = heading_velocity(asked[:3], yaw)
+    flown = heading_velocity(snapshot.v_WB, yaw)
+    speed, turn = handling.speed, handling.yaw_rate
+    rows = (
+        ("Forward", "m/s", wanted[0], flown[0], speed, limits.level),
+        ("Right", "m/s", -wanted[1], -flown[1], speed, limits.level),
+        ("Climb", "m/s", wanted[2], flown[2], speed, limits.climb),
+        ("Turn right", "rad/s", -asked[YAW_RATE], -snapshot.w_WB[2], turn, limits.turn),
+    )
+    return tuple(
+        Answered(name, unit, None if follow else want, fly, scale, limit)
+        for name, unit, want, fly, scale, limit in rows
+    )
+
+
+class ResponseView(QWidget):
+    """Paints rows of `Answered`.
+
+    Args:
+        look: colours.
+        preferences: units that are shown.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(self, look: Look, preferences: Preferences, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._look, self._preferences = look, preferences
+        self._rows: tuple[Answered, ...] = ()
+        self._texts: tuple[tuple[str, str], ...] = ()
+        self.setAccessibleName("Asked and flown: forward, right and climb, turn right")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        look.changed.connect(self.update)
+
+    def sizeHint(self) -> QSize:
+        """Return room for four rows."""
+        line = self.fontMetrics().height()
+        return QSize(28 * self.fontMetrics().averageCharWidth(), 5 * line + 4 * 28)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least that is not cut."""
+        line = self.fontMetrics().height()
+        return QSize(34 * self.fontMetrics().averageCharWidth(), 5 * line + 4 * 20)
+
+    def show_rows(self, rows: tuple[Answered, ...]) -> None:
+        """Show the present."""
+        if rows != self._rows:
+            self._rows = rows
+            self._texts = tuple(
+                (self._text(row.asked, row), self._text(row.flown, row)) for row in rows
+            )
+            self.update()
+
+    @property
+    def texts(self) -> tuple[tuple[str, str], ...]:
+        """What is written as asked and as flown, row by row."""
+        return self._texts
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint all rows."""
+        painter = QPainter(self)
+        if not self._rows:
+            painter.setPen(self._look.colour("muted"))
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "No flight yet.")
+            return
+        line = self.fontMetrics().height()
+        flags = Qt.AlignmentFlag
+        width = float(self.width())
+        column = min(0.36 * width, 13.0 * self.fontMetrics().averageCharWidth())
+        painter.setPen(self._look.colour("muted"))
+        head = QRectF(0.0, 0.0, width, line)
+        painter.drawText(head, flags.AlignRight, "flown")
+        painter.drawText(head.adjusted(0, 0, -column, 0), flags.AlignRight, "asked")
+        height = min((self.height() - line) / max(1, len(self._rows)), TALLEST)
+        for index, (row, (asked, flown)) in enumerate(zip(self._rows, self._texts, strict=True)):
+            top = line + index * height + max(2.0, (height - line - BAR - 8.0) / 2)
+            text = QRectF(0.0, top, width, line)
+            painter.setPen(self._look.colour("ink"))
+            painter.drawText(text, flags.AlignLeft, row.name)
+            painter.drawText(text, flags.AlignRight, flown)
+            painter.setPen(self._look.colour("command"))
+            painter.drawText(text.adjusted(0, 0, -column, 0), flags.AlignRight, asked)
+            self._paint_bar(painter, row, QRectF(0.0, top + line + 4.0, width, BAR))
+
+    def _paint_bar(self, painter: QPainter, row: Answered, box: QRectF) -> None:
+        """Paint what is flown as a bar, what is asked as a mark, and the limit as a fence."""
+        look = self._look
+        scale = 1.05 * max(row.scale, abs(row.flown), abs(row.asked or 0.0))
+        middle, way = box.center().x(), box.width() / 2
+        painter.fillRect(box, look.colour("line"))
+        end = middle + way * row.flown / scale
+        painter.fillRect(
+            QRectF(min(middle, end), box.top(), abs(end - middle), BAR), look.colour("accent")
+        )
+        painter.setPen(QPen(look.colour("muted"), 1.0))
+        painter.drawLine(round(middle), round(box.top()) - 1, round(middle), round(box.bottom()))
+        if row.limit < scale:
+            painter.setPen(QPen(look.colour("warning"), 1.0, Qt.PenStyle.DashLine))
+            for side in (-1.0, 1.0):
+                fence = round(middle + side * way * row.limit / scale)
+                painter.drawLine(fence, round(box.top()) - 3, fence, round(box.bottom()) + 2)
+        if row.asked is not None and abs(row.asked) > 0.01 * scale:
+            at = middle + way * row.asked / scale
+            painter.fillRect(QRectF(at - 1.5, box.top() - 4.0, 3.0, BAR + 8.0), look.colour("ink"))
+
+    def _text(self, value: float | None, row: Answered) -> str:
+        unit = unit_for(row.unit, self._preferences)
+        decimals = 1 if unit.symbol == "°/s" else 2
+        return "to a place" if value is None else unit.text(value, decimals)
+
+
+class CurveView(Instrument):
+    """Raw against shaped, with a dot for each axis that is pushed.
+
+    Args:
+        look: colours.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(look, "Curve of the sticks", parent)
+        self._curve, self._sticks = StickCurve(), NEUTRAL
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(130, 120)
+
+    def sizeHint(self) -> QSize:
+        """Return a small square."""
+        return QSize(180, 170)
+
+    def show_curve(self, curve: StickCurve) -> None:
+        """Show a curve."""
+        if curve != self._curve:
+            self._curve = curve
+            self.renew()
+        self.setAccessibleName(
+            "Curve of the sticks: half stick asks for "
+            f"{curve.shaped(0.5):.0%}, full stick for {curve.shaped(1.0):.0%}"
+        )
+
+    def show_sticks(self, sticks: Sticks) -> None:
+        """Show where the sticks are on it."""
+        if sticks != self._sticks:
+            self._sticks = sticks
+            self.update()
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint a dot for each axis that is pushed."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(self.colour("card"), 1.0))
+        painter.setBrush(self.colour("accent"))
+        left, right = self._sticks.left, self._sticks.right
+        for raw in (left.x, left.y, right.x, right.y):
+            if raw != 0.0:
+                painter.drawEllipse(self._at(raw, self._curve.shaped(raw)), DOT, DOT)
+
+    @property
+    def _box(self) -> QRectF:
+        """The square from -1 to 1."""
+        line = self.fontMetrics().height()
+        side = max(20.0, min(self.width() - 4.0, self.height() - line - 6.0))
+        return QRectF((self.width() - side) / 2, 2.0, side, side)
+
+    def _at(self, raw: float, shaped: float) -> QPointF:
+        box = self._box
+        return QPointF(
+            box.left() + (raw + 1.0) / 2 * box.width(),
+            box.bottom() - (shaped + 1.0) / 2 * box.height(),
+        )
+
+    def paint_still(self, painter: QPainter) -> None:
+        """Paint the square, the dead band and the curve."""
+        box = self._box
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        painter.setFont(self.font())
+        painter.setPen(QPen(self.colour("line"), 1.0))
+        painter.setBrush(self.colour("field"))
+        painter.drawRect(box)
+        dead = self._curve.dead_band
+        painter.fillRect(QRectF(self._at(-dead, 1.0), self._at(dead, -1.0)), self.colour("line"))
+        painter.drawLine(self._at(-1.0, 0.0), self._at(1.0, 0.0))
+        painter.drawLine(self._at(0.0, -1.0), self._at(0.0, 1.0))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(self.colour("muted"), 1.0, Qt.PenStyle.DotLine))
+        painter.drawLine(self._at(-1.0, -1.0), self._at(1.0, 1.0))
+        painter.setPen(QPen(self.colour("accent"), 2.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        raws = np.linspace(-1.0, 1.0, CURVE_POINTS)
+        painter.drawPolyline(
+            QPolygonF([self._at(raw, self._curve.shaped(raw)) for raw in raws.tolist()])
+        )
+        painter.setPen(self.colour("muted"))
+        under = QRectF(0.0, box.bottom() + 3.0, self.width(), self.fontMetrics().height())
+        painter.drawText(under, Qt.AlignmentFlag.AlignHCenter, "pushed → asked for ↑")
+
+
+class HandlingPanel(QWidget):
+    """Sliders for the preferences of sticks.
+
+    Args:
+        preferences: where they are kept.
+        look: colours.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        curve: drawn beside.
+        sliders: by the name of their preference.
+    """
+
+    def __init__(self, preferences: Preferences, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._preferences = preferences
+        self.curve = CurveView(look, self)
+        self.sliders: dict[str, QSlider] = {}
+        self._values: dict[str, QLabel] = {}
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(12)
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(1, 1)
+        for line, name in enumerate(HANDLING):
+            self._add(grid, line, name)
+        defaults = dressed(QPushButton("Defaults", self), "quiet compact")
+        defaults.setToolTip("Give all five their defaults.")
+        defaults.setAccessibleName("Give the sticks their default handling")
+        defaults.clicked.connect(self._reset)
+        grid.setRowStretch(len(HANDLING) + 1, 1)
+        heading = dressed(QLabel("Feel of the sticks", self), "heading")
+        top = QHBoxLayout()
+        top.addWidget(heading)
+        top.addStretch(1)
+        top.addWidget(defaults)
+        left = QVBoxLayout()
+        left.setSpacing(0)
+        left.addLayout(top)
+        left.addLayout(grid, 1)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(16)
+        layout.addLayout(left, 3)
+        layout.addWidget(self.curve, 1)
+        preferences.changed.connect(self._follow)
+
+    def _add(self, grid: QGridLayout, line: int, name: str) -> None:
+        row = find_preference(name)
+        slider = QSlider(Qt.Orientation.Horizontal, self)
+        slider.setRange(0, SLIDER_STEPS)
+        slider.setPageStep(SLIDER_STEPS // 10)
+        slider.setToolTip(row.help)
+        low, high = self._text(name, row.minimum), self._text(name, row.maximum)
+        slider.setAccessibleName(f"{row.label}, {low} to {high}")
+        label = QLabel(row.label, self)
+        label.setBuddy(slider)
+        label.setToolTip(row.help)
+        value = QLabel(self)
+        value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        value.setMinimumWidth(9 * self.fontMetrics().averageCharWidth())
+        self.sliders[name], self._values[name] = slider, value
+        for column, widget in enumerate((label, slider, value)):
+            grid.addWidget(widget, line, column)
+        self._follow(name)
+        slider.valueChanged.connect(lambda place: self._move(name, place))
+
+    def _move(self, name: str, place: int) -> None:
+        row = find_preference(name)
+        value = row.minimum + place / SLIDER_STEPS * (row.maximum - row.minimum)
+        step = 0.1 if row.unit == "m/s" else 0.01
+        self._preferences.set(name, min(max(round(value / step) * step, row.minimum), row.maximum))
+
+    def _follow(self, name: str) -> None:
+        """Show what is preferred now."""
+        if name in ("speed_unit", "angle_unit"):
+            for each in HANDLING:
+                self._values[each].setText(self._text(each, self._preferences.number(each)))
+        if name not in self.sliders:
+            return
+        row, value = find_preference(name), self._preferences.number(name)
+        slider = self.sliders[name]
+        slider.blockSignals(True)
+        slider.setValue(round((value - row.minimum) / (row.maximum - row.minimum) * SLIDER_STEPS))
+        slider.blockSignals(False)
+        self._values[name].setText(self._text(name, value))
+
+    def _text(self, name: str, value: float) -> str:
+        si = find_preference(name).unit
+        if si == "1":
+            return PERCENT.text(value, 0)
+        return unit_for(si, self._preferences).text(value, 1)
+
+    def _reset(self) -> None:
+        for name in HANDLING:
+            self._preferences.reset(name)
+
+
+@dataclass(frozen=True)
+class Words:
+    """What a stick does in each direction, and the key that does the same.
+
+    Attributes:
+        name: of the stick.
+        up: what away from the pilot does; so the next three.
+        down: towards.
+        left: to the left.
+        right: to the right.
+        keys: of up, down, left and right.
+    """
+
+    name: str
+    up: str
+    down: str
+    left: str
+    right: str
+    keys: tuple[str, str, str, str]
+
+
+LEFT_STICK = Words("Left stick", "climb", "sink", "turn left", "turn right", ("W", "S", "A", "D"))
+RIGHT_STICK = Words("Right stick", "forward", "back", "left", "right", ("↑", "↓", "←", "→"))
+
+
+class StickPad(Instrument):
+    """Shows a stick, and lets the mouse hold it.
+
+    Args:
+        words: what it does.
+        look: colours.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    dragged = pyqtSignal(object)
+    """The `Stick` where the mouse holds it, None when it lets go."""
+
+    def __init__(self, words: Words, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(
+            look,
+            f"{words.name}: up {words.up}, down {words.down}, left {words.left}, "
+            f"right {words.right}; keys {' '.join(words.keys)}; minus 1 to 1",
+            parent,
+        )
+        self._words = words
+        self._stick, self._counts, self._dead_band = MIDDLE, True, 0.0
+        self._held = False
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(170, 170)
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+
+    def sizeHint(self) -> QSize:
+        """Return what suits a thumb."""
+        return QSize(240, 240)
+
+    @property
+    def stick(self) -> Stick:
+        """Where it is shown."""
+        return self._stick
+
+    def show_stick(self, stick: Stick, counts: bool) -> None:
+        """Show where the stick is, and whether that has an effect."""
+        if (stick, counts) != (self._stick, self._counts):
+            before = self._knob()
+            self._stick, self._counts = stick, counts
+            self.update(before.united(self._knob()).toAlignedRect().adjusted(-4, -4, 4, 4))
+
+    def show_dead_band(self, dead_band: float) -> None:
+        """Show around the middle what asks for nothing."""
+        if dead_band != self._dead_band:
+            self._dead_band = dead_band
+            self.renew()
+
+    def place(self, stick: Stick) -> QPointF:
+        """Return where the knob's middle is for a stick."""
+        way = self._radius * (1.0 - KNOB_SHARE)
+        return self._middle + QPointF(stick.x * way, -stick.y * way)
+
+    def let_go(self) -> None:
+        """Spring back, whatever the mouse does."""
+        if self._held:
+            self._held = False
+            self.setCursor(Qt.CursorShape.OpenHandCursor)
+            self.dragged.emit(None)
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Take hold of the stick."""
+        if event is None or event.button() != Qt.MouseButton.LeftButton:
+            super().mousePressEvent(event)
+            return
+        self._held = True
+        self.setCursor(Qt.CursorShape.ClosedHandCursor)
+        self._drag(event.position())
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Move the stick."""
+        if event is not None and self._held:
+            self._drag(event.position())
+
+    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
+        """Let go of the stick."""
+        if event is not None and event.button() == Qt.MouseButton.LeftButton:
+            self.let_go()
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint the knob."""
+        middle, knob = self._middle, self._knob()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colour = self.colour("accent" if self._counts else "muted")
+        if not self._stick.is_neutral:
+            painter.setPen(QPen(colour, 3.0))
+            painter.drawLine(middle, knob.center())
+        painter.setPen(QPen(self.colour("card"), 2.0))
+        painter.setBrush(colour)
+        painter.drawEllipse(knob)
+        if not self._counts:  # a bar across: not by its colour alone
+            painter.setPen(QPen(self.colour("card"), 3.0))
+            way = QPointF(0.55 * knob.width() / 2, 0.0)
+            painter.drawLine(knob.center() - way, knob.center() + way)
+
+    @property
+    def _middle(self) -> QPointF:
+        return QPointF(self.width() / 2, self.height() / 2)
+
+    @property
+    def _radius(self) -> float:
+        return min(self.width(), self.height(), LARGEST_PAD) / 2 - 3.0
+
+    def _knob(self) -> QRectF:
+        radius = self._radius * KNOB_SHARE
+        place = self.place(self._stick)
+        return QRectF(place.x() - radius, place.y() - radius, 2 * radius, 2 * radius)
+
+    def _drag(self, to: QPointF) -> None:
+        way = self._radius * (1.0 - KNOB_SHARE)
+        off = to - self._middle
+        self.dragged.emit(within_circle(off.x() / way, -off.y() / way))
+
+    def paint_still(self, painter: QPainter) -> None:
+        """Paint circle, cross, dead band and words."""
+        middle, radius = self._middle, self._radius
+        painter.setFont(self.font())
+        painter.setPen(QPen(self.colour("line"), 2.0))
+        painter.setBrush(self.colour("ground"))
+        painter.drawEllipse(middle, radius, radius)
+        way = radius * (1.0 - KNOB_SHARE)
+        painter.setPen(QPen(self.colour("line"), 1.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawEllipse(middle, way / 2, way / 2)
+        painter.drawLine(middle - QPointF(way / 2, 0), middle + QPointF(way / 2, 0))
+        painter.drawLine(middle - QPointF(0, way / 2), middle + QPointF(0, way / 2))
+        dead = self._dead_band * way
+        painter.setBrush(self.colour("line"))
+        painter.drawRect(QRectF(middle.x() - dead, middle.y() - dead, 2 * dead, 2 * dead))
+        self._paint_words(painter)
+
+    def _paint_words(self, painter: QPainter) -> None:
+        """Paint what each direction does, and its key, along the rim."""
+        words, middle, radius = self._words, self._middle, self._radius
+        line = painter.fontMetrics().lineSpacing()
+        painter.setPen(self.colour("muted"))
+        box = QRectF(
+            middle.x() - radius + 8, middle.y() - radius + 8, 2 * radius - 16, 2 * radius - 16
+        )
+        flags, whole = Qt.AlignmentFlag, Qt.TextFlag.TextDontClip.value
+        up, down, left, right = words.keys
+        painter.drawText(box, flags.AlignHCenter | flags.AlignTop, f"{up}\n{words.up}")
+        painter.drawText(box, flags.AlignHCenter | flags.AlignBottom, f"{words.down}\n{down}")
+        for text, key, side in (
+            (words.left, left, flags.AlignLeft),
+            (words.right, right, flags.AlignRight),
+        ):
+            lines = [key, *text.split()]
+            area = QRectF(
+                box.left(), middle.y() - line * len(lines) / 2, box.width(), line * len(lines)
+            )
+            painter.drawText(area, (side | flags.AlignVCenter).value | whole, "\n".join(lines))
 
 
 def say_state(view: LiveView, barred: str, device: Device) -> str:

@@ -1,38 +1,666 @@
 """The server screen: let others watch and fly, and see who does."""
 
+import hashlib
+import ssl
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from enum import Enum
+from pathlib import Path
 
-from PyQt6.QtCore import QTime
+from PyQt6.QtCore import QObject, QRect, QSettings, QSize, Qt, QTime, pyqtSignal
+from PyQt6.QtGui import QGuiApplication, QPainter, QPaintEvent, QPixmap
 from PyQt6.QtWidgets import (
+    QCheckBox,
+    QFileDialog,
     QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QLineEdit,
     QPlainTextEdit,
     QPushButton,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
+from workbench.common.errors import WorkbenchError
 from workbench.gui.elided_label import ElidedLabel
+from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.flight_model import FlightModel
 from workbench.gui.page import fit_page
 from workbench.gui.screen import Screen
 from workbench.gui.server.clients_panel import ClientsPanel
-from workbench.gui.server.connect_panel import ConnectPanel
-from workbench.gui.server.server_control import Running, ServerControl
-from workbench.gui.server.server_form import ServerForm
+from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed, set_class
+from workbench.gui.typed_number import read_whole_number
 from workbench.gui.workspace import Workspace
+from workbench.link.address import DEFAULT_PORT, LOOPBACK, Address, parse_address
+from workbench.link.authentication import write_tokens
 from workbench.link.backplane import ServerStatus
-from workbench.live.messages import NetworkView
+from workbench.link.client_tls import FINGERPRINT
+from workbench.link.page_address import PageAddress, is_wildcard, lan_address
+from workbench.link.qr import png_code
+from workbench.link.server.config import ServerConfig
+from workbench.live.flight import LiveFlight
+from workbench.live.messages import NetworkView, Phase
 from workbench.live.view import LiveView
 
+NOT_YET = "Once the server listens, its command line and its page stand here, to be copied."
+NO_PAGE = "Tick the page for phones to watch and fly in a browser, too."
+FILE_HINT = "FILE: a copy of the tokens."
+PHONE_HINT = "A phone in the same network opens the page by this code."
+LOCAL_HINT = "Only this machine opens the page; for a phone, listen at 0.0.0.0 with tokens."
+GROUP = "server"
+AFTER_TYPING = 250
+"""Files are looked for when no key was pressed for so long [ms]."""
+ENDED_WITH_FLIGHT = "the server has ended with its flight: start it again"
 LONGEST = 300
 """Lines that are kept."""
 
+
+def reachable_address(listening: str) -> str:
+    """Return where others reach a server; this asks the system, and nothing is sent.
+
+    Args:
+        listening: HOST:PORT, whose host may mean all addresses of this machine.
+    """
+    address = parse_address(listening)
+    if not is_wildcard(address.host):
+        return listening
+    by_ipv6 = ":" in address.host
+    own = lan_address(by_ipv6) or ("::1" if by_ipv6 else "127.0.0.1")
+    return str(Address(own, address.port))
+
+
+def connect_line(address: str, config: ServerConfig) -> str:
+    """Return the command that watches a served flight.
+
+    Args:
+        address: where the server is reached.
+        config: what it was started with.
+    """
+    words = ["workbench monitor", address]
+    if config.token_file:
+        words.append("--token-file FILE")
+    if config.tls_cert:
+        words.append(f"--tls {fingerprint(config.tls_cert)}")
+    return " ".join(words)
+
+
+def fingerprint(certificate: str) -> str:
+    """Return by what a client knows a server's certificate, the first one of a file (PEM)."""
+    begin, end = ssl.PEM_HEADER, ssl.PEM_FOOTER
+    try:
+        text = Path(certificate).read_text(encoding="ascii", errors="replace")
+        first = text[text.index(begin) : text.index(end) + len(end)]
+        digits = hashlib.sha256(ssl.PEM_cert_to_DER_cert(first)).hexdigest()
+    except (OSError, ValueError):  # the server has read it before it was taken away
+        digits = "FINGERPRINT"
+    return FINGERPRINT + digits
+
+
+class CodeView(QWidget):
+    """Shows a QR code, black on white in every theme, in whole pixels a module."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._text = ""
+        self._code = QPixmap()
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Return a size that a phone reads from an arm's length."""
+        return QSize(132, 132)
+
+    def show_text(self, text: str) -> None:
+        """Show a text as a code; nothing for ""."""
+        if text != self._text:
+            self._text = text
+            self._code = QPixmap()
+            if text:
+                self._code.loadFromData(png_code(text, scale=1))
+            self.setAccessibleName(f"QR code of {text}" if text else "")
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint the code as large as whole pixels allow, in the middle."""
+        if self._code.isNull():
+            return
+        ratio = self.devicePixelRatioF()
+        room = round(min(self.width(), self.height()) * ratio)
+        side = max(1, room // self._code.width()) * self._code.width() / ratio
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, on=False)
+        left, top = (self.width() - side) / 2, (self.height() - side) / 2
+        area = QRect(round(left), round(top), round(side), round(side))
+        painter.fillRect(area, Qt.GlobalColor.white)
+        painter.drawPixmap(area, self._code)
+
+
+class ConnectPanel(QWidget):
+    """Texts that are there while a server listens.
+
+    Attributes:
+        address: where others reach the server, "" while none listens.
+        texts: lines to copy, by what they are: command, page.
+        copies: their buttons.
+        code: of the page.
+        hint: what else there is to know.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.address = ""
+        self.texts: dict[str, QLineEdit] = {}
+        self.copies: dict[str, QPushButton] = {}
+        self.code = CodeView(self)
+        self.hint = dressed(QLabel(NOT_YET, self), "muted")
+        self.hint.setWordWrap(True)
+        self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        self._known: tuple[str, str] = ("", "")
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(4)
+        grid.setColumnStretch(1, 1)
+        self._add(grid, "command", "Terminal")
+        self._add(grid, "page", "Page")
+        lower = QHBoxLayout()
+        lower.setSpacing(12)
+        lower.addWidget(self.code)
+        lower.addWidget(self.hint, 1)
+        grid.addLayout(lower, 3, 0, 1, 3)
+        grid.setRowStretch(3, 1)
+        self.code.hide()
+
+    def show_server(self, server: ServerStatus | None, config: ServerConfig) -> None:
+        """Show how to connect to a server that was started so; None where none listens."""
+        known = (server.address, server.page) if server else ("", "")
+        if known == self._known:
+            return
+        self._known = known
+        listening, page = known
+        self.address = reachable_address(listening) if listening else ""
+        command = connect_line(self.address, config) if listening else ""
+        for name, text in (("command", command), ("page", page)):
+            self.texts[name].setText(text)
+            self.texts[name].setToolTip(text)
+            self.texts[name].setCursorPosition(0)
+            self.copies[name].setEnabled(bool(text))
+        self.code.show_text(page)
+        self.code.setVisible(bool(page))
+        self.hint.setText(say_hint(command, page))
+
+    def copy_address(self) -> None:
+        """Copy where others reach the server."""
+        _copy(self.address)
+
+    def _add(self, grid: QGridLayout, name: str, label: str) -> None:
+        text = QLineEdit(self)
+        text.setReadOnly(True)
+        text.setPlaceholderText("–")
+        text.setAccessibleName(f"{label}, to copy")
+        before = QLabel(label, self)
+        before.setBuddy(text)
+        copy = dressed(QPushButton("Copy", self), "compact")
+        copy.setAccessibleName(f"Copy the {name}")
+        copy.setEnabled(False)
+        copy.clicked.connect(lambda: _copy(text.text()))
+        self.texts[name], self.copies[name] = text, copy
+        row = len(self.texts)
+        for column, widget in enumerate((before, text, copy)):
+            grid.addWidget(widget, row, column)
+
+
+def say_hint(command: str, page: str) -> str:
+    """Return what else there is to know about connecting by a command line and a page."""
+    if not command:
+        return NOT_YET
+    hints = [FILE_HINT] if "FILE" in command.split() else []
+    if not page:
+        hints.append(NO_PAGE)
+    else:
+        hints.append(PHONE_HINT if PageAddress(page).is_reachable else LOCAL_HINT)
+    return "\n".join(hints)
+
+
+def _copy(text: str) -> None:
+    clipboard = QGuiApplication.clipboard()
+    if clipboard is not None:
+        clipboard.setText(text)
+
+
+@dataclass(frozen=True)
+class ServerFields:
+    """The form as it is written; the names are those of its fields.
+
+    Attributes:
+        host: where to listen.
+        port: of TCP, as a text.
+        token_file: path, "" without login.
+        tls_cert: path of the certificate, "" without TLS.
+        tls_key: path of its key.
+        allow_commands: whether clients may fly.
+        web: whether a page for phones is served.
+    """
+
+    host: str = LOOPBACK
+    port: str = str(DEFAULT_PORT)
+    token_file: str = ""
+    tls_cert: str = ""
+    tls_key: str = ""
+    allow_commands: bool = True
+    web: bool = False
+
+    def config(self) -> ServerConfig:
+        """Return what a server is to do; its `check` says whether it can be had."""
+        try:
+            port: int | str = read_whole_number(self.port)
+        except WorkbenchError:
+            port = self.port
+        return ServerConfig(
+            host=self.host,
+            port=port,  # type: ignore[arg-type]
+            token_file=self.token_file,
+            tls_cert=self.tls_cert,
+            tls_key=self.tls_key,
+            allow_commands=self.allow_commands,
+            web=self.web,
+        )
+
+
+def written_faults(fields: ServerFields) -> Mapping[str, str]:
+    """Return what is wrong, by field, without a look at any file."""
+    config, faults = fields.config(), {}
+    if said := _refusal(ServerConfig(port=config.port).check):
+        faults["port"] = said
+    if said := _refusal(ServerConfig(host=config.host).check):
+        # A host that is none is said before all else; what is left is that others can reach it.
+        first = _refusal(ServerConfig(host=config.host, clients=0).check)
+        if said == first:
+            faults["host"] = said
+        elif not config.token_file:
+            faults["token_file"] = said
+    return faults
+
+
+def file_faults(fields: ServerFields) -> Mapping[str, str]:
+    """Return what is wrong with files that are named, by field; they are small, and read here."""
+    config, faults = fields.config(), {}
+    if said := _no_plain_file(config.token_file) or _refusal(config.tokens):
+        faults["token_file"] = said
+    if said := _no_plain_file(config.tls_cert):
+        faults["tls_cert"] = said
+    elif said := _no_plain_file(config.tls_key) or _refusal(config.tls):
+        faults["tls_key"] = said
+    return faults
+
+
+def read_fields(store: QSettings) -> ServerFields:
+    """Return the fields as they were kept, or the defaults."""
+    found: dict[str, str | bool] = {}
+    for name, default in asdict(ServerFields()).items():
+        kept = str(store.value(f"{GROUP}/{name}", default))
+        found[name] = kept.lower() == "true" if isinstance(default, bool) else kept
+    return ServerFields(**found)  # type: ignore[arg-type]
+
+
+def keep_fields(store: QSettings, fields: ServerFields) -> None:
+    """Keep the fields for the next start; of tokens and keys only the paths."""
+    for name, value in asdict(fields).items():
+        store.setValue(f"{GROUP}/{name}", value)
+
+
+def _no_plain_file(path: str) -> str:
+    """Return why a path cannot be read without waiting, as for a pipe; "" if it can."""
+    if not path:
+        return ""
+    try:
+        odd = Path(path).exists() and not Path(path).is_file()
+    except (OSError, ValueError):  # whoever opens it says what is wrong with it
+        return ""
+    return f"{path}: is no plain file: choose another" if odd else ""
+
+
+def _refusal(check: Callable[[], object]) -> str:
+    try:
+        check()
+    except WorkbenchError as error:
+        return str(error)
+    return ""
+
+
+class ServerForm(QWidget):
+    """Fields that say beside themselves what is wrong with them, and are kept.
+
+    Args:
+        store: where they are kept.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        lines: fields of text, by name.
+        allow_commands: whether clients may fly.
+        web: whether a page for phones is served.
+    """
+
+    changed = pyqtSignal()
+    """What is written, or whether it is right, is another."""
+    entered = pyqtSignal()
+    """Return was pressed in a field."""
+
+    def __init__(self, store: QSettings, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._store = store
+        self.lines: dict[str, QLineEdit] = {}
+        self._faults: dict[str, QLabel] = {}
+        self._buttons: list[QPushButton] = []
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setHorizontalSpacing(8)
+        self._grid.setVerticalSpacing(4)
+        self._grid.setColumnStretch(1, 1)
+        kept = read_fields(store)
+        self._add("host", "&Host", "127.0.0.1 for this machine only, 0.0.0.0 for all networks")
+        self._add("port", "P&ort", "TCP port, 0 to 65535; 0 takes a free one")
+        self._add("token_file", "&Tokens", "file of two tokens, to watch and to fly")
+        self._add("tls_cert", "T&LS certificate", "PEM file; empty without TLS")
+        self._add("tls_key", "TLS &key", "PEM file of its private key")
+        for name in ("token_file", "tls_cert", "tls_key"):
+            self.lines[name].setPlaceholderText("none")
+        self._add_buttons()
+        self.allow_commands = QCheckBox("&Allow commands", self)
+        self.allow_commands.setToolTip("Without it, everybody can only watch.")
+        self.allow_commands.setAccessibleName("Allow commands: clients may fly")
+        self.web = QCheckBox("Pa&ge for phones", self)
+        self.web.setToolTip("Serve a web page that shows the flight, and flies it, on a phone.")
+        self.web.setAccessibleName("Serve a page for phones and browsers")
+        ticks = QHBoxLayout()
+        ticks.setSpacing(16)
+        ticks.addWidget(self.allow_commands)
+        ticks.addWidget(self.web)
+        ticks.addStretch(1)
+        self._grid.addLayout(ticks, self._grid.rowCount(), 1, 1, 2)
+        self._grid.setRowStretch(self._grid.rowCount(), 1)
+        self._timer = single_shot(self._look_at_files, self, AFTER_TYPING)
+        self._show(kept)
+        for line in self.lines.values():
+            line.textChanged.connect(self._written)
+            line.returnPressed.connect(self.entered)
+        self.allow_commands.toggled.connect(self._written)
+        self.web.toggled.connect(self._written)
+        self._look_at_files()
+
+    @property
+    def fields(self) -> ServerFields:
+        """What is written."""
+        texts = {name: line.text().strip() for name, line in self.lines.items()}
+        return ServerFields(
+            **texts,
+            allow_commands=self.allow_commands.isChecked(),
+            web=self.web.isChecked(),
+        )
+
+    @property
+    def is_right(self) -> bool:
+        """Whether nothing is known to be wrong."""
+        return not any(label.text() for label in self._faults.values())
+
+    def fault(self, name: str) -> str:
+        """Return what stands beside a field, "" if nothing does."""
+        return self._faults[name].text()
+
+    def check(self) -> bool:
+        """Look at everything now, files too, and return whether all is right."""
+        self._look_at_files()
+        return self.is_right
+
+    def let_write(self, may: bool) -> None:
+        """Let the fields be changed or not: a server that runs keeps what it was started with."""
+        for line in self.lines.values():
+            line.setReadOnly(not may)
+        for button in self._buttons:
+            button.setEnabled(may)
+        self.allow_commands.setEnabled(may)
+        self.web.setEnabled(may)
+
+    def make_tokens(self, path: str) -> None:
+        """Write a new file of tokens and name it; only its owner can read it."""
+        try:
+            write_tokens(Path(path))
+        except WorkbenchError as error:
+            self._say("token_file", str(error))
+            self.changed.emit()
+        else:
+            self.lines["token_file"].setText(path)
+            self._look_at_files()
+
+    def _add(self, name: str, label: str, help: str) -> None:
+        """Add a line with its label before it, and what is wrong with it below."""
+        row = self._grid.rowCount()
+        line = QLineEdit(self)
+        line.setToolTip(help[:1].upper() + help[1:] + ".")
+        line.setAccessibleName(f"{label.replace('&', '')}: {help}")
+        before = QLabel(label, self)
+        before.setBuddy(line)
+        fault = dressed(QLabel(self), "bad")
+        fault.setWordWrap(True)
+        fault.hide()
+        self.lines[name], self._faults[name] = line, fault
+        self._grid.addWidget(before, row, 0)
+        self._grid.addWidget(line, row, 1, 1, 1 if name not in ("host", "port") else 2)
+        self._grid.addWidget(fault, row + 1, 1, 1, 2)
+
+    def _add_buttons(self) -> None:
+        for name, what in (
+            ("token_file", "file of tokens"),
+            ("tls_cert", "certificate"),
+            ("tls_key", "key"),
+        ):
+            buttons = QHBoxLayout()
+            buttons.setSpacing(4)
+            choose = self._button("Choose…", f"Choose a {what}")
+            choose.clicked.connect(lambda _, name=name, what=what: self._choose(name, what))
+            buttons.addWidget(choose)
+            before: QWidget = self.lines[name]
+            if name == "token_file":
+                new = self._button("New…", "Make a new file of tokens")
+                new.clicked.connect(self._choose_new)
+                buttons.addWidget(new)
+                self.setTabOrder(choose, new)
+            self.setTabOrder(before, choose)
+            place = self._grid.getItemPosition(self._grid.indexOf(before))
+            self._grid.addLayout(buttons, place[0] or 0, 2)
+
+    def _button(self, text: str, name: str) -> QPushButton:
+        button = dressed(QPushButton(text, self), "compact")
+        button.setAccessibleName(name)
+        self._buttons.append(button)
+        return button
+
+    def _choose(self, name: str, what: str) -> None:
+        dialog = QFileDialog(self, f"Choose a {what}", self.lines[name].text())
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        show_file_dialog(dialog, self.lines[name].setText)
+
+    def _choose_new(self) -> None:
+        dialog = QFileDialog(self, "Make a file of tokens", "link.tokens")
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # none is overwritten
+        dialog.selectFile("link.tokens")
+        show_file_dialog(dialog, self.make_tokens)
+
+    def _show(self, fields: ServerFields) -> None:
+        for name, line in self.lines.items():
+            line.setText(getattr(fields, name))
+            line.setCursorPosition(0)
+        self.allow_commands.setChecked(fields.allow_commands)
+        self.web.setChecked(fields.web)
+
+    def _written(self) -> None:
+        """Say at once what is wrong with what is written, and look at files a little later."""
+        fields = self.fields
+        keep_fields(self._store, fields)
+        faults = written_faults(fields)
+        for name in ("host", "port", "token_file"):
+            self._say(name, faults.get(name, ""))
+        self._timer.start()
+        self.changed.emit()
+
+    def _look_at_files(self) -> None:
+        self._timer.stop()
+        fields = self.fields
+        faults = {**file_faults(fields), **written_faults(fields)}
+        for name in self.lines:
+            self._say(name, faults.get(name, ""))
+        self.changed.emit()
+
+    def _say(self, name: str, fault: str) -> None:
+        self._faults[name].setText(f"✕ {fault}" if fault else "")
+        self._faults[name].setVisible(bool(fault))
+        set_class(self.lines[name], "bad" if fault else "")
+
+
+class Running(Enum):
+    """How a server is; the word is shown."""
+
+    NO_FLIGHT = "No flight"
+    STOPPED = "Stopped"
+    STARTING = "Starting"
+    LISTENING = "Listening"
+    STOPPING = "Stopping"
+    FAILED = "Failed"
+
+
 CLASSES = {Running.LISTENING: "value good", Running.FAILED: "value bad"}
 SIGNS = {Running.LISTENING: "●", Running.FAILED: "✕"}
+
+
+class Wanted(Enum):
+    """What was asked for and is not answered yet."""
+
+    NOTHING = "nothing"
+    START = "start"
+    STOP = "stop"
+
+
+@dataclass(frozen=True)
+class ServerState:
+    """A server in words.
+
+    Attributes:
+        running: how it is.
+        said: the same as a sentence, and what to do.
+    """
+
+    running: Running
+    said: str
+
+
+def server_state(view: LiveView, flies: bool, wanted: Wanted, failure: str) -> ServerState:
+    """Return how the server is.
+
+    Args:
+        view: of the flight.
+        flies: whether there is a flight at all.
+        wanted: what was asked for and is not answered.
+        failure: why the last start failed, or the server ended; "" else.
+    """
+    if not flies or view.phase is Phase.ENDED:
+        return ServerState(Running.NO_FLIGHT, "A server serves a flight: open a scenario first.")
+    if wanted is Wanted.STOP:
+        return ServerState(Running.STOPPING, "Clients are told goodbye.")
+    if view.network.server is not None:
+        count = len(view.network.server.clients)
+        clients = "nobody is connected" if not count else f"{count} connected"
+        return ServerState(Running.LISTENING, f"at {view.network.server.address}; {clients}.")
+    if view.network.starts_again:
+        return ServerState(Running.STARTING, f"{failure[:1].upper()}{failure[1:]}.")
+    if wanted is Wanted.START:
+        return ServerState(Running.STARTING, "It takes a moment.")
+    if failure:
+        return ServerState(Running.FAILED, f"{failure[:1].upper()}{failure[1:]}.")
+    return ServerState(Running.STOPPED, "Nobody else can watch or fly until it is started.")
+
+
+class ServerControl(QObject):
+    """One server, of the present flight.
+
+    Args:
+        flight: that is served.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        config: with which the server was started last.
+    """
+
+    changed = pyqtSignal()
+    """The state may be another."""
+
+    def __init__(self, flight: FlightModel, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._flight = flight
+        self.config = ServerConfig()
+        self._wanted, self._failure = Wanted.NOTHING, ""
+        self._served: LiveFlight | None = None
+        self._listened = False
+        flight.viewed.connect(self._look)
+
+    @property
+    def state(self) -> ServerState:
+        """How the server is."""
+        flies = self._flight.live is not None
+        return server_state(self._flight.view, flies, self._wanted, self._failure)
+
+    def start(self, config: ServerConfig) -> None:
+        """Start a server; what is wrong with it comes as its state."""
+        if self._flight.live is None or self._wanted is not Wanted.NOTHING:
+            return
+        self.config, self._served = config, self._flight.live
+        self._wanted, self._failure = Wanted.START, ""
+        served = self._served
+        self._flight.order(
+            lambda live: live.serve(config),
+            done=lambda _: self._answered(served, ""),
+            refused=lambda said: self._answered(served, said),
+        )
+        self.changed.emit()
+
+    def stop(self) -> None:
+        """Send all clients away."""
+        served = self._flight.live
+        if served is None or self._wanted is Wanted.STOP:
+            return
+        self._wanted, self._failure, self._listened = Wanted.STOP, "", False
+        self._flight.order(
+            lambda live: live.stop_serving(),
+            done=lambda _: self._answered(served, ""),
+            refused=lambda said: self._answered(served, said),
+        )
+        self.changed.emit()
+
+    def _answered(self, served: LiveFlight, failure: str) -> None:
+        if served is not self._flight.live:
+            return  # that flight is over, and so is its server
+        self._wanted, self._failure = Wanted.NOTHING, failure
+        self.changed.emit()
+
+    def _look(self, view: LiveView) -> None:
+        """Notice a server that has ended by itself, or with its flight."""
+        if self._flight.live is not self._served:
+            self._served = self._flight.live
+            self._failure = ENDED_WITH_FLIGHT if self._listened else ""
+            self._wanted, self._listened = Wanted.NOTHING, False
+            self.changed.emit()
+        listens = view.network.server is not None
+        ended = (self._listened or self._failure) and not listens
+        if ended and self._wanted is Wanted.NOTHING:
+            failure = view.network.said or self._failure or "the server has ended: start it again"
+            if self._listened or failure != self._failure:
+                self._failure = failure
+                self.changed.emit()
+        self._listened = listens and self._wanted is not Wanted.STOP
 
 
 class RefusalLog:

@@ -1,11 +1,15 @@
 """The card that searches gains for wishes, and lets the user decide."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import (
     QComboBox,
+    QCompleter,
     QHBoxLayout,
+    QLabel,
+    QLineEdit,
     QProgressBar,
     QPushButton,
     QScrollArea,
@@ -17,21 +21,172 @@ from PyQt6.QtWidgets import (
 
 from workbench.analysis.questions import Question, Tune
 from workbench.analysis.replies import Searched, Tuned, Wished
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller, load_controller
+from workbench.design.metrics import WISHED
+from workbench.design.tune.wish import groups_of, parse_wish, subjects_of
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.number_field import buddy
+from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.number_table import NumberTable
 from workbench.gui.tuning.table_rows import Cell, Row, State
 from workbench.gui.tuning.trial import Trial
-from workbench.gui.tuning.wish_lines import WishLines
+from workbench.gui.typed_number import NUMBER, read_number
 from workbench.gui.workspace import Workspace
 from workbench.scenario.axes import find_axis
 
+_BOUND = re.compile(rf"(?P<sign>[<>≤≥]=?)\s*(?P<number>{NUMBER})")
+MOST = 6
+"""Wishes that there is room for."""
 PLOT = 120
 """Height of the steps at least [px]."""
 DEFAULT = ("level.rise_time <= 0.4 s", "level.overshoot <= 10 %", "tilt.phase_margin >= 45 deg")
+
+
+def completions(law: Controller) -> tuple[str, ...]:
+    """Return the beginnings that a wish about a controller may have, as `x.rise_time <= `."""
+    return tuple(
+        f"{subject}.{metric.name} {'>=' if metric.better > 0 else '<='} "
+        for metric in WISHED
+        for subject in (*subjects_of(metric, law), *groups_of(metric, law))
+    )
+
+
+def what_is_wrong(text: str, law: Controller) -> str:
+    """Return what is wrong with a wish, as a sentence; "" where nothing is."""
+    bound = _BOUND.search(text)
+    try:
+        if bound:
+            read_number(bound["number"])
+        parse_wish(with_point(text), law=law)
+    except WorkbenchError as error:
+        return str(error)
+    return ""
+
+
+def with_point(text: str) -> str:
+    """Return a wish with a point before the decimals of its number, where it has a comma."""
+    bound = _BOUND.search(text)
+    if bound is None:
+        return text.strip()
+    begin, end = bound.span("number")
+    number = bound["number"].replace(",", ".").replace("\N{MINUS SIGN}", "-")
+    return (text[:begin] + number + text[end:]).strip()
+
+
+class WishLine(QWidget):
+    """One wish, and below it what is wrong with it."""
+
+    changed = pyqtSignal()
+    """Something else is typed."""
+
+    def __init__(self, number: int, law: Controller) -> None:
+        super().__init__()
+        self._law = law
+        self.field = QLineEdit()
+        self.field.setAccessibleName(f"Wish {number}, as x.rise_time <= 0.4 s")
+        self.field.setPlaceholderText("another wish, as x.rise_time <= 0.4 s")
+        self.set_controller(law)
+        self.fault = wrapped("bad")
+        self.fault.setVisible(False)
+        box = QVBoxLayout(self)
+        box.setContentsMargins(0, 0, 0, 0)
+        box.setSpacing(1)
+        box.addWidget(self.field)
+        box.addWidget(self.fault)
+        self.field.textChanged.connect(lambda _: self._check(typing=True))
+        self.field.editingFinished.connect(lambda: self._check(typing=False))
+
+    @property
+    def text(self) -> str:
+        """The wish, "" for none."""
+        return with_point(self.field.text())
+
+    @property
+    def is_good(self) -> bool:
+        """Whether nothing is seen to be wrong."""
+        return not self.text or not what_is_wrong(self.text, self._law)
+
+    def set_controller(self, law: Controller) -> None:
+        """Take wishes about the loops of a controller."""
+        self._law = law
+        completer = QCompleter(list(completions(law)), self)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.field.setCompleter(completer)
+
+    def blame(self, said: str) -> None:
+        """Say what is wrong, "" for nothing."""
+        self.fault.setText(f"✕ {said}" if said else "")
+        self.fault.setVisible(bool(said))
+        self.field.setAccessibleDescription(said)
+        set_class(self.field, "bad" if said else "")
+
+    def _check(self, *, typing: bool) -> None:
+        """Say what is wrong once the line is left; take it back as soon as it is mended."""
+        if self.is_good:
+            self.blame("")
+        elif not typing:
+            self.blame(what_is_wrong(self.text, self._law))
+        if typing:
+            self.changed.emit()
+
+
+class WishLines(QWidget):
+    """Wishes below each other, always with an empty line for another one.
+
+    Args:
+        wishes: at first.
+    """
+
+    changed = pyqtSignal()
+    """Something else is wished."""
+
+    def __init__(self, wishes: Sequence[str]) -> None:
+        super().__init__()
+        self._law = load_controller()
+        self._box = QVBoxLayout(self)
+        self._box.setContentsMargins(0, 0, 0, 0)
+        self._box.setSpacing(3)
+        self.lines: list[WishLine] = []
+        label = dressed(QLabel("&Wishes"), "muted")
+        self._box.addWidget(label)
+        for wish in wishes:
+            self._add(wish)
+        self._add("")
+        label.setBuddy(self.lines[0].field)
+
+    @property
+    def wishes(self) -> tuple[str, ...]:
+        """What is wished, without empty lines."""
+        return tuple(line.text for line in self.lines if line.text)
+
+    @property
+    def are_good(self) -> bool:
+        """Whether there is a wish, and nothing wrong with any."""
+        return bool(self.wishes) and all(line.is_good for line in self.lines)
+
+    def set_controller(self, law: Controller) -> None:
+        """Take wishes about the loops of a controller; say which cannot be about it."""
+        self._law = law
+        for line in self.lines:
+            line.set_controller(law)
+            line.blame(what_is_wrong(line.text, law) if line.text else "")
+
+    def _add(self, wish: str) -> None:
+        line = WishLine(len(self.lines) + 1, self._law)
+        line.field.setText(wish)
+        line.changed.connect(self._grow)
+        self.lines.append(line)
+        self._box.addWidget(line)
+
+    def _grow(self) -> None:
+        if self.lines[-1].text and len(self.lines) < MOST:
+            self._add("")
+        self.changed.emit()
 
 
 class AutoTuneCard(Card):

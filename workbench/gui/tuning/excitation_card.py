@@ -23,7 +23,7 @@ from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.scenario.axes import AXIS_ROWS, find_axis
 from workbench.scenario.excitation import Shape
-from workbench.scenario.parameters import find_parameter
+from workbench.scenario.parameters import parameter_table
 
 WIDTHS = (50, 94, 102, 82)
 """Of the fields at least [px]."""
@@ -134,7 +134,7 @@ class ExcitationCard(Card):
         choice, axis = self.choice, find_axis(self.choice.axis)
         self.axis.setCurrentIndex(AXIS_ROWS.index(axis))
         self.shape.setCurrentIndex(tuple(Shape).index(choice.shape))
-        row = find_parameter(axis.limit)
+        row = parameter_table().find(axis.limit)
         most = self._flight.view.values.get(axis.limit, row.maximum)
         self.amplitude.set_range(unit_for(axis.unit, self._preferences), -most, most, LEAST)
         self.amplitude.show_si(min(max(choice.amplitude, -most), most))

@@ -1,17 +1,18 @@
 """The card of forks: from this instant fly two sets of gains, or two controllers, side by side."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QPushButton, QWidget
 
 from workbench.analysis.questions import Fork, Question, Step
 from workbench.analysis.replies import Forked, StepNumbers
 from workbench.control.controller import SHIPPED
-from workbench.design.branches import Branch
+from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.flight_control import FlightControl
@@ -19,7 +20,6 @@ from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed
 from workbench.gui.tuning.card import SPACING, Card
-from workbench.gui.tuning.fork_curves import QUANTITIES
 from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.limit_table import STEP_LIMITS
 from workbench.gui.tuning.number_table import NumberTable
@@ -27,6 +27,7 @@ from workbench.gui.tuning.table_rows import Cell, Row
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
+from workbench.scenario.axes import find_axis
 from workbench.session.checkpoint import Checkpoint
 
 NOW = "now"
@@ -35,6 +36,36 @@ HEAD = ("rise s", "over %", "settle s", "error %", "rotor %")
 """Of the columns of numbers, in the order of `STEP_LIMITS`."""
 DURATIONS = (0.5, 20.0)
 """That may be flown ahead [s]."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that a branch has over time.
+
+    Attributes:
+        label: in words.
+        values: of a branch, along an axis, in SI.
+        unit_of: SI unit along an axis.
+    """
+
+    label: str
+    values: Callable[[FlownBranch, str], np.ndarray]
+    unit_of: Callable[[str], str]
+
+
+def way(flown: FlownBranch, axis: str) -> np.ndarray:
+    """Return the way flown along an axis since the fork [m]; in all, for yaw."""
+    place = find_axis(axis).place
+    moved = flown.position - flown.position[:1]
+    return np.linalg.norm(moved, axis=1) if place is None else moved[:, place]
+
+
+QUANTITIES = (
+    Quantity("velocity", FlownBranch.response, lambda axis: find_axis(axis).unit),
+    Quantity("way flown", way, lambda axis: "m"),
+    Quantity("tilt", lambda flown, axis: flown.tilt, lambda axis: "rad"),
+    Quantity("rotor use", lambda flown, axis: flown.rotor_use, lambda axis: "1"),
+)
 
 
 class ForkCard(Card):

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 
-from PyQt6.QtCore import QObject, QTimer, pyqtSignal
+from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.questions import Judge, JudgePlantInput, Question
 from workbench.analysis.replies import Judged, JudgedPlantInput, Reply
 from workbench.gui.analysis import Analysis
 from workbench.gui.gains.gain_rows import controller_gains
+from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.follower import Follower
 
 LATE = 500
@@ -49,15 +50,9 @@ class Judgement(QObject):
         )
         self._input_follower.answered.connect(self._hear_input)
         self._input_follower.refused.connect(self._hear_input_refusal)
-        self._rest = QTimer(self)
-        self._rest.setSingleShot(True)
-        self._rest.setInterval(REST)
-        self._rest.timeout.connect(self._ask_input)
+        self._rest = single_shot(self._ask_input, self, REST)
         self._gains: tuple[Gains, Gains] = ({}, {})
-        self._wait = QTimer(self)
-        self._wait.setSingleShot(True)
-        self._wait.setInterval(LATE)
-        self._wait.timeout.connect(self._tell_late)
+        self._wait = single_shot(self._tell_late, self, LATE)
         self.clear()
 
     @property

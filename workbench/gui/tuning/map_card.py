@@ -1,18 +1,46 @@
 """The card of the map: a metric over two gains around the proposed ones."""
 
-from PyQt6.QtCore import QTimer
-from PyQt6.QtWidgets import QComboBox, QGridLayout, QWidget
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from PyQt6.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import (
+    QBrush,
+    QColor,
+    QFont,
+    QFontMetrics,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+)
+from PyQt6.QtWidgets import QComboBox, QGridLayout, QSizePolicy, QWidget
 
 from workbench.analysis.questions import DrawMap, Question
 from workbench.analysis.replies import Mapped, Reply
+from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of
 from workbench.gui.number_field import buddy
+from workbench.gui.single_shot import single_shot
+from workbench.gui.theme import Look
 from workbench.gui.tuning.card import SPACING, Card, Sentence
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.limit_table import STEP_LIMITS
-from workbench.gui.tuning.map_view import MapView
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
+Segment = tuple[float, float, float, float]
+"""x and y of both ends, in columns and rows of the grid."""
+USUAL_SHARE = 0.8
+"""Share of a grid that is told apart where the rest is far away."""
+CONTOURS = 6
+"""About so many lines of equal value."""
+NUMBERED_PIECES = 6
+"""Pieces of a line that has a number."""
 PAIRS = {
     "x": ("kp_velocity_x", "kp_pitch"),
     "y": ("kp_velocity_y", "kp_roll"),
@@ -22,6 +50,374 @@ PAIRS = {
 """Gains that a response along an axis depends on most."""
 REST = 120
 """A map is asked for when gains have not moved for so long [ms]: it is a thousand flights."""
+
+
+@dataclass(frozen=True)
+class MapGrid:
+    """Places of a map's points, each in the middle of its cell.
+
+    Attributes:
+        box: of the map, in the widget.
+        x: values along the columns.
+        y: values along the rows, upwards.
+    """
+
+    box: QRectF
+    x: np.ndarray
+    y: np.ndarray
+
+    def cell(self, column: float, row: float) -> QPointF:
+        """Return where a column and a row stand, whole ones or between."""
+        return QPointF(
+            self.box.left() + (column + 0.5) / len(self.x) * self.box.width(),
+            self.box.bottom() - (row + 0.5) / len(self.y) * self.box.height(),
+        )
+
+    def place(self, x: float, y: float) -> QPointF:
+        """Return where gains stand; at the edge those beyond it."""
+        column = np.interp(x, self.x, np.arange(len(self.x)))
+        row = np.interp(y, self.y, np.arange(len(self.y)))
+        return self.cell(float(column), float(row))
+
+    def gains(self, place: QPointF) -> tuple[float, float] | None:
+        """Return the gains at a place, None beside the map."""
+        if not self.box.contains(place):
+            return None
+        column = (place.x() - self.box.left()) / self.box.width() * len(self.x) - 0.5
+        row = (self.box.bottom() - place.y()) / self.box.height() * len(self.y) - 0.5
+        return (
+            float(np.interp(column, np.arange(len(self.x)), self.x)),
+            float(np.interp(row, np.arange(len(self.y)), self.y)),
+        )
+
+
+def contour_segments(values: np.ndarray, level: float) -> list[Segment]:
+    """Return pieces of the line where a grid has a value; none beside a NaN.
+
+    Args:
+        values: (rows, columns).
+        level: of the line.
+    """
+    found: list[Segment] = []
+    corners = np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, 1:], values[1:, :-1]])
+    above = corners >= level
+    crossed = np.isfinite(corners).all(axis=0) & above.any(axis=0) & ~above.all(axis=0)
+    for row, column in zip(*np.nonzero(crossed), strict=True):
+        points = list(_crossings(corners[:, row, column].tolist(), level))
+        for one, other in zip(points[::2], points[1::2], strict=True):
+            found.append((column + one[0], row + one[1], column + other[0], row + other[1]))
+    return found
+
+
+def _crossings(corners: list[float], level: float) -> Iterator[tuple[float, float]]:
+    """Yield where the line crosses the four sides of a cell, in turns around it."""
+    places = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    for index in range(4):
+        one, other = corners[index], corners[(index + 1) % 4]
+        if (one >= level) != (other >= level):
+            share = (level - one) / (other - one)
+            (x0, y0), (x1, y1) = places[index], places[(index + 1) % 4]
+            yield x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+
+
+def value_range(values: np.ndarray) -> tuple[float, float]:
+    """Return the values between which a grid is worth telling apart.
+
+    A few flights that are nearly lost have numbers so large that all others would look alike: the
+    upper end is where four fifths of the grid have passed.
+    """
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return 0.0, 0.0
+    low, usual, high = np.quantile(finite, (0.0, USUAL_SHARE, 1.0)).tolist()
+    return float(low), float(usual if high - low > 3.0 * (usual - low) > 0.0 else high)
+
+
+def contour_levels(low: float, high: float, count: int) -> tuple[float, ...]:
+    """Return about so many round values between two."""
+    if high <= low:
+        return ()
+    rough = (high - low) / count
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = float(next(f * power for f in (1.0, 2.0, 5.0, 10.0) if f * power >= 0.999 * rough))
+    first = np.floor(low / step) + 1.0
+    return tuple(float(each) for each in np.arange(first * step, high, step))
+
+
+class MapPicture:
+    """Paints a map once; it is kept as a pixmap by who shows it.
+
+    Args:
+        mapped: the map.
+        grid: where its points stand.
+        look: colours of what is around it.
+        font: of its numbers.
+    """
+
+    def __init__(self, mapped: Mapped, grid: MapGrid, look: Look, font: QFont) -> None:
+        self._mapped, self._grid, self._look, self._font = mapped, grid, look, font
+
+    def paint(self, painter: QPainter) -> None:
+        """Paint it all."""
+        values = self._mapped.values
+        low, high = value_range(values)
+        known = np.where(np.isfinite(values), values, low)
+        colours = colours_of(known, low, high, colour_table())
+        painter.drawImage(self._grid.box, image_of(colours[::-1]))
+        self._hatch(painter, self._grid.box)
+        self._paint_lines(painter)
+        self._paint_axes(painter, self._grid.box)
+
+    def _hatch(self, painter: QPainter, box: QRectF) -> None:
+        """Cover what was lost, or never got there."""
+        rows, columns = self._mapped.values.shape
+        width, height = box.width() / columns, box.height() / rows
+        lines = QBrush(self._look.colour("bad"), Qt.BrushStyle.BDiagPattern)
+        for row, column in zip(*np.nonzero(~np.isfinite(self._mapped.values)), strict=True):
+            cell = QRectF(
+                box.left() + column * width, box.bottom() - (row + 1) * height, width, height
+            )
+            painter.fillRect(cell, self._look.colour("field"))
+            painter.fillRect(cell, lines)
+
+    def _paint_lines(self, painter: QPainter) -> None:
+        values, factor = self._mapped.values, 100.0 if self._mapped.unit == "1" else 1.0
+        small = QFont(self._font)
+        small.setWeight(QFont.Weight.DemiBold)
+        painter.setFont(small)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        taken: list[QPointF] = []
+        for level in contour_levels(*value_range(values), CONTOURS):
+            pieces = contour_segments(values, level)
+            for pen in (QPen(QColor(0, 0, 0, 110), 2.0), QPen(QColor(255, 255, 255, 210), 1.0)):
+                painter.setPen(pen)
+                for x0, y0, x1, y1 in pieces:
+                    painter.drawLine(self._grid.cell(x0, y0), self._grid.cell(x1, y1))
+            if len(pieces) >= NUMBERED_PIECES:
+                self._label(painter, f"{level * factor:.3g}", pieces, taken)
+
+    def _label(
+        self,
+        painter: QPainter,
+        text: str,
+        pieces: list[Segment],
+        taken: list[QPointF],
+    ) -> None:
+        """Write a value on its line, where no other one stands."""
+        box = self._grid.box
+        for x, y, *_ in sorted(pieces, key=lambda piece: abs(piece[0] - piece[1])):
+            at = self._grid.cell(x, y)
+            inside = box.adjusted(16.0, 8.0, -16.0, -8.0).contains(at)
+            if inside and all((at - other).manhattanLength() > 34.0 for other in taken):
+                taken.append(at)
+                place = QRectF(at.x() - 24.0, at.y() - 9.0, 48.0, 18.0)
+                painter.setPen(QColor(0, 0, 0, 170))
+                for way in ((1, 1), (-1, 1), (1, -1), (-1, -1)):
+                    shifted = place.translated(QPointF(*map(float, way)))
+                    painter.drawText(shifted, Qt.AlignmentFlag.AlignCenter, text)
+                painter.setPen(QColor("white"))
+                painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
+                return
+
+    def _paint_axes(self, painter: QPainter, box: QRectF) -> None:
+        painter.setFont(self._font)
+        painter.setPen(self._look.colour("muted"))
+        line = QFontMetrics(self._font).height()
+        for share in (0.0, 0.5, 1.0):
+            x = self._mapped.x[round(share * (len(self._mapped.x) - 1))]
+            y = self._mapped.y[round(share * (len(self._mapped.y) - 1))]
+            wide = QRectF(box.left() + share * box.width() - 40.0, box.bottom() + 2.0, 80.0, line)
+            wide.moveLeft(min(max(wide.left(), box.left() - 40.0 * share), box.right() - 40.0))
+            side = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignHCenter)[share > 0.0]
+            if share == 1.0:
+                wide.moveRight(box.right())
+                side = Qt.AlignmentFlag.AlignRight
+            elif share == 0.0:
+                wide.moveLeft(box.left())
+            painter.drawText(wide, side, f"{x:.3g}")
+            top = box.bottom() - share * box.height()
+            tall = QRectF(0.0, top - share * line, box.left() - 5.0, line)
+            tall.moveTop(min(max(top - 0.5 * line, box.top()), box.bottom() - line))
+            painter.drawText(tall, Qt.AlignmentFlag.AlignRight, f"{y:.3g}")
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place on the map: values of the gains along x and y."""
+
+    x: float
+    y: float
+
+
+class MapView(QWidget):
+    """Paints a map; a click, or arrow keys and Enter, choose a place on it.
+
+    Args:
+        look: colours.
+    """
+
+    picked = pyqtSignal(float, float)
+    """Values of the gains along x and y that were chosen."""
+    read = pyqtSignal(str)
+    """What is under the pointer, in words."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._mapped: Mapped | None = None
+        self._spot = Spot(math.nan, math.nan)
+        self._cursor: tuple[int, int] | None = None
+        self._picture: QPixmap | None = None
+        self.setMinimumHeight(120)
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAccessibleName("Map over two gains: arrows move, Enter proposes")
+        look.changed.connect(self._forget)
+
+    @property
+    def mapped(self) -> Mapped | None:
+        """What is shown."""
+        return self._mapped
+
+    def sizeHint(self) -> QSize:
+        """Return a comfortable size."""
+        return QSize(320, 240)
+
+    def show_map(self, mapped: Mapped | None) -> None:
+        """Show a map, None for nothing."""
+        self._mapped = mapped
+        if mapped is None:
+            self._cursor = None
+        self._forget()
+
+    def show_spot(self, x: float, y: float) -> None:
+        """Mark the gains that are proposed."""
+        self._spot = Spot(x, y)
+        self.update()
+
+    def point_at(self, place: QPointF) -> tuple[float, float] | None:
+        """Return the gains at a place of the widget, None beside the map."""
+        return self._grid.gains(place) if self._grid is not None else None
+
+    def place_of(self, x: float, y: float) -> QPointF:
+        """Return where gains stand in the widget."""
+        assert self._grid is not None
+        return self._grid.place(x, y)
+
+    @property
+    def _grid(self) -> MapGrid | None:
+        if self._mapped is None:
+            return None
+        return MapGrid(self._box(), self._mapped.x, self._mapped.y)
+
+    def _box(self) -> QRectF:
+        metrics = self.fontMetrics()
+        left = metrics.horizontalAdvance("0.0000") + 8.0
+        bottom = metrics.height() + 4.0
+        return QRectF(left, 4.0, self.width() - left - 6.0, self.height() - bottom - 4.0)
+
+    def _forget(self) -> None:
+        self._picture = None
+        self.update()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Draw the map anew."""
+        self._forget()
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint the map, which is kept as a picture, and what moves on it."""
+        painter = QPainter(self)
+        if self._mapped is None:
+            painter.setPen(self._look.colour("muted"))
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "No map yet")
+            return
+        if self._picture is None:
+            self._picture = self._draw()
+        painter.drawPixmap(0, 0, self._picture)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if math.isfinite(self._spot.x):
+            self._ring(painter, self.place_of(self._spot.x, self._spot.y), 6.0)
+        if self._cursor is not None and self._grid is not None and self.hasFocus():
+            at = self._grid.cell(*map(float, self._cursor))
+            painter.setPen(QPen(QColor("white"), 1.5))
+            painter.drawRect(QRectF(at.x() - 5.0, at.y() - 5.0, 10.0, 10.0))
+
+    def _ring(self, painter: QPainter, at: QPointF, size: float) -> None:
+        """Draw a ring with a cross, dark and light, to be seen on any colour."""
+        for colour, width in ((QColor("black"), 3.5), (QColor("white"), 1.5)):
+            painter.setPen(QPen(colour, width))
+            painter.drawEllipse(at, size, size)
+            painter.drawLine(at - QPointF(size + 5.0, 0.0), at - QPointF(size, 0.0))
+            painter.drawLine(at + QPointF(size + 5.0, 0.0), at + QPointF(size, 0.0))
+            painter.drawLine(at - QPointF(0.0, size + 5.0), at - QPointF(0.0, size))
+            painter.drawLine(at + QPointF(0.0, size + 5.0), at + QPointF(0.0, size))
+
+    def _draw(self) -> QPixmap:
+        assert self._mapped is not None and self._grid is not None
+        ratio = self.devicePixelRatioF()
+        picture = QPixmap(self.size() * ratio)
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(QColor(0, 0, 0, 0))
+        painter = QPainter(picture)
+        painter.setFont(self.font())
+        MapPicture(self._mapped, self._grid, self._look, self.font()).paint(painter)
+        painter.end()
+        return picture
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Read the value under the pointer."""
+        assert event is not None
+        found = self.point_at(event.position())
+        self.read.emit(self._text(*found) if found is not None else "")
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Choose the place under the pointer."""
+        assert event is not None
+        found = self.point_at(event.position())
+        if found is not None and event.button() == Qt.MouseButton.LeftButton:
+            self.setFocus()
+            self.picked.emit(*found)
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Move over the map, and choose."""
+        assert event is not None
+        moves = {
+            Qt.Key.Key_Left: (-1, 0),
+            Qt.Key.Key_Right: (1, 0),
+            Qt.Key.Key_Up: (0, 1),
+            Qt.Key.Key_Down: (0, -1),
+        }
+        key = Qt.Key(event.key())
+        if self._mapped is None or (key not in moves and key not in _ENTER):
+            super().keyPressEvent(event)
+            return
+        x, y = self._mapped.x, self._mapped.y
+        column, row = self._cursor or (len(x) // 2, len(y) // 2)
+        if key in _ENTER:
+            self.picked.emit(float(x[column]), float(y[row]))
+            return
+        column = min(max(column + moves[key][0], 0), len(x) - 1)
+        row = min(max(row + moves[key][1], 0), len(y) - 1)
+        self._cursor = column, row
+        said = self._text(float(x[column]), float(y[row]))
+        self.setAccessibleDescription(said)
+        self.read.emit(said)
+        self.update()
+
+    def _text(self, x: float, y: float) -> str:
+        assert self._mapped is not None
+        asked, values = self._mapped.asked, self._mapped.values
+        column = int(np.abs(self._mapped.x - x).argmin())
+        row = int(np.abs(self._mapped.y - y).argmin())
+        value = float(values[row, column])
+        share = self._mapped.unit == "1"
+        unit = "%" if share else self._mapped.unit
+        said = f"{100.0 * value if share else value:.3g} {unit}" if math.isfinite(value) else "lost"
+        return f"{asked.x} {x:.3g}, {asked.y} {y:.3g}: {said}"
+
+
+_ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
 
 class MapCard(Card):
@@ -61,10 +457,7 @@ class MapCard(Card):
         self.body.addLayout(grid)
         self.body.addWidget(self.view, 1)
         self.body.addWidget(self.reading)
-        self._rest = QTimer(self)
-        self._rest.setSingleShot(True)
-        self._rest.setInterval(REST)
-        self._rest.timeout.connect(self._ask)
+        self._rest = single_shot(self._ask, self, REST)
         trial.changed.connect(self._follow)
         self._follower.answered.connect(self._show)
         self._follower.refused.connect(lambda said: self.said.say(said, "warning"))

@@ -1,19 +1,164 @@
 """The card of margins: every loop, while a slider moves."""
 
+import math
+from collections.abc import Callable
+
 from PyQt6.QtWidgets import QWidget
 
-from workbench.analysis.replies import Judged
+from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limit_table import MARGIN_LIMITS
+from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit, find_limit
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.limits_form import LimitsForm
-from workbench.gui.tuning.margin_rows import margin_rows, margins_headline, plant_input_row
 from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.tuning.table_rows import Cell, Row, State
 from workbench.gui.workspace import Workspace
 
+LimitOf = Callable[[str], float]
+PLANT_INPUT = "plant input, all at once"
+DISK = find_limit("disk_margin")
 ROWS = 10
 """That are expected before they are known: loops, and the plant's input."""
+
+
+def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[Row, ...]:
+    """Return a row for each loop.
+
+    Args:
+        now: of the gains that count: proposed ones, where there are some.
+        before: of those that fly, None where these are the same.
+        limit_of: gives a limit by its name, as shown.
+    """
+    old = {loop.name: loop for loop in before.loops} if before is not None else {}
+    weakest = weakest_loop(now, limit_of) if now.stable else None  # else all are alike
+    return tuple(_row(loop, old.get(loop.name), weakest, limit_of) for loop in now.loops)
+
+
+def plant_input_row(
+    now: JudgedPlantInput | None, before: JudgedPlantInput | None, limit_of: LimitOf, said: str
+) -> Row:
+    """Return the row of what force and moments bear all at once, which has a disk margin alone.
+
+    Args:
+        now: of the gains that count, None while it is not known.
+        before: of those that fly, None where these are the same, or not known.
+        limit_of: gives a limit by its name, as shown.
+        said: why it is not known, "" where it will be.
+    """
+    words = "at the plant's input, force and moments all at once"
+    none = (Cell("", help=words),) * (len(MARGIN_LIMITS) - 1)
+    old = before is not None and before.disk_margin > 0.0
+    was = DISK.text(before.disk_margin) if before is not None and old else ""
+    if now is None:
+        state = State.NONE if said else State.WAITING
+        return Row(
+            PLANT_INPUT, (*none, Cell("–", was, help=f"{words}: {said or 'asked for'}")), state
+        )
+    if not now.disk_margin:
+        return Row(PLANT_INPUT, (*none, Cell("–", help=f"{words}: unstable")))
+    text = DISK.text(now.disk_margin)
+    over = not DISK.keeps(now.disk_margin, limit_of(DISK.name))
+    low = (2.0 - now.disk_margin) / (2.0 + now.disk_margin)
+    gains = f"; gains within {low:.2f} .. {1.0 / low:.2f}" if low > 0.0 else ""
+    help = (
+        f"{words}: α {DISK.text(now.steering)} while the pilot steers, "
+        f"{DISK.text(now.holding)} while the place is held{gains}"
+    )
+    cell = Cell(text, was if was != text else "", over, help)
+    return Row(PLANT_INPUT, (*none, cell), State.LOW if over else State.GOOD)
+
+
+def weakest_loop(judged: Judged, limit_of: LimitOf) -> JudgedLoop | None:
+    """Return the loop that has least to spare: an unstable one, or that nearest to a limit."""
+    if not judged.loops:
+        return None
+    return min(judged.loops, key=lambda loop: _spare(loop, limit_of))
+
+
+def margins_headline(judged: Judged, at_input: JudgedPlantInput | None, limit_of: LimitOf) -> str:
+    """Return how stable gains are, in a sentence.
+
+    The plant's input is named where its margin is low and those of all loops are not.
+    """
+    loop = weakest_loop(judged, limit_of)
+    if not judged.stable:
+        said = judged.said or "the closed loop is unstable with these gains."
+        return said[0].upper() + said[1:]
+    low = [limit for limit in MARGIN_LIMITS if loop and not _keeps(loop, limit, limit_of)]
+    margin = at_input.disk_margin if at_input is not None else math.inf
+    if not low and not DISK.keeps(margin, limit_of(DISK.name)):
+        least = f"{DISK.sign} {limit_of(DISK.name):g}"
+        return f"Weakest: {PLANT_INPUT}, {DISK.label.lower()} {DISK.text(margin)} ({least})"
+    if loop is None:
+        return "No loop is closed."
+    name = loop_label(loop.name)
+    limit = min(low or MARGIN_LIMITS, key=lambda each: _share(loop, each, limit_of))
+    value = _with_unit(limit.text(getattr(loop, limit.name)), limit)
+    said = f"Weakest: {name}, {limit.label.lower()} {value}"
+    if low:
+        return f"{said} ({limit.sign} {_with_unit(f'{limit_of(limit.name):g}', limit)})"
+    return said
+
+
+def _with_unit(text: str, limit: Limit) -> str:
+    glue = "" if limit.unit in ("", "°") else " "
+    return f"{text}{glue}{limit.unit}"
+
+
+def loop_label(name: str) -> str:
+    """Return a loop's name in words."""
+    return name.replace("_", " ")
+
+
+def _short(name: str) -> str:
+    return loop_label(name).replace("velocity", "vel.").replace("position", "pos.")
+
+
+def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, of: LimitOf) -> Row:
+    cells = []
+    for limit in MARGIN_LIMITS:
+        value = getattr(loop, limit.name)
+        text = limit.text(value) if loop.stable else "–"
+        # What is broken has no numbers, and so nothing to compare.
+        compared = old is not None and loop.stable
+        was = limit.text(getattr(old, limit.name)) if compared else text
+        was = was if was != text else ""  # only what changes is compared
+        over = loop.stable and not _keeps(loop, limit, of)
+        cells.append(Cell(text, was, over, _help(loop, limit)))
+    if not loop.stable:  # then no loop has a margin, but only some are the cause
+        state = State.BROKEN if loop.growing else State.NONE
+    else:
+        state = State.LOW if any(cell.over for cell in cells) else State.GOOD
+    return Row(_short(loop.name), tuple(cells), state, loop is weakest)
+
+
+def _keeps(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> bool:
+    return limit.keeps(getattr(loop, limit.name), limit_of(limit.name))
+
+
+def _share(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> float:
+    """Return a margin as a share of its limit."""
+    wanted, value = limit_of(limit.name), limit.shown(getattr(loop, limit.name))
+    if math.isnan(value):
+        return -math.inf
+    return value / wanted if wanted else math.inf
+
+
+def _spare(loop: JudgedLoop, limit_of: LimitOf) -> float:
+    if not loop.stable:
+        return -math.inf
+    return min(_share(loop, limit, limit_of) for limit in MARGIN_LIMITS)
+
+
+def _help(loop: JudgedLoop, limit: Limit) -> str:
+    value = getattr(loop, limit.name)
+    text = f"{loop_label(loop.name)}: {limit.label.lower()}, {limit.help}"
+    if limit.unit == "dB" and math.isfinite(value):
+        return f"{text}: factor {value:.3g}"
+    if limit.name == "phase_margin" and math.isfinite(loop.crossover):
+        return f"{text}, at {loop.crossover:.3g} rad/s"
+    return text
 
 
 class MarginsCard(Card):

@@ -1,5 +1,6 @@
 """The card that pins what flies now as a regression."""
 
+import re
 from pathlib import Path
 
 from PyQt6.QtGui import QGuiApplication
@@ -21,14 +22,42 @@ from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.number_field import buddy
 from workbench.gui.style import set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
-from workbench.gui.tuning.pin_text import name_fault, regress_command, spec_path
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 from workbench.scenario.axes import find_axis
 
+SUFFIX = ".spec.yaml"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]*")
 FOLDER = "tuning/pin_folder"
 """Where the last folder is kept."""
+
+
+def spec_path(folder: str, name: str) -> Path:
+    """Return where a spec of a name is written."""
+    stem = name.strip().removesuffix(SUFFIX).replace(" ", "-")
+    return Path(folder or ".").expanduser() / f"{stem}{SUFFIX}"
+
+
+def name_fault(name: str) -> str:
+    """Return what is wrong with a name, as a sentence; "" where nothing is."""
+    if not name.strip():
+        return "Give it a name."
+    if not _NAME.fullmatch(name.strip()):
+        return "Use letters, digits, spaces, dots, dashes and underscores."
+    return ""
+
+
+def regress_command(path: Path) -> str:
+    """Return the command that flies a pinned regression, for a shell."""
+    text = str(path)
+    return f"workbench regress {_quoted(text)}"
+
+
+def _quoted(text: str) -> str:
+    if re.fullmatch(r"[\w./+-]+", text):
+        return text
+    return "'" + text.replace("'", "'\\''") + "'"
 
 
 class PinCard(Card):

@@ -1,12 +1,327 @@
 """The card of poles: those that fly, and where the proposed gains would move them."""
 
-from PyQt6.QtWidgets import QWidget
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
+import numpy as np
+from PyQt6.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import (
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PyQt6.QtWidgets import QSizePolicy, QWidget
+
+from workbench.gui.charts.ticks import round_step
+from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, Sentence
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.pole_plane import PolePlane
-from workbench.gui.tuning.pole_points import poles_headline, shown_poles
 from workbench.gui.workspace import Workspace
+
+DAMPINGS = (0.2, 0.4, 0.6, 0.8)
+RIGHT = 0.14
+"""Share of the width right of the imaginary axis."""
+SIZE = 4.5
+"""Half the size of a pole [px]."""
+EDGE = 14.0
+"""An unstable pole stands at least so far within the picture [px]."""
+NEAR = 14.0
+"""A pole this near to the pointer is read [px]."""
+SPANS = (2.0, 2000.0)
+"""Shortest and longest way to the left that can be shown [1/s]."""
+
+
+@dataclass(frozen=True)
+class Pole:
+    """One pole of the closed loop.
+
+    Attributes:
+        value: [1/s].
+        proposed: whether it is of the proposed gains, else of those that fly.
+    """
+
+    value: complex
+    proposed: bool
+
+    @property
+    def frequency(self) -> float:
+        """Natural frequency [rad/s]."""
+        return abs(self.value)
+
+    @property
+    def damping(self) -> float:
+        """Ratio of damping; negative where it grows."""
+        return -self.value.real / abs(self.value) if self.value else 1.0
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether it dies out."""
+        return self.value.real < 0.0
+
+    @property
+    def text(self) -> str:
+        """The pole in words."""
+        whose = "proposed" if self.proposed else "flown"
+        word = "" if self.is_stable else ", unstable"
+        hertz = self.frequency / (2.0 * math.pi)
+        where = f"{self.frequency:.3g} rad/s ({hertz:.3g} Hz)"
+        return f"{whose}: {where}, damping {self.damping:.2f}{word}".replace("-", "−")
+
+
+def shown_poles(flown: np.ndarray | None, proposed: np.ndarray | None) -> tuple[Pole, ...]:
+    """Return the poles of both, upper half of the plane; those of the flown gains first."""
+    found = []
+    for values, is_proposed in ((flown, False), (proposed, True)):
+        if values is not None:
+            found += [Pole(complex(each), is_proposed) for each in values if each.imag >= -1e-9]
+    return tuple(found)
+
+
+def poles_headline(proposed: np.ndarray) -> str:
+    """Return what the poles come to, in a sentence."""
+    growing = int(np.count_nonzero(proposed.real >= 0.0))
+    if growing:
+        return f"{growing} unstable pole{'s' if growing > 1 else ''}."
+    swinging = [Pole(complex(each), True) for each in proposed if abs(each.imag) > 1e-9]
+    if not swinging:
+        return "Nothing swings."
+    least = min(swinging, key=lambda pole: pole.damping)
+    return f"Least damping {least.damping:.2f}, at {least.frequency:.3g} rad/s."
+
+
+class PolePlane(QWidget):
+    """Shows poles: hollow ones fly, filled ones are proposed, crosses are unstable.
+
+    An unstable one beyond the picture stands at its edge, with an arrow to where it lies.
+
+    Args:
+        look: colours.
+    """
+
+    read = pyqtSignal(str)
+    """The pole under the pointer in words, "" for none."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._poles: tuple[Pole, ...] = ()
+        self._span = 40.0
+        self._chosen: Pole | None = None
+        self._grid, self._grid_key = QPixmap(), tuple[object, ...]()
+        self.setMinimumHeight(110)
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAccessibleName("Pole plane: left and right go from pole to pole, + and − zoom")
+        look.changed.connect(self.update)
+
+    @property
+    def poles(self) -> tuple[Pole, ...]:
+        """What is shown."""
+        return self._poles
+
+    @property
+    def span(self) -> float:
+        """Way to the left that is shown [1/s]."""
+        return self._span
+
+    def sizeHint(self) -> QSize:
+        """Return a comfortable size."""
+        return QSize(320, 220)
+
+    def show_poles(self, poles: Sequence[Pole]) -> None:
+        """Show these."""
+        if tuple(poles) == self._poles:
+            return
+        self._poles = tuple(poles)
+        if self._chosen not in self._poles:
+            self._choose(None)
+        self.update()
+
+    def zoom(self, factor: float) -> None:
+        """Show so many times as much of the plane."""
+        self._span = min(max(self._span * factor, SPANS[0]), SPANS[1])
+        self.update()
+
+    def place(self, pole: Pole) -> QPointF:
+        """Return where a pole stands in the widget; an unstable one never leaves the picture."""
+        box, at = self._box(), self._exact(pole)
+        if pole.is_stable:
+            return at
+        return QPointF(min(at.x(), box.right() - EDGE), max(at.y(), box.top() + EDGE))
+
+    def is_beyond(self, pole: Pole) -> bool:
+        """Return whether a pole lies farther out than it stands."""
+        return self.place(pole) != self._exact(pole)
+
+    def _exact(self, pole: Pole) -> QPointF:
+        """Return where a pole lies, within the picture or not."""
+        box, scale = self._box(), self._scale()
+        return QPointF(_zero(box) + pole.value.real * scale, box.bottom() - pole.value.imag * scale)
+
+    def _box(self) -> QRectF:
+        line = float(self.fontMetrics().height())
+        return QRectF(4.0, 4.0, self.width() - 8.0, self.height() - line - 6.0)
+
+    def _scale(self) -> float:
+        """Return pixels for 1/s, the same along both axes: angles say the damping."""
+        return (1.0 - RIGHT) * self._box().width() / self._span
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint the grid and the poles."""
+        painter = QPainter(self)
+        box = self._box()
+        ratio = self.devicePixelRatioF()
+        key = (self.width(), self.height(), ratio, self._span, self._look.is_dark, self.font())
+        if key != self._grid_key:
+            self._grid_key = key
+            self._grid = self._draw_grid(box, ratio)
+        painter.drawPixmap(0, 0, self._grid)
+        painter.setClipRect(box)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for pole in self._poles:
+            self._paint_pole(painter, pole)
+
+    def _draw_grid(self, box: QRectF, ratio: float) -> QPixmap:
+        """Return what stands still behind the poles; it is painted once."""
+        grid = QPixmap(self.size() * ratio)
+        grid.setDevicePixelRatio(ratio)
+        grid.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(grid)
+        painter.setFont(self.font())
+        painter.fillRect(box, self._look.colour("field"))
+        painter.setClipRect(QRectF(0.0, box.top(), self.width(), self.height()))
+        self._paint_grid(painter, box)
+        painter.end()
+        return grid
+
+    def _paint_grid(self, painter: QPainter, box: QRectF) -> None:
+        colour = self._look.colour
+        scale, zero = self._scale(), _zero(box)
+        unstable = colour("bad")
+        unstable.setAlpha(22)
+        painter.fillRect(QRectF(zero, box.top(), box.right() - zero, box.height()), unstable)
+        painter.setPen(QPen(colour("line"), 1))
+        high = box.height() / scale
+        painter.save()
+        painter.setClipRect(box)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        reach = math.hypot(self._span, high)
+        for damping in DAMPINGS:
+            way = QPointF(-damping * reach * scale, -math.sqrt(1.0 - damping**2) * reach * scale)
+            painter.drawLine(QPointF(zero, box.bottom()), QPointF(zero, box.bottom()) + way)
+        step = round_step(self._span, 4)
+        rings = [step * each for each in range(1, math.ceil(reach / step))]
+        for ring in rings:
+            painter.drawEllipse(QPointF(zero, box.bottom()), ring * scale, ring * scale)
+        painter.restore()
+        painter.setPen(colour("muted"))
+        painter.drawLine(QPointF(zero, box.top()), QPointF(zero, box.bottom()))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        line = self.fontMetrics().height()
+        for ring in rings:
+            x = zero - ring * scale
+            if x > box.left() + 12.0:
+                text = QRectF(x - 40.0, box.bottom() + 1.0, 80.0, line)
+                painter.drawText(text, Qt.AlignmentFlag.AlignHCenter, f"−{ring:g}")
+        unit = QRectF(zero, box.bottom() + 1.0, box.right() - zero, line)
+        painter.drawText(unit, Qt.AlignmentFlag.AlignRight, "1/s")
+        for damping in DAMPINGS:
+            self._paint_damping(painter, box, zero, damping)
+
+    def _paint_damping(self, painter: QPainter, box: QRectF, zero: float, damping: float) -> None:
+        """Write a damping ratio where its line leaves the picture."""
+        rise = math.sqrt(1.0 - damping**2) / damping
+        x = zero - box.height() / rise
+        line = self.fontMetrics().height()
+        if x >= box.left() + 2.0:
+            place = QRectF(x - 13.0, box.top(), 26.0, line)
+        else:
+            y = box.bottom() - (zero - box.left()) * rise
+            place = QRectF(box.left() + 2.0, y, 26.0, line)
+        painter.drawText(place, Qt.AlignmentFlag.AlignHCenter, f"{damping:g}")
+
+    def _paint_pole(self, painter: QPainter, pole: Pole) -> None:
+        at = self.place(pole)
+        colour = self._look.colour("accent" if pole.proposed else "muted")
+        if not pole.is_stable:
+            colour = self._look.colour("bad")
+            painter.setPen(QPen(colour, 2.2 if pole.proposed else 1.2))
+            painter.drawLine(at + QPointF(-SIZE, -SIZE), at + QPointF(SIZE, SIZE))
+            painter.drawLine(at + QPointF(-SIZE, SIZE), at + QPointF(SIZE, -SIZE))
+            if self.is_beyond(pole):
+                self._paint_arrow(painter, at, pole)
+        else:
+            painter.setPen(QPen(colour, 1.5))
+            painter.setBrush(colour if pole.proposed else Qt.BrushStyle.NoBrush)
+            size = 0.75 * SIZE if pole.proposed else SIZE + 1.0
+            painter.drawEllipse(at, size, size)
+        if pole == self._chosen:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(self._look.colour("ink"), 1))
+            painter.drawEllipse(at, 2.2 * SIZE, 2.2 * SIZE)
+
+    def _paint_arrow(self, painter: QPainter, at: QPointF, pole: Pole) -> None:
+        """Show that it lies farther out, and where."""
+        right = self._exact(pole).x() > at.x()
+        tip = at + (QPointF(EDGE - 1.0, 0.0) if right else QPointF(0.0, 1.0 - EDGE))
+        for side in (-1.0, 1.0):
+            back = QPointF(-4.0, 4.0 * side) if right else QPointF(4.0 * side, 4.0)
+            painter.drawLine(tip, tip + back)
+
+    def _choose(self, pole: Pole | None) -> None:
+        if pole != self._chosen:
+            self._chosen = pole
+            said = pole.text if pole is not None else ""
+            self.setAccessibleDescription(said)
+            self.read.emit(said)
+            self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Read the pole under the pointer."""
+        assert event is not None
+        here = event.position()
+        ways = [
+            (math.hypot(here.x() - at.x(), here.y() - at.y()), index)
+            for index, at in enumerate(map(self.place, self._poles))
+        ]
+        way, index = min(ways, default=(NEAR + 1.0, 0))
+        self._choose(self._poles[index] if way <= NEAR else None)
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        """Zoom."""
+        assert event is not None
+        self.zoom(0.8 if event.angleDelta().y() > 0 else 1.25)
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Go from pole to pole, or zoom."""
+        assert event is not None
+        key = Qt.Key(event.key())
+        if key in (Qt.Key.Key_Plus, Qt.Key.Key_Minus, Qt.Key.Key_Equal):
+            self.zoom(1.25 if key is Qt.Key.Key_Minus else 0.8)
+        elif key in (Qt.Key.Key_Left, Qt.Key.Key_Right) and self._poles:
+            move = -1 if key is Qt.Key.Key_Left else 1
+            order = sorted(self._poles, key=lambda pole: (pole.value.real, pole.value.imag))
+            at = order.index(self._chosen) + move if self._chosen in order else len(order) - 1
+            self._choose(order[at % len(order)])
+        else:
+            super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Paint anew."""
+        self.update()
+
+
+def _zero(box: QRectF) -> float:
+    """Return where the imaginary axis stands in the picture."""
+    return box.left() + (1.0 - RIGHT) * box.width()
 
 
 class PolesCard(Card):

@@ -1,34 +1,56 @@
 """The card of the response: live, against its prediction, its limits and the last ones."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
+from PyQt6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
+from PyQt6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+from pyqtgraph.functions import arrayToQPolygonF
 
 from workbench.analysis.questions import Step
 from workbench.analysis.replies import Predicted, StepNumbers
+from workbench.gui.charts.curve import COMMAND, CurveStyle
+from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.excitation_form import ExcitationChoice
-from workbench.gui.tuning.limit_strip import LimitStrip, Use
-from workbench.gui.tuning.limit_table import STEP_LIMITS
+from workbench.gui.tuning.gains_text import gains_text
+from workbench.gui.tuning.limit_table import STEP_LIMITS, Limit
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.limits_form import LimitsForm
-from workbench.gui.tuning.metric_rows import HEAD, headline, metric_rows
+from workbench.gui.tuning.marks import TONES, draw_mark
 from workbench.gui.tuning.number_table import NumberTable
-from workbench.gui.tuning.response_history import ResponseHistory
-from workbench.gui.tuning.response_plot import ResponsePlot
 from workbench.gui.tuning.rounds import StepPart, step_parts
-from workbench.gui.tuning.step_measure import SAME
-from workbench.gui.tuning.table_rows import Row, State
+from workbench.gui.tuning.step_measure import SAME, measure_step
+from workbench.gui.tuning.table_rows import Cell, Row, State
 from workbench.gui.tuning.trace import Trace, take_trace
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.scenario.axes import AXIS_ROWS, find_axis
-from workbench.scenario.excitation import Excitation
+from workbench.scenario.excitation import LATE, Excitation, Exciting, Shape
 from workbench.scenario.parameters import parameter_table
 
+GHOSTS = 5
+"""Responses that are kept besides the present one."""
+SHORTEST = 0.1
+"""Of a response that is kept [s]."""
+Take = Callable[[Excitation, float, float], Trace]
+"""Takes a trace of an excitation, from one simulated time to another [s]."""
+STRIP_ROOM = 1.15
+"""Share of a limit at the upper edge."""
+NEAR = 0.999
+"""From this share on, a limit is reached."""
+STRIP_GAP = 12.0
+STRIP_MARK = 8.0
+HEAD = ("flown", "predicted", "limit")
+CHIRP_POINTS = 400
+"""Of a chirp."""
+FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
+_NOTHING = np.empty(0)
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
 """Between two pictures of what is being flown [s]."""
@@ -36,6 +58,418 @@ LONGEST_STEP = 30.0
 """That is predicted [s]."""
 TURNED = math.radians(1.0)
 """A prediction does not follow smaller changes of the heading [rad]."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of an excitation that is flown.
+
+    Attributes:
+        excitation: what is flown.
+        begun: simulated time of its edge [s].
+        gains: that fly it.
+        again: whether a round of the same went before it without a gap.
+    """
+
+    excitation: Excitation
+    begun: float
+    gains: Mapping[str, float]
+    again: bool = False
+
+    @property
+    def end(self) -> float:
+        """Simulated time at which it is over [s]."""
+        return self.begun + self.excitation.round_time
+
+    def next_edge(self, time: float) -> float:
+        """Return when the command jumps next after a simulated time, or the round ends [s]."""
+        edges = (self.begun + edge for edge in self.excitation.edges)
+        return min((edge for edge in edges if edge > time + LATE), default=self.end)
+
+    @property
+    def parts(self) -> tuple[StepPart, ...]:
+        """The steps in it."""
+        return step_parts(self.excitation, again=self.again)
+
+
+@dataclass(frozen=True)
+class Response:
+    """A flown round.
+
+    Attributes:
+        round: what was asked.
+        trace: what came of it.
+        numbers: of its first step; None where it has none, or was ended before.
+    """
+
+    round: Round
+    trace: Trace
+    numbers: StepNumbers | None
+
+
+class ResponseHistory:
+    """Cuts a flight into responses.
+
+    Args:
+        take: takes a trace from the flight.
+
+    Attributes:
+        round: that is flown, or was flown last; None before the first.
+        numbers: of the newest round whose first step is over, None before it.
+        ghosts: the last responses before that, the newest first.
+    """
+
+    def __init__(self, take: Take) -> None:
+        self._take = take
+        self.clear()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the newest round is being flown."""
+        return self._running
+
+    def clear(self) -> None:
+        """Forget all: another flight begins."""
+        self.round: Round | None = None
+        self.numbers: StepNumbers | None = None
+        self.ghosts: tuple[Response, ...] = ()
+        self._running = False
+        self._ended = 0.0
+        self._measured = False
+        self._changed = False
+
+    def begin(self, exciting: Exciting, gains: Mapping[str, float]) -> None:
+        """Take note of a round; the same one again changes nothing, unless gains have changed.
+
+        Args:
+            exciting: what is flown since when.
+            gains: that fly it now.
+        """
+        before = self.round
+        excitation, begun = exciting.excitation, exciting.began
+        if before is not None and before.begun == begun and before.excitation == excitation:
+            self._changed = self._changed or gains != before.gains
+            return
+        self._keep(min(begun, before.end) if before is not None else begun)
+        self.round = Round(excitation, begun, dict(gains), exciting.again)
+        self._running, self._measured, self._changed = True, False, False
+
+    def end(self, now: float) -> None:
+        """Take note that nothing excites the flight any more, at a simulated time [s]."""
+        if self._running:
+            self._running, self._ended = False, now
+
+    def present(self, now: float) -> Trace | None:
+        """Return what was flown of the newest round by now [s], and measure what is over."""
+        if self.round is None:
+            return None
+        until = min(now, self.round.end) if self._running else min(self._ended, self.round.end)
+        trace = self._take(self.round.excitation, self.round.begun, until)
+        if not self._measured:
+            numbers = self._measure(self.round, trace)
+            if numbers is not None:
+                self.numbers, self._measured = numbers, True
+        return trace
+
+    def _keep(self, end: float) -> None:
+        """Make the newest round a ghost."""
+        if self.round is None:
+            return
+        until = end if self._running else min(self._ended, self.round.end)
+        trace = self._take(self.round.excitation, self.round.begun, until)
+        if not len(trace) or trace.time[-1] < SHORTEST:
+            return
+        numbers = self.numbers if self._measured else self._measure(self.round, trace)
+        kept = Response(self.round, trace, numbers)
+        self.ghosts = (kept, *self.ghosts)[:GHOSTS]
+
+    def _measure(self, flown: Round, trace: Trace) -> StepNumbers | None:
+        """Return the numbers of a round's first step; those of the others are alike."""
+        if not flown.parts:
+            return None
+        return measure_step(trace, flown.parts[0], changed=self._changed)
+
+
+@dataclass(frozen=True)
+class Use:
+    """How much of a limit is used over time.
+
+    Attributes:
+        label: of what.
+        time: (N) from the edge on [s].
+        value: (N), in SI.
+        limit: in SI.
+        unit: how both are shown.
+        decimals: as shown.
+    """
+
+    label: str
+    time: np.ndarray
+    value: np.ndarray
+    limit: float
+    unit: Unit
+    decimals: int = 0
+
+    @property
+    def peak(self) -> float:
+        """Largest size so far; NaN before the first."""
+        return float(np.abs(self.value).max()) if len(self.value) else float("nan")
+
+    @property
+    def state(self) -> State:
+        """Whether the limit was reached."""
+        if not len(self.value):
+            return State.NONE
+        return State.OVER if self.peak >= NEAR * self.limit else State.GOOD
+
+    @property
+    def text(self) -> str:
+        """Peak and limit in words."""
+        plain = Unit("", self.unit.factor).text(self.peak, self.decimals)
+        return f"{plain} of {self.unit.text(self.limit, self.decimals)}"
+
+
+class LimitStrip(QWidget):
+    """Charts side by side, each with its limit as a line and the peak as a number.
+
+    Args:
+        look: colours.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._uses: tuple[Use, ...] = ()
+        self._length = 1.0
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Use of the flight's limits")
+        look.changed.connect(self.update)
+
+    @property
+    def uses(self) -> tuple[Use, ...]:
+        """What is shown."""
+        return self._uses
+
+    def show_uses(self, uses: Sequence[Use], length: float) -> None:
+        """Show these over a time [s]."""
+        self._uses, self._length = tuple(uses), max(length, 1e-3)
+        self.update()
+
+    def describe(self) -> None:
+        """Say in words what is shown: once a response is over, not with every frame."""
+        self.setAccessibleDescription("; ".join(f"{use.label} {use.text}" for use in self._uses))
+
+    def sizeHint(self) -> QSize:
+        """Return room for a line of text and a chart."""
+        return QSize(320, 2 * self.fontMetrics().height() + 22)
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint the charts."""
+        if not self._uses:
+            return
+        painter = QPainter(self)
+        width = (self.width() - STRIP_GAP * (len(self._uses) - 1)) / len(self._uses)
+        for index, use in enumerate(self._uses):
+            self._paint_use(
+                painter, QRectF(index * (width + STRIP_GAP), 0.0, width, self.height()), use
+            )
+
+    def _paint_use(self, painter: QPainter, box: QRectF, use: Use) -> None:
+        colour = self._look.colour
+        line = float(self.fontMetrics().height())
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.setPen(colour("muted"))
+        painter.drawText(QRectF(box.left(), box.top(), box.width(), line), left, use.label)
+        tone = colour("warning" if use.state is State.OVER else "ink")
+        painter.setPen(tone)
+        second = QRectF(box.left(), box.top() + line, box.width() - 2.0 * STRIP_MARK, line)
+        painter.drawText(second, left, use.text)
+        if use.state is not State.NONE:
+            mark = QRectF(
+                box.right() - STRIP_MARK,
+                second.center().y() - STRIP_MARK / 2.0,
+                STRIP_MARK,
+                STRIP_MARK,
+            )
+            draw_mark(painter, mark, use.state, colour(TONES[use.state]))
+        chart = box.adjusted(0.0, 2.0 * line + 2.0, 0.0, -1.0)
+        painter.fillRect(chart, colour("ground"))
+        top = chart.bottom() - chart.height() / STRIP_ROOM
+        painter.setPen(QPen(colour("warning"), 1, Qt.PenStyle.DashLine))
+        painter.drawLine(QPointF(chart.left(), top), QPointF(chart.right(), top))
+        if len(use.time) > 1:
+            painter.setPen(QPen(tone, 1))
+            painter.drawPolyline(self._line(chart, use))
+
+    def _line(self, chart: QRectF, use: Use) -> QPolygonF:
+        skip = max(1, len(use.time) // max(1, int(chart.width())))
+        share = np.minimum(np.abs(use.value) / use.limit, STRIP_ROOM)
+        # The largest of every few samples: a peak must not fall between two pixels.
+        size = len(share) // skip * skip
+        peaks = share[:size].reshape(-1, skip).max(axis=1)
+        times = use.time[:size:skip] / self._length
+        x = chart.left() + np.clip(times, 0.0, 1.0) * chart.width()
+        y = chart.bottom() - peaks / STRIP_ROOM * chart.height()
+        return arrayToQPolygonF(x, y)
+
+
+def metric_rows(
+    flown: StepNumbers | None,
+    predicted: StepNumbers | None,
+    limit_of: Callable[[str], float],
+) -> tuple[Row, ...]:
+    """Return a row for each number of a step.
+
+    Args:
+        flown: by the newest step, None before it.
+        predicted: of the proposed gains, None where it is not known.
+        limit_of: gives a limit by its name, as shown.
+    """
+    return tuple(_row(limit, flown, predicted, limit_of(limit.name)) for limit in STEP_LIMITS)
+
+
+def _row(
+    limit: Limit, flown: StepNumbers | None, predicted: StepNumbers | None, most: float
+) -> Row:
+    values = [
+        getattr(numbers, limit.name) if numbers is not None else math.nan
+        for numbers in (flown, predicted)
+    ]
+    over = [math.isfinite(value) and not limit.keeps(value, most) for value in values]
+    reasons = [numbers.withheld if numbers is not None else "" for numbers in (flown, predicted)]
+    cells = tuple(
+        Cell(limit.text(value), over=beyond, help=why if math.isnan(value) and why else limit.help)
+        for value, beyond, why in zip(values, over, reasons, strict=True)
+    )
+    unit = f" {limit.unit}" if limit.unit else ""
+    state = State.NONE
+    if flown is not None:
+        if math.isnan(values[0]):
+            state = State.NONE if flown.withheld else State.OVER
+        else:
+            state = State.OVER if over[0] else State.GOOD
+    return Row(limit.label, (*cells, Cell(f"{limit.sign} {most:g}{unit}")), state)
+
+
+def headline(rows: tuple[Row, ...]) -> str:
+    """Return what the rows come to, in a sentence."""
+    if all(row.state is State.NONE for row in rows):
+        return "No step was flown yet."
+    over = [row.label.lower() for row in rows if row.state is State.OVER]
+    if over:
+        return f"Over the limit: {', '.join(over)}."
+    if any(row.cells[1].over for row in rows):
+        return "Only the prediction is over."
+    return "The step keeps all limits."
+
+
+def command_line(excitation: Excitation, *, again: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Return times from the edge on [s] and values of what a round asks for.
+
+    Args:
+        excitation: what is flown.
+        again: whether a round of the same was flown just before.
+    """
+    length = excitation.round_time
+    if excitation.shape is Shape.CHIRP:
+        time = np.linspace(0.0, length, CHIRP_POINTS, endpoint=False)
+        return time, np.array([excitation.command(float(each)) for each in time])
+    times, values = [0.0], [0.0]
+    parts = step_parts(excitation, again=again)
+    values[0] = parts[0].before
+    for part in parts:
+        times += [part.begin, part.end]
+        values += [part.level, part.level]
+    if parts[-1].end < length:
+        times += [parts[-1].end, length]
+        values += [0.0, 0.0]
+    return np.array(times), np.array(values)
+
+
+class ResponsePlot(QWidget):
+    """Curves over the time from the edge of a round on.
+
+    Args:
+        workspace: colours and units.
+
+    Attributes:
+        plot: where they are drawn.
+    """
+
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
+        self.plot = StaticPlot(workspace)
+        self.plot.set_hint("Press Start: the response appears here")
+        box = QVBoxLayout(self)
+        box.setContentsMargins(0, 0, 0, 0)
+        box.addWidget(self.plot)
+        self._length = 0.0
+        self._ghosts: tuple[Response, ...] = ()
+
+    def show_plan(self, excitation: Excitation, history: ResponseHistory) -> None:
+        """Show what is asked for: of the round that was flown last, else of the next one."""
+        flown = history.round
+        shown = excitation if flown is None else flown.excitation
+        axis = find_axis(shown.axis)
+        label = "yaw rate" if axis.place is None else f"velocity {axis.name}"
+        self._length = shown.round_time
+        self.plot.set_axes("time after the step s", label, axis.unit)
+        self.plot.set_window(0.0, self._length)
+        again = flown.again if flown is not None else False
+        self.plot.set_curve(ASKED, *command_line(shown, again=again), CurveStyle.SOLID, COMMAND)
+
+    def show_flown(self, trace: Trace | None) -> None:
+        """Show what was flown so far."""
+        if trace is None:
+            self.plot.remove_curve(FLOWN)
+        else:
+            self.plot.set_curve(FLOWN, trace.time, trace.response, CurveStyle.SOLID, 0)
+
+    def show_predicted(self, predicted: Predicted | None, part: StepPart | None) -> None:
+        """Show what the proposed gains would make of a step in the round."""
+        if predicted is None or part is None or predicted.lost:
+            self.plot.remove_curve(PREDICTED)
+            return
+        time = predicted.time + part.begin
+        self.plot.set_curve(PREDICTED, time, predicted.response + part.before, CurveStyle.DASHED, 1)
+
+    def show_future(self, time: np.ndarray = _NOTHING, values: np.ndarray = _NOTHING) -> None:
+        """Show how the flight would go on with the proposed gains; nothing takes it away."""
+        if len(time):
+            self.plot.set_curve(FUTURE, time, values, CurveStyle.FAINT, 1)
+        else:
+            self.plot.remove_curve(FUTURE)
+
+    def show_ghosts(self, ghosts: tuple[Response, ...], gains: Mapping[str, float]) -> None:
+        """Show the last responses; the tool tip of the legend says which gains made them.
+
+        Args:
+            ghosts: the newest first.
+            gains: that fly now.
+        """
+        lines = []
+        if len(ghosts) > len(self._ghosts):  # they lie below what is flown now
+            for name in (FLOWN, PREDICTED, FUTURE):
+                self.plot.remove_curve(name)
+        for index in range(GHOSTS):
+            name = ghost_name(index)
+            if index >= len(ghosts):
+                self.plot.remove_curve(name)
+                continue
+            each = ghosts[index]
+            if each not in self._ghosts[index : index + 1]:
+                trace = each.trace
+                self.plot.set_curve(name, trace.time, trace.response, CurveStyle.FAINT, COMMAND)
+            withheld = each.numbers.withheld if each.numbers is not None else ""
+            note = f" ({withheld})" if withheld else ""
+            lines.append(f"{name}: {gains_text(each.round.gains, gains)}{note}")
+        self._ghosts = ghosts
+        self.plot.legend.setToolTip("\n".join(lines))
+
+
+def ghost_name(index: int) -> str:
+    """Return the name of the response so many before the last."""
+    return f"−{index + 1}"
 
 
 class ResponseCard(Card):

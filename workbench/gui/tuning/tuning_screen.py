@@ -1,26 +1,30 @@
 """The tuning screen: gains, excitation, response, margins, and all that helps to choose."""
 
 from collections.abc import Callable
+from enum import Enum
 
-from PyQt6.QtGui import QHideEvent, QShowEvent
-from PyQt6.QtWidgets import QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
+import numpy as np
+from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import QHideEvent, QResizeEvent, QShowEvent
+from PyQt6.QtWidgets import QHBoxLayout, QLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
 
-from workbench.analysis.questions import Predict, Question
-from workbench.analysis.replies import Predicted, Reply
+from workbench.analysis.questions import Fork, Predict, Question
+from workbench.analysis.replies import Forked, Predicted, Reply
+from workbench.design.branches import Branch
+from workbench.gui.analysis import Analysis
+from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.gui.gains.profile_bar import ProfileBar, ask_to_save
 from workbench.gui.gains.profiles import GainProfiles
 from workbench.gui.page import scrolled
 from workbench.gui.screen import Screen
-from workbench.gui.soon import Soon
-from workbench.gui.tuning.arrangement import GAP, Arrangement
+from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.autotune_card import AutoTuneCard
 from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import ExcitationChoice
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.fork_card import ForkCard
-from workbench.gui.tuning.ghost import Ghost
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.map_card import MapCard
@@ -32,6 +36,220 @@ from workbench.gui.tuning.trial import Trial
 from workbench.gui.tuning.weights_card import WeightsCard
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+from workbench.session.checkpoint import Checkpoint
+
+WIDE = 1150
+"""From this width on there are three columns [px]."""
+GAP = 8
+GAINS, MIDDLE = 448, 364
+"""Least widths at first, where all stand side by side [px]."""
+SHARES = (0.3, 0.3)
+"""Of a wide screen, for gains and response; the rest is for margins and tabs."""
+CLOSE = "QTabBar::tab { padding: 6px 5px; margin-right: 0; }"
+"""For eight tabs side by side in half of a narrow screen, six in a third of a usual one."""
+WIDEST_CLOSE = 1400
+"""From this width on tabs stand apart [px]."""
+LEAST, SHORTEST = 372, 520
+"""Width of the tabs, and height of all, in which nothing is cut [px]."""
+FUTURE_NAME = "next five seconds"
+AHEAD = 5.0
+"""[s]"""
+
+
+class Columns(Enum):
+    """What stands side by side; the rest is in tabs."""
+
+    ALL = 3
+    """Gains, response, and margins with the tabs."""
+    GAINS = 2
+    """Gains, and tabs."""
+    NONE = 1
+    """Tabs alone."""
+
+
+class Arrangement(QWidget):
+    """Gains left, the response beside them, margins and tabs right or in tabs.
+
+    Args:
+        gains: left.
+        response: what is excited, and what comes of it.
+        margins: of all loops.
+        tabs: everything else, each with its name.
+    """
+
+    def __init__(
+        self, gains: QWidget, response: QWidget, margins: QWidget, tabs: QTabWidget
+    ) -> None:
+        super().__init__()
+        self._gains, self._response = gains, response
+        self._margins, self._tabs = margins, tabs
+        self._columns: Columns | None = None
+        tabs.setDocumentMode(True)
+        tabs.setUsesScrollButtons(True)
+        tabs.setElideMode(Qt.TextElideMode.ElideNone)
+        self._middle = _column()
+        self._right = _column()
+        self.splitter = QSplitter(Qt.Orientation.Horizontal)
+        self.splitter.setHandleWidth(GAP)
+        self.splitter.setChildrenCollapsible(False)
+        for part in (gains, self._middle, self._right):
+            self.splitter.addWidget(part)
+        for index, share in enumerate((2, 3, 3)):
+            self.splitter.setStretchFactor(index, share)
+        box = QHBoxLayout(self)
+        box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
+        box.setContentsMargins(GAP, GAP, GAP, GAP)
+        box.addWidget(self.splitter)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the room that is enough in tabs."""
+        return QSize(LEAST + 2 * GAP, SHORTEST)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Stand as the width allows."""
+        super().resizeEvent(event)
+        both = self._gains.minimumSizeHint().width() + LEAST + 3 * GAP
+        columns = Columns.GAINS if self.width() >= both else Columns.NONE
+        self.arrange(Columns.ALL if self.width() >= WIDE else columns)
+        style = "" if self.width() >= WIDEST_CLOSE else CLOSE
+        if style != self._tabs.styleSheet():
+            self._tabs.setStyleSheet(style)
+
+    def arrange(self, columns: Columns) -> None:
+        """Stand side by side, or in tabs."""
+        if columns is self._columns:
+            return
+        self._columns = columns
+        wide = columns is Columns.ALL
+        chosen = self._tabs.currentWidget()
+        middle, right = self._middle.layout(), self._right.layout()
+        assert isinstance(middle, QVBoxLayout) and isinstance(right, QVBoxLayout)
+        if wide:
+            for part in (self._gains, self._response, self._margins):
+                if self._tabs.indexOf(part) >= 0:
+                    self._tabs.removeTab(self._tabs.indexOf(part))
+            middle.addWidget(self._response)
+            right.addWidget(self._margins)
+            right.addWidget(self._tabs)
+            right.setStretch(1, 1)
+            self._right.show()
+            self.splitter.insertWidget(0, self._gains)
+            for part in (self._gains, self._response, self._margins):
+                part.show()
+            gains = max(GAINS, round(SHARES[0] * self.width()))
+            response = max(MIDDLE, round(SHARES[1] * self.width()))
+            rest = self.width() - gains - response - 4 * GAP
+            self.splitter.setSizes([gains, response, rest])
+        else:
+            middle.addWidget(self._tabs)
+            self._tabs.insertTab(0, self._response, "Step")
+            self._tabs.insertTab(1, self._margins, "Margins")
+            self._right.hide()
+            if columns is Columns.GAINS:
+                self._tabs.removeTab(self._tabs.indexOf(self._gains))
+                self.splitter.insertWidget(0, self._gains)
+                self._gains.show()
+                gains = min(GAINS, self.width() - LEAST - 3 * GAP)
+                self.splitter.setSizes([gains, self.width() - gains - 3 * GAP, 0])
+            else:
+                self._tabs.insertTab(0, self._gains, "Gains")
+            self._tabs.setCurrentIndex(0)
+        self._tabs.show()  # what changes its parent is hidden until the next turn of events
+        if chosen is not None and self._tabs.indexOf(chosen) >= 0 and wide:
+            self._tabs.setCurrentWidget(chosen)
+
+
+def _column() -> QWidget:
+    column = QWidget()
+    box = QVBoxLayout(column)
+    box.setContentsMargins(0, 0, 0, 0)
+    box.setSpacing(GAP)
+    return column
+
+
+class Ghost(QObject):
+    """Flies ahead of the flight with gains that are proposed and do not fly yet.
+
+    One question at a time; the newest gains are flown next. It asks for nothing while they fly
+    already, while nobody looks, and while something longer is worked on.
+
+    Args:
+        flight: from whose present it goes on.
+        analysis: flies it.
+        trial: what is tried.
+        may_ask: whether nothing longer is worked on.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    seen_ahead = pyqtSignal(object, object)
+    """Simulated times [s] and velocity or yaw rate along the trial's axis; both may be empty."""
+
+    def __init__(
+        self,
+        flight: FlightModel,
+        analysis: Analysis,
+        trial: Trial,
+        may_ask: Callable[[], bool],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._flight, self._analysis, self._trial = flight, analysis, trial
+        self._may_ask = may_ask
+        self._seen = False
+        self._busy = False
+        self._again = False
+        self._asked: Fork | None = None
+        trial.changed.connect(self.follow)
+        analysis.forked.connect(self._hear)
+        analysis.refused.connect(self._hear_refusal)
+
+    def set_seen(self, seen: bool) -> None:
+        """Fly ahead only while somebody looks."""
+        self._seen = seen
+
+    def begin(self) -> None:
+        """Forget another flight."""
+        self._busy = self._again = False
+        self._asked = None
+        self._clear()
+
+    def follow(self) -> None:
+        """Fly ahead with what is proposed now."""
+        if self._trial.proposed == self._trial.flown:
+            self._again = False
+            self._clear()
+        elif self._busy:
+            self._again = True
+        elif self._seen and self._trial.step is not None and self._may_ask():
+            self._busy, self._again = True, False
+            self._flight.order(lambda live: live.checkpoint(), self._ask, lambda said: self._rest())
+
+    def _ask(self, checkpoint: Checkpoint) -> None:
+        branch = Branch(FUTURE_NAME, self._trial.proposed)
+        self._asked = Fork(checkpoint, (branch,), AHEAD)
+        self._analysis.ask(self._asked)
+
+    def _hear(self, forked: Forked) -> None:
+        if self._asked is None:
+            return
+        branch = forked.branches[0]
+        step = self._trial.step
+        waited = self._trial.proposed != self._trial.flown
+        if branch.name == FUTURE_NAME and step is not None and waited:
+            self.seen_ahead.emit(branch.time, branch.response(step.axis))
+        self._rest()
+
+    def _hear_refusal(self, question: Question, said: str) -> None:
+        if isinstance(question, Fork):  # the card of forks tells why, where it has asked
+            self._rest()
+
+    def _rest(self) -> None:
+        self._busy, self._asked = False, None
+        if self._again:
+            self.follow()
+
+    def _clear(self) -> None:
+        self.seen_ahead.emit(np.empty(0), np.empty(0))
 
 
 class TuningScreen(Screen):
@@ -93,7 +311,7 @@ class TuningScreen(Screen):
         box.setContentsMargins(0, 0, 0, 0)
         box.addWidget(self.arrangement)
         # Gains that are linked, or a whole profile, change one by one: they are asked about once.
-        self._soon = Soon(self._ask, self)
+        self._soon = single_shot(self._ask, self)
         self._connect()
         self._plan(self.excitation.choice)
 
@@ -152,7 +370,7 @@ class TuningScreen(Screen):
 
     def _connect(self) -> None:
         self.gains.set_changed.connect(self._judge_set)
-        self.trial.changed.connect(self._soon.ask)
+        self.trial.changed.connect(self._soon.start)
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self.response.show_predicted)
         self._predictor.refused.connect(self.response.refuse_predicted)
@@ -178,7 +396,7 @@ class TuningScreen(Screen):
         self._predictor.forget()
         self.map.begin()
         self.weights.begin()
-        self._soon.ask()
+        self._soon.start()
 
     def _is_free(self) -> bool:
         """Whether nothing that takes long is worked on for the user."""

@@ -1,18 +1,35 @@
 """The screen of charts, clouds, pictures, frames and events, of a flight or of its log."""
 
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
+from time import perf_counter
+from typing import Any
 
+import numpy as np
+from PyQt6.QtCore import QObject, QSignalBlocker, Qt, QTimer, pyqtSignal
+from PyQt6.QtGui import QShowEvent
 from PyQt6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
     QFileDialog,
+    QFrame,
     QHBoxLayout,
+    QHeaderView,
     QLabel,
     QProgressBar,
     QPushButton,
+    QSlider,
+    QTableWidget,
+    QTableWidgetItem,
     QTabWidget,
     QVBoxLayout,
     QWidget,
 )
 
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.preferences import log_folder
 from workbench.gui.screen import Screen
@@ -20,13 +37,398 @@ from workbench.gui.style import set_class
 from workbench.gui.visualization.camera_page import CameraPage
 from workbench.gui.visualization.charts_page import ChartsPage
 from workbench.gui.visualization.cloud_page import CloudPage
-from workbench.gui.visualization.events_page import EventsPage
+from workbench.gui.visualization.event_list import MOST, Event, EventList
 from workbench.gui.visualization.frames_page import FramesPage
-from workbench.gui.visualization.log_bar import LogBar
-from workbench.gui.visualization.log_messages import LogContents
-from workbench.gui.visualization.log_reader import LogReader, LogSource
+from workbench.gui.visualization.log_messages import LogContents, Progress
 from workbench.gui.workspace import Workspace
+from workbench.ipc.worker_process import WorkerProcess
+from workbench.link.backplane import Published
+from workbench.link.topics import Topic
 from workbench.live.view import LiveView
+
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+STEP = 0.1
+"""Time of a single step [s]."""
+PERIOD = 16
+"""Between two pictures while it plays [ms]."""
+PARTS = 100
+"""Of a second that the slider tells apart."""
+
+
+class LogClock:
+    """A time within a log that runs, stands, or is moved.
+
+    Args:
+        begin: time of the log's first sample [s].
+        end: of its last one [s].
+
+    Attributes:
+        begin: see there.
+        end: see there.
+        time: that is shown [s].
+        speed: seconds of the log in a second.
+        plays: whether it runs.
+        loops: whether it begins again at the end.
+    """
+
+    def __init__(self, begin: float, end: float) -> None:
+        self.begin, self.end = begin, max(begin, end)
+        self.time = self.end
+        self.speed = 1.0
+        self.plays = False
+        self.loops = False
+
+    def play(self) -> None:
+        """Run; from the start if it stands at the end."""
+        if self.time >= self.end:
+            self.time = self.begin
+        self.plays = True
+
+    def pause(self) -> None:
+        """Stand."""
+        self.plays = False
+
+    def go_to(self, time: float) -> None:
+        """Show a time [s]."""
+        self.time = min(max(time, self.begin), self.end)
+
+    def step(self, steps: int) -> None:
+        """Stand, and show a time some steps later."""
+        self.pause()
+        self.go_to(self.time + STEP * steps)
+
+    def advance(self, passed: float) -> None:
+        """Let a wall time pass [s]."""
+        if not self.plays:
+            return
+        self.time += self.speed * passed
+        if self.time >= self.end:
+            duration = self.end - self.begin
+            if self.loops and duration > 0.0:
+                self.time = self.begin + (self.time - self.begin) % duration
+            else:
+                self.time = self.end
+                self.plays = False
+
+
+class LogBar(QFrame):
+    """Time bar of a log.
+
+    Args:
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    moved = pyqtSignal(float)
+    """The time that is to be shown [s]."""
+    whole_wanted = pyqtSignal(float, float)
+    """All of the log is to be seen, from a time to another [s]."""
+    live_wanted = pyqtSignal()
+    """The log is no longer wanted."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.clock = LogClock(0.0, 0.0)
+        self._last = 0.0
+        self._timer = QTimer(self)
+        self._timer.setInterval(PERIOD)
+        self._timer.timeout.connect(self._tick)
+        set_class(self, "card")
+        self.name = QLabel()
+        set_class(self.name, "heading")
+        self.remark = QLabel()
+        self.remark.setWordWrap(True)
+        set_class(self.remark, "warning")
+        self.back = QPushButton("Back to &live")
+        self.play = QPushButton("&Play")
+        self.play.setCheckable(True)
+        self.earlier = QPushButton("− 0.1 s")
+        self.later = QPushButton("+ 0.1 s")
+        self.whole = QPushButton("&Whole log")
+        self.loop = QPushButton("L&oop")
+        self.loop.setCheckable(True)
+        self.speed = QComboBox()
+        self.speed.addItems([f"{speed:g} ×" for speed in SPEEDS])
+        self.speed.setCurrentIndex(SPEEDS.index(1.0))
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.time = QLabel()
+        self._lay_out()
+        self._connect()
+
+    def show_log(self, contents: LogContents) -> None:
+        """Show a log that was read, at its end."""
+        self.clock = LogClock(contents.begin, contents.end)
+        self.clock.speed = SPEEDS[self.speed.currentIndex()]
+        self.clock.loops = self.loop.isChecked()
+        self.name.setText(f"LOG  {contents.path.name}")
+        self.name.setToolTip(f"{contents.path}, vehicle {contents.vehicle}")
+        self.remark.setText(contents.remark)
+        self.remark.setVisible(bool(contents.remark))
+        with QSignalBlocker(self.slider):  # a range that leaves its value out moves it
+            self.slider.setRange(round(contents.begin * PARTS), round(contents.end * PARTS))
+        self.slider.setAccessibleDescription(f"{contents.begin:.2f} to {contents.end:.2f} s")
+        self._show()
+
+    def stop(self) -> None:
+        """Play no more."""
+        self.clock.pause()
+        self._timer.stop()
+        self._show()
+
+    def _toggle_play(self, plays: bool) -> None:
+        if plays:
+            self.clock.play()
+            self._last = perf_counter()
+            self._timer.start()
+        else:
+            self.stop()
+        self._show()
+
+    def _tick(self) -> None:
+        now = perf_counter()
+        self.clock.advance(now - self._last)
+        self._last = now
+        if not self.clock.plays:
+            self._timer.stop()
+        self._show()
+
+    def _step(self, steps: int) -> None:
+        self.clock.step(steps)
+        self._timer.stop()
+        self._show()
+
+    def _scrub(self, place: int) -> None:
+        self.clock.go_to(place / PARTS)
+        self._show()
+
+    def _set_speed(self, index: int) -> None:
+        self.clock.speed = SPEEDS[index]
+
+    def _set_loop(self, loops: bool) -> None:
+        self.clock.loops = loops
+
+    def _show(self) -> None:
+        """Show the clock, without an echo from the slider."""
+        self.slider.blockSignals(True)
+        self.slider.setValue(round(self.clock.time * PARTS))
+        self.slider.blockSignals(False)
+        self.play.setChecked(self.clock.plays)
+        self.play.setText("&Pause" if self.clock.plays else "&Play")
+        now, end = number_text(self.clock.time, 2), number_text(self.clock.end, 2)
+        begin = number_text(self.clock.begin, 2)
+        self.time.setText(f"{now} of {begin} to {end} s")
+        self.moved.emit(self.clock.time)
+
+    def _lay_out(self) -> None:
+        head = QHBoxLayout()
+        head.addWidget(self.name)
+        said = QLabel("This is a log, no live flight.")
+        set_class(said, "muted")
+        head.addWidget(said)
+        head.addStretch(1)
+        head.addWidget(self.whole)
+        head.addWidget(self.back)
+        label = QLabel("Sp&eed")
+        label.setBuddy(self.speed)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        steps = (self.play, self.earlier, self.later)
+        for button in steps:
+            row.addWidget(button)
+        row.addWidget(self.slider, 1)
+        for widget in (self.time, label, self.speed, self.loop):
+            row.addWidget(widget)
+        box = QVBoxLayout(self)
+        box.setContentsMargins(10, 6, 10, 6)
+        box.setSpacing(4)
+        box.addLayout(head)
+        box.addWidget(self.remark)
+        box.addLayout(row)
+        self.slider.setAccessibleName("Time of the log in s")
+        self.slider.setSingleStep(PARTS // 10)
+        self.slider.setPageStep(PARTS)
+        self.speed.setAccessibleName("Seconds of the log in a second")
+        self.earlier.setAccessibleName("A tenth of a second earlier")
+        self.later.setAccessibleName("A tenth of a second later")
+        self.time.setMinimumWidth(
+            self.fontMetrics().horizontalAdvance("0000.00 of 0000.00 to 0000.00 s")
+        )
+
+    def _connect(self) -> None:
+        self.play.clicked.connect(self._toggle_play)
+        self.earlier.clicked.connect(lambda: self._step(-1))
+        self.later.clicked.connect(lambda: self._step(1))
+        self.slider.valueChanged.connect(self._scrub)
+        self.speed.currentIndexChanged.connect(self._set_speed)
+        self.loop.clicked.connect(self._set_loop)
+        self.whole.clicked.connect(lambda: self.whole_wanted.emit(self.clock.begin, self.clock.end))
+        self.back.clicked.connect(self.live_wanted)
+
+
+class EventsPage(QWidget):
+    """Table of events, the newest below.
+
+    Args:
+        workspace: colours.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._look = workspace.look
+        self._list = EventList()
+        self._at_end = True
+        self.hint = QLabel(
+            "Nothing has happened yet: take-off, landing, warnings and changed "
+            "parameters will stand here."
+        )
+        self.hint.setWordWrap(True)
+        self.table = QTableWidget(0, 3)
+        self.table.setAccessibleName("Events with their times in s")
+        self.table.setHorizontalHeaderLabels(["Time s", "Kind", "What happened"])
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setTabKeyNavigation(False)
+        self.table.setShowGrid(False)
+        self.table.setWordWrap(False)
+        upright, head = self.table.verticalHeader(), self.table.horizontalHeader()
+        if upright is not None and head is not None:
+            upright.hide()
+            head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+            head.setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
+            head.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        box = QVBoxLayout(self)
+        box.setContentsMargins(0, 8, 0, 0)
+        box.addWidget(self.hint)
+        box.addWidget(self.table, 1)
+
+    def begin(self, topics: Sequence[Topic]) -> None:
+        """Forget all: a flight begins."""
+        self._list.begin(topics)
+        self.table.setRowCount(0)
+        self.hint.show()
+
+    def add(self, published: Sequence[Published]) -> None:
+        """Show the events of what was published."""
+        found = self._list.add(published)
+        if not found:
+            return
+        self.hint.hide()
+        bar = self.table.verticalScrollBar()
+        if self.isVisible():
+            self._at_end = bar is not None and bar.value() >= bar.maximum()
+        for event in found:
+            self._append(event)
+        self._follow()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Show the newest, which were not scrolled to while nobody looked: that lays out all."""
+        super().showEvent(event)
+        self._follow()
+
+    def _follow(self) -> None:
+        if self._at_end and self.isVisible():
+            self.table.scrollToBottom()
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What is shown."""
+        return tuple(self._list.events)
+
+    def _append(self, event: Event) -> None:
+        if self.table.rowCount() >= MOST:
+            self.table.removeRow(0)
+        row = self.table.rowCount()
+        self.table.insertRow(row)
+        for column, text in enumerate((number_text(event.time, 2), event.kind, event.said)):
+            item = QTableWidgetItem(text)
+            item.setToolTip(text)
+            if column == 0:
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            self.table.setItem(row, column, item)
+
+
+class LogSource:
+    """Series of a log by the names that a flight has.
+
+    Args:
+        contents: of the log.
+    """
+
+    def __init__(self, contents: LogContents) -> None:
+        self._contents = contents
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """SI unit of every series, by name."""
+        return self._contents.units
+
+    def series(self, name: str, since: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
+        """Return times [s] and values from a time on (N): views.
+
+        Raises:
+            WorkbenchError: if there is no such series.
+        """
+        if name not in self._contents.values:
+            raise unknown_name("signal", name, self._contents.values)
+        time = self._contents.times[self._contents.topic_of[name]]
+        first = int(np.searchsorted(time, since))
+        return time[first:], self._contents.values[name][first:]
+
+
+class LogReader(QObject):
+    """One log at a time; a newer one ends the reading of an older one."""
+
+    progressed = pyqtSignal(float)
+    """Share that is read, 0 .. 1."""
+    ready = pyqtSignal(object)
+    """The `LogContents`."""
+    refused = pyqtSignal(str)
+    """Why it cannot be read, a sentence."""
+    _heard = pyqtSignal(int, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._number = 0
+        self._process: WorkerProcess | None = None
+        queued = Qt.ConnectionType.QueuedConnection  # from a thread of the process's
+        self._heard.connect(self._deliver, queued)  # type: ignore[call-arg]
+
+    @property
+    def is_reading(self) -> bool:
+        """Whether a log is being read."""
+        return self._process is not None
+
+    def read(self, path: Path) -> None:
+        """Begin to read a log; nothing waits."""
+        self.close()
+        heard = partial(self._heard.emit, self._number)
+        module = "workbench.gui.visualization.log_worker"
+        try:
+            process = WorkerProcess(module, "log reader", heard, lambda why: f"{path}: {why}")
+        except WorkbenchError as error:
+            self.refused.emit(str(error))
+            return
+        self._process = process
+        process.ask(lambda: path).add_done_callback(heard)
+
+    def close(self) -> None:
+        """Read no further; nothing is left of it."""
+        process, self._process = self._process, None
+        self._number += 1
+        if process is not None:
+            process.close()
+
+    def _deliver(self, number: int, message: "Progress | Future[Any]") -> None:
+        if number != self._number:
+            return  # of a log that nobody waits for
+        if isinstance(message, Progress):
+            self.progressed.emit(message.share)
+            return
+        self.close()
+        if error := message.exception():
+            self.refused.emit(str(error))
+        else:
+            self.ready.emit(message.result())
 
 
 class VisualizationScreen(Screen):

@@ -1,33 +1,483 @@
 """Read MJCF, MuJoCo's own format: the body that flies, and the actuators at its sites."""
 
-from collections.abc import Iterator
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
+from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.mjcf_schema import note_unused
-from workbench.plant.formats.mjcf_shapes import GeomReader
-from workbench.plant.formats.mjcf_words import (
-    Compiler,
-    Defaults,
-    elements,
-    pose_of,
-    read_compiler,
-    with_includes,
-)
-from workbench.plant.formats.solids import together
+from workbench.plant.formats.colours import Colour
+from workbench.plant.formats.solids import Solid, together, volume
 from workbench.plant.formats.values import listed, number, numbers, shortened, triple
-from workbench.plant.formats.xml import Element, place
-from workbench.plant.model import DeclaredActuator, Inertial, Joint, Link, Model
+from workbench.plant.formats.xml import MOST_ELEMENTS, Element, place, read_xml
+from workbench.plant.model import Collision, DeclaredActuator, Inertial, Joint, Link, Model, Visual
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
+from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 
+DEEPEST = 20
+"""Files that include each other."""
+_ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+_MAIN = "main"
+"""The class of defaults that holds where no other is named."""
+_SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
+_DRAWN = 3
+"""Groups from this on are not drawn, as in MuJoCo's viewer and in Drake's parser."""
+Placed = Iterable[tuple[Element, RigidTransform]]
+"""Geoms, each with the frame in its link that its pose is given in."""
+_FRAME = "name class pos quat axisangle xyaxes zaxis euler"
+_USED = {
+    "mujoco": "compiler default asset worldbody actuator",
+    "worldbody": "body geom frame",
+    "body": "body frame inertial joint freejoint geom site",
+    "frame": "body frame inertial joint freejoint geom site",
+    "asset": "mesh material",
+}
+"""Children that are read."""
+_WORDS = {
+    "compiler": "angle eulerseq meshdir assetdir texturedir autolimits inertiafromgeom",
+    "body": f"{_FRAME} childclass",
+    "frame": f"{_FRAME} childclass",
+    "inertial": f"{_FRAME} mass diaginertia fullinertia",
+    "joint": "name class type pos axis group range limited",
+    "freejoint": "name group align",
+    "geom": f"{_FRAME} type size fromto mass density mesh rgba material group contype conaffinity",
+    "site": f"{_FRAME} type size rgba material group fromto",
+    "mesh": "name class file scale",
+    "material": "name class rgba",
+    "motor": "name class site gear ctrlrange ctrllimited forcerange forcelimited group dyntype "
+    "dynprm gainprm gaintype biastype joint body tendon",
+}
+"""Attributes that are read, or that say nothing of flight; those of other elements are not read."""
+_WORDS["general"] = _WORDS["motor"]
+_WHY = {
+    "option": "gravity and air are the workbench's own, and so is the integrator",
+    "sensor": "sensors are added as docs/sensors.md says",
+    "keyframe": "a scenario says how a flight begins",
+    "contact": "friction and stiffness of the ground are the workbench's own",
+    "camera": "cameras are not drawn",
+    "light": "lights are not drawn",
+    "visual": "pictures are the workbench's own",
+    "statistic": "pictures are the workbench's own",
+    "texture": "colours alone are drawn",
+}
+_MOST = 50
+"""Of such remarks; a stranger's file may have very many."""
 _KINDS = {"hinge": "continuous", "slide": "prismatic", "ball": "ball"}
 _ACTUATORS = ("motor", "general")
 """Whose force does not depend on how the body moves."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """What `<compiler>` says of how the rest is meant.
+
+    Attributes:
+        radians: whether angles are in radians; else in degrees.
+        eulerseq: axes of Euler angles in their order, capitals for those fixed in space.
+        meshdir: folder of meshes.
+        autolimits: whether a range without a word on limits is one.
+        inertiafromgeom: `auto`, `true` or `false`.
+    """
+
+    radians: bool = False
+    eulerseq: str = "xyz"
+    meshdir: str = ""
+    autolimits: bool = True
+    inertiafromgeom: str = "auto"
+
+
+def read_compiler(path: Path, root: Element) -> Compiler:
+    """Return what all `<compiler>` elements say, the last of each word.
+
+    Raises:
+        WorkbenchError: for Euler angles about no axes.
+    """
+    words: dict[str, str] = {}
+    for element in root.iterfind("compiler"):
+        words |= element.attrib
+    eulerseq = words.get("eulerseq", "xyz")
+    if len(eulerseq) != 3 or set(eulerseq.lower()) - set("xyz"):
+        raise WorkbenchError(f"{path}: <compiler eulerseq='{shortened(eulerseq)}'>: use xyz")
+    return Compiler(
+        radians=words.get("angle", "degree") == "radian",
+        eulerseq=eulerseq,
+        meshdir=words.get("meshdir", words.get("assetdir", "")),
+        autolimits=words.get("autolimits", "true") == "true",
+        inertiafromgeom=words.get("inertiafromgeom", "auto"),
+    )
+
+
+def with_includes(path: Path, root: Element) -> Element:
+    """Return a document with what it includes in the place of its `<include>` elements.
+
+    Files are looked for beside the one that was asked for, as MuJoCo does.
+
+    Raises:
+        WorkbenchError: naming the include that leads nowhere, in a circle, or too deep.
+    """
+    return _Includer(path).resolved(root, (path,))
+
+
+class _Includer:
+    """Counts what is included, so that it stays within bounds."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._count = 0
+
+    def resolved(self, element: Element, files: tuple[Path, ...]) -> Element:
+        """Return a copy of an element of the last of some files."""
+        self._count += 1
+        if self._count > MOST_ELEMENTS:
+            raise WorkbenchError(f"{self._path}: with includes there are too many elements")
+        copy = Element(element.tag, element.attrib)
+        copy.text = element.text
+        copy.line = element.line
+        if len(files) > 1:  # lines are those of the file that was asked for
+            copy.line, copy.owner = 0, f"{files[-1].name}:{element.line}"
+        for child in element:
+            if isinstance(child, Element) and child.tag == "include":
+                copy.extend(self._included(child, files))
+            elif isinstance(child, Element):
+                copy.append(self.resolved(child, files))
+        return copy
+
+    def _included(self, include: Element, files: tuple[Path, ...]) -> Element:
+        where = place(files[-1], include)
+        name = include.get("file", "")
+        file = self._path.parent / name
+        if not name or not file.is_file():
+            raise WorkbenchError(f"{where}: <include file='{shortened(name)}'>: no such file")
+        if file.resolve() in [each.resolve() for each in files] or len(files) > DEEPEST:
+            raise WorkbenchError(f"{where}: <include file='{shortened(name)}'> goes in a circle")
+        root = read_xml(file)
+        if root.tag not in ("mujoco", "mujocoinclude"):
+            raise WorkbenchError(
+                f"{file}: the root element is <{shortened(root.tag)}>, an included MJCF has "
+                "<mujoco> or <mujocoinclude>"
+            )
+        return self.resolved(root, (*files, file))
+
+
+class Defaults:
+    """Attributes that elements have where they do not say otherwise.
+
+    Args:
+        path: for messages.
+        root: of the document.
+    """
+
+    def __init__(self, path: Path, root: Element) -> None:
+        self._path = path
+        self._classes: dict[str, dict[str, dict[str, str]]] = {_MAIN: {}}
+        for element in elements(root, "default"):
+            self._collect(element, element.get("class", _MAIN), {})
+
+    def _collect(self, element: Element, name: str, above: Mapping[str, Mapping[str, str]]) -> None:
+        known = {tag: dict(words) for tag, words in above.items()}
+        for child in element:
+            if child.tag != "default":
+                known[child.tag] = known.get(child.tag, {}) | child.attrib
+        self._classes[name] = self._classes.get(name, {}) | known
+        for child in elements(element, "default"):
+            self._collect(child, child.get("class", ""), known)
+
+    def applied(self, element: Element, childclass: str) -> Element:
+        """Return an element with the attributes that its class gives it.
+
+        Args:
+            element: whose own attributes count more.
+            childclass: the class of the bodies around it, "" for none.
+
+        Raises:
+            WorkbenchError: if its class is not there.
+        """
+        name = element.get("class") or childclass or _MAIN
+        if name not in self._classes:
+            raise WorkbenchError(
+                f"{place(self._path, element)}: <{element.tag}> has the class "
+                f"'{shortened(name)}', which no <default> is of: add it"
+            )
+        known = self._classes[name]
+        words = known.get(element.tag, {})
+        if element.tag == "motor":  # one of the shortcuts of MuJoCo for <general>
+            words = known.get("general", {}) | words
+        copy = Element(element.tag, words | element.attrib)
+        copy.line, copy.owner = element.line, element.owner
+        return copy
+
+
+def pose_of(path: Path, element: Element, compiler: Compiler) -> RigidTransform:
+    """Return the pose that an element's attributes give, in the frame of what is around it.
+
+    Raises:
+        WorkbenchError: for what is no position or orientation.
+    """
+    position = triple(path, element, "pos", "0 0 0")
+    return RigidTransform(_orientation(path, element, compiler), np.array(position))
+
+
+def _orientation(path: Path, element: Element, compiler: Compiler) -> RotationMatrix:
+    given = [name for name in _ORIENTATIONS if name in element.attrib]
+    if not given:
+        return RotationMatrix()
+    if len(given) > 1:
+        raise WorkbenchError(
+            f"{place(path, element)}: <{element.tag}> has {' and '.join(given)}: leave one"
+        )
+    (name,) = given
+    sizes = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
+    values = np.array(numbers(path, element, name, ""))
+    if len(values) != sizes[name]:
+        raise _fault(path, element, name, f"give it {sizes[name]} numbers")
+    turn = 1.0 if compiler.radians else math.pi / 180.0
+    match name:
+        case "quat":
+            return RotationMatrix(Quaternion(_unit(path, element, name, values)))
+        case "axisangle":
+            axis = _unit(path, element, name, values[:3])
+            return RotationMatrix(AngleAxis(turn * values[3], axis))
+        case "xyaxes":
+            x = _unit(path, element, name, values[:3])
+            y = _unit(path, element, name, values[3:] - x * (x @ values[3:]))
+            return RotationMatrix(np.column_stack([x, y, np.cross(x, y)]))
+        case "zaxis":
+            z = _unit(path, element, name, values)
+            return shortest_to(z)
+    return _euler(turn * values, compiler.eulerseq)
+
+
+def _euler(angles: np.ndarray, sequence: str) -> RotationMatrix:
+    """Return the orientation of Euler angles, about moved axes or, in capitals, fixed ones."""
+    turned = RotationMatrix()
+    for angle, axis in zip(angles, sequence, strict=True):
+        unit = np.eye(3)["xyz".index(axis.lower())]
+        one = RotationMatrix(AngleAxis(float(angle), unit))
+        turned = one @ turned if axis.isupper() else turned @ one
+    return turned
+
+
+def shortest_to(z: np.ndarray) -> RotationMatrix:
+    """Return the orientation of the shortest turn from z to a unit vector."""
+    across = np.cross([0.0, 0.0, 1.0], z)
+    length = float(np.linalg.norm(across))
+    axis = across / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+    return RotationMatrix(AngleAxis(math.atan2(length, float(z[2])), axis))
+
+
+def _unit(path: Path, element: Element, name: str, values: np.ndarray) -> np.ndarray:
+    length = float(np.linalg.norm(values))
+    if length < 1e-9:
+        raise _fault(path, element, name, "give it a direction")
+    return np.asarray(values / length)
+
+
+def _fault(path: Path, element: Element, name: str, advice: str) -> WorkbenchError:
+    text = shortened(element.get(name, ""))
+    return WorkbenchError(f"{place(path, element)}: <{element.tag} {name}='{text}'>: {advice}")
+
+
+def elements(parent: Element, *tags: str) -> Iterator[Element]:
+    """Yield the children of these tags, of all tags where none is given."""
+    for child in parent:
+        if isinstance(child, Element) and (child.tag in tags or not tags):
+            yield child
+
+
+class GeomReader:
+    """Reads geoms with the assets of their file.
+
+    Args:
+        path: of the file.
+        root: of the document.
+        compiler: how it is meant.
+        defaults: of its classes.
+        finder: of meshes.
+        remarks: where to note what cannot be used.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        root: Element,
+        compiler: Compiler,
+        defaults: Defaults,
+        finder: PackageFinder,
+        remarks: Remarks,
+    ) -> None:
+        self._path = path
+        self._compiler = compiler
+        self._remarks = remarks
+        self._meshes: dict[str, Mesh] = {}
+        self._colours: dict[str, Colour] = {}
+        for asset in root.iterfind("asset/mesh"):
+            assert isinstance(asset, Element)
+            element = defaults.applied(asset, "")
+            file = element.get("file", "")
+            name = element.get("name") or PurePosixPath(file).stem
+            found = finder.resolve(str(PurePosixPath(compiler.meshdir) / file), path)
+            scale = triple(path, element, "scale", "1 1 1")
+            self._meshes[name] = Mesh(file, found if file else None, scale)
+        for asset in root.iterfind("asset/material"):
+            assert isinstance(asset, Element)
+            if "rgba" in asset.attrib:
+                self._colours[asset.get("name", "")] = _rgba(path, asset)
+
+    def shapes(self, link: str, placed: Placed) -> tuple[tuple[Visual, ...], tuple[Collision, ...]]:
+        """Return what is drawn of a link's geoms, and what touches.
+
+        Raises:
+            WorkbenchError: for sizes and colours that cannot be.
+        """
+        visuals, collisions = [], []
+        for name, element, X_LG, shape in self._geoms(link, placed):
+            rgba = self._colour(element)
+            if number(self._path, element, "group", "0") < _DRAWN and (not rgba or rgba[3] > 0.0):
+                visuals.append(Visual(name, X_LG, shape, rgba))
+            if any(number(self._path, element, word, "1") for word in ("contype", "conaffinity")):
+                collisions.append(Collision(name, X_LG, shape))
+        return tuple(visuals), tuple(collisions)
+
+    def solids(self, link: str, placed: Placed) -> list[Solid]:
+        """Return a link's geoms as solids with mass.
+
+        Raises:
+            WorkbenchError: for sizes and masses that cannot be.
+        """
+        return [
+            solid
+            for name, element, X_LG, shape in self._geoms(link, placed)
+            for solid in self._solid(element, X_LG, shape, f"geom '{shortened(name)}'")
+        ]
+
+    def _geoms(
+        self, link: str, placed: Placed
+    ) -> Iterator[tuple[str, Element, RigidTransform, Shape]]:
+        """Yield name, element, pose and shape of the geoms that have a shape."""
+        for index, (element, X_LF) in enumerate(placed):
+            name = element.get("name") or f"geom_{index}"
+            X_FG, shape = self._shape(element, f"geom '{shortened(name)}' of '{shortened(link)}'")
+            if shape is not None:
+                yield name, element, X_LF @ X_FG, shape
+
+    def _shape(self, element: Element, what: str) -> tuple[RigidTransform, Shape | None]:
+        """Return a geom's pose and shape, None for one that is no shape of a drone."""
+        kind = element.get("type", "sphere")
+        pose = pose_of(self._path, element, self._compiler)
+        if "mesh" in element.attrib:
+            name = element.get("mesh", "")
+            if name not in self._meshes:
+                raise self._fault(element, f"there is no mesh '{shortened(name)}' among its assets")
+            if kind == "mesh" or element.get("type") is None:
+                return pose, self._meshes[name]
+        if kind not in _SIZES:
+            self._remarks.add("ignored", self._path, what, f"a {shortened(kind)}; left out")
+            return pose, None
+        if "mesh" in element.attrib:
+            text = f"a {kind} fitted to a mesh; left out"
+            self._remarks.add("ignored", self._path, what, text)
+            return pose, None
+        return self._sized(element, kind, pose)
+
+    def _sized(
+        self, element: Element, kind: str, pose: RigidTransform
+    ) -> tuple[RigidTransform, Shape]:
+        """Return pose and shape of a geom that is given by sizes, or from one end to another."""
+        size = list(numbers(self._path, element, "size", ""))
+        if "fromto" in element.attrib and kind != "sphere":
+            ends = numbers(self._path, element, "fromto", "")
+            if len(ends) != 6 or ends[:3] == ends[3:]:
+                raise self._fault(element, "fromto is two points apart: give it six numbers")
+            way = np.array(ends[3:]) - np.array(ends[:3])
+            length = float(np.linalg.norm(way))
+            middle = (np.array(ends[:3]) + np.array(ends[3:])) / 2.0
+            pose = RigidTransform(shortest_to(way / length), middle)
+            size = [*size[:1], *([size[0]] if _SIZES[kind] == 3 and size else []), length / 2.0]
+        if len(size) < _SIZES[kind] or min(size[: _SIZES[kind]]) <= 0.0:
+            raise self._fault(element, f"a {kind} has {_SIZES[kind]} positive sizes")
+        match kind:
+            case "sphere":
+                return pose, Sphere(size[0])
+            case "capsule":
+                return pose, Capsule(size[0], 2.0 * size[1])
+            case "cylinder":
+                return pose, Cylinder(size[0], 2.0 * size[1])
+            case "box":
+                return pose, Box((2.0 * size[0], 2.0 * size[1], 2.0 * size[2]))
+        return pose, Ellipsoid((size[0], size[1], size[2]))
+
+    def _solid(
+        self, element: Element, X_LG: RigidTransform, shape: Shape, what: str
+    ) -> list[Solid]:
+        """Return a geom as a solid with mass, none for one without."""
+        given = number(self._path, element, "mass") if "mass" in element.attrib else None
+        density = number(self._path, element, "density", "1000")
+        if given is not None and given < 0.0 or density < 0.0:
+            raise self._fault(element, "give it a mass or density of 0 or more")
+        if given == 0.0 or (given is None and density == 0.0):
+            return []
+        if isinstance(shape, Mesh):
+            text = "its mass is not made from its mesh; left out: give its body an <inertial>"
+            if given is not None:
+                text = "the mass of its mesh is taken as a point at the geom's origin"
+            self._remarks.add("assumed", self._path, what, text)
+            return [] if given is None else [Solid(given, X_LG, None)]
+        return [Solid(density * volume(shape) if given is None else given, X_LG, shape)]
+
+    def _colour(self, element: Element) -> Colour | None:
+        if "rgba" in element.attrib:
+            return _rgba(self._path, element)
+        return self._colours.get(element.get("material", ""))
+
+    def _fault(self, element: Element, text: str) -> WorkbenchError:
+        return WorkbenchError(f"{place(self._path, element)}: <geom>: {text}")
+
+
+def _rgba(path: Path, element: Element) -> Colour:
+    values = numbers(path, element, "rgba", "")
+    if len(values) != 4:
+        raise WorkbenchError(
+            f"{place(path, element)}: <{element.tag} rgba='{shortened(element.get('rgba', ''))}'>: "
+            "give it four numbers"
+        )
+    r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
+    return (r, g, b, a)
+
+
+def note_unused(path: Path, root: Element, remarks: Remarks) -> None:
+    """Note elements and attributes that are not read, once for each name.
+
+    What an element that is not read has in it is not looked at. Of defaults the words count like
+    those of the elements that have them.
+    """
+    found: Counter[tuple[str, str]] = Counter()
+    _count(root, found)
+    for (what, why), times in list(found.items())[:_MOST]:
+        often = "" if times == 1 else f" ({times} times)"
+        remarks.add("ignored", path, what, f"{why}; not used{often}")
+
+
+def _count(element: Element, found: Counter[tuple[str, str]]) -> None:
+    """Count what is not read of an element, and of those below it."""
+    for child in elements(element):
+        tag = child.tag
+        known = _USED.get(element.tag)
+        if known is not None and tag not in known.split():
+            if len(child) or child.attrib:
+                why = _WHY.get(tag, "not known here")
+                words = " ".join(sorted(child.attrib)) if tag == "option" else ""
+                found[f"element <{shortened(tag)}>{words and f' ({words})'}", why] += 1
+            continue
+        for name in child.attrib:
+            if tag in _WORDS and name not in _WORDS[tag].split():
+                found[f"attribute {shortened(name)} of <{tag}>", "not read"] += 1
+        _count(child, found)
 
 
 def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks) -> Model:

@@ -1,28 +1,262 @@
 """Read URDF, with what Gazebo users write into its `<gazebo>` blocks."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.formats.colours import GAZEBO_COLOURS, Colour
 from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node
 from workbench.plant.formats.sdf_values import pose
-from workbench.plant.formats.urdf_schema import note_unknown
-from workbench.plant.formats.urdf_shapes import read_collisions, read_colours, read_visuals
-from workbench.plant.formats.values import listed, number, origin, shortened, triple
+from workbench.plant.formats.values import (
+    listed,
+    number,
+    numbers,
+    origin,
+    positive,
+    shortened,
+    triple,
+)
 from workbench.plant.formats.xml import Element, place
 from workbench.plant.model import (
+    Collision,
     DeclaredPlugin,
     DeclaredSensor,
     Inertial,
     Joint,
     Link,
     Model,
+    Visual,
 )
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
+from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+
+_CHILDREN = {
+    "robot": "link joint material gazebo transmission ros2_control properties",
+    "link": "inertial visual collision contact self_collision_checking verbose",
+    "joint": "origin parent child axis limit dynamics calibration mimic safety_controller",
+    "inertial": "origin mass inertia",
+    "visual": "origin geometry material",
+    "collision": "origin geometry verbose contact_coefficients",
+    "material": "color texture",
+}
+_ATTRIBUTES = {
+    "origin": "xyz rpy",
+    "axis": "xyz",
+    "mass": "value",
+    "inertia": "ixx iyy izz ixy ixz iyz",
+    "mesh": "filename uri scale",
+    "box": "size",
+    "sphere": "radius",
+    "cylinder": "radius length",
+    "parent": "link",
+    "child": "link",
+}
+_IN_GAZEBO = ["material", "sensor", "plugin", "preserveFixedJoint", "disableFixedJointLumping"]
+"""Children of `<gazebo>` that are used, or say what holds here always; others are Gazebo's own."""
+_CONTROL = ("transmission", "ros2_control")
+_MOST = 50
+"""Of such remarks; a stranger's file may have very many."""
+
+
+def read_colours(path: Path, robot: Element) -> dict[str, Colour]:
+    """Return colours by name: the robot's materials, and `link NAME` for Gazebo's of a link."""
+    colours = {
+        material.get("name", ""): colour
+        for material in robot.iter("material")
+        if isinstance(material, Element) and (colour := _rgba(path, material)) is not None
+    }
+    for block in robot.findall("gazebo"):
+        name = (block.findtext("material") or "").strip()
+        if name in GAZEBO_COLOURS:
+            colours[f"link {block.get('reference')}"] = GAZEBO_COLOURS[name]
+    return colours
+
+
+def read_visuals(
+    path: Path,
+    link: Element,
+    name: str,
+    colours: Mapping[str, Colour],
+    finder: PackageFinder,
+    remarks: Remarks,
+) -> tuple[Visual, ...]:
+    """Return the drawn shapes of a link."""
+    return tuple(
+        Visual(
+            name=label,
+            X_LV=origin(path, element),
+            shape=shape,
+            rgba=_colour(path, element, colours) or colours.get(f"link {name}"),
+        )
+        for label, element, shape in _shapes(path, link, "visual", name, finder, remarks)
+    )
+
+
+def read_collisions(
+    path: Path, link: Element, name: str, finder: PackageFinder, remarks: Remarks
+) -> tuple[Collision, ...]:
+    """Return the shapes of a link that touch."""
+    return tuple(
+        Collision(label, origin(path, element), shape)
+        for label, element, shape in _shapes(path, link, "collision", name, finder, remarks)
+    )
+
+
+def _shapes(
+    path: Path, link: Element, tag: str, name: str, finder: PackageFinder, remarks: Remarks
+) -> Iterator[tuple[str, Element, Shape]]:
+    """Yield name, element and shape of a link's visuals or collisions that have a shape."""
+    for index, element in enumerate(link.findall(tag)):
+        assert isinstance(element, Element)
+        what = f"{tag} {index + 1} of link '{shortened(name)}'"
+        shape = _shape(path, element, what, finder, remarks)
+        if shape is not None:
+            yield element.get("name") or f"{tag}_{index}", element, shape
+
+
+def _shape(
+    path: Path, parent: Element, what: str, finder: PackageFinder, remarks: Remarks
+) -> Shape | None:
+    """Return the shape of a visual or collision; None, with a remark, where there is none."""
+    element = parent.find("geometry/*")
+    if not isinstance(element, Element):
+        remarks.add("ignored", path, what, "it has no geometry")
+        return None
+    match element.tag:
+        case "box":
+            size = triple(path, element, "size", "")
+            return Box(_all_positive(path, element, "size", size))
+        case "sphere":
+            return Sphere(positive(path, element, "radius"))
+        case "cylinder":
+            return Cylinder(positive(path, element, "radius"), positive(path, element, "length"))
+        case "capsule":
+            return Capsule(positive(path, element, "radius"), positive(path, element, "length"))
+        case "ellipsoid":
+            radii = triple(path, element, "radii", "")
+            return Ellipsoid(_all_positive(path, element, "radii", radii))
+        case "mesh":
+            return _mesh(path, element, what, finder)
+    remarks.add(
+        "ignored", path, what, f"a <{shortened(element.tag)}> is no shape that is known here"
+    )
+    return None
+
+
+def _mesh(path: Path, element: Element, what: str, finder: PackageFinder) -> Mesh:
+    """Return a mesh, found or not."""
+    uri = element.get("filename", "") or element.get("uri", "")
+    scale = numbers(path, element, "scale", "1 1 1")
+    if len(scale) == 1:  # not in the specification, but all parsers of ROS take it
+        scale *= 3
+    if len(scale) != 3 or 0.0 in scale:
+        raise WorkbenchError(
+            f"{place(path, element)}: {what} has a mesh with the scale "
+            f"'{shortened(element.get('scale', ''))}': give it three numbers, none 0"
+        )
+    return Mesh(uri, finder.resolve(uri, path) if uri else None, (scale[0], scale[1], scale[2]))
+
+
+def _all_positive(
+    path: Path, element: Element, attribute: str, values: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    if min(values) <= 0.0:
+        raise WorkbenchError(
+            f"{place(path, element)}: <{element.tag} {attribute}='{element.get(attribute)}'>: "
+            "give it positive numbers"
+        )
+    return values
+
+
+def _colour(path: Path, visual: Element, colours: Mapping[str, Colour]) -> Colour | None:
+    """Return a visual's own colour, or the one that its material's name stands for."""
+    material = visual.find("material")
+    if not isinstance(material, Element):
+        return None
+    return _rgba(path, material) or colours.get(material.get("name", ""))
+
+
+def _rgba(path: Path, material: Element) -> Colour | None:
+    """Return the colour that a material gives, if it gives one."""
+    colour = material.find("color")
+    if not isinstance(colour, Element):
+        return None
+    values = numbers(path, colour, "rgba", "")
+    if len(values) == 3:
+        values = (*values, 1.0)
+    if len(values) != 4:
+        raise WorkbenchError(
+            f"{place(path, colour)}: <color rgba='{shortened(colour.get('rgba', ''))}'>: "
+            "give it four numbers"
+        )
+    r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
+    return (r, g, b, a)
+
+
+def note_unknown(path: Path, robot: Element, remarks: Remarks) -> None:
+    """Note elements and attributes that URDF does not know, once for each place and name.
+
+    What URDF, Gazebo and ROS know and no flight uses is noted as well, likewise. Blocks of Gazebo
+    and ROS are not looked into, nor are names with a prefix.
+    """
+    found: Counter[tuple[str, str]] = Counter()
+    _count(robot, "the robot", found)
+    for (what, owner), times in list(found.items())[:_MOST]:
+        often = "" if times == 1 else f" ({times} times)"
+        remarks.add("ignored", path, what, f"not known in URDF{owner}; left out{often}")
+    for (what, why), times in list(_unused(robot).items())[:_MOST]:
+        often = "" if times == 1 else f" ({times} times)"
+        remarks.add("ignored", path, what, f"{why}; not used{often}")
+
+
+def _unused(robot: Element) -> Counter[tuple[str, str]]:
+    """Return what URDF, Gazebo and ROS know and no flight uses, and why, with how often."""
+    found: Counter[tuple[str, str]] = Counter()
+    for child in robot:
+        if not isinstance(child, Element):
+            continue
+        if child.tag in _CONTROL:
+            found[f"element <{child.tag}>", "ROS's, of control"] += 1
+        if child.tag == "gazebo":
+            tags = (part.tag for part in child if isinstance(part, Element))
+            for tag in tags:
+                if tag not in _IN_GAZEBO:
+                    found[f"element <{shortened(tag)}> of <gazebo>", "Gazebo's"] += 1
+        dynamics = child.find("dynamics") if child.tag == "joint" else None
+        if dynamics is not None and any(value.strip("0.") for value in dynamics.attrib.values()):
+            why = "a rotor's lag is that of its motor, and no other joint moves"
+            found["element <dynamics> of <joint>", why] += 1
+    return found
+
+
+def _count(element: Element, owner: str, found: Counter[tuple[str, str]]) -> None:
+    """Count what is unknown in an element, and in those below it."""
+    known = _CHILDREN[element.tag].split()
+    for child in element:
+        if not isinstance(child, Element) or ":" in child.tag:
+            continue
+        whose = owner
+        if child.tag in ("link", "joint"):
+            whose = f"{child.tag} '{shortened(child.get('name', ''))}'"
+        if child.tag not in known:
+            place = f" in <{element.tag}> of {whose}" if element.tag != "robot" else ""
+            near = get_close_matches(child.tag, known, n=1)
+            hint = f", did you mean <{near[0]}>?" if near else ""
+            found[f"element <{shortened(child.tag)}>", place + hint] += 1
+            continue
+        attributes = _ATTRIBUTES.get(child.tag, "").split()
+        for name in child.attrib if attributes else ():
+            if name not in attributes and ":" not in name:
+                what = f"attribute {shortened(name)} of <{child.tag}>"
+                found[what, f" in <{element.tag}> of {whose}"] += 1
+        if child.tag in _CHILDREN:
+            _count(child, whose, found)
 
 
 def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remarks) -> Model:

@@ -1,0 +1,49 @@
+"""JUnit XML, read by the standard library's parser."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+from workbench.design.regress.page import junit_xml
+from workbench.design.regress.spec import Limit
+from workbench.design.regress.verdict import CaseResult, Check
+
+GOOD = CaseResult("a", Path("a.spec.yaml"), "fine", seconds=0.5)
+LOST = CaseResult(
+    "b", Path("b.spec.yaml"), 'the "<x>" case', trouble="diverged\x00 at t = 1 s & on"
+)
+FAILED = CaseResult(
+    "a",
+    Path("a.spec.yaml"),
+    "slow",
+    checks=(Check("t90", "s", 2.0, Limit(max=1.0)), Check("peak", "m", 2.0, Limit(max=1.0))),
+    seconds=0.25,
+)
+
+
+def test_there_is_a_suite_a_spec_and_a_case_a_case():
+    top = ElementTree.fromstring(junit_xml([GOOD, FAILED, LOST]))
+    assert top.tag == "testsuites"
+    assert (top.get("tests"), top.get("failures"), top.get("errors")) == ("3", "2", "0")
+    suites = top.findall("testsuite")
+    assert [suite.get("name") for suite in suites] == ["a", "b"]
+    assert [suite.get("tests") for suite in suites] == ["2", "1"]
+    cases = top.findall("testsuite/testcase")
+    assert [case.get("name") for case in cases] == ["fine", "slow", 'the "<x>" case']
+    assert [case.get("classname") for case in cases] == ["a", "a", "b"]
+    assert cases[0].get("time") == "0.500"
+    assert suites[0].get("time") == "0.750"
+
+
+def test_a_failure_has_its_sentences_and_only_that_is_one():
+    top = ElementTree.fromstring(junit_xml([GOOD, FAILED, LOST]))
+    good, failed, lost = top.findall("testsuite/testcase")
+    assert good.find("failure") is None
+    failure = failed.find("failure")
+    assert failure.get("message").startswith("t90 is 2 s")
+    assert failure.text.splitlines()[1].startswith("peak is 2 m")
+    assert lost.find("failure").get("message") == "diverged? at t = 1 s & on"
+
+
+def test_a_file_without_failures():
+    assert "failure>" not in junit_xml([GOOD])
+    assert junit_xml([]).startswith("<?xml version=")
