@@ -361,9 +361,14 @@ def scheduled(controller: Controller, label: str) -> Controller:
     """Return a controller with sets of its gains over a quantity; limits stay as they are.
 
     Raises:
-        WorkbenchError: if the label is no schedule's, or the law's gains cannot change in flight.
+        WorkbenchError: if the label is no schedule's, or the law's gains are scheduled already, or
+            cannot change in flight.
     """
     schedule = parse_schedule(label)
+    if controller.schedule:
+        raise WorkbenchError(
+            f"{controller.name}@{label}: gains are scheduled over one quantity: leave one out"
+        )
     if not controller.compiles:
         raise WorkbenchError(
             f"{controller.file}: is made for its gains once, so they cannot be scheduled: let the "
