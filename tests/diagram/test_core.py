@@ -41,7 +41,8 @@ def test_hover_is_an_equilibrium_of_the_core(core, vehicle):
 
 
 def test_parameter_values_are_those_of_one_system(gains):
-    assert parameter_values("battery", gains) == {"battery_duration": gains["battery_duration"]}
+    names = ("battery_duration", "sag_compensation")
+    assert parameter_values("battery", gains) == {name: gains[name] for name in names}
     assert tuple(parameter_values("controller", parameter_table().defaults())) == tuple(
         row.name for row in load_controller().parameters
     )

@@ -188,7 +188,7 @@ def test_a_weak_battery_lets_rotors_reach_less(vehicle):
             power = sum((r.motor_constant * 400.0**2) ** 1.5 for r in vehicle.rotors)
             now = sum((r.motor_constant * speeds[0] ** 2) ** 1.5 for r in vehicle.rotors)
             share = 0.95 - 0.02 * now / power
-            supply = (0.95, 0.02 / power)
+            supply = (0.95, 0.02 / power, 0.0)
             *_, speeds = step_in_still_air(
                 AT_REST, [0.0] * 6, speeds, [command] * 4, body, rows, supply
             )

@@ -1,14 +1,17 @@
 """The flights that the workbench is held to, on the full diagram; figures are the demand's."""
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from workbench.control.mode import FlightMode
-from workbench.scenario.scenario import Action, Scenario, Start
+from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
 from workbench.session.session import Session
 
+ORACLES = Path(__file__).parent
 HIGH = 10.0
 FULL_SPEED = 8.0
 
@@ -145,6 +148,40 @@ def test_a_square_of_way_points_is_reached():
     for index, corner in enumerate(corners):
         there = flight.between(8.0 * index + 7.9, 8.0 * index + 8.0)
         assert there.p_WB[0] == pytest.approx(corner, abs=0.02)
+
+
+@pytest.mark.parametrize("compensation", [0.0, 0.6, 1.0])
+def test_hover_commands_follow_the_battery_over_a_whole_discharge(tmp_path, compensation):
+    """Hover takes the same thrust from each rotor to the end, so the charge falls evenly.
+
+    Rotors go to voltage times command, so to hold speeds w in hover the law commands w over the
+    voltage; where commands are raised for the share c of the sag, it has to command less.
+    """
+    duration, resistance, capacity, full = 60.0, 0.06, 900.0, 12.6
+    text = (ORACLES / "effects.rotors.yaml").read_text(encoding="utf-8")
+    points = [[0.0, 10.8], [0.8, 12.0], [1.0, full]]
+    battery = f"battery: {{capacity: {capacity}, resistance: {resistance}, "
+    battery += f"open_circuit_voltage: {points}}}"
+    sidecar = tmp_path / "battery.rotors.yaml"
+    sidecar.write_text(re.sub("battery: .*", battery, text), encoding="utf-8")
+    config = VehicleConfig(str(ORACLES / "uneven_quad.urdf"), rotors=str(sidecar))
+    settings = {
+        "battery_duration": duration,
+        "battery_reserve": 0.0,
+        "sag_compensation": compensation,
+    }
+    start = Start(position=[0.0, 0.0, 50.0])
+    session = Session(Scenario(vehicle=config, start=start, duration=58.0), settings)
+    session.run()
+    flight = session.recording()
+    for time in (5.0, 12.0, 30.0, 55.0):
+        now = flight.between(time, time + 0.1)
+        charge = 1.0 - now.time[0] / duration
+        drop = resistance * capacity / duration
+        voltage = (np.interp(charge, *zip(*points, strict=True)) - drop) / full
+        wanted = session.vehicle.hover_speeds / voltage * (1.0 + compensation * (voltage - 1.0))
+        assert now.charge[0] == pytest.approx(charge, abs=0.005)
+        assert now.commanded_speeds[0] == pytest.approx(wanted, rel=0.01)
 
 
 def test_an_empty_battery_lands_in_time():

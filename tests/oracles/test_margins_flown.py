@@ -126,6 +126,7 @@ class FlownLoop:
         estimate = sampled_estimate(PERIOD)
         flight_law(law).update(
             state,
+            1.0,
             setpoint,
             gains,
             shares,

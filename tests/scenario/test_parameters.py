@@ -65,7 +65,7 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert TABLE.of("controller") == load_controller().parameters
     assert tuple(row.name for row in TABLE.of("modes")) == Settings._fields
     assert tuple(row.name for row in TABLE.of("payload")) == Payload._fields
-    assert [row.name for row in TABLE.of("battery")] == ["battery_duration"]
+    assert [row.name for row in TABLE.of("battery")] == ["battery_duration", "sag_compensation"]
     assert tuple(row.name for row in TABLE.of("air")) == AirSettings._fields
     rotors = [row.name for row in TABLE.of("rotors")]
     assert rotors == [f"rotor_{number}" for number in range(1, 13)]

@@ -26,6 +26,7 @@ def pure(vehicle, inputs, gains, filtered, shares=(1.0, 1.0, 1.0, 1.0)):
     state, reference, guidance = inputs
     after, _ = flight_law(LAW).update(
         state,
+        1.0,
         Setpoint(reference, guidance, [0.0] * 3),
         gains,
         shares,

@@ -9,6 +9,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from workbench.common.jitable import tell_numba
 from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.settings import AirSettings, calm_air
 from workbench.dynamics.air.update import push_at, wind_at
@@ -62,6 +63,9 @@ def drawn(rng):
     settings[7] = rng.uniform(-0.5, 0.0)
     settings[[15, 16]] = rng.uniform(0.0001, 0.0003, 2)  # a push within the step
     return state, np.array(memory), rng.uniform(0, 1000, 4), settings
+
+
+tell_numba()
 
 
 @numba.njit

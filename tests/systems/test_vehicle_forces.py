@@ -148,9 +148,9 @@ def test_area_and_density_are_live(forces):
     context = fixed(forces, *drawn(2))
     port = forces.GetOutputPort("forces")
     before = port.Eval(context).copy()
-    context.get_mutable_numeric_parameter(0).SetFromVector([2 * AREA, DENSITY, 0.0])
+    context.get_mutable_numeric_parameter(0).SetFromVector([2 * AREA, DENSITY, 0.0, 0.0])
     wider = port.Eval(context).copy()
-    context.get_mutable_numeric_parameter(0).SetFromVector([AREA, 2 * DENSITY, 0.0])
+    context.get_mutable_numeric_parameter(0).SetFromVector([AREA, 2 * DENSITY, 0.0, 0.0])
     assert np.abs(wider - before).max() > 0.1
     assert port.Eval(context) == pytest.approx(wider)
 

@@ -82,7 +82,11 @@ def add_airframe(
 
 
 def add_battery(
-    builder: DiagramBuilder, airframe: Airframe, vehicle: Vehicle, duration: float
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    vehicle: Vehicle,
+    battery_duration: float,
+    sag_compensation: float,
 ) -> Battery:
     """Add the battery of an airframe, which weakens its rotors where the description states one.
 
@@ -90,9 +94,13 @@ def add_battery(
         builder: the diagram being built.
         airframe: that it feeds.
         vehicle: as the law knows it: with its hover the battery lasts the duration.
-        duration: of a hover on the full battery [s].
+        battery_duration: of a hover on the full battery [s].
+        sag_compensation: share of its sag that is made up for.
     """
-    battery = builder.AddNamedSystem("battery", Battery(vehicle=vehicle, duration=duration))
+    battery = builder.AddNamedSystem(
+        "battery",
+        Battery(vehicle=vehicle, duration=battery_duration, compensation=sag_compensation),
+    )
     dynamics = airframe.dynamics
     thrusts = "static_thrusts" if dynamics.HasOutputPort("static_thrusts") else "thrusts"
     builder.Connect(dynamics.GetOutputPort(thrusts), battery.GetInputPort("thrusts"))

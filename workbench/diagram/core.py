@@ -126,7 +126,7 @@ def add_sampled_core(
     """Add the same core as it flies: stepped vehicle and sampled controller."""
     airframe = add_airframe(builder, description.undrawn(), gains, physics_step=rates.physics_step)
     if vehicle.battery:
-        add_battery(builder, airframe, vehicle, gains["battery_duration"])
+        add_battery(builder, airframe, vehicle, **parameter_values("battery", gains))
     return airframe, add_computer(builder, controller, airframe, vehicle, gains, rates)
 
 
@@ -196,6 +196,7 @@ def live_numbers(vehicle: Vehicle, gains: Mapping[str, float]) -> dict[str, floa
         "voltage_drop": (
             voltage_drop(vehicle, gains["battery_duration"]) if vehicle.battery else 0.0
         ),
+        "sag_compensation": gains["sag_compensation"] if vehicle.battery else 0.0,
     }
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
+from workbench.diagram.core import parameter_values
 from workbench.dynamics.air.settings import calm_air
 from workbench.plant.description import Description
 from workbench.plant.vehicle import Vehicle
@@ -46,7 +47,9 @@ def make_open_loop(
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
     if vehicle.battery:
-        add_battery(builder, airframe, vehicle, parameter_table().find("battery_duration").default)
+        add_battery(
+            builder, airframe, vehicle, **parameter_values("battery", parameter_table().defaults())
+        )
     playback = builder.AddNamedSystem("rotor_playback", make_rotor_playback(commands))
     builder.Connect(playback.get_output_port(), airframe.commands)
     recorder = add_recorder(

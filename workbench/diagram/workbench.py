@@ -126,7 +126,7 @@ def make_workbench(
             wall_period=_wall_period(rates) if world.names else None,
         ),
     )
-    battery = add_battery(builder, airframe, vehicle, gains["battery_duration"])
+    battery = add_battery(builder, airframe, vehicle, **parameter_values("battery", gains))
     builder.Connect(reference, computer.GetInputPort("reference"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
     builder.Connect(airframe.state, modes.GetInputPort("state"))

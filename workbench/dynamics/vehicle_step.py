@@ -27,8 +27,9 @@ neither, as in both simulators.
 A rotor that is commanded to turn with the speed w goes to s w, with s for the battery's voltage
 under load over that of the full battery without load, and so does its largest speed. Speed
 controllers of hobby motors set a share of the voltage, no speed: thrust at a command goes with s²
-in ArduPilot's simulator (SIM_Motor.cpp, `voltage_scale`), and flight controllers that make up for
-it divide their outputs by s (`vbat_sag_compensation` of Betaflight). Our law does not.
+in ArduPilot's simulator (SIM_Motor.cpp, `voltage_scale`). Flight controllers that make up for it
+divide their outputs by the voltage (`vbat_sag_compensation` of Betaflight): with the share c of it,
+w becomes w / (1 + c (s - 1)), and no more than the largest speed, before it acts.
 """
 
 from collections.abc import Sequence
@@ -66,8 +67,10 @@ ROW = ANSWER + CONSTANTS
 """Size of a rotor's row, 26."""
 MOST_GROUND_EFFECT = 4.0 / 15.0
 """Of thrust."""
-FULL = (1.0, 0.0)
+FULL = (1.0, 0.0, 0.0)
 """A supply whose voltage is always that of the full battery, see `voltage_share`."""
+LEAST_VOLTAGE = 0.1
+"""Share of the full one below which nothing makes up for it."""
 _TINY = 1e-30
 """Added where a root of 0 would have no derivative."""
 
@@ -244,13 +247,29 @@ def loaded(supply: Signal, power: Scalar) -> Scalar:
 
     Args:
         supply: voltage without load, and what it falls by over power, both over the full one's
-            without load [1, N^-3/2].
+            without load [1, N^-3/2]; and see `supplied`.
         power: sum of the rotors' `power_share` [N^3/2].
     """
     share = supply[0] - supply[1] * power
     if share < 0.0:
         share = 0.0
     return share
+
+
+@register_jitable(forceinline=True)
+def supplied(command: Scalar, most: float, voltage: Scalar, compensation: Scalar) -> Scalar:
+    """Return the speed that a rotor goes to at a command [rad/s].
+
+    Args:
+        command: speed [rad/s].
+        most: largest speed on the full battery [rad/s].
+        voltage: see `loaded`.
+        compensation: share of what the voltage lacks that the command is raised for.
+    """
+    known = 1.0 + compensation * (voltage - 1.0)
+    if known < LEAST_VOLTAGE:
+        known = LEAST_VOLTAGE
+    return voltage * within(command / known, most)
 
 
 @register_jitable
@@ -370,7 +389,7 @@ def step_vehicle(
     voltage = voltage_share(speeds, shares, supply, rotors)
     for i in range(len(rotors)):
         constants = rotors[i][ANSWER:ROW]
-        command = voltage * within(commands[i], constants[0])
+        command = supplied(commands[i], constants[0], voltage, supply[2])
         middles[i], slopes[i], next_speeds[i] = step_rotor(command, speeds[i], constants)
     R_WB, w_W, v_W = middle(state, last, step)
     p_BoBcm_B = body[13:16]

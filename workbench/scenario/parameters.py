@@ -74,6 +74,15 @@ OTHERS: tuple[Parameter, ...] = (
         "battery_duration", "battery", "s", 1.0, 36000.0, 1200.0, "time a full battery hovers"
     ),
     Parameter(
+        "sag_compensation",
+        "battery",
+        "1",
+        0.0,
+        1.0,
+        0.0,
+        "share of the battery's sag that commands to the rotors make up for",
+    ),
+    Parameter(
         "warning_distance",
         "obstacles",
         "m",

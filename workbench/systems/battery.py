@@ -26,20 +26,20 @@ class Battery(LeafSystem):
         thrusts (n): of the rotors at rest far from the ground [N].
     Output ports:
         charge (1), 1 full, 0 empty.
-        supply (2): see `vehicle_step.loaded`.
-    Numeric parameter 0: duration in hover [s].
+        supply (3): see `vehicle_step.loaded`.
+    Numeric parameter 0: duration in hover [s], and the share of sag that is compensated.
     """
 
-    def __init__(self, *, vehicle: Vehicle, duration: float) -> None:
+    def __init__(self, *, vehicle: Vehicle, duration: float, compensation: float = 0.0) -> None:
         super().__init__()
         n = len(vehicle.rotors)
         self._hover_power = hover_power(vehicle)
         self._curve, self._drop = voltage_curve(vehicle), voltage_drop(vehicle, 1.0)
-        self.DeclareNumericParameter(BasicVector([duration]))
+        self.DeclareNumericParameter(BasicVector([duration, compensation]))
         self._thrusts = self.DeclareVectorInputPort("thrusts", n)
         self.DeclareStateOutputPort("charge", self.DeclareDiscreteState([1.0]))
         needs = {self.xd_ticket(), self.all_parameters_ticket()}
-        self.DeclareVectorOutputPort("supply", 2, self._calc_supply, needs)
+        self.DeclareVectorOutputPort("supply", 3, self._calc_supply, needs)
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -51,9 +51,9 @@ class Battery(LeafSystem):
 
     def _calc_supply(self, context: Context, output: BasicVector) -> None:
         charge = context.get_discrete_state(0).CopyToVector()[0]
-        duration = context.get_numeric_parameter(0).CopyToVector()[0]
+        duration, compensation = context.get_numeric_parameter(0).CopyToVector()
         open_circuit = np.interp(charge, self._curve[:, 0], self._curve[:, 1])
-        output.SetFromVector([open_circuit, self._drop / duration])
+        output.SetFromVector([open_circuit, self._drop / duration, compensation])
 
 
 def hover_power(vehicle: Vehicle) -> float:

@@ -14,6 +14,7 @@ from workbench.dynamics.vehicle_step import (
     ROW,
     rotor_rows,
     rotor_thrusts,
+    supplied,
     vehicle_wrench,
     voltage_share,
 )
@@ -35,7 +36,8 @@ def VehicleForces_(T: Any) -> Any:
             `applied_generalized_force`.
         thrusts (n) [N] and speeds (n) [rad/s].
     Numeric parameter 0: drag area of the body [m²], density of the air [kg/m³], and what the
-    battery's voltage falls by over power, see `vehicle_step.loaded`; its charge is full.
+    battery's voltage falls by over power, see `vehicle_step.loaded`, whose charge is full; and the
+    share of that which commands make up for, see `vehicle_step.supplied`.
     """
 
     class Impl(LeafSystem_[T]):
@@ -47,14 +49,15 @@ def VehicleForces_(T: Any) -> Any:
             drag_area: float,
             air_density: float,
             voltage_drop: float = 0.0,
+            sag_compensation: float = 0.0,
             converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter)
-            self._given = (description, p_BoBcm_B, drag_area, air_density, voltage_drop)
+            live = (drag_area, air_density, voltage_drop, sag_compensation)
+            self._given = (description, p_BoBcm_B, *live)
             self._p_BoBcm_B = p_BoBcm_B
             self._rows = rotor_rows(description.rotors, 0.0).tolist()
             n = len(self._rows)
-            live = (drag_area, air_density, voltage_drop)
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in live]))
             self._state = self.DeclareVectorInputPort("state", 13)
             self._commands = self.DeclareVectorInputPort("commands", n)
@@ -66,7 +69,7 @@ def VehicleForces_(T: Any) -> Any:
             self.DeclareVectorOutputPort("speeds", n, self._calc_speeds, {self.xc_ticket()})
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            description, p_BoBcm_B, area, density, drop = other._given
+            description, p_BoBcm_B, area, density, drop, compensation = other._given
             Impl._construct(
                 self,
                 description=description,
@@ -74,6 +77,7 @@ def VehicleForces_(T: Any) -> Any:
                 drag_area=area,
                 air_density=density,
                 voltage_drop=drop,
+                sag_compensation=compensation,
                 converter=converter,
             )
 
@@ -86,14 +90,17 @@ def VehicleForces_(T: Any) -> Any:
         def _slopes(self, context: Any) -> list[Any]:
             """Return the slopes of the rotors' speeds (n) [rad/s²]."""
             commands, speeds = self._commands.Eval(context).tolist(), self._speeds(context)
-            drop = context.get_numeric_parameter(0).GetAtIndex(2)
-            voltage = voltage_share(speeds, [1.0] * len(speeds), (1.0, drop), self._rows)
+            _, _, drop, share = context.get_numeric_parameter(0).CopyToVector().tolist()
+            voltage = voltage_share(speeds, [1.0] * len(speeds), (1.0, drop, share), self._rows)
             turning = zip(commands, speeds, self._rows, strict=True)
-            return [speed_slope(voltage * u, w, row[ANSWER:ROW]) for u, w, row in turning]
+            return [
+                speed_slope(supplied(u, row[ANSWER], voltage, share), w, row[ANSWER:ROW])
+                for u, w, row in turning
+            ]
 
         def _calc_forces(self, context: Any, output: Any) -> None:
             state, wind = self._state.Eval(context).tolist(), self._wind_W(context)
-            area, density, _ = context.get_numeric_parameter(0).CopyToVector().tolist()
+            area, density, *_ = context.get_numeric_parameter(0).CopyToVector().tolist()
             R_WB = rotation(state[0:4])
             speeds = self._speeds(context)
             f_x, f_y, f_z, m_x, m_y, m_z = vehicle_wrench(

@@ -89,9 +89,12 @@ def test_so_do_drones_with_a_payload(name, known):
     assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
 
 
-def test_so_does_a_drone_with_all_effects():
+@pytest.mark.parametrize("compensation", [0.0, pytest.param(0.7, marks=pytest.mark.slow)])
+def test_so_does_a_drone_with_all_effects(tmp_path, compensation):
     """From 50 m, and near the ground; the battery empties, and what it supplies falls."""
-    config = VehicleConfig(str(EFFECTS[0]), rotors=str(EFFECTS[1]))
+    gains = tmp_path / "gains.yaml"
+    gains.write_text(f"gains: {{sag_compensation: {compensation}}}\n", encoding="utf-8")
+    config = VehicleConfig(str(EFFECTS[0]), rotors=str(EFFECTS[1]), gains=str(gains))
     found = compare(config, 6, 9)
     assert_agrees(found)
     low = [

@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from workbench.common.jitable import tell_numba
 from workbench.dynamics.air.normals import COUNT, STEP, draw_normals, mixed
 
 BITS = 2**64 - 1
+
+tell_numba()
 
 
 @numba.njit

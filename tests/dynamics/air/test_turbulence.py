@@ -8,6 +8,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import welch
 
+from workbench.common.jitable import tell_numba
 from workbench.dynamics.air.turbulence import intensities, lengths, step_filters, velocities
 
 FOOT = 0.3048
@@ -17,6 +18,8 @@ W20 = 15.4
 PERIOD = 0.05
 SAMPLES = 2**19
 SEGMENT = 2**13
+
+tell_numba()
 
 
 @numba.njit

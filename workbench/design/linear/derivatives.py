@@ -143,7 +143,7 @@ class Derivatives:
         self.settled_update.forget()
         live = live_numbers(self._vehicle, gains)
         pressure = 0.5 * live["drag_area"] * live["air_density"]
-        battery = (1.0, live["voltage_drop"])
+        battery = (1.0, live["voltage_drop"], live["sag_compensation"])
         if pressure != self._pressure or battery != self._supply:
             self._pressure, self._supply = pressure, battery
             self._voltage = voltage_share(
@@ -297,7 +297,8 @@ class Derivatives:
         n = len(self._rows)
         turning = _seeded(speeds, np.eye(n))
         share = voltage_share(turning, self._whole, self._supply, self._rows)
-        found = [speed / share for speed in turning]
+        known = 1.0 + self._supply[2] * (share - 1.0)
+        found = [speed / share * known for speed in turning]
         return ExtractValue(whole(found)).ravel(), gradient(found, n)
 
     def allocation_at(self, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

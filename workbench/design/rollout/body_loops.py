@@ -58,6 +58,7 @@ from workbench.dynamics.vehicle_step import (
     middle_height,
     power_share,
     static_thrust,
+    supplied,
     thrust_change,
     whole_wrench,
     with_thrust,
@@ -66,7 +67,7 @@ from workbench.dynamics.vehicle_step import (
 
 
 @register_jitable
-def move(block, rotors, blades, changes, sags, pushed, step):  # type: ignore[no-untyped-def]
+def move(block, rotors, blades, changes, sags, compensation, pushed, step):  # type: ignore[no-untyped-def]
     """Do a step of physics.
 
     Args:
@@ -75,6 +76,7 @@ def move(block, rotors, blades, changes, sags, pushed, step):  # type: ignore[no
         blades: whether any drag.
         changes: whether inflow or ground change any thrust.
         sags: whether there is a battery, see `weaken`.
+        compensation: share of its sag that is made up for.
         pushed: whether any candidate is pushed.
         step: [s].
     """
@@ -86,7 +88,9 @@ def move(block, rotors, blades, changes, sags, pushed, step):  # type: ignore[no
         rotor = rotors[number]
         if sags:
             for i in range(LANES):
-                _step_speed(rotor, i, take(block, VOLTAGE, i) * take(rotor, HELD, i))
+                held, most = take(rotor, HELD, i), take(rotor, TURN + ANSWER, i)
+                speed = supplied(held, most, take(block, VOLTAGE, i), compensation)
+                _step_speed(rotor, i, speed)
         else:
             for i in range(LANES):
                 _step_speed(rotor, i, take(rotor, HELD, i))

@@ -158,12 +158,14 @@ class Supply(NamedTuple):
     Attributes:
         curve: see `battery.voltage_curve` (p, 2); of no rows where no battery is stated.
         drop: see `battery.voltage_drop`.
+        compensation: see `vehicle_step.supplied`.
         used: charge that an update takes, over power [N^-3/2].
         every: steps of physics from one update to the next.
     """
 
     curve: np.ndarray
     drop: float
+    compensation: float
     used: float
     every: int
 
@@ -205,6 +207,7 @@ def make_crafts(
     variations: Sequence[Variation],
     rates: Rates,
     battery_duration: float,
+    sag_compensation: float,
     payloads: Sequence[Payload] | None = None,
 ) -> Crafts:
     """Return a vehicle that differs in some ways from what its law believes.
@@ -214,6 +217,7 @@ def make_crafts(
         variations: (m) how it differs.
         rates: of physics and control.
         battery_duration: time that a full battery hovers [s].
+        sag_compensation: share of its sag that is made up for.
         payloads: (m) what it carries; nothing where they are not given.
 
     Raises:
@@ -240,17 +244,20 @@ def make_crafts(
         acting=np.array([each.acting for each in delays]),
         clearances=np.full(many, vehicle.ground_clearance),
         estimate=sampled_estimate(rates.control_period),
-        supply=_supply(vehicle, rates.physics_step, battery_duration),
+        supply=_supply(vehicle, rates.physics_step, battery_duration, sag_compensation),
     )
 
 
-def _supply(vehicle: Vehicle, step: float, duration: float) -> Supply:
+def _supply(
+    vehicle: Vehicle, step: float, battery_duration: float, sag_compensation: float
+) -> Supply:
     if vehicle.battery is None:
-        return Supply(np.empty((0, 2)), 0.0, 0.0, 1)
+        return Supply(np.empty((0, 2)), 0.0, 0.0, 0.0, 1)
     return Supply(
         curve=voltage_curve(vehicle),
-        drop=voltage_drop(vehicle, duration),
-        used=PERIOD / hover_power(vehicle) / duration,
+        drop=voltage_drop(vehicle, battery_duration),
+        compensation=sag_compensation,
+        used=PERIOD / hover_power(vehicle) / battery_duration,
         every=round(PERIOD / step),
     )
 
@@ -773,5 +780,5 @@ class RolloutEngine:
         self, variations: Sequence[Variation], payloads: Sequence[Payload] | None = None
     ) -> Crafts:
         """Return vehicles that differ."""
-        duration = self.gains["battery_duration"]
-        return make_crafts(self.vehicle, variations, self.rates, duration, payloads)
+        battery = self.gains["battery_duration"], self.gains["sag_compensation"]
+        return make_crafts(self.vehicle, variations, self.rates, *battery, payloads)

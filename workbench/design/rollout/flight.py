@@ -238,7 +238,16 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
                     weaken(block, rotors, crafts.supply)
                     if number % crafts.supply.every == 0:
                         discharge(block, crafts.supply)
-                move(block, rotors, blades, changes, sags, pushed, schedule.step)
+                move(
+                    block,
+                    rotors,
+                    blades,
+                    changes,
+                    sags,
+                    crafts.supply.compensation,
+                    pushed,
+                    schedule.step,
+                )
             updates += 1
             instant += 1
             if note_lost(block, instant) == LANES:
