@@ -39,7 +39,6 @@ class ShownUnits:
         angle: of attitude.
         rate: of turning.
         place: latitude and longitude, to 1 cm.
-        is_degree: whether angles are degrees.
     """
 
     length: Shown
@@ -48,7 +47,6 @@ class ShownUnits:
     angle: Shown
     rate: Shown
     place: Shown
-    is_degree: bool
 
 
 def shown_units(preferences: Preferences) -> ShownUnits:
@@ -62,5 +60,4 @@ def shown_units(preferences: Preferences) -> ShownUnits:
         angle=Shown(angle, 1 if degree else 3),
         rate=Shown(unit_for("rad/s", preferences), 1 if degree else 3),
         place=Shown(angle, 7 if degree else 9),
-        is_degree=degree,
     )
