@@ -128,21 +128,21 @@ def test_other_planes_touch_nothing_and_are_drawn(town, height, pitch):
 
 def test_what_is_missing_is_a_remark(town):
     found = town(
-        "\n<include><uri>model://house</uri></include>"
+        "\n<include><uri>model://nohouse</uri></include>"
         "<include><uri>https://x.org/1.0/o/models/Tree</uri><name>oak</name></include>"
         + model("box")
-        + model("near", f'{STATIC}<pose relative_to="house">1 0 0 0 0 0</pose>{LINK}')
+        + model("near", f'{STATIC}<pose relative_to="nohouse">1 0 0 0 0 0</pose>{LINK}')
         + model("nearer", f'{STATIC}<pose relative_to="near::link">1 0 0 0 0 0</pose>{LINK}')
     )
     assert found.names == ("box::link",)
     said = [f"{remark.kind} {remark.element}: {remark.text}" for remark in found.remarks]
     assert said[0] == (
-        "missing model 'house': <include> of 'model://house' is not found: give --package "
-        "house=DIR; left out"
+        "missing model 'nohouse': <include> of 'model://nohouse' is not found: give --package "
+        "nohouse=DIR; left out"
     )
     assert said[1].startswith("missing model 'oak': <include> of 'https://x.org")
     assert said[2:] == [
-        "missing model 'near': it stands relative to 'house', which is left out; left out",
+        "missing model 'near': it stands relative to 'nohouse', which is left out; left out",
         "missing model 'nearer': it stands relative to 'near', which is left out; left out",
     ]
 
