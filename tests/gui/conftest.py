@@ -21,6 +21,8 @@ from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 INI = QSettings.Format.IniFormat
+PATIENCE = 240_000
+"""Of tests that wait for something [ms]."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,21 @@ def _window(request, qapp, shared_workspace, tmp_path_factory):
     made.close()
     made.deleteLater()  # nor does it stand in the way of the next file's
     qapp.sendPostedEvents(made, QEvent.Type.DeferredDelete)
+
+
+@pytest.fixture
+def qtbot(qtbot, monkeypatch):
+    """Waits long enough for a machine that others keep busy, whatever a test says."""
+
+    def patient(wait):
+        def wait_longer(*args, timeout=0, **options):
+            return wait(*args, timeout=max(timeout, PATIENCE), **options)
+
+        return wait_longer
+
+    for name in ("waitUntil", "waitSignal"):
+        monkeypatch.setattr(qtbot, name, patient(getattr(qtbot, name)))
+    return qtbot
 
 
 @pytest.fixture
