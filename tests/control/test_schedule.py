@@ -64,6 +64,8 @@ def test_labels_are_read_and_anything_else_is_a_sentence(case):
         ("speed=", "ascending"),
         ("speed=0,1,2,3,4,5,6,7,8", "2 to 8"),
         ("speed=0,4@height=1,2", "over one quantity"),
+        ("speed", "write it as pd@speed=0,4,8"),
+        ("Speed=0,4", "write it as pd@speed=0,4,8"),
     ):
         with case(label), pytest.raises(WorkbenchError, match=said):
             load_controller(f"pd@{label}")

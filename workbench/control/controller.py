@@ -306,6 +306,10 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
         if found is None or not found.origin:
             raise WorkbenchError(f"controller {name}: no such module is installed")
         return load_controller(found.origin)
+    if "@" in name:
+        raise WorkbenchError(
+            f"controller {name}: no schedule stands behind the @: write it as pd@speed=0,4,8"
+        )
     raise unknown_name("controller", name, SHIPPED)
 
 
