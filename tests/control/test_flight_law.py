@@ -10,6 +10,8 @@ from pydrake.math import RotationMatrix
 
 from workbench.control.controller import load_controller
 from workbench.control.flight_law import (
+    FILTERED,
+    PLAIN,
     commanded_wrench,
     flight_law,
     known_body,
@@ -130,7 +132,7 @@ def test_without_motors_rotors_stop_and_without_lift_they_idle(
 
 
 def updated(signals, gains, constants, filtered, shares=WHOLE) -> tuple[np.ndarray, np.ndarray]:
-    """Return commands, and the velocity that the estimate then remembers."""
+    """Return commands, and what the stages before the law then remember."""
     state, _, reference, guide = signals
     found = np.zeros(4)
     after, _ = flight_law(LAW).update(
@@ -142,6 +144,7 @@ def updated(signals, gains, constants, filtered, shares=WHOLE) -> tuple[np.ndarr
         constants,
         None,
         sampled_estimate(PERIOD),
+        PLAIN,
         filtered,
         LAW.initial_memory,
         found,
@@ -155,13 +158,15 @@ def test_an_update_estimates_and_commands(vehicle, gains, random_signals):
     share, rate = sampled_estimate(PERIOD)
     for _ in range(200):
         state, _, reference, guide = random_signals(rng)
-        v_WB, filtered = np.array(state[10:13]), rng.normal(size=3)
+        v_WB, remembered = np.array(state[10:13]), rng.normal(size=FILTERED)
+        filtered = remembered[:3]
         acceleration = rate * (v_WB - filtered)
         signals = (state, acceleration, reference, guide)
         asked = commands_in_a_row(vehicle, signals, gains)
-        found, after = updated(signals, gains, constants, filtered)
+        found, after = updated(signals, gains, constants, remembered)
         assert found == pytest.approx(asked, rel=1e-12)
-        assert after == pytest.approx(filtered + share * (v_WB - filtered), abs=1e-12)
+        wanted = [*filtered + share * (v_WB - filtered), *acceleration, *reference[:4]]
+        assert after == pytest.approx(wanted, abs=1e-12)
 
 
 def test_packing_loses_nothing(vehicle):
@@ -176,7 +181,7 @@ def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals
     rng = np.random.default_rng(12)
     constants = law_constants(vehicle)
     signals = random_signals(rng)
-    filtered = rng.normal(size=3)
+    filtered = rng.normal(size=FILTERED)
     wanted, wanted_after = updated(signals, gains, constants, filtered)
     state, _, reference, guide = (np.array(signal) for signal in signals)
     found = np.zeros(4)
@@ -191,6 +196,7 @@ def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals
         np.concatenate([each.ravel() for each in packed(constants)]),
         np.array(LAW.closed),
         sampled_estimate(PERIOD),
+        np.array(PLAIN),
         filtered,
         np.array(LAW.initial_memory),
         found,
@@ -297,7 +303,7 @@ def test_a_stopped_rotor_runs_down_and_the_others_are_mixed_without_it(vehicle, 
     for _ in range(50):
         state = [1.0, *rng.uniform(-0.03, 0.03, 3), 0, 0, 10.0, *rng.uniform(-0.1, 0.1, 6)]
         signals = (state, [0.0] * 3, [0.0] * 8, Guidance(1.0, 1.0, *[0.0] * 7))
-        filtered = np.array(state[10:13])
+        filtered = np.array([*state[10:13], *[0.0] * 7])
         with_all, _ = updated(signals, gains, constants, filtered)
         found, _ = updated(signals, gains, constants, filtered, [1.0, 0.0, 1.0, 1.0])
         asked = constants.motor_constants * with_all**2  # of all, within their limits

@@ -14,6 +14,7 @@ from workbench.control.schedule import QUANTITIES, parse_schedule
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.design.linear.trim import filtered_of
 from workbench.design.rollout.agreement import Trial, agreement
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.starts import start_state
@@ -197,7 +198,7 @@ def test_linear_models_know_how_gains_change_with_the_quantity():
     trim = study.trim(point, sets)
     derivatives = study._derivatives
     derivatives.set_gains(sets)
-    arguments = [trim.state, trim.state[10:13], trim.commands]
+    arguments = [trim.state, filtered_of(trim, study._rate), trim.commands]
     reference, guidance = np.zeros(8), np.zeros(22)
     reference[0] = 2.5
     guidance[:3] = 1.0

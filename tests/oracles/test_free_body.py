@@ -93,8 +93,7 @@ def stepped_airframe(rig, state, speeds):
     """Return simulator and airframe as the workbench steps it, in no air."""
     builder = DiagramBuilder()
     airless = {**vehicle_gains(rig.vehicle), "drag_area": 0.0}
-    step = Rates().physics_step
-    airframe = add_airframe(builder, rig.description, airless, physics_step=step)
+    airframe = add_airframe(builder, rig.description, airless, rates=Rates())
     source = builder.AddSystem(ConstantVectorSource(speeds))
     builder.Connect(source.get_output_port(), airframe.commands)
     simulator = Simulator(builder.Build())

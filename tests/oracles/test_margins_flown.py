@@ -18,7 +18,7 @@ from workbench.design.step_response import axis_velocity
 from workbench.scenario.scenario import Scenario, Start
 from workbench.session.session import Session
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.flight_computer import PROBES
+from workbench.systems.flight_computer import PATH, PROBES
 
 PERIOD = 1 / 128
 SMALL = 1e-5
@@ -26,8 +26,16 @@ SMALL = 1e-5
 WINDOW = 128
 """Control periods over which a swing is taken."""
 GROWN = 30.0
+FILTERED = {
+    "gyro_lowpass": 60.0,
+    "gyro_notch": 110.0,
+    "gyro_rate": 512.0,
+    "derivative_lowpass": 20.0,
+}
+"""Filters of a flight whose margins they take."""
 LONGEST = 40.0
 """Flown before growth or decay by this factor must have shown [s]."""
+NOTHING: dict[str, float] = {}
 SOON, LEVEL = ("pitch", "velocity_z"), ("pitch", "velocity_x")
 """Loops that swing fast; flights of all others are slow tests, and of all other laws. Climb by LQI
 grows so fast that it is as large as rotors let it become before it can be seen to grow."""
@@ -40,7 +48,7 @@ def each_loop(names=None, laws=SHIPPED):
         fast = LEVEL if law.name == "lqi" else SOON
         own = [loop.name for loop in law.loops] if law.name == DEFAULT else fast
         for name in names or own:
-            quick = law.name == DEFAULT and name in SOON and not names
+            quick = law.name == DEFAULT and name in SOON and names in (None, SOON)
             marks = () if quick else pytest.mark.slow
             rows.append(pytest.param(law, name, marks=marks, id=f"{law.name}-{name}"))
     return pytest.mark.parametrize(("law", "loop"), rows, indirect=True)
@@ -75,12 +83,14 @@ def session(law):
 class FlownLoop:
     """A flight in which one loop's signal goes on scaled or late."""
 
-    def __init__(self, session, loop, gain, delay):
+    def __init__(self, session, loop, gain, delay, settings):
         self.session, self.loop = session, loop
         points = session.controller.point_names
         self.place, self.delay = points.index(loop.point("actuator")), delay / PERIOD
         self.count = len(points)
         session.reset()
+        for name, value in settings.items():
+            session.set(name, value)
         self.computer = session._bench.computer
         self.context = self.computer.GetMyMutableContextFromRoot(
             session._live.simulator.get_mutable_context()
@@ -133,6 +143,7 @@ class FlownLoop:
             self.constants,
             loops,
             estimate,
+            self.context.get_numeric_parameter(PATH).value().tolist(),
             filtered,
             memory,
             commands,
@@ -160,9 +171,9 @@ class FlownLoop:
         probes.SetAtIndex(self.count + self.place, (1.0 - share) * early + share * late)
 
 
-def check(session, loop, gain, delay) -> bool:
+def check(session, loop, gain, delay, settings=NOTHING) -> bool:
     """Fly until the swing has grown or shrunk, and return whether it grows."""
-    flown = FlownLoop(session, loop, gain, delay)
+    flown = FlownLoop(session, loop, gain, delay, settings)
     swings = [flown.swing(), flown.swing()]  # the disturbance itself goes by in the first
     while flown.session.time < LONGEST:
         swings.append(flown.swing())
@@ -184,6 +195,21 @@ def test_the_delay_margin_is_where_the_flight_begins_to_diverge(session, margins
     margin = margins[loop.name].delay_margin
     assert not check(session, loop, 1.0, 0.95 * margin)
     assert check(session, loop, 1.0, 1.05 * margin)
+
+
+@each_loop(SOON, laws=(DEFAULT,))
+def test_so_it_is_with_filters_on_the_way(session, margins, loop):
+    """Both margins of the filtered loop, of which less is left than without."""
+    model = LinearStudy(Scenario(controller=session.controller.name)).sampled(gains=FILTERED)
+    found = loop_margins(model, loop.point("actuator"))
+    assert found.gain_margin < 0.95 * margins[loop.name].gain_margin
+    for gain, delay, grows in (
+        (0.98 * found.gain_margin, 0.0, False),
+        (1.02 * found.gain_margin, 0.0, True),
+        (1.0, 0.95 * found.delay_margin, False),
+        (1.0, 1.05 * found.delay_margin, True),
+    ):
+        assert check(session, loop, gain, delay, FILTERED) == grows, (gain, delay)
 
 
 @each_loop(("roll", "pitch"), laws=(DEFAULT,))

@@ -8,8 +8,10 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
+from workbench.control.flight_law import PLAIN, ComputerSettings
 from workbench.control.flight_mode import Settings
 from workbench.dynamics.air.settings import AirSettings
+from workbench.estimation.gyro import UNFILTERED, GyroSettings
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.payload import Payload
 from workbench.scenario.parameters import SENSOR_KINDS, parameter_table, split_setting
@@ -67,10 +69,14 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert tuple(row.name for row in TABLE.of("payload")) == Payload._fields
     assert [row.name for row in TABLE.of("battery")] == ["battery_duration", "sag_compensation"]
     assert tuple(row.name for row in TABLE.of("air")) == AirSettings._fields
+    assert GyroSettings(**{row.name: row.default for row in TABLE.of("gyro")}) == UNFILTERED
+    assert ComputerSettings(**{row.name: row.default for row in TABLE.of("computer")}) == PLAIN
+    assert tuple(row.name for row in TABLE.of("gyro")) == GyroSettings._fields
+    assert tuple(row.name for row in TABLE.of("computer")) == ComputerSettings._fields
     rotors = [row.name for row in TABLE.of("rotors")]
     assert rotors == [f"rotor_{number}" for number in range(1, 13)]
     systems = ("controller", "modes", "battery", "air", "payload", "obstacles", "rotors")
-    systems += SENSOR_KINDS
+    systems += ("gyro", "computer", *SENSOR_KINDS)
     assert sum(len(TABLE.of(system)) for system in systems) == len(TABLE.rows)
 
 

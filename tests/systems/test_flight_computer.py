@@ -5,7 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from workbench.control.controller import load_controller
-from workbench.control.flight_law import flight_law, law_constants
+from workbench.control.flight_law import FILTERED, PLAIN, flight_law, law_constants
 from workbench.control.guidance import Setpoint
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import FlightComputer
@@ -33,6 +33,7 @@ def pure(vehicle, inputs, gains, filtered, shares=(1.0, 1.0, 1.0, 1.0)):
         constants,
         None,
         estimate,
+        PLAIN,
         filtered,
         LAW.initial_memory,
         commands,
@@ -46,9 +47,9 @@ def fix(computer, context, inputs):
 
 
 def drawn(rng, random_signals):
-    """Return the three inputs and the velocity that the estimate remembers."""
+    """Return the three inputs and what the stages before the law remember."""
     state, _, reference, guide = random_signals(rng)
-    return (state, reference, guide), rng.normal(size=3)
+    return (state, reference, guide), rng.normal(size=FILTERED)
 
 
 def next_values(computer, context):
@@ -95,7 +96,8 @@ def test_it_begins_with_commands_and_a_velocity(computer):
     speeds = np.array([100.0, 200.0, 300.0, 400.0])
     computer.begin(context, speeds, np.array([1.0, 2.0, 3.0]))
     assert computer.GetOutputPort("commands").Eval(context).tolist() == speeds.tolist()
-    assert context.get_discrete_state(1).value().tolist() == [1.0, 2.0, 3.0]
+    at_rest = [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 0.0]
+    assert context.get_discrete_state(1).value().tolist() == at_rest
 
 
 def test_gains_are_live_and_in_the_order_of_their_names(computer, vehicle, gains, random_signals):

@@ -8,6 +8,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
+from scipy.spatial.transform import Rotation
 
 from workbench.common.jitable import tell_numba
 from workbench.dynamics.air.normals import COUNT, draw_normals
@@ -15,11 +16,13 @@ from workbench.dynamics.air.settings import AirSettings, calm_air
 from workbench.dynamics.air.update import push_at, wind_at
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.vehicle_step import FULL, rotor_rows, step_vehicle
+from workbench.estimation.gyro import UNFILTERED
 from workbench.plant.multibody import add_plant
 from workbench.scenario.parameters import parameter_table
 from workbench.systems import vehicle_dynamics as module
 from workbench.systems.vehicle_dynamics import (
     BODY,
+    GYRO,
     LAST,
     MEMORY,
     SPEEDS,
@@ -57,7 +60,8 @@ def drawn(rng):
     state[:4] /= np.linalg.norm(state[:4])
     state[6] = rng.uniform(50.0, 100.0)
     eddies = np.append(rng.normal(size=5), rng.integers(0, 2))
-    memory = [*rng.normal(size=9), *eddies, 100.0, *rng.uniform(0, 1000, 4), *[1.0] * 4]
+    gyro = rng.normal(size=SPEEDS - GYRO)
+    memory = [*rng.normal(size=9), *eddies, 100.0, *gyro, *rng.uniform(0, 1000, 4), *[1.0] * 4]
     settings = rng.normal(size=len(AirSettings._fields)) * 3.0
     settings[[3, 8, 17, 18]] = rng.uniform(0.6, 2.0, 4)
     settings[7] = rng.uniform(-0.5, 0.0)
@@ -98,13 +102,16 @@ def pure(spinning, vehicle, state, memory, commands, settings, number=0):
         np.zeros(4),
         speeds,
     )
-    return np.array([*after, *acceleration, *wind, *eddies, memory[IN_AIR] - 1.0, *speeds, *GIVEN])
+    w_B = Rotation.from_quat(state[[1, 2, 3, 0]]).inv().apply(state[7:10])
+    gyro = [*np.column_stack([np.zeros(3), w_B, np.zeros(3), w_B]).ravel(), *w_B]
+    flown = [*after, *acceleration, *wind, *eddies, memory[IN_AIR] - 1.0]
+    return np.array([*flown, *gyro, *speeds, *GIVEN])
 
 
 def stepped(dynamics, context, state, memory, commands, settings) -> np.ndarray:
     dynamics.GetInputPort("commands").FixValue(context, commands)
     values = context.get_mutable_numeric_parameter(0).get_mutable_value()
-    values[: module.SHARES + 4] = [*settings, SEED, *SHARES]
+    values[: module.SHARES + 4] = [*settings, SEED, *UNFILTERED, *SHARES]
     context.SetDiscreteState(BODY, state)
     context.SetDiscreteState(MEMORY, memory)
     after = dynamics.EvalUniquePeriodicDiscreteUpdate(context)
@@ -159,7 +166,7 @@ def test_inputs_are_only_read(dynamics):
     dynamics.GetOutputPort("acceleration").Eval(context)
     assert dynamics.GetInputPort("commands").Eval(context).tolist() == commands.tolist()
     values = context.get_numeric_parameter(0).value().tolist()
-    assert values[: module.SHARES + 4] == [*settings, SEED, *SHARES]
+    assert values[: module.SHARES + 4] == [*settings, SEED, *UNFILTERED, *SHARES]
     assert context.get_discrete_state(BODY).value().tolist() == state.tolist()
     assert context.get_discrete_state(MEMORY).value().tolist() == memory.tolist()
 

@@ -19,6 +19,8 @@ from workbench.control.guidance import LIFT, MOTORS, Body, Measured, Setpoint
 from workbench.control.mixer import mix
 from workbench.control.stopped_rotors import any_stopped, mix_without
 from workbench.dynamics.rotor_response import speed_command
+from workbench.estimation.filters import after as section_after
+from workbench.estimation.filters import lowpass, output
 from workbench.plant.drag import drag_area, drag_rates
 from workbench.plant.payload import NO_PAYLOAD, Payload, believed
 from workbench.plant.rotors import wrench_matrix
@@ -29,12 +31,30 @@ Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
-SOURCES = ("control", "dynamics", "plant/gravity.py")
+SOURCES = ("control", "dynamics", "estimation/filters.py", "plant/gravity.py")
 """What the compiled update stands in, below `workbench/`, besides its controller."""
 BODY, ROTOR = 20, 12
 """Numbers that the law knows of the body, and of each rotor, see `packed`."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
+
+
+DERIVATIVE, SETPOINT, FILTERED = 3, 6, 10
+"""Numbers that the stages before the law remember: the velocity of the acceleration estimate (3)
+[m/s], states of the low-pass behind it (3) [m/s²], and of the one on the setpoint (4) [m/s, rad/s];
+where the second and third begin, and how many there are."""
+
+
+class ComputerSettings(NamedTuple):
+    """Live numbers of the stages around a law; `workbench params` lists what each means."""
+
+    setpoint_lowpass: float = 0.0
+    derivative_lowpass: float = 0.0
+    command_steps: float = 0.0
+
+
+PLAIN = ComputerSettings()
+"""Nothing around the law."""
 
 
 class LawConstants(NamedTuple):
@@ -167,6 +187,53 @@ def estimated(velocity: Signal, filtered: Signal, estimate: tuple[float, float])
     e_z = velocity[2] - f_z
     after = (f_x + share * e_x, f_y + share * e_y, f_z + share * e_z)
     return (rate * e_x, rate * e_y, rate * e_z), after
+
+
+@register_jitable(forceinline=True)
+def smoothed(section: Any, x: Signal, u: Signal) -> tuple[Any, Any]:
+    """Return what comes out of low-passes of first order for inputs (3), and their states (3)."""
+    x_x, x_y, x_z = x
+    u_x, u_y, u_z = u
+    out = (
+        output(section, 0.0, x_x, u_x),
+        output(section, 0.0, x_y, u_y),
+        output(section, 0.0, x_z, u_z),
+    )
+    after = (
+        section_after(section, 0.0, x_x, u_x)[1],
+        section_after(section, 0.0, x_y, u_y)[1],
+        section_after(section, 0.0, x_z, u_z)[1],
+    )
+    return out, after
+
+
+@register_jitable(forceinline=True)
+def smoothed_setpoint(section: Any, x: Signal, setpoint: Any) -> tuple[Any, Any]:
+    """Return a setpoint whose velocity and yaw rate are low-passed, and the filter's states (4).
+
+    Args:
+        section: of the low-pass.
+        x: its states (4).
+        setpoint: see `guidance.Setpoint`.
+    """
+    v_x, v_y, v_z, yaw_rate, p_x, p_y, p_z, follow = setpoint.reference
+    (v_x, v_y, v_z), after = smoothed(section, (x[0], x[1], x[2]), (v_x, v_y, v_z))
+    turned = section_after(section, 0.0, x[3], yaw_rate)[1]
+    yaw_rate = output(section, 0.0, x[3], yaw_rate)
+    reference = (v_x, v_y, v_z, yaw_rate, p_x, p_y, p_z, follow)
+    return Setpoint(reference, setpoint.guidance, setpoint.a_WBcm), after + (turned,)
+
+
+@register_jitable(forceinline=True)
+def resolved(speed: Scalar, full: Scalar, steps: Scalar) -> Scalar:
+    """Return the commanded speed of a step next to one that is wanted [rad/s].
+
+    Args:
+        speed: wanted.
+        full: largest one.
+        steps: from 0 to that.
+    """
+    return full / steps * math.floor(steps * speed / full + 0.5)
 
 
 @register_jitable(forceinline=True)
@@ -344,6 +411,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         constants,
         loops,
         estimate,
+        settings,
         filtered,
         memory,
         speeds,
@@ -359,24 +427,30 @@ def flight_law(controller: Controller) -> FlightLaw:
             constants: of the vehicle.
             loops: see `loop_points`.
             estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
-            filtered: velocity that the estimate remembers (3) [m/s].
+            settings: see `ComputerSettings`.
+            filtered: what the stages before the law remember, see `FILTERED`.
             memory: of the law, in its order.
             speeds: commanded before (n) [rad/s], and places for those from now on.
 
         Returns:
-            The filtered velocity (3) [m/s], and the memory of the law.
+            What the stages before the law remember, and the memory of the law.
         """
-        acceleration, after = estimated(state[10:13], filtered, estimate)
+        acceleration, velocity = estimated(state[10:13], filtered[0:3], estimate)
         share, rate = estimate
         dt = share / rate
+        # where no low-pass is on, it lets everything through
+        section = lowpass(settings[1], 1.0, dt)
+        slowed, derivative = smoothed(section, filtered[DERIVATIVE:SETPOINT], acceleration)
+        section = lowpass(settings[0], 1.0, dt)
+        shaped, asked = smoothed_setpoint(section, filtered[SETPOINT:FILTERED], setpoint)
         g = read_gains(gains)
         kept = kept_share(g, constants.spin_up_time, dt)
         commanded = commanded_wrench(speeds, constants)
         _, remembered = commands(
             state,
-            acceleration,
+            slowed,
             voltage,
-            setpoint,
+            shaped,
             g,
             read_memory(memory),
             shares,
@@ -387,6 +461,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             dt,
             speeds,
         )
+        after = velocity + derivative + asked
         return after, remembered
 
     def packed_update(  # type: ignore[no-untyped-def]
@@ -400,6 +475,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         known,
         probes,
         estimate,
+        settings,
         filtered,
         memory,
         speeds,
@@ -422,12 +498,23 @@ def flight_law(controller: Controller) -> FlightLaw:
             constants,
             loops,
             estimate,
+            settings,
             filtered,
             memory,
             speeds,
         )
-        filtered[0], filtered[1], filtered[2] = after
+        for i in range(FILTERED):
+            filtered[i] = after[i]
         write_memory(memory, remembered)
+        if settings[2] > 0.0:
+            for i in range(len(speeds)):
+                full = speed_command(
+                    constants.max_thrusts[i],
+                    constants.motor_constants[i],
+                    constants.half_linear_speeds[i],
+                    1.0,
+                )
+                speeds[i] = resolved(speeds[i], full, settings[2])
 
     for function in (wrench, commands, update, packed_update):
         unique(function, controller.key)

@@ -17,6 +17,9 @@ Vector = Any
 
 CEILING_RATE = 1.0
 """Below the largest height a drone climbs no faster than this times the way left [1/s]."""
+STEERING = 1e-12
+"""A pilot who asks for a squared velocity above this steers; what a low-pass leaves of it decays
+below that soon, and to nothing never [m²/s²]."""
 BRAKING_SHARE = 0.5
 """From afar a wall is neared only as fast as this share of the largest level acceleration stops."""
 
@@ -130,7 +133,7 @@ def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar
     x, y, z = measured.p_WB
     v_x, v_y, v_z, _, p_x, p_y, p_z, follow = setpoint.reference
     _, _, authority, _, hold_xy, hold_z, hold_x, hold_y, hold_height = setpoint.guidance[0:BRAKE]
-    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > 0.0:
+    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > STEERING:
         # a pilot who steers is not pulled back while the mode has yet to notice
         hold_xy = 0.0
         hold_z = 0.0

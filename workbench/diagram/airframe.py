@@ -8,12 +8,14 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 
 from workbench.dynamics.air.settings import AirSettings
+from workbench.estimation.gyro import GyroSettings
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 from workbench.plant.payload import payload_of
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Rates
 from workbench.systems.battery import Battery
 from workbench.systems.vehicle_dynamics import VehicleDynamics
 
@@ -42,6 +44,11 @@ class Airframe:
         """State of the body (13): q_WB, p_WB, w_WB_W, v_WB_W."""
         return self.dynamics.GetOutputPort("state")
 
+    @property
+    def sensed(self) -> OutputPort:
+        """The same with the angular velocity that the gyro gives (13)."""
+        return self.dynamics.GetOutputPort("sensed")
+
     def signals(self, commands: OutputPort) -> dict[str, OutputPort]:
         """Return what is recorded of every flight; `commands` are those of the rotors."""
         names = ("state", "acceleration", "thrusts", "speeds", "wind")
@@ -53,7 +60,7 @@ def add_airframe(
     description: Description,
     values: Mapping[str, float],
     *,
-    physics_step: float,
+    rates: Rates,
     world: World = EMPTY,
 ) -> Airframe:
     """Add a vehicle and the world that it flies in.
@@ -61,20 +68,25 @@ def add_airframe(
     Args:
         builder: the diagram being built.
         description: what flies, drawn or not.
-        values: of parameters by name; those of air and payload are used.
-        physics_step: [s].
+        values: of parameters by name; those of air, gyro and payload are used.
+        rates: of physics and control.
         world: what is around it.
     """
     plant, scene_graph, state = add_shapes(builder, description, world)
-    air = AirSettings(**{row.name: values[row.name] for row in parameter_table().of("air")})
+    air, gyro = (
+        {row.name: values[row.name] for row in parameter_table().of(system)}
+        for system in ("air", "gyro")
+    )
     dynamics = builder.AddNamedSystem(
         "dynamics",
         VehicleDynamics(
             description=description,
-            settings=air,
-            step=physics_step,
+            settings=AirSettings(**air),
+            step=rates.physics_step,
             world=world,
             payload=payload_of(values),
+            gyro=GyroSettings(**gyro),
+            readout=round(rates.control_period / rates.physics_step),
         ),
     )
     builder.Connect(dynamics.GetOutputPort("state"), state)

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from workbench.control.controller import Controller
-from workbench.control.flight_law import known_body, law_constants
+from workbench.control.flight_law import ComputerSettings, known_body, law_constants
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -124,7 +124,7 @@ def add_sampled_core(
     rates: Rates,
 ) -> tuple[Airframe, FlightComputer]:
     """Add the same core as it flies: stepped vehicle and sampled controller."""
-    airframe = add_airframe(builder, description.undrawn(), gains, physics_step=rates.physics_step)
+    airframe = add_airframe(builder, description.undrawn(), gains, rates=rates)
     if vehicle.battery:
         add_battery(builder, airframe, vehicle, **parameter_values("battery", gains))
     return airframe, add_computer(builder, controller, airframe, vehicle, gains, rates)
@@ -159,10 +159,11 @@ def add_computer(
             gains=gains,
             period=rates.control_period,
             payload=payload_of(gains),
+            settings=ComputerSettings(**parameter_values("computer", gains)),
         ),
     )
     delays = variation.delays(rates.physics_step, rates.control_period)
-    state, commands = airframe.state, computer.GetOutputPort("commands")
+    state, commands = airframe.sensed, computer.GetOutputPort("commands")
     if delays.sensing % delays.steps:
         state = _delayed(builder, STATE_DELAY, state, rates.physics_step, delays.sensing)
     elif delays.sensing:

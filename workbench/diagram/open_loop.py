@@ -41,10 +41,8 @@ def make_open_loop(
     world there is what stands still; what moves touches nothing.
     """
     builder = DiagramBuilder()
-    calm = calm_air(vehicle)._asdict()
-    airframe = add_airframe(
-        builder, description.undrawn(), calm, physics_step=rates.physics_step, world=world
-    )
+    calm = parameter_table().defaults() | calm_air(vehicle)._asdict()
+    airframe = add_airframe(builder, description.undrawn(), calm, rates=rates, world=world)
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
     if vehicle.battery:
         add_battery(

@@ -107,7 +107,7 @@ def make_workbench(
         builder,
         description if meshcat else description.undrawn(),
         gains,
-        physics_step=rates.physics_step,
+        rates=rates,
         world=world,
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)

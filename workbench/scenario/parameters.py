@@ -37,6 +37,10 @@ def _air(name: str, unit: str, limits: tuple[float, float], default: float, help
     return Parameter(name, "air", unit, *limits, default, help)
 
 
+def _gyro(name: str, limits: tuple[float, float], default: float, help: str) -> Parameter:
+    return Parameter(name, "gyro", "Hz", *limits, default, help)
+
+
 def _payload(name: str, unit: str, limits: tuple[float, float], help: str) -> Parameter:
     return Parameter(name, "payload", unit, *limits, 0.0, help)
 
@@ -48,6 +52,7 @@ _LOAD = (0.0, 100.0)
 _SIZE = (0.0, 10.0)
 _TIME = (0.0, 1e6)
 _DURATION = (0.001, 3600.0)
+_FREQUENCY = (0.0, 4000.0)
 
 MOST_ROTORS = 12
 """So many can be weakened; a vehicle may have fewer, or more."""
@@ -124,6 +129,47 @@ OTHERS: tuple[Parameter, ...] = (
     _payload("payload_size_y", "m", _SIZE, "width of the payload"),
     _payload("payload_size_z", "m", _SIZE, "height of the payload"),
     _payload("known_payload_mass", "kg", _LOAD, "mass that the law takes the payload to have"),
+    _gyro("gyro_rate", _FREQUENCY, 0.0, "samples of the gyro, at least; 0 one a physics step"),
+    _gyro("gyro_lowpass", _FREQUENCY, 0.0, "cut-off of the gyro's low-pass; 0 for none"),
+    Parameter(
+        "gyro_lowpass_order",
+        "gyro",
+        "1",
+        1.0,
+        2.0,
+        2.0,
+        "order of the gyro's low-pass, 1 or 2",
+        whole=True,
+    ),
+    _gyro("gyro_notch", _FREQUENCY, 0.0, "centre of the gyro's notch; 0 for none"),
+    _gyro("gyro_notch_width", (0.1, 1000.0), 20.0, "width of the gyro's notch, at 3 dB"),
+    Parameter(
+        "setpoint_lowpass",
+        "computer",
+        "Hz",
+        *_FREQUENCY,
+        0.0,
+        "cut-off of the low-pass on the velocity and yaw rate asked for; 0 for none",
+    ),
+    Parameter(
+        "derivative_lowpass",
+        "computer",
+        "Hz",
+        *_FREQUENCY,
+        0.0,
+        "cut-off of a low-pass on the estimated acceleration, which derivative gains act on; 0 for "
+        "none",
+    ),
+    Parameter(
+        "command_steps",
+        "computer",
+        "1",
+        0.0,
+        65536.0,
+        0.0,
+        "steps of a rotor's command from 0 to full, as 2000 of DShot; 0 for none",
+        whole=True,
+    ),
     *map(_fault, SENSOR_KINDS),
     *map(_rotor, range(1, MOST_ROTORS + 1)),
 )

@@ -23,9 +23,9 @@ from workbench.scenario.scenario import Scenario, Start
 from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
-from workbench.systems.flight_computer import GAINS, MEMORY, PROBES, SHARES
+from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PROBES, SHARES
 from workbench.systems.pilot import Wish
-from workbench.systems.vehicle_dynamics import BODY, PAYLOAD
+from workbench.systems.vehicle_dynamics import BODY, PAYLOAD, SETTINGS
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 
 Place = tuple[System, int, int]
@@ -157,6 +157,10 @@ class LiveContext:
             return [(dynamics, PAYLOAD, index)]
         if row.system == "rotors":
             return [(self._bench.computer, SHARES, index), (dynamics, 0, DYNAMICS_SHARES + index)]
+        if row.system == "gyro":
+            return [(dynamics, 0, SETTINGS + index)]
+        if row.system == "computer":
+            return [(self._bench.computer, PATH, index)]
         systems = self._systems(row.system)
         if not systems:
             raise WorkbenchError(

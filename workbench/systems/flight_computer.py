@@ -10,8 +10,12 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller, law_errors
+from workbench.control.flight_law import FILTERED as STAGES
 from workbench.control.flight_law import (
+    PLAIN,
+    SETPOINT,
     SOURCES,
+    ComputerSettings,
     LawConstants,
     flight_law,
     known_body,
@@ -26,7 +30,7 @@ from workbench.systems.acceleration_estimate import sampled_estimate
 _NONE, _STRAIGHT, _FULL = np.empty(0), np.zeros(3), np.ones(1)
 COMMANDS, FILTERED, MEMORY = range(3)
 """Groups of the discrete state."""
-GAINS, SHARES, PROBES, PAYLOAD, KNOWN = range(5)
+GAINS, SHARES, PROBES, PAYLOAD, KNOWN, PATH = range(6)
 """Numeric parameters."""
 
 
@@ -74,6 +78,7 @@ class FlightComputer(LeafSystem):
     Numeric parameter 3: `Payload`.
     Numeric parameter 4: what the law knows of vehicle and payload, which follows from these, see
     `set_payload`.
+    Numeric parameter 5: `ComputerSettings`.
 
     Args:
         controller: whose law runs.
@@ -81,6 +86,7 @@ class FlightComputer(LeafSystem):
         gains: to begin with, by name.
         period: between updates [s].
         payload: to begin with.
+        settings: of the stages around the law, to begin with.
 
     Raises:
         WorkbenchError: if the law cannot hover with the payload that it knows.
@@ -94,6 +100,7 @@ class FlightComputer(LeafSystem):
         gains: Mapping[str, float],
         period: float,
         payload: Payload = NO_PAYLOAD,
+        settings: ComputerSettings = PLAIN,
     ) -> None:
         super().__init__()
         n = len(vehicle.rotors)
@@ -109,13 +116,14 @@ class FlightComputer(LeafSystem):
         self.DeclareNumericParameter(BasicVector(controller.closed))
         self.DeclareNumericParameter(BasicVector(list(payload)))
         self.DeclareNumericParameter(BasicVector(_joined(constants)))
+        self.DeclareNumericParameter(BasicVector(list(settings)))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
         self._feedforward = self.DeclareVectorInputPort("feedforward", 3)
         self._voltage = self.DeclareVectorInputPort("voltage", 1)
         self.DeclareStateOutputPort("commands", self.DeclareDiscreteState(n))
-        self.DeclareDiscreteState(3)
+        self.DeclareDiscreteState(STAGES)
         if controller.memory:
             self.DeclareDiscreteState(BasicVector(controller.initial_memory))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
@@ -161,7 +169,9 @@ class FlightComputer(LeafSystem):
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""
         context.SetDiscreteState(COMMANDS, speeds)
-        context.SetDiscreteState(FILTERED, velocity)
+        filtered = np.zeros(STAGES)
+        filtered[:3] = filtered[SETPOINT : SETPOINT + 3] = velocity
+        context.SetDiscreteState(FILTERED, filtered)
 
     def set_payload(self, context: Context, payload: Payload) -> None:
         """Let the law know of a payload from now on.
@@ -217,6 +227,7 @@ class FlightComputer(LeafSystem):
             context.get_numeric_parameter(KNOWN).get_value(),
             context.get_numeric_parameter(PROBES).get_value(),
             self._estimate,
+            context.get_numeric_parameter(PATH).get_value(),
             discrete_state.get_mutable_value(FILTERED),
             memory,
             discrete_state.get_mutable_value(COMMANDS),

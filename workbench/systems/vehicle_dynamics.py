@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.common.compiled import compile_cached
+from workbench.common.jitable import register_jitable
 from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES, push_at, wind_at
@@ -22,6 +23,19 @@ from workbench.dynamics.vehicle_step import (
     step_vehicle,
     voltage_share,
 )
+from workbench.estimation.gyro import (
+    STATES,
+    UNFILTERED,
+    GyroSettings,
+    at_rest,
+    body_rates,
+    filtered_rates,
+    filters_gyro,
+    gyro_filter,
+    sample_steps,
+    sensed,
+    stepped_filters,
+)
 from workbench.plant.contact import Contact
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -31,26 +45,38 @@ from workbench.systems.noise import noise_seed
 
 BODY, MEMORY = range(2)
 """Groups of the discrete state."""
-LAST, WIND, EDDY, AWAY, SPEEDS = 0, 6, 9, 9 + EDDIES, 10 + EDDIES
+LAST, WIND, EDDY, AWAY = 0, 6, 9, 9 + EDDIES
+GYRO, RATES = AWAY + 1, AWAY + 1 + STATES
+SPEEDS = RATES + 3
 """Places in the memory: acceleration in the middle of the step before (6), velocity of the air at
 the vehicle in W (3), what the turbulence remembers, for how many steps nothing is touched for sure
-(1), speeds of the rotors (n), and shares of their thrust that they gave in the step before (n)."""
+(1), the states of the gyro's filters (12) and the angular velocity in B of its last sample (3),
+speeds of the rotors (n), and shares of their thrust that they gave in the step before (n)."""
 SEED = len(AirSettings._fields)
-SHARES = SEED + 1
-"""Places in numeric parameter 0, behind `AirSettings`; behind the shares is the body (16)."""
+SETTINGS = SEED + 1
+SHARES = SETTINGS + len(GyroSettings._fields)
+"""Places in numeric parameter 0, behind `AirSettings`: the seed, `GyroSettings`, shares (n) and
+behind them the body (16)."""
 AIR, PAYLOAD = range(2)
 """Numeric parameters."""
 TOUCHED = -1.0
 """In place of a number of steps: it touched something in the step before."""
 DONE, NEAR, BROKEN = range(3)
 """What came of a step, see `advance`."""
-SUPPLY, ROTORS = 2, 5
-"""Places of the battery's supply, and of the rotors, in the constants of `advance`."""
+SUPPLY, READOUT, ROTORS = 2, 5, 6
+"""Places of the battery's supply, of the steps between two readings of the gyro, and of the rotors,
+in the constants of `advance`."""
 TURBULENCE, AREA, DENSITY = (
     AirSettings._fields.index(name) for name in ("turbulence", "drag_area", "air_density")
 )
 
-SOURCES = ("dynamics", "systems/vehicle_dynamics.py", "plant/gravity.py")
+SOURCES = (
+    "dynamics",
+    "estimation/filters.py",
+    "estimation/gyro.py",
+    "systems/vehicle_dynamics.py",
+    "plant/gravity.py",
+)
 """What the compiled steps stand in, below `workbench/`."""
 
 
@@ -64,7 +90,8 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         commands: speeds that the rotors are to reach (n) [rad/s].
         values: of numeric parameter 0.
         constants: the physics step [s]; the step to do [s]; the battery's supply (3), see
-            `vehicle_step.loaded`; and a row a rotor for that step, see `vehicle_step.rotor_rows`.
+            `vehicle_step.loaded`; steps between two readings of the gyro; and a row a rotor for
+            that step, see `vehicle_step.rotor_rows`.
         state: of the body (13).
         memory: see `MEMORY`.
 
@@ -80,8 +107,13 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
     n = len(rotors)
     shares, body = values[SHARES : SHARES + n], values[SHARES + n :]
     noise, middles, slopes = np.empty(COUNT), np.empty(n), np.empty(n)
+    number = int(time / period + 0.5)
+    if step > 0.0:
+        _sample_gyro(
+            number, values[SETTINGS:SHARES], period, int(constants[READOUT]), state, memory
+        )
     if values[TURBULENCE] != 0.0:
-        draw_normals(values[SEED], int(time / period + 0.5), noise)
+        draw_normals(values[SEED], number, noise)
     eddies = memory[EDDY:AWAY]
     air = wind_at(time, state, noise, values, period, eddies, eddies)
     memory[WIND], memory[WIND + 1], memory[WIND + 2] = air
@@ -94,7 +126,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         air,
         push_at(time, state, values, period),
         0.5 * values[DENSITY] * values[AREA],
-        constants[SUPPLY:ROTORS],
+        constants[SUPPLY:READOUT],
         body,
         rotors,
         step,
@@ -114,6 +146,43 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
     return DONE if math.isfinite(total) else BROKEN
 
 
+@register_jitable
+def _sample_gyro(number, settings, period, readout, state, memory):  # type: ignore[no-untyped-def]
+    """Let the gyro take a sample, if one is due at this step."""
+    every = sample_steps(settings[0], period, readout)
+    if number % every:
+        return
+    coefficients = gyro_filter(settings, every * period)
+    w_B = body_rates(state)
+    x = memory[GYRO:RATES]
+    rates = filtered_rates(coefficients, x, w_B)
+    states = stepped_filters(coefficients, x, w_B)
+    for i in range(STATES):
+        memory[GYRO + i] = states[i]
+    for i in range(3):
+        memory[RATES + i] = rates[i]
+
+
+def gyro_reading(time, values, constants, state, memory, output):  # type: ignore[no-untyped-def]
+    """Write the state (13) with the angular velocity that the gyro gives; this is compiled, too.
+
+    The arguments are those of `advance`, and places for the result.
+    """
+    settings, period, readout = values[SETTINGS:SHARES], constants[0], int(constants[READOUT])
+    every = sample_steps(settings[0], period, readout)
+    if not filters_gyro(settings, every * period):
+        output[:] = state
+        return
+    rates = (memory[RATES], memory[RATES + 1], memory[RATES + 2])
+    if int(time / period + 0.5) % every == 0:
+        coefficients = gyro_filter(settings, every * period)
+        rates = filtered_rates(coefficients, memory[GYRO:RATES], body_rates(state))
+    found = sensed(state, rates)
+    for i in range(13):
+        output[i] = found[i]
+
+
+compiled_reading = compile_cached(gyro_reading, SOURCES, "the gyro")
 compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion")
 
 
@@ -129,6 +198,7 @@ class VehicleDynamics(LeafSystem):
             one, and where nothing is connected its voltage is always the full one.
     Output ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        sensed (13): the same with the angular velocity that comes out of the gyro's filters.
         speeds (n): of the rotors [rad/s].
         wind (3): velocity of the air at the vehicle, in W [m/s].
         thrusts (n): of the rotors [N].
@@ -137,9 +207,9 @@ class VehicleDynamics(LeafSystem):
         acceleration (6): angular, and of the origin, in W, mean of the step before [rad/s², m/s²].
         voltage (1): of the battery under load over that of the full one without; there where the
             description states one.
-    Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, shares of
-    their thrust that the rotors give (n), all of it to begin with, and the body that flies (16),
-    which follows from the payload, see `set_payload`.
+    Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, `GyroSettings`,
+    shares of their thrust that the rotors give (n), all of it to begin with, and the body that
+    flies (16), which follows from the payload, see `set_payload`.
     Numeric parameter 1: `Payload`.
 
     The state is that of the body's origin, and goes on when the payload changes: what is picked up
@@ -151,6 +221,8 @@ class VehicleDynamics(LeafSystem):
         step: of the physics [s].
         world: around it.
         payload: to begin with.
+        gyro: to begin with.
+        readout: steps of physics between two readings of the gyro, of which each takes a sample.
     """
 
     def __init__(
@@ -161,6 +233,8 @@ class VehicleDynamics(LeafSystem):
         step: float,
         world: World = EMPTY,
         payload: Payload = NO_PAYLOAD,
+        gyro: GyroSettings = UNFILTERED,
+        readout: int = 1,
     ) -> None:
         super().__init__()
         self._vehicle = make_vehicle(description)
@@ -170,7 +244,7 @@ class VehicleDynamics(LeafSystem):
         n = self._n = len(rotors)
         self._step = step
         self._constants, self._present = (
-            np.concatenate([[step, length], FULL, rotor_rows(rotors, length).ravel()])
+            np.concatenate([[step, length], FULL, [readout], rotor_rows(rotors, length).ravel()])
             for length in (step, 0.0)
         )
         self._rows = rotor_rows(rotors, step)
@@ -178,7 +252,7 @@ class VehicleDynamics(LeafSystem):
         touchable = world.ground or bool(world.names)
         self._contact = Contact(description, world, step) if touchable else None
         body = self._body(payload)
-        self.DeclareNumericParameter(BasicVector([*settings, 0.0, *[1.0] * n, *body]))
+        self.DeclareNumericParameter(BasicVector([*settings, 0.0, *gyro, *[1.0] * n, *body]))
         self.DeclareNumericParameter(BasicVector(list(payload)))
         self._commands = self.DeclareVectorInputPort("commands", n)
         stated = description.battery is not None
@@ -195,6 +269,8 @@ class VehicleDynamics(LeafSystem):
             ("acceleration", 6, self._calc_acceleration),
         ):
             self.DeclareVectorOutputPort(name, size, calc, {self.xd_ticket()})
+        needs = {self.xd_ticket(), self.time_ticket(), self.pn_ticket()}
+        self.DeclareVectorOutputPort("sensed", 13, self._calc_sensed, needs)
         if self._changes:
             self.DeclareVectorOutputPort(
                 "static_thrusts", n, self._calc_static_thrusts, {self.xd_ticket()}
@@ -223,9 +299,10 @@ class VehicleDynamics(LeafSystem):
         is known before it.
         """
         context.SetDiscreteState(BODY, state)
-        context.SetDiscreteState(
-            MEMORY, np.concatenate([np.zeros(SPEEDS), speeds, np.ones(self._n)])
-        )
+        memory = np.concatenate([np.zeros(SPEEDS), speeds, np.ones(self._n)])
+        rates = body_rates(state)
+        memory[GYRO:SPEEDS] = (*at_rest(rates), *rates)
+        context.SetDiscreteState(MEMORY, memory)
 
     def body_state(self, context: Context) -> np.ndarray:
         """Return a copy of the state of the body (13)."""
@@ -289,14 +366,24 @@ class VehicleDynamics(LeafSystem):
         """Return constants of `advance` with what the battery supplies now."""
         if self._supply and self._supply.HasValue(context):
             constants = constants.copy()
-            constants[SUPPLY:ROTORS] = self._supply.Eval(context)
+            constants[SUPPLY:READOUT] = self._supply.Eval(context)
         return constants
 
     def _calc_voltage(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state(MEMORY).get_value()
         speeds, shares = memory[SPEEDS : SPEEDS + self._n], memory[SPEEDS + self._n :]
-        supply = self._supplied(context, self._constants)[SUPPLY:ROTORS]
+        supply = self._supplied(context, self._constants)[SUPPLY:READOUT]
         output.SetFromVector([voltage_share(speeds, shares, supply, self._rows)])
+
+    def _calc_sensed(self, context: Context, output: BasicVector) -> None:
+        compiled_reading(
+            context.get_time(),
+            context.get_numeric_parameter(AIR).get_value(),
+            self._constants,
+            context.get_discrete_state(BODY).get_value(),
+            context.get_discrete_state(MEMORY).get_value(),
+            output.get_mutable_value(),
+        )
 
     def _calc_acceleration(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(MEMORY).get_value()[LAST:WIND])

@@ -66,13 +66,13 @@ def period_matrix(study, model) -> np.ndarray:
         reached = in_dynamics.get_discrete_state(MEMORY).value()
         parts = [in_dynamics.get_discrete_state(BODY).value(), reached[LAST:WIND]]
         parts += [reached[SPEEDS : SPEEDS + 4], in_computer.get_discrete_state(0).value()]
-        return np.concatenate([*parts, in_computer.get_discrete_state(1).value()])
+        return np.concatenate([*parts, in_computer.get_discrete_state(1).value()[:3]])
 
     # in a turn, the acceleration of the step before is that of half a step earlier
     angle = -0.5 * trim.point.yaw_rate * rates.physics_step
     c, s = np.cos(angle), np.sin(angle)
     before = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ trim.vdot_WB
-    filtered = filtered_of(trim, study._rate)
+    filtered = filtered_of(trim, study._rate)[:3]
     start = [trim.state, [0.0] * 3, before, trim.speeds, trim.commands, filtered]
     values = np.concatenate(start)
     seeds = np.zeros((30, 29))

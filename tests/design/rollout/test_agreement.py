@@ -62,6 +62,29 @@ def test_so_do_drones_of_other_layouts(name, args):
     assert_agrees(compare(VehicleConfig(str(DRONES / f"{name}.urdf.xacro"), args), 10, 9))
 
 
+@pytest.mark.parametrize(
+    "around",
+    [
+        {"gyro_lowpass": 40.0, "gyro_notch": 120.0, "gyro_rate": 300.0, "derivative_lowpass": 10.0},
+        {"gyro_lowpass": 25.0, "gyro_lowpass_order": 1.0, "setpoint_lowpass": 3.0},
+        {"command_steps": 300.0},
+    ],
+    ids=["gyro", "setpoint", "commands"],
+)
+def test_so_do_drones_with_filters(around):
+    """Late sensing, too, which sees what the filters gave then."""
+    config = VehicleConfig(variation=Variation(sensing_delay=0.003))
+    vehicle = make_vehicle(read_configured(config))
+    plain = random_trials(vehicle, flight_gains(vehicle), 6, 5)
+    trials = [replace(trial, gains={**trial.gains, **around}) for trial in plain]
+    found = agreement(Scenario(vehicle=config), trials, duration=3.0)
+    assert_agrees(found)
+    assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
+    engine = RolloutEngine(vehicle)
+    one, other = engine.fly([{}, around], "x", 2.0, duration=1.0).velocity_W
+    assert np.abs(one - other).max() > 1e-4
+
+
 @pytest.mark.parametrize("known", [0.0, 0.3, 0.2], ids=["unknown", "known", "misjudged"])
 @pytest.mark.parametrize("name", ["dh_drone", str(DRONES / "tilted_quad.urdf.xacro")])
 def test_so_do_drones_with_a_payload(name, known):

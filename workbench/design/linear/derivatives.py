@@ -3,13 +3,15 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
 from workbench.control.controller import Controller, law_errors
 from workbench.control.flight_law import (
+    FILTERED,
+    ComputerSettings,
     allocate,
     commanded_wrench,
     flight_law,
@@ -29,6 +31,17 @@ from workbench.dynamics.vehicle_step import (
     vehicle_wrench,
     voltage_share,
 )
+from workbench.estimation.gyro import (
+    STATES,
+    GyroSettings,
+    body_rates,
+    filtered_rates,
+    filters_gyro,
+    gyro_filter,
+    sample_steps,
+    sensed,
+    stepped_filters,
+)
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, laden, payload_of
@@ -43,7 +56,6 @@ HELD = 3
 """Velocity and yaw rate asked for, and the place held."""
 LAST = 6
 """Angular acceleration, and acceleration of the origin, in the middle of the step before, in W."""
-FILTERED = 3
 HOLD_X = Guidance._fields.index("p_x")
 Result = TypeVar("Result")
 
@@ -52,10 +64,10 @@ Result = TypeVar("Result")
 class Update:
     """A control update: commands of the rotors, and derivatives.
 
-    Columns are those of the state as the law sees it (12), the velocity that the estimate of
-    acceleration remembers (3), the commands before (n), velocity and yaw rate asked for (4), place
-    held (3), injections (one a loop point), and what the law remembers (k). Rows of `filtered_by`
-    are that velocity after the update, and those of `memory_by` that memory.
+    Columns are those of the state as the law sees it (12), what the stages before the law remember
+    (10), the commands before (n), velocity and yaw rate asked for (4), place held (3), injections
+    (one a loop point), and what the law remembers (k). Rows of `filtered_by` are what those stages
+    remember after the update, and those of `memory_by` that memory.
     """
 
     commands: np.ndarray
@@ -77,6 +89,28 @@ class Step:
     state: np.ndarray
     last: np.ndarray
     by: np.ndarray
+
+
+class Gyro(NamedTuple):
+    """The gyro's filters, and derivatives of a reading.
+
+    Attributes:
+        A: of the filters, from their states to these after a sample (12, 12).
+        B: from the angular velocity in B (12, 3).
+        C: from the states to what comes out (3, 12).
+        D: from the angular velocity to that (3, 3).
+        rates_by: angular velocity in B by the motion (3, 12).
+        sensed_by: angular velocity in W that is sensed, by the motion (3, 12).
+        sensed_by_rates: the same by what comes out of the filters (3, 3).
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    rates_by: np.ndarray
+    sensed_by: np.ndarray
+    sensed_by_rates: np.ndarray
 
 
 class Derivatives:
@@ -121,6 +155,7 @@ class Derivatives:
         self.step = LastCall(self._step)
         self.acceleration = LastCall(self._acceleration)
         self.steady_commands = LastCall(self._steady_commands)
+        self.gyro = LastCall(self._gyro)
         self.set_gains(gains)
 
     def set_gains(self, gains: Mapping[str, float]) -> None:
@@ -139,6 +174,13 @@ class Derivatives:
         if gains["spin_up_feedforward"] and self._constants.spin_up_time:
             settled = {**gains, "spin_up_feedforward": 0.0}
             self._settled = self.controller.gains(settled, body, dt)
+        self._settings = [gains[name] for name in ComputerSettings._fields]
+        gyro = [gains[name] for name in GyroSettings._fields]
+        steps = round(self._control_period / self._physics_step)
+        self.gyro_every = sample_steps(gyro[0], self._physics_step, steps)
+        self.gyro_filters = filters_gyro(gyro, self.gyro_every * self._physics_step)
+        self._gyro_filter = gyro_filter(gyro, self.gyro_every * self._physics_step)
+        self.gyro.forget()
         self.update.forget()
         self.settled_update.forget()
         live = live_numbers(self._vehicle, gains)
@@ -184,7 +226,7 @@ class Derivatives:
         Args:
             gains: of the law.
             state: of the body (13).
-            filtered: velocity that the estimate remembers (3).
+            filtered: what the stages before the law remember, see `flight_law.FILTERED`.
             before: commands of the update before (n).
             reference: see `guidance.Reference` (8).
             guidance: see `guidance.Guidance` (22).
@@ -212,6 +254,7 @@ class Derivatives:
                 self._constants,
                 loops,
                 self._estimate,
+                self._settings,
                 _seeded(filtered, seeds[1]),
                 _seeded(memory, seeds[6]) if memory.size else [],
                 commands,
@@ -258,6 +301,49 @@ class Derivatives:
             gradient(next_speeds, columns),
         )
         return Step(reached, ExtractValue(whole(acceleration)).ravel(), np.vstack(rows))
+
+    def _gyro(self, state: np.ndarray) -> Gyro:
+        """Return the gyro's filters and derivatives at a state of the body (13)."""
+        known = _seeded(state, state_seeds(state[:4]))
+        w_B = body_rates(known)
+        rates = ExtractValue(whole(w_B)).ravel()
+        columns = STATE + 3
+        seeds = np.eye(columns)
+        moving = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
+        seen = gradient(sensed(moving, _seeded(rates, seeds[STATE:]))[7:10], columns)
+        seeds = np.eye(STATES + 3)
+        x, u = _seeded(np.zeros(STATES), seeds[:STATES]), _seeded(np.zeros(3), seeds[STATES:])
+        after = gradient(stepped_filters(self._gyro_filter, x, u), STATES + 3)
+        out = gradient(filtered_rates(self._gyro_filter, x, u), STATES + 3)
+        return Gyro(
+            A=after[:, :STATES],
+            B=after[:, STATES:],
+            C=out[:, :STATES],
+            D=out[:, STATES:],
+            rates_by=gradient(w_B, STATE),
+            sensed_by=seen[:, :STATE],
+            sensed_by_rates=seen[:, STATE:],
+        )
+
+    def reading(self, state: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the motion that a controller sees at an update.
+
+        Args:
+            state: of the body (13).
+
+        Returns:
+            Rows of the motion (12) by motion, acceleration and speeds (18 + n), and the states of
+            the gyro's filters (12).
+        """
+        known = STATE + LAST + len(self._rows)
+        rows = np.eye(STATE, known + STATES)
+        if self.gyro_filters:
+            gyro = self.gyro(state)
+            through = gyro.sensed_by + gyro.sensed_by_rates @ gyro.D @ gyro.rates_by
+            rows[6:9] = 0.0
+            rows[6:9, :STATE] = through
+            rows[6:9, known:] = gyro.sensed_by_rates @ gyro.C
+        return rows
 
     def _acceleration(self, state: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return wdot and vdot (6) with the rotors at steady speeds, and their derivatives."""

@@ -1,6 +1,6 @@
 """A linear model with named signals, of the closed loop and of each loop opened."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -134,6 +134,26 @@ class LinearModel:
             input_matrix=self.input_matrix - B @ D_in,
             output_matrix=self.output_matrix - D_out @ C,
             feedthrough=self.feedthrough - D_out @ D_in,
+        )
+
+    def lean(self, removable: Collection[str]) -> "LinearModel":
+        """Return the model without those of some states that nothing depends on.
+
+        Args:
+            removable: names of states that may go.
+        """
+        read = self.A.any(axis=0) | self.output_matrix.any(axis=0)
+        kept = [
+            place
+            for place, signal in enumerate(self.states)
+            if read[place] or signal.name not in removable
+        ]
+        return replace(
+            self,
+            A=self.A[np.ix_(kept, kept)],
+            input_matrix=self.input_matrix[kept],
+            output_matrix=self.output_matrix[:, kept],
+            states=tuple(self.states[place] for place in kept),
         )
 
     def open_loop(self, point: str) -> Any:

@@ -21,8 +21,23 @@ def numbered(name: str, count: int, unit: str) -> tuple[Signal, ...]:
 
 
 def filtered() -> tuple[Signal, ...]:
-    """Return the velocity that the acceleration estimate remembers."""
-    return tuple(Signal(f"filtered_v_{axis}", "m/s") for axis in "xyz")
+    """Return what the stages before the law remember, see `flight_law.FILTERED`."""
+    return (
+        *(Signal(f"filtered_v_{axis}", "m/s") for axis in "xyz"),
+        *(Signal(f"derivative_lowpass_{axis}", "m/s^2") for axis in "xyz"),
+        *(Signal(f"setpoint_lowpass_v_{axis}", "m/s") for axis in "xyz"),
+        Signal("setpoint_lowpass_yaw_rate", "rad/s"),
+    )
+
+
+def gyro_states() -> tuple[Signal, ...]:
+    """Return the states of the gyro's filters, see `gyro.STATES`."""
+    return tuple(
+        Signal(f"gyro_{kind}_{axis}_{number}", "rad/s")
+        for axis in "xyz"
+        for kind in ("notch", "lowpass")
+        for number in (1, 2)
+    )
 
 
 def yaw_moment() -> tuple[Signal, ...]:

@@ -10,10 +10,10 @@ from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.controller import Controller, load_controller
+from workbench.control.flight_law import FILTERED
 from workbench.design.linear.attitude import heading_turn, reduced, state_seeds, turn_with_heading
 from workbench.design.linear.autodiff import constants, gradient
 from workbench.design.linear.derivatives import (
-    FILTERED,
     HELD,
     HOLD_X,
     LAST,
@@ -27,6 +27,7 @@ from workbench.design.linear.model import LinearModel, Signal, Trim
 from workbench.design.linear.names import (
     accelerations,
     filtered,
+    gyro_states,
     memory_of,
     motion,
     numbered,
@@ -52,9 +53,17 @@ from workbench.scenario.scenario import Rates, Scenario, check_scenario
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
 from workbench.systems.controller import GAINS, PROBES
 
+GYRO = 12
+"""States of the gyro's filters, see `gyro.STATES`."""
+RATE = slice(6, 9)
+"""Places of the angular velocity among the motion."""
+FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass")
+"""Parameters that switch filters on."""
 SAME = 1e-12
 """Attitudes and rates closer than this have the same derivatives of a step."""
 HOVER = OperatingPoint()
+REMOVABLE = frozenset(signal.name for signal in (*gyro_states(), *filtered()[3:]))
+"""States of filters, which a model has where they are on."""
 
 
 def sampled_model(
@@ -63,9 +72,10 @@ def sampled_model(
     """Return the linear model of a control period.
 
     States are those at an update, before it: the motion, the acceleration in the middle of the
-    step before, rotor speeds, commands that act or are still to act, the velocity that the estimate
-    remembers, the motions that a delayed controller is still to see, and what the law remembers.
-    Outputs are those at the update.
+    step before, rotor speeds, those of the gyro's filters, commands that act or are still to act,
+    what the stages before the law remember, the motions that a delayed controller is still to see,
+    and what the law remembers. Outputs are those at the update. Filters that are off have states,
+    too; `LinearModel.lean` leaves them out.
 
     Between updates the vehicle takes physics steps under held commands; the first still has the old
     ones, as the steps of an instant are simultaneous. The period's matrix is the product of the
@@ -89,21 +99,23 @@ def sampled_model(
     n, k = trim.speeds.size, trim.memory.size
     count = len(derivatives.controller.points)
     update = derivatives.update(*update_inputs(trim, rate))
-    sizes = (STATE, LAST, n, *[n] * waiting, FILTERED, *[STATE] * late, k)
+    sizes = (STATE, LAST, n, GYRO, *[n] * waiting, FILTERED, *[STATE] * late, k)
     at = np.cumsum([0, *sizes])
     size = int(at[-1])
     groups = [slice(int(a), int(b)) for a, b in zip(at[:-1], at[1:], strict=True)]
-    s, last, speed = groups[:3]
-    commands, velocity, older = groups[3 : 3 + waiting], groups[3 + waiting], groups[4 + waiting :]
+    s, last, speed, gyro = groups[:4]
+    commands, before, older = groups[4 : 4 + waiting], groups[4 + waiting], groups[5 + waiting :]
     memory = older.pop()
-    moving = slice(0, speed.stop)
+    moving = slice(0, gyro.stop)
 
     inputs = REFERENCE + HELD + count + STATE
     asked, noise = slice(0, REFERENCE + HELD + count), slice(REFERENCE + HELD + count, inputs)
     known = STATE + FILTERED + n
     seen = np.zeros((known + k, size))
-    seen[:STATE, older[-1] if late else s] = np.eye(STATE)
-    seen[STATE : STATE + FILTERED, velocity] = np.eye(FILTERED)
+    seen[:STATE, older[-1] if late else moving] = (
+        np.eye(STATE) if late else derivatives.reading(trim.state)
+    )
+    seen[STATE : STATE + FILTERED, before] = np.eye(FILTERED)
     seen[STATE + FILTERED : known, commands[0]] = np.eye(n)
     seen[known:, memory] = np.eye(k)
 
@@ -119,23 +131,23 @@ def sampled_model(
     now = of_update(update.commands_by)
     # rows of commands by their age in updates, the newest first
     acting = [now, *((whole[each], np.zeros((n, inputs))) for each in commands)]
-    A[velocity], B[velocity] = of_update(update.filtered_by)
+    A[before], B[before] = of_update(update.filtered_by)
     if k:
         A[memory], B[memory] = of_update(update.memory_by)
     signals, signals_in = of_update(update.signals_by)
     held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
-    states = _states_of_period(derivatives, trim, update, rates, held)
-    A[moving], B[moving] = states[-1]
+    after, readings = _states_of_period(derivatives, trim, update, rates, held)
+    A[moving], B[moving] = after
     for each, (by_state, by_input) in zip(commands, acting, strict=False):
         A[each], B[each] = by_state, by_input
-    for each, before in zip(older[1:], older, strict=False):
-        A[each] = whole[before]
+    for each, newer in zip(older[1:], older, strict=False):
+        A[each] = whole[newer]
     if late:
-        by_state, by_input = states[look]
-        A[older[0]], B[older[0]] = by_state[:STATE], by_input[:STATE]
+        A[older[0]], B[older[0]] = readings[look]
 
     turn = np.eye(size)
     angle = trim.point.yaw_rate * rates.control_period
+    velocity = slice(before.start, before.start + 3)
     for vectors, vectors_in in ((s, 4), (last, 2), (velocity, 1)):
         turn[vectors, vectors] = heading_turn(angle, vectors_in)
     A, B = turn @ A, turn @ B
@@ -180,7 +192,7 @@ def plant_input_model(
     age, since = delays.acting
     waiting = age + 1 if since else age
     n = trim.speeds.size
-    moving, axes = STATE + LAST + n, len(signals)
+    moving, axes = STATE + LAST + n + GYRO, len(signals)
     wrench_by, commands_by = derivatives.allocation_at(trim.commands)
     columns, inputs = moving + axes * waiting, np.zeros((n, axes))
     acting = [(np.zeros((n, columns)), commands_by)]
@@ -190,13 +202,17 @@ def plant_input_model(
         acting.append((by_state, inputs))
     held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
     update = derivatives.update(*update_inputs(trim, rate))
-    states = _states_of_period(derivatives, trim, update, rates, held)
+    after, readings = _states_of_period(derivatives, trim, update, rates, held)
+
+    def injections(rows: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        """Return rows by what is injected now, and by what was before."""
+        return np.hstack([rows[1], rows[0][:, moving:]])
+
     injected = np.zeros((size, axes * (waiting + 1)))
-    both = [np.hstack([by_input, by_state[:, moving:]]) for by_state, by_input in states]
-    injected[:moving] = both[-1]
+    injected[:moving] = injections(after)
     if late:
         seen = moving + n * waiting + FILTERED
-        injected[seen : seen + STATE] = both[look][:STATE]
+        injected[seen : seen + STATE] = injections(readings[look])
     angle = trim.point.yaw_rate * rates.control_period
     for first, vectors in ((0, 4), (STATE, 2)):
         rows = slice(first, first + 3 * vectors)
@@ -225,40 +241,57 @@ def plant_input_model(
     )
 
 
-def _states_of_period(
-    derivatives: Derivatives,
-    trim: Trim,
-    update: Update,
-    rates: Rates,
-    held: list[tuple[np.ndarray, np.ndarray]],
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return rows of motion, acceleration and speeds by states and inputs at the update.
+Rows = tuple[np.ndarray, np.ndarray]
+"""Rows by states, and by inputs, at an update."""
 
-    They are those before each physics step of a control period, and after the last.
+
+def _states_of_period(
+    derivatives: Derivatives, trim: Trim, update: Update, rates: Rates, held: list[Rows]
+) -> tuple[Rows, list[Rows]]:
+    """Return what a control period makes of motion, acceleration, speeds and the gyro's filters.
 
     Args:
         derivatives: of what flies.
         trim: where.
         update: at its beginning.
         rates: of physics and control.
-        held: rows of the commands that act in each step, by states and by inputs.
+        held: rows of the commands that act in each step.
+
+    Returns:
+        Rows of all that after the period; and those of the motion (12), as a controller would see
+        it, before each physics step.
     """
     at, speeds = trim.state, trim.speeds
     since = heading_turn(0.5 * trim.point.yaw_rate * rates.physics_step, 2)
     last = since @ np.concatenate([np.zeros(3), trim.vdot_WB])
     step = derivatives.step(at, last, speeds, update.commands)
-    count = step.by.shape[0]
-    rows, inputs = np.eye(count, held[0][0].shape[1]), np.zeros((count, held[0][1].shape[1]))
-    found = [(rows, inputs)]
-    for by_state, by_input in held:
-        if len(found) > 1 and not _alike(at, step.state):
+    count, every = step.by.shape[0], derivatives.gyro_every
+    columns, inputs = held[0][0].shape[1], held[0][1].shape[1]
+    both = np.eye(count + GYRO, columns + inputs)
+    rates_read = np.zeros((3, both.shape[1]))
+    readings = []
+    for number, rows in enumerate(held):
+        if number and not _alike(at, step.state):
             at, last = step.state, step.last
             step = derivatives.step(at, last, speeds, update.commands)
-        moving, of_commands = step.by[:, :count], step.by[:, count:]
-        rows = moving @ rows + of_commands @ by_state
-        inputs = moving @ inputs + of_commands @ by_input
-        found.append((rows, inputs))
-    return found
+        gyro = derivatives.gyro(at)
+        filters, motion_rows = both[count:], both[:STATE]
+        if number % every == 0:
+            w_B = gyro.rates_by @ motion_rows
+            rates_read = gyro.C @ filters + gyro.D @ w_B
+            filters = gyro.A @ filters + gyro.B @ w_B
+        reading = motion_rows.copy()
+        if derivatives.gyro_filters:
+            reading[RATE] = gyro.sensed_by @ motion_rows + gyro.sensed_by_rates @ rates_read
+        readings.append(reading)
+        moved = step.by[:, :count] @ both[:count] + step.by[:, count:] @ np.hstack(rows)
+        both = np.vstack([moved, filters])
+    return _parted(both, columns), [_parted(each, columns) for each in readings]
+
+
+def _parted(both: np.ndarray, columns: int) -> Rows:
+    """Return rows by states, which stand in the first columns, and by inputs."""
+    return both[:, :columns], both[:, columns:]
 
 
 def _alike(one: np.ndarray, other: np.ndarray) -> bool:
@@ -278,6 +311,7 @@ def _states(n: int, waiting: int, late: int) -> tuple[Signal, ...]:
         *motion(),
         *accelerations(),
         *numbered("speed", n, "rad/s"),
+        *gyro_states(),
         *commands,
         *filtered(),
         *seen,
@@ -360,7 +394,7 @@ class ContinuousDerivatives:
             states=(
                 *motion(),
                 *numbered("speed", n, "rad/s"),
-                *filtered(),
+                *filtered()[:3],
                 *yaw_moment()[:moments],
                 *memory_of(self._law),
             ),
@@ -489,8 +523,7 @@ class LinearStudy:
 
         Arguments and exceptions are those of `trim`.
         """
-        trim = self.trim(point, gains)
-        return sampled_model(self._derivatives, trim, self.scenario.rates, self._rate, self._delays)
+        return self._sampled(point, gains).lean(REMOVABLE)
 
     def plant_input(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -499,10 +532,10 @@ class LinearStudy:
 
         Arguments and exceptions are those of `trim`.
         """
-        model = self.sampled(point, gains)
+        model = self._sampled(point, gains)
         return plant_input_model(
             self._derivatives, model, self.scenario.rates, self._rate, self._delays
-        )
+        ).lean(REMOVABLE)
 
     def continuous(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -512,6 +545,11 @@ class LinearStudy:
         Arguments and exceptions are those of `trim`.
         """
         trim, values = self.trim(point, gains), self._values(gains)
+        if any(values[name] for name in FILTERS):
+            raise WorkbenchError(
+                "filters are sampled, so there is no model of them without sampling: leave --time "
+                "continuous out, or switch off " + ", ".join(n for n in FILTERS if values[n])
+            )
         core = self._continuous(np.array(payload_of(values)))
         return core.model(trim, values, 1.0 / TIME_CONSTANT)
 
@@ -525,6 +563,10 @@ class LinearStudy:
         trim, values = self.trim(point, gains), self._values(gains)
         core = self._bare_vehicle(np.array(payload_of(values)))
         return core.model(trim, values)
+
+    def _sampled(self, point: OperatingPoint, gains: Mapping[str, float] | None) -> LinearModel:
+        trim = self.trim(point, gains)
+        return sampled_model(self._derivatives, trim, self.scenario.rates, self._rate, self._delays)
 
     @property
     def _delays(self) -> Delays:

@@ -6,9 +6,10 @@ import numpy as np
 from pydrake.math import RollPitchYaw
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.flight_law import FILTERED
 from workbench.control.guidance import Guidance, Reference
 from workbench.design.linear.attitude import angle_seeds
-from workbench.design.linear.derivatives import FILTERED, REFERENCE, STATE, Derivatives
+from workbench.design.linear.derivatives import REFERENCE, STATE, Derivatives
 from workbench.design.linear.model import Trim
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.plant.payload import laden, payload_of
@@ -55,6 +56,12 @@ def find_trim(
             f"a turn cannot be linearised with {derivatives.controller.name}, which remembers "
             "vectors that turn as well: ask for a yaw rate of 0"
         )
+    lagging = [name for name in ("setpoint_lowpass", "derivative_lowpass") if gains[name]]
+    if point.yaw_rate and lagging:
+        raise WorkbenchError(
+            f"a turn cannot be linearised with {' and '.join(lagging)}, whose vectors turn late: "
+            "ask for a yaw rate of 0, or switch them off"
+        )
     trim = _first_guess(derivatives, vehicle, gains, point)
     best = np.inf
     for _ in range(ROUNDS):
@@ -91,9 +98,9 @@ def reference_of(trim: Trim) -> np.ndarray:
 
 
 def filtered_of(trim: Trim, rate: float) -> np.ndarray:
-    """Return the velocity (3) that the estimate of acceleration remembers in a trimmed flight."""
-    filtered: np.ndarray = trim.v_WB - trim.vdot_WB / rate
-    return filtered
+    """Return what the stages before the law remember in a trimmed flight, see `FILTERED` (10)."""
+    velocity = trim.v_WB - trim.vdot_WB / rate
+    return np.concatenate([velocity, trim.vdot_WB, trim.reference])
 
 
 def update_inputs(trim: Trim, rate: float) -> tuple[np.ndarray, ...]:
@@ -147,6 +154,7 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
 
     before = slice(STATE + FILTERED, STATE + FILTERED + n)
     tilt, asked = slice(0, 2), slice(before.stop, before.stop + REFERENCE)
+    lowpass = slice(before.start - REFERENCE, before.start)  # which has settled to what is asked
     jacobian = np.zeros((6 + n + k, 2 + n + REFERENCE + k))
     last = update.commands_by.shape[1] - k
     jacobian[:6, tilt] = by[:, tilt]
@@ -157,7 +165,7 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
     ):
         jacobian[rows, tilt] = found[:, tilt]
         jacobian[rows, 2 : 2 + n] = (found[:, before] - same) @ by_speeds
-        jacobian[rows, 2 + n : 2 + n + REFERENCE] = found[:, asked]
+        jacobian[rows, 2 + n : 2 + n + REFERENCE] = found[:, asked] + found[:, lowpass]
         jacobian[rows, 2 + n + REFERENCE :] = found[:, last:]
     jacobian[6 + n :, 2 + n + REFERENCE :] -= np.eye(k)
     jacobian[6 : 6 + n] /= scale[:, None]

@@ -7,9 +7,11 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
+from workbench.control.flight_law import ComputerSettings
 from workbench.control.guidance import Reference
 from workbench.design.step_response import HOVER
 from workbench.dynamics.air.settings import AirSettings
+from workbench.estimation.gyro import GyroSettings
 from workbench.plant.payload import Payload
 from workbench.scenario.parameters import MOST_ROTORS, parameter_table
 from workbench.systems.noise import noise_seed
@@ -23,6 +25,8 @@ class Candidates(NamedTuple):
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
         payloads: (N, 8) see `Payload`.
+        gyros: (N, 5) see `GyroSettings`.
+        computers: (N, 3) see `ComputerSettings`.
         commands: (N, 8) from the edge on; see `guidance.Reference`.
         before: (N, 8) the same before the edge.
         starts: (N, 13) state of the plant, see `rigid_body.State`; its place is held while no
@@ -34,6 +38,8 @@ class Candidates(NamedTuple):
     air: np.ndarray
     shares: np.ndarray
     payloads: np.ndarray
+    gyros: np.ndarray
+    computers: np.ndarray
     commands: np.ndarray
     before: np.ndarray
     starts: np.ndarray
@@ -78,7 +84,8 @@ def make_candidates(
     parameters = [row.name for row in controller.parameters]
     many = len(parameters)
     columns = (*parameters, *AirSettings._fields)
-    names = (*columns, *Payload._fields, *weak)
+    around = (*GyroSettings._fields, *ComputerSettings._fields)
+    names = (*columns, *Payload._fields, *around, *weak)
     if isinstance(gains, np.ndarray):
         table = _from_array(gains, [own[name] for name in names], controller)
     else:
@@ -86,7 +93,8 @@ def make_candidates(
         table = _from_mappings(gains, names, own, known)
     shares = np.ones((len(table), rotors))
     behind = len(columns) + len(Payload._fields)
-    shares[:, : len(weak)] = table[:, behind:]
+    signals = behind + len(GyroSettings._fields)
+    shares[:, : len(weak)] = table[:, behind + len(around) :]
     references, earlier = (np.zeros((len(table), len(Reference._fields))) for _ in range(2))
     references[:, :4] = _for_each("commands", commands, len(table), 4)
     earlier[:, :3] = before
@@ -95,6 +103,8 @@ def make_candidates(
         air=table[:, many : len(columns)].copy(),
         shares=shares,
         payloads=_checked(table[:, len(columns) : behind]),
+        gyros=table[:, behind:signals].copy(),
+        computers=table[:, signals : behind + len(around)].copy(),
         commands=references,
         before=earlier,
         starts=_for_each("starts", starts, len(table), 13),

@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
+from workbench.control.flight_law import SETPOINT
 from workbench.design.rollout.body_loops import (
     blow,
     discharge,
@@ -22,7 +23,14 @@ from workbench.design.rollout.body_loops import (
     note_lost,
     weaken,
 )
-from workbench.design.rollout.law_loops import command, make_want, mix_hard, mix_plainly
+from workbench.design.rollout.gyro_loops import due_samples, fill_gyro, sample_gyro, sense
+from workbench.design.rollout.law_loops import (
+    command,
+    make_want,
+    mix_hard,
+    mix_plainly,
+    resolve,
+)
 from workbench.design.rollout.rows import (
     AIR_SIZE,
     ALLOCATION,
@@ -32,6 +40,7 @@ from workbench.design.rollout.rows import (
     CLEARANCE,
     COMMAND,
     COMMAND_SIZE,
+    COMMAND_STEPS,
     COMMANDED,
     EFFECTS,
     FILTERED,
@@ -51,6 +60,7 @@ from workbench.design.rollout.rows import (
     RIGID,
     RIGID_SIZE,
     ROTOR_ROWS,
+    SECTIONS,
     SHARE,
     SPEED,
     STATE,
@@ -66,6 +76,7 @@ from workbench.design.rollout.rows import (
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES
 from workbench.dynamics.vehicle_step import ANSWER, INFLOW, ROW, given
+from workbench.estimation.filters import lowpass
 
 _AIR = AirSettings._fields
 TURBULENCE, GUST, PUSH = _AIR.index("turbulence"), _AIR.index("gust_x"), _AIR.index("push_x")
@@ -79,7 +90,7 @@ STATES = STATE_SIZE * LANES
 
 
 @register_jitable
-def fill(block, rotors, candidates, crafts):  # type: ignore[no-untyped-def]
+def fill(block, rotors, candidates, crafts, schedule):  # type: ignore[no-untyped-def]
     """Fill a block; where there are fewer than 16, the last one flies in the others' places."""
     many = len(candidates.gains)
     for i in range(LANES):
@@ -88,6 +99,7 @@ def fill(block, rotors, candidates, crafts):  # type: ignore[no-untyped-def]
             put(block, STATE + k, i, candidates.starts[c, k])
         for k in range(3):
             put(block, FILTERED + k, i, candidates.starts[c, 10 + k])
+            put(block, FILTERED + SETPOINT + k, i, candidates.starts[c, 10 + k])
             put(block, HOLD + k, i, candidates.starts[c, 4 + k])
             put(block, WIND + k, i, candidates.air[c, k])
         for k in range(candidates.gains.shape[1]):
@@ -101,6 +113,14 @@ def fill(block, rotors, candidates, crafts):  # type: ignore[no-untyped-def]
         put(block, CHARGE, i, 1.0)
         put(block, OPEN_CIRCUIT, i, 1.0)
         put(block, VOLTAGE, i, 1.0)
+        setpoint, derivative, steps = candidates.computers[c]
+        sections = lowpass(setpoint, 1.0, schedule.period) + lowpass(
+            derivative, 1.0, schedule.period
+        )
+        for k in range(len(sections)):
+            put(block, SECTIONS + k, i, sections[k])
+        put(block, COMMAND_STEPS, i, steps)
+        fill_gyro(block, i, candidates.gyros[c], schedule)
         # comparisons with NaN are false: a limit that is none would be no limit
         put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
         for number in range(len(rotors)):
@@ -112,6 +132,7 @@ def _is_whole(candidates, c):  # type: ignore[no-untyped-def]
     """Return whether all that a candidate has is a number."""
     total = candidates.gains[c].sum() + candidates.shares[c].sum() + candidates.air[c].sum()
     total += candidates.commands[c].sum() + candidates.starts[c].sum()
+    total += candidates.gyros[c].sum() + candidates.computers[c].sum()
     return not math.isnan(total)
 
 
@@ -178,7 +199,10 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
         fixed = (GAINS + candidates.gains.shape[1]) * LANES
         block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
         block[fixed:] = memory
-        fill(block, rotors, candidates, crafts)
+        fill(block, rotors, candidates, crafts, schedule)
+        due = due_samples(block, schedule.steps)
+        filters = due.any()
+        coarse = candidates.computers[:, 2].any()
         give_commands(block, candidates.before)
         blades = crafts.turning[:, :, 6:8].any()
         changes = crafts.turning[:, :, INFLOW:ANSWER].any()
@@ -209,6 +233,8 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
                     _keep(block, kept, samples[since // schedule.stride])
             if instant == schedule.end:
                 break
+            if filters:
+                sample_gyro(block, due[0])
             _look(block, seen, crafts.seen, updates, 0)
             _see(block, seen, crafts.seen, updates)
             if sags:
@@ -217,9 +243,13 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
             mix_plainly(block, rotors)
             mix_hard(block, rotors, candidates.shares, crafts.rotors)
             command(block, rotors, instant >= schedule.edge)
+            if coarse:
+                resolve(block, rotors)
             _ask(rotors, asked[updates % len(asked)])
             for step in range(schedule.steps):
                 number = instant * schedule.steps + step
+                if filters and step > 0:
+                    sample_gyro(block, due[step])
                 if step > 0 and looks[step]:
                     _look(block, seen, crafts.seen, updates, step)
                 if acts[step]:
@@ -304,6 +334,7 @@ def _look(block, seen, delays, updates, step):  # type: ignore[no-untyped-def]
         if delays[min(i, len(delays) - 1), 1] == step:
             for k in range(STATE_SIZE):
                 put(places, k, i, take(block, STATE + k, i))
+            sense(block, i, places, 0)
 
 
 @register_jitable
@@ -312,6 +343,8 @@ def _see(block, seen, delays, updates):  # type: ignore[no-untyped-def]
     ring = len(seen)
     if ring == 1:
         block[KNOWN * LANES : KNOWN * LANES + STATES] = block[:STATES]
+        for i in range(LANES):
+            sense(block, i, block, KNOWN)
         return
     for i in range(LANES):
         late = delays[min(i, len(delays) - 1), 0]

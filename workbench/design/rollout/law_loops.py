@@ -9,12 +9,17 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
+    DERIVATIVE,
+    SETPOINT,
     LawConstants,
     estimated,
     flight_law,
     gains_reader,
     kept_share,
     memory_reader,
+    resolved,
+    smoothed,
+    smoothed_setpoint,
     writer,
 )
 from workbench.control.guidance import Setpoint
@@ -25,6 +30,7 @@ from workbench.design.rollout.rows import (
     BEFORE,
     BODY,
     COMMAND,
+    COMMAND_STEPS,
     COMMANDED,
     EFFECTS,
     EFFORT,
@@ -40,6 +46,7 @@ from workbench.design.rollout.rows import (
     MOST,
     MOTOR,
     PEAK,
+    SECTIONS,
     SPEED,
     STOPPED,
     THRUST,
@@ -52,6 +59,7 @@ from workbench.design.rollout.rows import (
     take4,
     take6,
     take8,
+    take9,
     take13,
 )
 from workbench.dynamics.rotor_response import speed_command
@@ -105,6 +113,8 @@ def make_want(controller: Controller) -> Callable[..., None]:
         for i in range(LANES):
             known = take13(block, KNOWN, i)
             acceleration, filtered = estimated(known[10:13], take3(block, FILTERED, i), estimate)
+            section, states = take9(block, SECTIONS + 9, i), take3(block, FILTERED + DERIVATIVE, i)
+            acceleration, derivative = smoothed(section, states, acceleration)
             constants = LawConstants(
                 take(block, BODY, i),
                 take6(block, BODY + 1, i),
@@ -123,6 +133,8 @@ def make_want(controller: Controller) -> Callable[..., None]:
             )
             guidance = (1.0, 1.0, 1.0, 0.0, 1.0, 1.0) + take3(block, HOLD, i) + NO_BRAKE
             setpoint = Setpoint(take8(block, COMMAND, i), guidance, (0.0, 0.0, 0.0))
+            section, states = take9(block, SECTIONS, i), take4(block, FILTERED + SETPOINT, i)
+            setpoint, asked = smoothed_setpoint(section, states, setpoint)
             g = gains_at(block, i)
             dt = share / rate
             before = take4(block, BEFORE, i)
@@ -143,6 +155,8 @@ def make_want(controller: Controller) -> Callable[..., None]:
             m_z = m_z + kept * (before[3] - m_z)
             put4(block, EFFORT, i, (force, m_x, m_y, m_z))
             put3(block, FILTERED, i, filtered)
+            put3(block, FILTERED + DERIVATIVE, i, derivative)
+            put4(block, FILTERED + SETPOINT, i, asked)
             put_memory(block, i, after)
 
     return unique(want, controller.key)
@@ -205,3 +219,18 @@ def command(block, rotors, noted):  # type: ignore[no-untyped-def]
             thrust, half = take(rotor, THRUST, i), take(rotor, HALF, i)
             wanted = speed_command(thrust, take(rotor, MOTOR, i), half, 1.0)
             put(rotor, COMMANDED, i, wanted)
+
+
+@register_jitable
+def resolve(block, rotors):  # type: ignore[no-untyped-def]
+    """Let commands have the steps that they come in, of those for whom they do."""
+    for number in range(len(rotors)):
+        rotor = rotors[number]
+        for i in range(LANES):
+            steps, wanted = take(block, COMMAND_STEPS, i), take(rotor, COMMANDED, i)
+            if steps > 0.0:
+                most, motor = take(rotor, MOST, i), take(rotor, MOTOR, i)
+                half = take(rotor, HALF, i)
+                speed = resolved(wanted, speed_command(most, motor, half, 1.0), steps)
+                put(rotor, COMMANDED, i, speed)
+                put(rotor, THRUST, i, motor * speed * (speed + 2.0 * half))

@@ -10,9 +10,11 @@ from typing import Any
 
 from workbench.common.jitable import register_jitable
 from workbench.control.flight_law import BODY as BODY_SIZE
+from workbench.control.flight_law import FILTERED as FILTERED_SIZE
 from workbench.control.guidance import Reference
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.vehicle_step import ROW
+from workbench.estimation.gyro import COEFFICIENTS, STATES
 
 LANES = 16
 """Candidates in a block: four vectors of four, so that one's wait is another's work."""
@@ -25,8 +27,8 @@ STATE = 0
 KNOWN = STATE + STATE_SIZE
 """The state that the law sees, which may be an older one."""
 FILTERED = KNOWN + STATE_SIZE
-"""Velocity of the acceleration estimate (3)."""
-LAST = FILTERED + 3
+"""What the stages before the law remember, see `flight_law.FILTERED` (10)."""
+LAST = FILTERED + FILTERED_SIZE
 """Acceleration in the middle of the step before, see `rigid_body.middle` (6)."""
 R_WB = LAST + 6
 LOAD = R_WB + 9
@@ -62,7 +64,16 @@ OPEN_CIRCUIT = CHARGE + 1
 """Voltage without load, see `vehicle_step.loaded`; and so the next two, under load."""
 POWER = OPEN_CIRCUIT + 1
 VOLTAGE = POWER + 1
-GAINS = VOLTAGE + 1
+SECTIONS = VOLTAGE + 1
+"""Low-passes on the setpoint and behind the acceleration estimate, see `filters` (2 x 9)."""
+COMMAND_STEPS = SECTIONS + 18
+GYRO_FILTER = COMMAND_STEPS + 1
+"""See `gyro.gyro_filter` (18)."""
+GYRO = GYRO_FILTER + COEFFICIENTS
+"""States of the gyro's filters (12), and the angular velocity in B of its last sample (3)."""
+GYRO_EVERY = GYRO + STATES + 3
+"""Steps of physics between two of its samples; 0 where it filters nothing."""
+GAINS = GYRO_EVERY + 1
 """Those of the controller, as many as it has; and behind them what its law remembers."""
 
 SPEED, MIDDLE, SLOPE, THRUST, COMMANDED, HELD, SHARE, IDLE, MOST, MOTOR, HALF, PEAK = range(12)
@@ -117,6 +128,12 @@ def take8(b: Any, row: int, i: int) -> Any:
 def take9(b: Any, row: int, i: int) -> Any:
     """See `take3`."""
     return take6(b, row, i) + take3(b, row + 6, i)
+
+
+@register_jitable(forceinline=True)
+def take12(b: Any, row: int, i: int) -> Any:
+    """See `take3`."""
+    return take6(b, row, i) + take6(b, row + 6, i)
 
 
 @register_jitable(forceinline=True)

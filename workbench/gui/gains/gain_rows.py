@@ -31,6 +31,8 @@ GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
 _SYSTEMS = {
     "modes": "Flight modes",
     "battery": "Battery",
+    "gyro": "Gyro filters",
+    "computer": "Setpoint, derivative and commands",
     "obstacles": "Obstacles",
     "air": "Air, gusts and pushes",
     "payload": _PAYLOAD,

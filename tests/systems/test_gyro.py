@@ -1,0 +1,91 @@
+"""The gyro of a tumbling vehicle, beside scipy's filters over the angular velocities flown."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+from scipy import signal
+from scipy.spatial.transform import Rotation
+
+from workbench.dynamics.air.settings import calm_air
+from workbench.estimation.gyro import UNFILTERED, sample_steps
+from workbench.systems.vehicle_dynamics import VehicleDynamics
+
+STEP = 1 / 1024
+TUMBLING = [0.8, 0.3, -0.4, 0.3317, 0.0, 0.0, 80.0, 4.0, -7.0, 3.0, 1.0, 0.0, 0.0]
+SETTINGS = (
+    ("low-pass", UNFILTERED._replace(gyro_lowpass=60.0), 1),
+    ("first order", UNFILTERED._replace(gyro_lowpass=30.0, gyro_lowpass_order=1.0), 1),
+    ("notch", UNFILTERED._replace(gyro_notch=100.0, gyro_notch_width=40.0), 1),
+    ("both, sampled", UNFILTERED._replace(gyro_rate=500.0, gyro_lowpass=50.0, gyro_notch=90.0), 2),
+    ("slow", UNFILTERED._replace(gyro_rate=100.0, gyro_lowpass=20.0), 8),
+)
+
+
+def tumble(description, vehicle, gyro, steps=400):
+    """Return the angular velocities in B before each step, and those that the gyro gives."""
+    builder = DiagramBuilder()
+    commands = builder.AddSystem(ConstantVectorSource([500.0, 700.0, 300.0, 600.0]))
+    dynamics = builder.AddSystem(
+        VehicleDynamics(
+            description=description, settings=calm_air(vehicle), step=STEP, gyro=gyro, readout=8
+        )
+    )
+    builder.Connect(commands.get_output_port(), dynamics.GetInputPort("commands"))
+    simulator = Simulator(builder.Build())
+    context = dynamics.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    start = np.array(TUMBLING)
+    start[:4] /= np.linalg.norm(start[:4])
+    dynamics.place(context, start, np.full(4, 600.0))
+    true, given = [], []
+    for step in range(steps):
+        for name, rows in (("state", true), ("sensed", given)):
+            state = dynamics.GetOutputPort(name).Eval(context)
+            turn = Rotation.from_quat(state[[1, 2, 3, 0]])
+            rows.append(turn.inv().apply(state[7:10]))
+        rest = [0, 1, 2, 3, 4, 5, 6, 10, 11, 12]
+        assert state[rest].tolist() == dynamics.body_state(context)[rest].tolist()
+        simulator.AdvanceTo((step + 1) * STEP)
+    return np.array(true), np.array(given)
+
+
+def by_scipy(gyro, every, true):
+    """Return the samples (M, 3) that were steady before the first."""
+    rate = 1.0 / (every * STEP)
+    found = true[::every]
+    if gyro.gyro_notch:
+        width = gyro.gyro_notch / gyro.gyro_notch_width
+        found = steadily(*signal.iirnotch(gyro.gyro_notch, width, fs=rate), found)
+    if gyro.gyro_lowpass:
+        order = int(gyro.gyro_lowpass_order)
+        found = steadily(*signal.butter(order, gyro.gyro_lowpass, fs=rate), found)
+    return np.repeat(found, every, axis=0)[: len(true)]
+
+
+def steadily(b, a, samples):
+    start = np.outer(signal.lfilter_zi(b, a), samples[0])
+    return signal.lfilter(b, a, samples, axis=0, zi=start)[0]
+
+
+def test_it_gives_what_scipys_filters_make_of_its_samples(case, description, vehicle):
+    for name, gyro, every in SETTINGS:
+        with case(name):
+            true, given = tumble(description, vehicle, gyro)
+            wanted = by_scipy(gyro, every, true)
+            assert np.abs(given - wanted).max() < 1e-10
+            assert np.abs(given - true).max() > 0.01
+
+
+def test_without_filters_the_state_is_sensed_as_it_is(description, vehicle):
+    for gyro in (UNFILTERED, UNFILTERED._replace(gyro_rate=100.0, gyro_lowpass=70.0)):
+        true, given = tumble(description, vehicle, gyro, 60)
+        assert given.tolist() == true.tolist()
+
+
+@pytest.mark.parametrize(
+    ("rate", "steps", "every"),
+    [(0.0, 8, 1), (1024.0, 8, 1), (513.0, 8, 1), (512.0, 8, 2), (10.0, 8, 8), (200.0, 6, 3)],
+)
+def test_a_sample_falls_on_every_update(rate, steps, every):
+    assert sample_steps(rate, STEP, steps) == every

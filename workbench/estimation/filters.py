@@ -1,0 +1,116 @@
+"""Low-pass and notch filters as second-order sections in state space.
+
+    x' = A x + B u
+    y = C x + D u
+
+A section is nine numbers: A row by row (4), B (2), C (2) and D. They are made by the trapezoidal
+rule with the cut-off prewarped, so they are the digital Butterworth and notch filters of
+scipy.signal (`butter`, `iirnotch`). The states are those of the state variable filter: at rest the
+first is 0 and the second is the input, whatever the coefficients. So a cut-off may be moved, or a
+filter switched on, without a jump.
+
+Source: A. Simper, Linear Trapezoidal Integrated State Variable Filter With Low Noise Optimisation,
+Cytomic, 2013; V. Zavalishin, The Art of VA Filter Design, 2.1, 2018, sections 3 and 4.
+"""
+
+import math
+from typing import Any
+
+from workbench.common.jitable import register_jitable
+
+Scalar = Any
+"""float, AutoDiffXd, or what numba makes of it."""
+
+NYQUIST_SHARE = 0.49
+"""A filter whose frequency is above this share of the sampling rate is left out."""
+
+
+Section = tuple[float, float, float, float, float, float, float, float, float]
+THROUGH: Section = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
+"""Lets everything through; its state is that of rest, so that a filter may take over."""
+
+
+@register_jitable
+def works(frequency: float, period: float) -> bool:
+    """Return whether there is a filter at a frequency [Hz] for samples every `period` [s]."""
+    return 0.0 < frequency <= NYQUIST_SHARE / period
+
+
+@register_jitable
+def lowpass(cutoff: float, order: float, period: float) -> Section:
+    """Return a Butterworth low-pass of first or second order.
+
+    Args:
+        cutoff: where it is 3 dB down [Hz]; 0, or one too near half the sampling rate, for none.
+        order: 1 or 2.
+        period: between samples [s].
+    """
+    if not works(cutoff, period):
+        return THROUGH
+    g = math.tan(math.pi * cutoff * period)
+    if order == 1.0:
+        share = g / (1.0 + g)
+        return (0.0, 0.0, 0.0, 1.0 - 2.0 * share, 0.0, 2.0 * share, 0.0, 1.0 - share, share)
+    a1, a2, a3 = _band(g, math.sqrt(2.0))
+    return (
+        2.0 * a1 - 1.0,
+        -2.0 * a2,
+        2.0 * a2,
+        1.0 - 2.0 * a3,
+        2.0 * a2,
+        2.0 * a3,
+        a2,
+        1.0 - a3,
+        a3,
+    )
+
+
+@register_jitable
+def notch(centre: float, width: float, period: float) -> Section:
+    """Return a notch.
+
+    Args:
+        centre: which is taken out [Hz]; 0, or one too near half the sampling rate, for none.
+        width: of the band that is more than 3 dB down [Hz].
+        period: between samples [s].
+    """
+    if not works(centre, period):
+        return THROUGH
+    g = math.tan(math.pi * centre * period)
+    # scipy.signal.iirnotch has the band's edges where the digital filter is 3 dB down
+    k = math.tan(math.pi * min(width, 0.5 / period * NYQUIST_SHARE) * period) * (1.0 + g * g) / g
+    a1, a2, a3 = _band(g, k)
+    return (
+        2.0 * a1 - 1.0,
+        -2.0 * a2,
+        2.0 * a2,
+        1.0 - 2.0 * a3,
+        2.0 * a2,
+        2.0 * a3,
+        -k * a1,
+        k * a2,
+        1.0 - k * a2,
+    )
+
+
+@register_jitable(forceinline=True)
+def output(section: Any, x_1: Scalar, x_2: Scalar, u: Scalar) -> Scalar:
+    """Return what comes out of a section with states x_1, x_2 for an input."""
+    return section[6] * x_1 + section[7] * x_2 + section[8] * u
+
+
+@register_jitable(forceinline=True)
+def after(section: Any, x_1: Scalar, x_2: Scalar, u: Scalar) -> tuple[Scalar, Scalar]:
+    """Return the states of a section after an input."""
+    return (
+        section[0] * x_1 + section[1] * x_2 + section[4] * u,
+        section[2] * x_1 + section[3] * x_2 + section[5] * u,
+    )
+
+
+@register_jitable
+def _band(g: float, k: float) -> tuple[float, float, float]:
+    """Return the factors of a state variable filter with damping k / 2."""
+    a1 = 1.0 / (1.0 + g * (g + k))
+    a2 = g * a1
+    return a1, a2, g * a2

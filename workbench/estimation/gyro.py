@@ -1,0 +1,135 @@
+"""The gyro: it samples the angular velocity at a rate of its own, through a notch and a low-pass.
+
+Each axis of the body has both filters, one after the other. A sample stands at the beginning of a
+physics step, and every control update begins with one.
+"""
+
+from typing import Any, NamedTuple
+
+from workbench.common.jitable import register_jitable
+from workbench.dynamics.rigid_body import into_body, rotation
+from workbench.estimation.filters import after, lowpass, notch, output, works
+
+Scalar = Any
+Signal = Any
+"""A sequence of scalars: a list in Python, an array in compiled code."""
+
+STATES = 12
+"""For each axis x, y, z of B: two states of the notch and two of the low-pass."""
+COEFFICIENTS = 18
+"""Those of the notch, then those of the low-pass; see `filters`."""
+
+
+class GyroSettings(NamedTuple):
+    """The live numbers of the gyro; `workbench params` lists meaning, unit and range of each."""
+
+    gyro_rate: float = 0.0
+    gyro_lowpass: float = 0.0
+    gyro_lowpass_order: float = 2.0
+    gyro_notch: float = 0.0
+    gyro_notch_width: float = 20.0
+
+
+UNFILTERED = GyroSettings()
+"""A sample every physics step, and no filter."""
+
+
+@register_jitable
+def sample_steps(rate: float, step: float, steps: int) -> int:
+    """Return every how many physics steps the gyro samples: a divisor of the control period.
+
+    Args:
+        rate: least rate that is asked for [1/s]; 0 for a sample every step.
+        step: of physics [s].
+        steps: of physics in a control period.
+    """
+    if rate == 0.0:
+        return 1
+    for each in range(steps, 1, -1):
+        if steps % each == 0 and each * step * rate <= 1.0 + 1e-9:
+            return each
+    return 1
+
+
+@register_jitable
+def filters_gyro(settings: Signal, period: float) -> bool:
+    """Return whether any filter works at samples every `period` [s]; see `GyroSettings`."""
+    return works(settings[1], period) or works(settings[3], period)
+
+
+@register_jitable
+def gyro_filter(settings: Signal, period: float) -> tuple[float, ...]:
+    """Return the coefficients (18) of both filters for samples every `period` [s]."""
+    return notch(settings[3], settings[4], period) + lowpass(settings[1], settings[2], period)
+
+
+@register_jitable(forceinline=True)
+def body_rates(state: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the angular velocity w_WB in B [rad/s] of a state of the body (13)."""
+    return into_body(rotation(state[0:4]), state[7:10])
+
+
+@register_jitable(forceinline=True)
+def filtered_axis(coefficients: Signal, x: Signal, w: Scalar) -> Scalar:
+    """Return what comes out of both filters on an axis with states x (4) for a rate [rad/s]."""
+    between = output(coefficients[0:9], x[0], x[1], w)
+    return output(coefficients[9:18], x[2], x[3], between)
+
+
+@register_jitable(forceinline=True)
+def stepped_axis(
+    coefficients: Signal, x: Signal, w: Scalar
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the states (4) of an axis after a rate [rad/s]."""
+    between = output(coefficients[0:9], x[0], x[1], w)
+    return after(coefficients[0:9], x[0], x[1], w) + after(coefficients[9:18], x[2], x[3], between)
+
+
+@register_jitable
+def filtered_rates(coefficients: Signal, x: Signal, w_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return what comes out of the filters (3) with states x (12) for angular velocities in B."""
+    return (
+        filtered_axis(coefficients, x[0:4], w_B[0]),
+        filtered_axis(coefficients, x[4:8], w_B[1]),
+        filtered_axis(coefficients, x[8:12], w_B[2]),
+    )
+
+
+@register_jitable
+def stepped_filters(coefficients: Signal, x: Signal, w_B: Signal) -> tuple[Scalar, ...]:
+    """Return the states of the filters (12) after angular velocities in B (3)."""
+    return (
+        stepped_axis(coefficients, x[0:4], w_B[0])
+        + stepped_axis(coefficients, x[4:8], w_B[1])
+        + stepped_axis(coefficients, x[8:12], w_B[2])
+    )
+
+
+@register_jitable(forceinline=True)
+def at_rest(w_B: Signal) -> tuple[Scalar, ...]:
+    """Return the states of the filters (12) where the angular velocity in B has been steady."""
+    x, y, z = w_B
+    zero = 0.0 * x
+    return zero, x, zero, x, zero, y, zero, y, zero, z, zero, z
+
+
+@register_jitable(forceinline=True)
+def sensed(state: Signal, w_B: Signal) -> tuple[Scalar, ...]:
+    """Return a state of the body (13) with another angular velocity, given in B (3) [rad/s]."""
+    R = rotation(state[0:4])
+    x, y, z = w_B
+    return (
+        state[0],
+        state[1],
+        state[2],
+        state[3],
+        state[4],
+        state[5],
+        state[6],
+        R[0] * x + R[1] * y + R[2] * z,
+        R[3] * x + R[4] * y + R[5] * z,
+        R[6] * x + R[7] * y + R[8] * z,
+        state[10],
+        state[11],
+        state[12],
+    )
