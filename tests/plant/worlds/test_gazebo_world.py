@@ -1,6 +1,7 @@
 """Oracle: Drake's own SDF parser where it takes the world; else the files' numbers, by hand."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from pydrake.geometry import Convex
@@ -8,7 +9,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
 
-from workbench.plant.home import Home
+from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.worlds.reading import read_world
 
 BALL = "<geometry><sphere><radius>0.5</radius></sphere></geometry>"
@@ -215,6 +216,19 @@ def test_home_is_where_gazebo_has_it(town):
     assert (found.home, found.remarks) == (Home(math.pi / 4, -math.pi / 2, 12.0), ())
     (remark,) = town(place.format("<heading_deg>90</heading_deg>")).remarks
     assert remark.text == "heading_deg is 90; x is taken to point east"
+
+
+def test_a_magnetic_field_is_the_homes(town):
+    field = "<magnetic_field>5.5e-6 2.3e-5 -4.2e-5</magnetic_field>"
+    stated = (5.5e-6, 2.3e-5, -4.2e-5)
+    found = town(field)
+    assert (found.home, found.remarks) == (replace(DEFAULT_HOME, magnetic_field=stated), ())
+    place = "<spherical_coordinates><latitude_deg>45</latitude_deg></spherical_coordinates>"
+    assert town(place + field).home == Home(math.pi / 4, 0.0, 0.0, stated)
+    assert town(place + "<magnetic_field/>").home == Home(math.pi / 4, 0.0, 0.0)
+    in_microtesla = town("<magnetic_field>5.5 23 -42</magnetic_field>")
+    assert in_microtesla.home is None
+    assert "no component can be beyond 0.001 T" in in_microtesla.remarks[0].text
 
 
 def test_what_is_not_built_is_said(town):

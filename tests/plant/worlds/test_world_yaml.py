@@ -81,6 +81,11 @@ def test_home_is_in_degrees_as_gazebo_has_it(read):
     assert home == Home(math.pi / 4, -math.pi / 2, 12.0)
 
 
+def test_a_home_may_state_its_magnetic_field(read):
+    home = read("home: {latitude_deg: 45, magnetic_field: [1.0e-6, 2.0e-5, -4.0e-5]}").home
+    assert home == Home(math.pi / 4, 0.0, 0.0, (1e-6, 2e-5, -4e-5))
+
+
 def test_ground_can_be_left_out(read):
     assert not read("ground: false").ground
 
@@ -123,6 +128,11 @@ def test_ground_can_be_left_out(read):
         (f"obstacles: [{POST}}}]\nmoving: [{BALL}{PATH}}}, {BALL}{PATH}}}]", "called 'ball'"),
         ("home: {latitude_deg: 91}", ":1: home.latitude_deg is 91: give it one within ±90"),
         ("home: {latitude_deg: .nan}", "give it one within ±90"),
+        ("home: {magnetic_field: [1, 2]}", "home.magnetic_field is [1, 2]: give it 3 numbers"),
+        (
+            "home:\n  magnetic_field: [5, 22, -42]",
+            ":2: home.magnetic_field is [5, 22, -42]: give it in",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_with_file_and_line(fault, text, said):

@@ -15,7 +15,7 @@ from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.sdf_poses import ROOT, Poses
 from workbench.plant.formats.sdf_shapes import ShapeReader
 from workbench.plant.formats.sdf_tree import SdfTree, grow_in_world
-from workbench.plant.formats.sdf_values import number, triple
+from workbench.plant.formats.sdf_values import number, numbers, triple
 from workbench.plant.formats.sdf_world import (
     gazebos_own,
     has_motors,
@@ -25,7 +25,7 @@ from workbench.plant.formats.sdf_world import (
     world_of,
 )
 from workbench.plant.formats.xml import Element
-from workbench.plant.home import Home
+from workbench.plant.home import DEFAULT_HOME, STRONGEST_FIELD, Home, Triple
 from workbench.plant.model import Collision, Link, Model, Visual
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
@@ -159,10 +159,11 @@ def _links(tree: SdfTree, poses: Poses, finder: PackageFinder, remarks: Remarks)
 
 
 def _home(world: Node, remarks: Remarks) -> Home | None:
-    """Return where on the earth a world says that it is."""
+    """Return where on the earth a world says that it is, and what magnetic field it has there."""
+    field = _magnetic_field(world, remarks)
     place = world.child("spherical_coordinates")
     if place is None:
-        return None
+        return dataclasses.replace(DEFAULT_HOME, magnetic_field=field) if field else None
     latitude, longitude, altitude, heading = (
         number(place, tag, 0.0)
         for tag in ("latitude_deg", "longitude_deg", "elevation", "heading_deg")
@@ -172,7 +173,20 @@ def _home(world: Node, remarks: Remarks) -> Home | None:
     if heading:
         text = f"heading_deg is {heading:g}; x is taken to point east"
         remarks.add("ignored", place.file, "<spherical_coordinates>", text)
-    return Home(math.radians(latitude), math.radians(longitude), altitude)
+    return Home(math.radians(latitude), math.radians(longitude), altitude, field)
+
+
+def _magnetic_field(world: Node, remarks: Remarks) -> Triple | None:
+    """Return the field that a world states: east, north and up [T]."""
+    stated = world.child("magnetic_field")
+    if stated is None or not stated.text:
+        return None
+    east, north, up = numbers(stated, 3)
+    if max(abs(east), abs(north), abs(up)) > STRONGEST_FIELD:
+        text = f"{stated.text}: no component can be beyond {STRONGEST_FIELD:g} T; that of the earth"
+        remarks.add("ignored", stated.file, "<magnetic_field>", text)
+        return None
+    return (east, north, up)
 
 
 def without_planes(link: Node, poses: Poses, remarks: Remarks) -> Node:

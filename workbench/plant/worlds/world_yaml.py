@@ -11,7 +11,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from workbench.common.errors import WorkbenchError
 from workbench.common.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
 from workbench.plant.formats.values import LARGEST, shortened
-from workbench.plant.home import Home
+from workbench.plant.home import STRONGEST_FIELD, Home, Triple
 from workbench.plant.packages import PackageFinder
 from workbench.plant.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from workbench.plant.worlds.directives import read_directives
@@ -62,11 +62,12 @@ class MovingWords:
 
 @dataclass
 class HomeWords:
-    """Where the origin is on the earth, in the words of Gazebo: degrees, and metres."""
+    """Where the origin is on the earth, in the words of Gazebo: degrees, metres and tesla."""
 
     latitude_deg: float = 0.0
     longitude_deg: float = 0.0
     elevation: float = 0.0
+    magnetic_field: list[float] | None = None
 
 
 @dataclass
@@ -231,7 +232,23 @@ def _home(file: YamlFile, words: HomeWords | None) -> Home | None:
             where = file.where("home", key)
             raise WorkbenchError(f"{where}home.{key} is {value!r}: give it one within ±{most:g}")
     latitude, longitude = math.radians(words.latitude_deg), math.radians(words.longitude_deg)
-    return Home(latitude, longitude, float(words.elevation))
+    field = words.magnetic_field
+    return Home(
+        latitude,
+        longitude,
+        float(words.elevation),
+        None if field is None else _magnetic_field(file, field),
+    )
+
+
+def _magnetic_field(file: YamlFile, numbers: list[float]) -> Triple:
+    """Return the field that a home states: east, north and up [T]."""
+    keys = ("home", "magnetic_field")
+    east, north, up = read_numbers(file, keys, numbers, 3)
+    if max(abs(east), abs(north), abs(up)) > STRONGEST_FIELD:
+        reason = f"is {numbers}: give it in tesla, within ±{STRONGEST_FIELD:g}"
+        raise _fault(file, keys, reason)
+    return (east, north, up)
 
 
 def read_moving(file: YamlFile, keys: Keys, words: MovingWords) -> MovingObstacle:
