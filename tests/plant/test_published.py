@@ -11,7 +11,7 @@ import pytest
 
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.plant.sensors import Barometer, Gps, Imu, Noise
+from workbench.plant.sensors import Barometer, Gps, Imu, Magnetometer, Noise
 
 MODELS = Path(__file__).resolve().parents[2].parent / "shared" / "models"
 pytestmark = pytest.mark.skipif(
@@ -150,15 +150,18 @@ def test_x500(path):
         assert rotor.inertia == pytest.approx(own[2])
     assert said(description, "gz_frame_id", "x500_base")
     assert said(description, "NXP-HGD-CF.dae", "not found")
-    assert said(description, "magnetometer_sensor")
+    assert said(description, "magnetometer_sensor", "gauss")
 
 
 def test_x500_sensors():
     _, vehicle = load("px4_gazebo_models/x500")
-    barometer, imu, gps = vehicle.sensors
+    barometer, magnetometer, imu, gps = vehicle.sensors
     assert isinstance(barometer, Barometer)
     assert (barometer.name, barometer.rate) == ("air_pressure_sensor", 50.0)
     assert barometer.noise == Noise(stddev=3.0)
+    assert isinstance(magnetometer, Magnetometer)
+    assert (magnetometer.name, magnetometer.rate) == ("magnetometer_sensor", 100.0)
+    assert magnetometer.magnetic_field == (Noise(stddev=pytest.approx(1e-8)),) * 3
     assert isinstance(imu, Imu)
     assert (imu.name, imu.type, imu.frame, imu.rate) == ("imu_sensor", "imu", "base_link", 250.0)
     assert [noise.stddev for noise in imu.angular_velocity] == [0.0008726646] * 3

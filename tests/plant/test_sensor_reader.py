@@ -15,6 +15,7 @@ from workbench.plant.sensors import (
     Gps,
     Imu,
     Lidar,
+    Magnetometer,
     Noise,
     RangeFinder,
     ScanAxis,
@@ -134,7 +135,7 @@ def test_without_a_rate_it_is_each_step_as_in_gazebo(read):
     assert (remark.kind, remark.element) == ("assumed", "sensor 'eye'")
 
 
-@pytest.mark.parametrize("kind", ["camera", "magnetometer", "altimeter", "contact", "", "IMU"])
+@pytest.mark.parametrize("kind", ["camera", "altimeter", "contact", "", "IMU"])
 def test_other_types_are_listed_with_their_link(read, kind):
     remarks = Remarks()
     assert read(sensor(kind, rate="<update_rate>often</update_rate>"), remarks) == ()
@@ -337,12 +338,38 @@ def test_a_barometer_has_noise_and_maybe_a_reference_altitude(read, reference, a
     assert found.noise == Noise(0.1, 0.2, 0.3, 0.4)
 
 
+def field_noise(stddev) -> str:
+    noise = f'<noise type="gaussian"><mean>0.5</mean><stddev>{stddev}</stddev></noise>'
+    return f"<magnetometer><x/><y>{noise}</y><z>{noise}</z></magnetometer>"
+
+
+def test_a_magnetometer_has_noise_along_each_axis(read):
+    remarks = Remarks()
+    found, bare = read(
+        sensor("magnetometer", field_noise(4e-7)) + sensor("magnetometer", name="b"), remarks
+    )
+    assert isinstance(found, Magnetometer)
+    assert (found.kind, found.rate) == ("magnetometer", 50.0)
+    assert found.magnetic_field == (QUIET, Noise(0.5, 4e-7), Noise(0.5, 4e-7))
+    assert bare.magnetic_field == (QUIET,) * 3
+    assert remarks.found == []
+
+
+def test_a_magnetometers_noise_as_strong_as_the_earths_field_is_in_gauss(read):
+    remarks = Remarks()
+    (found,) = read(sensor("magnetometer", field_noise(3e-3)), remarks)
+    assert found.magnetic_field == (QUIET, *[Noise(5e-5, pytest.approx(3e-7))] * 2)
+    (remark,) = remarks.found
+    assert (remark.kind, "gauss" in remark.text) == ("repaired", True)
+
+
 def test_kinds_are_named_alike_for_all_types(read):
     bodies = {
         "imu": "",
         "gps": "",
         "navsat": "",
         "air_pressure": "",
+        "magnetometer": "",
         "sonar": "",
         "ray": f"<ray>{SCAN}{RANGE}</ray>",
         "lidar": f"<lidar>{ONE}{RANGE}</lidar>",
@@ -354,6 +381,7 @@ def test_kinds_are_named_alike_for_all_types(read):
         "gps",
         "gps",
         "barometer",
+        "magnetometer",
         "range_finder",
         "lidar",
         "range_finder",

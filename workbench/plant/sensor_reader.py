@@ -24,6 +24,7 @@ from workbench.plant.sensors import (
     Gps,
     Imu,
     Lidar,
+    Magnetometer,
     Noise,
     RangeFinder,
     ScanAxis,
@@ -38,6 +39,9 @@ _MOST_PIXELS = 16_384
 _FRAMES = ("gz_frame_id", "ignition_frame_id", "frame_id")
 _MOST = 1000
 _FASTEST = 1e6
+_AS_STRONG_AS_THE_EARTH = 2e-5
+"""Weaker than this the earth's field is nowhere, and no magnetometer's noise is as strong [T]."""
+_TESLA_IN_GAUSS = 1e-4
 
 
 class Block:
@@ -232,6 +236,17 @@ def _barometer(common: Sensor, sensor: Block, remarks: Remarks) -> Barometer:
     )
 
 
+def _magnetometer(common: Sensor, sensor: Block, remarks: Remarks) -> Magnetometer:
+    """Return a magnetometer; its noise may be in gauss, which Gazebo measured up to Harmonic."""
+    block = sensor.block("magnetometer")
+    x, y, z = (read_noise(block.block(axis), remarks) for axis in "xyz")
+    if max(noise.stddev for noise in (x, y, z)) >= _AS_STRONG_AS_THE_EARTH:
+        text = "noise as strong as the earth's field; taken to be in gauss, not in tesla"
+        remarks.add("repaired", sensor.file, f"sensor '{sensor.sensor}'", text)
+        x, y, z = (noise.in_unit(_TESLA_IN_GAUSS) for noise in (x, y, z))
+    return Magnetometer(**vars(common), magnetic_field=(x, y, z))
+
+
 def _sonar(common: Sensor, sensor: Block, remarks: Remarks) -> RangeFinder:
     """Return a sonar; the defaults are those of SDF's sonar.sdf."""
     sonar = sensor.block("sonar")
@@ -340,6 +355,7 @@ READERS: dict[str, Callable[[Sensor, Block, Remarks], Sensor | None]] = {
     "gps": _gps,
     "navsat": _gps,
     "air_pressure": _barometer,
+    "magnetometer": _magnetometer,
     "sonar": _sonar,
     "lidar": _lidar,
     "ray": _lidar,

@@ -49,6 +49,18 @@ class Noise:
             return self
         return dataclasses.replace(self, stddev=self.stddev * math.sqrt(delivered / declared))
 
+    def in_unit(self, unit: float) -> "Noise":
+        """Return this noise where its numbers are in a unit that is so many SI units."""
+        return Noise(
+            mean=unit * self.mean,
+            stddev=unit * self.stddev,
+            bias_mean=unit * self.bias_mean,
+            bias_stddev=unit * self.bias_stddev,
+            dynamic_bias_stddev=unit * self.dynamic_bias_stddev,
+            dynamic_bias_correlation_time=self.dynamic_bias_correlation_time,
+            precision=unit * self.precision,
+        )
+
 
 QUIET = Noise()
 
@@ -159,6 +171,16 @@ class Barometer(Sensor):
 
     reference_altitude: float | None = None
     noise: Noise = QUIET
+
+
+@dataclass(frozen=True)
+class Magnetometer(Sensor):
+    """Magnetometer; noises along x, y, z in T."""
+
+    kind: ClassVar[str] = "magnetometer"
+    usual_rate: ClassVar[float] = 50.0
+
+    magnetic_field: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
 
 
 @dataclass(frozen=True)
