@@ -270,6 +270,13 @@ MUTATIONS = (
         ("tests/systems/sensors/test_standard_atmosphere.py",),
     ),
     Mutation(
+        "magnetometer: turned the wrong way",
+        f"{SYSTEMS}/sensors/magnetometer.py",
+        "return (R_WB @ self._R_BS).T @ self._field_W",
+        "return (R_WB @ self._R_BS) @ self._field_W",
+        ("tests/systems/sensors/test_magnetometer.py",),
+    ),
+    Mutation(
         "battery: empty in half the time",
         f"{SYSTEMS}/battery.py",
         "used = PERIOD * power / self._hover_power / duration",

@@ -6,7 +6,7 @@ from workbench.commands.cli import Parser
 from workbench.commands.options import add_sensor_options, with_sensors
 from workbench.scenario.scenario import Scenario, SensorsConfig
 
-NAMES = ["lidar", "gps", "camera", "imu", "barometer", "range_finder"]
+NAMES = ["lidar", "gps", "camera", "imu", "barometer", "range_finder", "magnetometer"]
 
 
 def table(said) -> dict[str, list[str]]:

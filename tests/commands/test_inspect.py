@@ -56,7 +56,8 @@ def test_json_says_what_a_program_needs(capsys):
     assert (first["time_constant_up"], first["time_constant_down"]) == (0.0125, 0.025)
     assert first["max_speed"] == 1100.0
     sensors = {sensor["name"]: sensor for sensor in data["sensors"]}
-    assert set(sensors) == {"lidar", "gps", "camera", "imu", "barometer", "range_finder"}
+    names = {"lidar", "gps", "camera", "imu", "barometer", "range_finder", "magnetometer"}
+    assert set(sensors) == names
     assert (sensors["lidar"]["type"], sensors["lidar"]["rate"]) == ("gpu_lidar", 10.0)
     assert sensors["camera"]["frame"] == "camera_link"
     assert data["warnings"] == []

@@ -10,8 +10,9 @@ from workbench.session.session import Session
 from workbench.systems.sensors.samples import SampleTable, ScanStack
 
 STEP = 1 / 1024
+KEPT = ("imu", "gps", "barometer", "magnetometer", "range_finder")
 CONFIG = SensorsConfig(
-    use=["imu", "gps", "lidar", "barometer", "range_finder", "depth_camera"],
+    use=["imu", "gps", "lidar", "barometer", "magnetometer", "range_finder", "depth_camera"],
     latency={"gps": 0.15, "barometer": 0.013},
     rates={"depth_camera": 2.0},
     keep=True,
@@ -22,7 +23,7 @@ CONFIG = SensorsConfig(
 def polled():
     """Return a session and the readings that were new after each step."""
     session = Session(Scenario(world="room", sensors=CONFIG))
-    seen: dict[str, list] = {name: [] for name in ("imu", "gps", "barometer", "range_finder")}
+    seen: dict[str, list] = {name: [] for name in KEPT}
     session.command(velocity=[0.5, 0.0, 0.2])
     for _ in range(512):
         for name, readings in seen.items():
@@ -37,7 +38,7 @@ def samples_of(session, name):
     return next(each for each in session.samples() if each.sensor == name)
 
 
-@pytest.mark.parametrize("name", ["imu", "gps", "barometer", "range_finder"])
+@pytest.mark.parametrize("name", KEPT)
 def test_no_sample_is_lost_and_none_comes_twice(polled, name):
     session, seen = polled
     kept = samples_of(session, name)
@@ -49,6 +50,10 @@ def test_no_sample_is_lost_and_none_comes_twice(polled, name):
 
 def test_values_are_those_of_the_readings(polled):
     session, seen = polled
+    compass = samples_of(session, "magnetometer")
+    assert compass.columns == ("B_x [T]", "B_y [T]", "B_z [T]")
+    for row, reading in zip(compass.values, seen["magnetometer"], strict=False):
+        assert row.tolist() == [*reading.magnetic_field]
     kept = samples_of(session, "imu")
     assert len(kept.columns) == kept.values.shape[1]
     for row, reading in zip(kept.values, seen["imu"], strict=False):

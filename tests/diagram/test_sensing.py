@@ -30,7 +30,7 @@ STEP = Rates().physics_step
 SLOW = {"depth_camera": 5.0}
 """So that these tests do not wait for pictures."""
 ALL = SensorsConfig(use=["all"], rates=SLOW)
-OTHERS = ["imu", "gps", "lidar", "range_finder", "barometer"]
+OTHERS = ["imu", "gps", "lidar", "range_finder", "barometer", "magnetometer"]
 EVERYTHING_NOISY = {"gps_fault": 2.0, "depth_camera_fault": 2.0}
 """The description has no noise of its own for these two."""
 DECIMAL = Rates(physics_step=0.001, control_period=0.004, mode_period=0.02, record_period=0.01)
@@ -136,7 +136,7 @@ def test_all_off_leaves_no_system_and_no_event(without_sensors, with_all, system
     bare = system_names(without_sensors.diagram)
     more = set(system_names(with_all.diagram)) - set(bare)
     assert bare == [name for name in system_names(with_all.diagram) if name not in more]
-    assert len(more) == 11
+    assert len(more) == 13
     assert not any("sensor" in name for name in bare)
 
 

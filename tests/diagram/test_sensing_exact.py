@@ -7,6 +7,8 @@ import pymap3d
 import pytest
 from scipy.spatial.transform import Rotation
 
+from workbench.plant.home import DEFAULT_HOME
+from workbench.plant.magnetic_field import magnetic_field
 from workbench.scenario.scenario import Action, Push, Rates, Scenario, SensorsConfig, Start
 from workbench.session.session import Session
 
@@ -15,6 +17,7 @@ GRAVITY = np.array([0.0, 0.0, 9.81])
 HOME = (47.397742, 8.545594, 488.0)
 """Latitude and longitude [°] and altitude [m] where a world says nothing: PX4's."""
 FAST = {"imu": 128.0, "gps": 64.0, "barometer": 64.0, "range_finder": 64.0, "lidar": 16.0}
+FAST |= {"magnetometer": 64.0}
 
 
 def lively(seed: int) -> Scenario:
@@ -108,6 +111,12 @@ def test_the_barometer_has_the_pressure_of_its_height(flight):
         assert reading.pressure == pytest.approx(pressure, rel=1e-7)
 
 
+def test_the_magnetometer_has_the_field_of_the_home_along_its_axes(flight):
+    field = magnetic_field(DEFAULT_HOME)
+    for reading, _, _, R_WS in samples(flight, "magnetometer"):
+        assert reading.magnetic_field == pytest.approx(R_WS.T @ field, rel=0, abs=1e-18)
+
+
 def test_the_lidar_ranges_are_those_of_walls_and_ground(flight):
     """The room is 10 m by 8 m inside, its walls are 3 m high; what passes over them is sky."""
     sky = walls = ground = 0
@@ -142,6 +151,6 @@ def test_the_lidar_ranges_are_those_of_walls_and_ground(flight):
 def test_exact_sensors_are_exact_at_every_seed(flight):
     session = Session(lively(seed=99))
     session.tick(1.0)
-    for kind in ("imu", "gps", "barometer", "range_finder"):
+    for kind in ("imu", "gps", "barometer", "magnetometer", "range_finder"):
         last = max(flight[2][kind])
         assert session.reading(kind) == flight[2][kind][last]

@@ -11,7 +11,7 @@ from workbench.scenario.parameters import SENSOR_KINDS
 from workbench.scenario.scenario import Rates, Scenario, SensorsConfig
 
 STEP = 1 / 1024
-NAMES = ["lidar", "gps", "camera", "imu", "barometer", "range_finder"]
+NAMES = ["lidar", "gps", "camera", "imu", "barometer", "range_finder", "magnetometer"]
 """Of the vehicle's sensors, in its order."""
 
 
@@ -97,6 +97,7 @@ def test_a_name_goes_before_its_kind_and_both_before_the_description(choose):
         "imu": 200.0,
         "barometer": 50.0,
         "range_finder": 50.0,
+        "magnetometer": 50.0,
     }
     latencies = {name: choice.latency for name, choice in chosen.items() if choice.latency}
     assert latencies == {"camera": 0.2, "lidar": 0.05}
@@ -170,7 +171,7 @@ def loud(sensor):
 
 def test_without_noise_nothing_else_is_lost(choose, vehicle):
     everything = dataclasses.replace(vehicle, sensors=tuple(map(loud, vehicle.sensors)))
-    counts = {"imu": 6, "gps": 4}
+    counts = {"imu": 6, "gps": 4, "magnetometer": 3}
     for choice, sensor in zip(
         choose(everything, use=["all"], noise=False), everything.sensors, strict=True
     ):

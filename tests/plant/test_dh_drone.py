@@ -6,7 +6,7 @@ import pytest
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
-from workbench.plant.sensors import Barometer, Noise, RangeFinder
+from workbench.plant.sensors import Barometer, Magnetometer, Noise, RangeFinder
 
 
 def drone(**args):
@@ -20,7 +20,9 @@ def full():
 
 def test_it_carries_one_sensor_of_each_kind(full):
     kinds = sorted(sensor.kind for sensor in full.sensors)
-    assert kinds == ["barometer", "depth_camera", "gps", "imu", "lidar", "range_finder"]
+    assert kinds == [
+        *("barometer", "depth_camera", "gps", "imu", "lidar", "magnetometer", "range_finder")
+    ]
 
 
 def test_the_barometer_is_in_the_shell(full):
@@ -29,6 +31,17 @@ def test_the_barometer_is_in_the_shell(full):
     assert np.abs(barometer.p_BS).max() < 0.07
     assert barometer.noise == Noise(stddev=2.0)
     assert barometer.reference_altitude is None
+
+
+def test_the_magnetometer_is_in_the_shell_and_weighs_nothing(full):
+    (found,) = (sensor for sensor in full.sensors if isinstance(sensor, Magnetometer))
+    assert (found.name, found.frame, found.link) == ("magnetometer", "magnetometer", "base_link")
+    assert (found.rate, found.magnetic_field) == (50.0, (Noise(stddev=0.5e-6),) * 3)
+    assert np.abs(found.p_BS).max() < 0.07
+    without = drone(magnetometer="false")
+    assert without.sensors == full.sensors[:-1]
+    assert (without.mass, without.p_BoBcm_B) == (full.mass, full.p_BoBcm_B)
+    assert np.array_equal(without.inertia, full.inertia)
 
 
 def test_the_range_finder_looks_down_and_sees_the_ground_it_stands_on(full):

@@ -109,6 +109,7 @@ def test_readings_are_what_the_sensors_delivered(session, now):
     assert now.imu == session.reading("imu")
     assert now.gps == session.reading("gps")
     assert now.barometer == session.reading("barometer")
+    assert now.magnetometer == session.reading("magnetometer")
     assert now.height == session.reading("range_finder").distance
     assert now.height == pytest.approx(now.p_WB[2] - 0.063, abs=0.1)
 
@@ -162,7 +163,7 @@ def test_the_warning_is_given_below_its_distance():
 def test_each_sensor_says_how_it_does(now):
     status = {each.kind: each for each in now.sensors}
     assert [each.name for each in now.sensors] == [
-        *("lidar", "gps", "camera", "imu", "barometer", "range_finder")
+        *("lidar", "gps", "camera", "imu", "barometer", "range_finder", "magnetometer")
     ]
     assert {kind: status[kind].asked_rate for kind in RATES} == RATES
     # whole physics steps: 10, 205, 102 and 256 of them
@@ -186,7 +187,7 @@ def test_before_the_first_step_nothing_is_delivered():
 
 def test_what_there_is_none_of_is_none(plain):
     assert plain.sensors == ()
-    for name in ("imu", "gps", "barometer", "lidar", "height", "clearance"):
+    for name in ("imu", "gps", "barometer", "magnetometer", "lidar", "height", "clearance"):
         assert getattr(plain, name) is None, name
 
 

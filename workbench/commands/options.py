@@ -130,7 +130,7 @@ def add_sensor_options(parser: argparse.ArgumentParser) -> None:
         "--sensors",
         metavar="NAME[,NAME]",
         help="sensors that measure, by name or kind (imu, gps, lidar, range_finder, barometer, "
-        f"depth_camera), all, or {NO_SENSORS} (default: the scenario's)",
+        f"depth_camera, magnetometer), all, or {NO_SENSORS} (default: the scenario's)",
     )
     group.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
     group.add_argument("--no-noise", action="store_true", help="let sensors be exact")

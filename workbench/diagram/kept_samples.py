@@ -9,7 +9,7 @@ from workbench.systems.sensors.samples import Samples, SampleTable, ScanStack
 def read_samples(log: SampleLog, rows: np.ndarray) -> Samples:
     """Return what a sensor delivered, in rows of its log, see `SampleLog.rows`."""
     # What is logged is loaded; see `diagram.sensing`.
-    from workbench.systems.sensors import barometer, gps, imu, range_finder
+    from workbench.systems.sensors import barometer, gps, imu, magnetometer, range_finder
     from workbench.systems.sensors.lidar import Lidar
 
     name, system = log.mounted.choice.sensor.name, log.mounted.system
@@ -37,6 +37,8 @@ def read_samples(log: SampleLog, rows: np.ndarray) -> Samples:
             columns = gps.COLUMNS
         case barometer.Barometer():
             columns = barometer.COLUMNS
+        case magnetometer.Magnetometer():
+            columns = magnetometer.COLUMNS
         case _:
             columns = range_finder.COLUMNS
     return SampleTable(name, columns, stamps, values, system.latency)

@@ -17,7 +17,15 @@ from workbench.diagram.airframe import Airframe
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.plant.home import Home
 from workbench.plant.sensor_frames import free_name
-from workbench.plant.sensors import Barometer, DepthCamera, Gps, Imu, Lidar, RangeFinder
+from workbench.plant.sensors import (
+    Barometer,
+    DepthCamera,
+    Gps,
+    Imu,
+    Lidar,
+    Magnetometer,
+    RangeFinder,
+)
 from workbench.systems.noise import add_noise, noise_seed, seed_noise
 from workbench.systems.sensors.readings import Reading
 
@@ -28,12 +36,14 @@ if TYPE_CHECKING:
     from workbench.systems.sensors.gps import Gps as GpsSystem
     from workbench.systems.sensors.imu import Imu as ImuSystem
     from workbench.systems.sensors.lidar import Lidar as LidarSystem
+    from workbench.systems.sensors.magnetometer import Magnetometer as MagnetometerSystem
     from workbench.systems.sensors.range_finder import RangeFinder as RangeFinderSystem
 
     SensorSystem = (
         ImuSystem
         | GpsSystem
         | BarometerSystem
+        | MagnetometerSystem
         | RangeFinderSystem
         | LidarSystem
         | DepthCameraSystem
@@ -172,6 +182,12 @@ class _Mount:
                 from workbench.systems.sensors.barometer import Barometer as BarometerSystem
 
                 system = BarometerSystem(sensor=sensor, home=self.home, **timing)
+            case Magnetometer():
+                from workbench.systems.sensors.magnetometer import (
+                    Magnetometer as MagnetometerSystem,
+                )
+
+                system = MagnetometerSystem(sensor=sensor, home=self.home, **timing)
             case RangeFinder():
                 from workbench.systems.sensors.range_finder import (
                     RangeFinder as RangeFinderSystem,

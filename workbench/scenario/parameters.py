@@ -56,7 +56,7 @@ _FREQUENCY = (0.0, 4000.0)
 
 MOST_ROTORS = 12
 """So many can be weakened; a vehicle may have fewer, or more."""
-SENSOR_KINDS = ("imu", "gps", "lidar", "range_finder", "barometer", "depth_camera")
+SENSOR_KINDS = ("imu", "gps", "lidar", "range_finder", "barometer", "depth_camera", "magnetometer")
 """Rows of these systems act on every sensor of the kind; a flight may have none."""
 
 OTHERS: tuple[Parameter, ...] = (

@@ -19,9 +19,10 @@ LONGEST_LATENCY = 10.0
 class SensorsConfig:
     """Which of the vehicle's sensors measure, and how; those not named are not built.
 
-    Names or kinds (imu, gps, lidar, range_finder, barometer, depth_camera), or `all`; rates [1/s]
-    and latencies [s] by name or kind where the description's are not wanted; the seed of all
-    noise; whether there is noise; whether every sample is kept, to be written by `workbench fly`.
+    Names or kinds (imu, gps, lidar, range_finder, barometer, depth_camera, magnetometer), or `all`;
+    rates [1/s] and latencies [s] by name or kind where the description's are not wanted; the seed
+    of all noise; whether there is noise; whether every sample is kept, to be written by
+    `workbench fly`.
     """
 
     use: list[str] = field(default_factory=list)

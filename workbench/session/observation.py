@@ -20,6 +20,7 @@ from workbench.systems.sensors.readings import (
     GpsReading,
     ImuReading,
     LidarScan,
+    MagnetometerReading,
     RangeReading,
     Reading,
 )
@@ -65,6 +66,7 @@ def observe(bench: Workbench, root_context: Context, start: Sequence[float]) -> 
         clearance=_clearance(signals["obstacle"]) if "obstacle" in signals else None,
         sensors=tuple(map(partial(_status, root_context), mounted, readings)),
         voltage=_voltage(bench, root_context),
+        magnetometer=_first(readings, MagnetometerReading),
     )
 
 

@@ -4,7 +4,12 @@ from dataclasses import dataclass
 
 from workbench.control.mode import FlightMode
 from workbench.systems.sensors.faults import Fault
-from workbench.systems.sensors.readings import BarometerReading, GpsReading, ImuReading
+from workbench.systems.sensors.readings import (
+    BarometerReading,
+    GpsReading,
+    ImuReading,
+    MagnetometerReading,
+)
 
 Triple = tuple[float, float, float]
 
@@ -49,7 +54,7 @@ class SensorStatus:
 
     Attributes:
         name: as declared.
-        kind: imu, gps, lidar, range_finder, barometer or depth_camera.
+        kind: imu, gps, lidar, range_finder, barometer, depth_camera or magnetometer.
         asked_rate: samples a second that were asked for [1/s].
         rate: samples a second that it took, over the periods begun since the start [1/s].
         age: of what it delivered last [s]; infinite if that is nothing.
@@ -90,6 +95,7 @@ class Snapshot:
         height: what the range finder read last [m], inf beyond its range, -inf too near for it.
         clearance: from obstacles, None in a world without.
         sensors: how each of them does.
+        magnetometer: last reading, None where none measures.
     """
 
     time: float
@@ -113,3 +119,4 @@ class Snapshot:
     clearance: Clearance | None = None
     sensors: tuple[SensorStatus, ...] = ()
     voltage: float = 1.0
+    magnetometer: MagnetometerReading | None = None

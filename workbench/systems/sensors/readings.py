@@ -107,6 +107,17 @@ class BarometerReading(Reading):
 
 
 @dataclass(frozen=True)
+class MagnetometerReading(Reading):
+    """Of a magnetometer.
+
+    Attributes:
+        magnetic_field: along the axes of S [T].
+    """
+
+    magnetic_field: Triple
+
+
+@dataclass(frozen=True)
 class RangeReading(Reading):
     """Of a range finder.
 
