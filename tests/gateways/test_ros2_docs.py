@@ -21,6 +21,7 @@ ALL = Outfit(
     imu=200.0,
     gps=10.0,
     lidar=10.0,
+    magnetometer=50.0,
     rays=4,
     scan={"azimuths": [0.0, 0.1, 2], "elevations": [0.0, 0.1, 2], "frame": "lidar_link"},
     frames=(("world", "base_link"),),

@@ -154,7 +154,8 @@ def unit_and_frame(field):
 
 
 def test_the_table_of_topics_is_that_of_the_drone():
-    outfit = Outfit(4, 204.8, 204.8 / 6, 100.0, 5.0, 10.0, 360, {}, [("W", "B"), ("B", "S")])
+    frames = [("W", "B"), ("B", "S")]
+    outfit = Outfit(4, 204.8, 204.8 / 6, 100.0, 5.0, 10.0, 360, {}, frames, magnetometer=50.0)
     rates = {outfit.fast: "fast", outfit.slow: "slow", 0.0: "event"}
     expected = [
         [

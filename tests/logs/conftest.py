@@ -73,7 +73,7 @@ def flown() -> Flown:
     step = 1 / 1024
     scenario = Scenario(
         title="a turn",
-        sensors=SensorsConfig(use=["imu", "gps"]),
+        sensors=SensorsConfig(use=["imu", "gps", "magnetometer"]),
         duration=1.5,
         script=[Action(0.25, velocity=[0.5, 0.0, 0.1])],
     )

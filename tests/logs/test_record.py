@@ -66,6 +66,8 @@ def test_texts_of_several_lengths_and_arrays_are_series(record):
         f"rotors.thrust.{index}" for index in range(4)
     ]
     assert record.series("gps.latitude").unit == "deg"
+    field = record.series("magnetometer.magnetic_field.z")
+    assert field.unit == "T" and -45e-6 < field.values.mean() < -43e-6
 
 
 def test_all_names_are_series(record):

@@ -26,7 +26,7 @@ def flown():
     scenario = Scenario(
         world="room",
         start=Start(position=[0.5, 0.0, 2.0], roll_pitch_yaw=[0.0, 0.0, 0.5]),
-        sensors=SensorsConfig(use=["imu", "gps", "lidar"]),
+        sensors=SensorsConfig(use=["imu", "gps", "lidar", "magnetometer"]),
         script=[Action(0.0, velocity=[1.0, -0.5, 0.3], yaw_rate=0.2, set={"wind_x": 1.0})],
     )
     session = Session(scenario, bridge=Bridge())
@@ -144,6 +144,11 @@ def test_sensors_are_published_once_a_measurement(session, samples, imu_before):
     assert len(gps) in (20, 21)
     last = session.reading("gps")
     assert gps[-1][1:4] == (last.latitude, last.longitude, last.altitude)
+    fields = [struct.unpack("<q3f", p) for _, p in payloads(samples, topic.MAGNETOMETER)]
+    assert len(fields) in (102, 103)
+    last = session.reading("magnetometer")
+    assert fields[-1][0] == round(last.stamp * 1e9)
+    assert fields[-1][1:] == pytest.approx(last.magnetic_field, rel=1e-6)
 
 
 def test_a_scan_is_published_whole_and_summed_up(session, samples):

@@ -25,7 +25,7 @@ RATE = 200.0
 """About so often the state is published: in whole physics steps, 204.8 [1/s]."""
 MOST_RAYS = 16_000
 """Of a cloud on the wire, so that it fits into a frame; a larger scan is thinned out."""
-PUBLISHED = ("imu", "gps", "lidar")
+PUBLISHED = ("imu", "gps", "lidar", "magnetometer")
 """Kinds of sensors that are published, the first of each."""
 
 
@@ -72,6 +72,7 @@ def add_telemetry(
         imu=_rate(sensors.get("imu"), period),
         gps=_rate(sensors.get("gps"), period),
         lidar=_rate(sensors.get("lidar"), period),
+        magnetometer=_rate(sensors.get("magnetometer"), period),
         mounts={kind: mounted.choice.sensor.frame for kind, mounted in sensors.items()},
         frames=frames.pairs,
         limits=limits,

@@ -22,6 +22,7 @@ ROTORS = 14
 WIND = 15
 PARAMETERS = 16
 EVENTS = 17
+MAGNETOMETER = 18
 
 AXES = 15
 """All axes of a command: bit 0 v_x, bit 1 v_y, bit 2 v_z, bit 3 yaw rate."""
@@ -44,7 +45,8 @@ class Outfit:
         scan: directions of these rays and the sensor's place, for `Topic.about`.
         frames: parent and child of each frame.
         limits: largest level speed, climb rate [m/s] and yaw rate [rad/s] that may be asked for.
-        mounts: names of the frames of imu, gps and lidar, by these words.
+        mounts: names of the frames of imu, gps, lidar and magnetometer, by these words.
+        magnetometer: rate of the magnetometer, 0 without one [1/s].
     """
 
     rotors: int
@@ -58,6 +60,7 @@ class Outfit:
     frames: Sequence[tuple[str, str]] = ()
     limits: tuple[float, float, float] = (8.0, 8.0, 0.4)
     mounts: Mapping[str, str] = field(default_factory=dict)
+    magnetometer: float = 0.0
 
 
 def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
@@ -104,6 +107,7 @@ def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
             {"severity": ["information", "warning", "failure"]},
         ),
     ]
+    topics.sort(key=lambda topic: topic.id)
     return tuple(topic for topic in topics if topic.fields)
 
 
@@ -233,6 +237,17 @@ def _sensors(outfit: Outfit) -> list[Topic]:
                 about=outfit.scan,
             ),
         ]
+    if outfit.magnetometer:
+        topics.append(
+            _out(
+                MAGNETOMETER,
+                "magnetometer",
+                outfit.magnetometer,
+                Field("stamp", "int64", "ns", low=0),
+                _numbers("magnetic_field", "T", "S", 3),
+                about=_mount(outfit, "magnetometer"),
+            )
+        )
     return topics
 
 

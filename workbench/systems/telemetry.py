@@ -24,7 +24,8 @@ class Telemetry(LeafSystem):
     Input ports:
         signals (n): stacked as the recorder has them.
         frames: a `FrameTransforms`.
-        imu, gps, lidar: stamp [s] and values delivered last, where there is such a sensor.
+        imu, gps, lidar, magnetometer: stamp [s] and values delivered last, where there is such a
+            sensor.
     """
 
     def __init__(
@@ -97,6 +98,8 @@ class Telemetry(LeafSystem):
             return self._values.imu(measurement.tolist())
         if kind == "gps":
             return self._values.gps(measurement.tolist())
+        if kind == "magnetometer":
+            return self._values.magnetometer(measurement.tolist())
         assert self._pattern is not None and self._sent is not None
         ranges = measurement[1 : 1 + len(self._pattern.directions_S)]
         return self._values.lidar(stamp, ranges, self._pattern.directions_S, self._sent)

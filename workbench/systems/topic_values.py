@@ -97,6 +97,11 @@ class TopicValues:
         stamp, *numbers = measurement
         return [self._pack(topic.GPS, _ns(stamp), *numbers)]
 
+    def magnetometer(self, measurement: Numbers) -> list[Payload]:
+        """Return the payload of a magnetometer's measurement: stamp [s] and field in S [T]."""
+        stamp, *numbers = measurement
+        return [self._pack(topic.MAGNETOMETER, _ns(stamp), *numbers)]
+
     def lidar(
         self, stamp: float, ranges: np.ndarray, directions: np.ndarray, sent: np.ndarray
     ) -> list[Payload]:

@@ -12,7 +12,9 @@ from workbench.link.server_messages import ControlState, Hand, Stage
 
 TOPICS = {
     topic.name.rsplit("/", 1)[1]: topic
-    for topic in drone_topics(Outfit(2, 200.0, 10.0, imu=200.0, gps=10.0, lidar=10.0, rays=100))
+    for topic in drone_topics(
+        Outfit(2, 200.0, 10.0, imu=200.0, gps=10.0, lidar=10.0, rays=100, magnetometer=50.0)
+    )
 }
 NOBODY = ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 3.0, "nobody has asked")
 
@@ -31,6 +33,7 @@ SAMPLES = {
         sample("imu", 0, (0.0, 0.0, 9.81), (0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0)),
         sample("gps", 0, math.radians(47.5), math.radians(8.5), 488.0, (0.0, 0.0, 0.0)),
         sample("lidar", 0, 30, 100, 2.5, (1.0, 0.0, 0.0)),
+        sample("magnetometer", 0, (1.5e-6, 21.5e-6, -43.25e-6)),
         sample("wind", (5.0, 0.0, 0.0)),
         sample("command_velocity", 0, 15, 1.0, 0.0, 0.0, math.pi / 18),
         sample("events", 1, "the battery is low \x1b[2J"),
@@ -62,6 +65,7 @@ PICTURE = Picture(
         "2 ##...... 1.00 N 350 rad/s",
         "imu 0.00 0.00 9.81 m/s^2 0.10 0.20 0.30 rad/s",
         "gps 47.500000 N 8.500000 E deg, 488.0 m high",
+        "field 1.50 21.50 -43.25 uT",
         "lidar 30 of 100 rays hit something, nearest 2.50 m",
         "wind 5.00 0.00 0.00 m/s",
         "event warning: the battery is low ?[2J (at 2.5 s)",

@@ -30,6 +30,7 @@ OUTFIT = Outfit(
     rays=2,
     scan=SCAN,
     frames=(("world", "base_link"), ("base_link", "imu_link")),
+    magnetometer=51.2,
 )
 TOPICS = {topic.id: topic for topic in drone_topics(OUTFIT)}
 
@@ -123,6 +124,14 @@ def test_an_imu_has_its_own_time_and_a_quaternion_in_the_order_of_ros():
     assert (turn.w, turn.x, turn.y, turn.z) == (0.5, 0.25, 0, 1)
     assert (imu.linear_acceleration.z, imu.angular_velocity.x) == (9.5, 1)
     assert set(imu.orientation_covariance) == {0.0}
+
+
+def test_a_magnetic_field_is_in_tesla_and_its_covariance_is_unknown():
+    got = made(numbers.MAGNETOMETER, 1_000_000_001, [1e-6, 2e-5, -4e-5])["/dh_drone/magnetometer"]
+    assert (got.header.stamp.sec, got.header.stamp.nanosec) == (1, 1)
+    field = got.magnetic_field
+    assert (field.x, field.y, field.z) == pytest.approx((1e-6, 2e-5, -4e-5), rel=1e-7)
+    assert [*got.magnetic_field_covariance] == [0.0] * 9
 
 
 def test_a_sensors_frame_is_that_of_its_topic():

@@ -37,6 +37,7 @@ def dashboard(picture: Picture, full: str = "#", empty: str = ".") -> list[str]:
     lines += _labelled("imu", _imu(picture))
     lines += _labelled("gps", _gps(picture))
     lines += _labelled("lidar", _lidar(picture))
+    lines += _labelled("field", _magnetic_field(picture))
     lines += _labelled("wind", _wind(picture))
     lines += _labelled("event", _event(picture))
     return [line for at, line in enumerate(lines) if line or (at and lines[at - 1])]
@@ -160,6 +161,13 @@ def _lidar(picture: Picture) -> Iterator[str]:
         hits, rays = number(sample, "returns"), number(sample, "rays")
         near = f", nearest {number(sample, 'nearest'):.2f} m" if hits else ""
         yield f"{hits:.0f} of {rays:.0f} rays hit something{near}"
+
+
+def _magnetic_field(picture: Picture) -> Iterator[str]:
+    sample = picture.samples.get("magnetometer")
+    if sample is not None:
+        field = " ".join(f"{1e6 * each:z8.2f}" for each in numbers(sample, "magnetic_field"))
+        yield f"{field} uT"
 
 
 def _wind(picture: Picture) -> Iterator[str]:

@@ -168,6 +168,9 @@ _STANDARD: Mapping[int, tuple[tuple[str, str, Callable[[Topic], Make]], ...]] = 
         (f"{PREFIX}gps_velocity", "geometry_msgs/msg/TwistStamped", sensing.fix_velocity),
     ),
     numbers.LIDAR_CLOUD: ((f"{PREFIX}lidar_cloud", "sensor_msgs/msg/PointCloud2", sensing.cloud),),
+    numbers.MAGNETOMETER: (
+        (f"{PREFIX}magnetometer", "sensor_msgs/msg/MagneticField", sensing.magnetic_field),
+    ),
     numbers.FRAMES: (("/tf", "tf2_msgs/msg/TFMessage", motion.transforms),),
 }
 """Topics and types of ROS 2 that are made of a topic, by its number."""

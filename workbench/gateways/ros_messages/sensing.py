@@ -63,6 +63,16 @@ def fix_velocity(topic: Topic) -> Make:
     }
 
 
+def magnetic_field(topic: Topic) -> Make:
+    """Return what makes a sensor_msgs/msg/MagneticField."""
+    head = sensor_header(topic)
+    return lambda t_ns, values: {
+        "header": head(values),
+        "magnetic_field": vector(values["magnetic_field"]),
+        "magnetic_field_covariance": UNKNOWN,
+    }
+
+
 def cloud(topic: Topic) -> Make:
     """Return what makes a sensor_msgs/msg/PointCloud2 of the rays that met something."""
     head, directions = sensor_header(topic), scan_directions(topic)
