@@ -43,7 +43,9 @@ def canned() -> Canned:
     """3 s: hover, then 2 m/s along x, in a room."""
     scenario = Scenario(
         world="room",
-        sensors=SensorsConfig(use=["imu", "gps", "lidar", "barometer", "range_finder"]),
+        sensors=SensorsConfig(
+            use=["imu", "gps", "lidar", "barometer", "range_finder", "magnetometer"]
+        ),
         script=[Action(at=1.0, velocity=[2.0, 0.0, 0.0])],
     )
     bridge = Bridge()

@@ -16,6 +16,7 @@ from workbench.gui.units import Unit, unit_for
         ("m/s", ("speed_unit", "m/s"), 2.0, "2.00\N{NO-BREAK SPACE}m/s"),
         ("m/s", ("speed_unit", "km/h"), 10.0, "36.00\N{NO-BREAK SPACE}km/h"),
         ("1", ("theme", "dark"), 0.25, "0.25"),
+        ("T", ("theme", "dark"), -43.2e-6, "−43.20\N{NO-BREAK SPACE}µT"),
         ("rad/s^2", ("angle_unit", "radian"), 1.0, "1.00\N{NO-BREAK SPACE}rad/s²"),
     ],
 )

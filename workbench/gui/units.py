@@ -42,6 +42,7 @@ _DEGREES = {
     "rad/s": Unit("°/s", 180.0 / math.pi),
     "rad/s^2": Unit("°/s²", 180.0 / math.pi),
 }
+MICROTESLA = Unit("µT", 1e6)
 
 
 def unit_for(si: str, preferences: Preferences) -> Unit:
@@ -50,6 +51,8 @@ def unit_for(si: str, preferences: Preferences) -> Unit:
         return _DEGREES[si]
     if si == "m/s" and preferences.text("speed_unit") == "km/h":
         return Unit("km/h", 3.6)
+    if si == "T":
+        return MICROTESLA
     if si in ("1", ""):
         return Unit("")
     return Unit(si.replace("^2", "²").replace("^3", "³"))

@@ -169,6 +169,10 @@ def test_sensors_that_measure_show_their_readings(flown, canned):
     assert float(heights[1][0]) == pytest.approx(now.barometer.pressure / 100.0, abs=0.006)
     assert float(heights[2][0]) == pytest.approx(now.height, abs=0.006)
     assert flown.cards["imu"].sign is Sign.GOOD
+    field = [float(each.replace(MINUS, "-")) for each in flown.cards["imu"].table.texts[2]]
+    assert field == pytest.approx(
+        [1e6 * each for each in now.magnetometer.magnetic_field], abs=0.006
+    )
 
 
 def test_the_ring_has_what_the_cloud_says(flown):
@@ -197,6 +201,7 @@ def test_sensors_that_are_off_say_so_and_how_to_switch_them_on(flown, canned, cl
         lidar=None,
         barometer=None,
         height=None,
+        magnetometer=None,
     )
     for name in ("imu", "gps", "lidar", "height"):
         card = flown.cards[name]
@@ -204,6 +209,17 @@ def test_sensors_that_are_off_say_so_and_how_to_switch_them_on(flown, canned, cl
         assert card.hint.isVisibleTo(flown)
         assert "Settings" in card.hint.sentence
     assert flown.cards["gps"].map.isVisibleTo(flown)
+
+
+def test_imu_and_magnetometer_are_shown_also_alone(flown, canned, clock):
+    now = canned.views[-1].snapshot
+    for kind, off in (("imu", [True, True, False]), ("magnetometer", [False, False, True])):
+        others = tuple(each for each in now.sensors if each.kind != kind)
+        shown(flown, canned.views[-1], clock, sensors=others, **{kind: None})
+        table = flown.cards["imu"].table
+        assert table.isVisibleTo(flown)
+        assert [row == ("", "", "off") for row in table.texts] == off
+        assert flown.cards["imu"].sign is Sign.GOOD
 
 
 def test_one_of_two_height_sensors_is_off(flown, canned, clock):

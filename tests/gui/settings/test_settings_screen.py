@@ -164,7 +164,8 @@ def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qt
     screen._form._noise.click()
     assert screen._fly.isEnabled()
     qtbot.mouseClick(screen._fly, Qt.MouseButton.LeftButton)
-    assert set(begun[0].sensors.use) == {"imu", "gps", "barometer", "range_finder"}
+    left = {"imu", "gps", "barometer", "range_finder", "magnetometer"}
+    assert set(begun[0].sensors.use) == left
     assert begun[0].sensors.noise is False
     assert begun[0].world == "room"
     assert begun[0].script == canned.views[0].scenario.script

@@ -73,6 +73,7 @@ def test_an_unknown_series_is_named(log):
 def test_names_of_a_log_are_those_of_a_flight():
     assert live_name("imu.linear_acceleration.y") == "imu.specific_force.1"
     assert live_name("imu.orientation.w") == "imu.q_WS.0"
+    assert live_name("magnetometer.magnetic_field.z") == "magnetometer.magnetic_field.2"
     assert live_name("velocity_data.v_x") == "velocity_data.v_x"
     assert live_name("imu.orientation_covariance.3") is None
     assert si_unit("deg") == ("rad", math.pi / 180.0)

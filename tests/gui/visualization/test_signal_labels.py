@@ -12,6 +12,7 @@ from workbench.gui.visualization.signal_catalog import make_catalog, signal_labe
         ("rotors.speed.3", "speed rotor 4"),
         ("wind.wind.2", "wind z"),
         ("imu.q_WS.0", "q_WS w"),
+        ("magnetometer.magnetic_field.2", "magnetic_field z"),
         ("lidar.ranges.1", "ranges.1"),
         ("velocity_data.v_x", "v_x"),
     ],

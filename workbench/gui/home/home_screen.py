@@ -22,8 +22,9 @@ from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits, shown_units
 from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.hint import Hint
-from workbench.gui.instruments.readout import Line, Readout
+from workbench.gui.instruments.readout import NOTHING, Line, Readout
 from workbench.gui.screen import Screen
+from workbench.gui.units import MICROTESLA
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
@@ -94,14 +95,18 @@ class MotionCard(Card):
 
 
 class ImuCard(Card):
-    """Turning rates and specific force along the sensor's axes."""
+    """Turning rates, specific force and magnetic field along the sensors' axes."""
 
     name = "imu"
-    title = "IMU"
+    title = "IMU, magnetometer"
 
     def __init__(self, *args: object) -> None:
         super().__init__(*args)  # type: ignore[arg-type]
-        lines = [Line("Turn rate"), Line("Specific force")]
+        lines = [
+            Line("Turn rate"),
+            Line("Specific force"),
+            Line("Magnetic field", MICROTESLA.symbol),
+        ]
         self.table = Readout(self.look, "IMU", lines, ("x", "y", "z"), parent=self)
         self.hint = Hint(self.look, "IMU", self)
         self.hint.hide()
@@ -120,17 +125,34 @@ class ImuCard(Card):
         self.table.set_line(1, Line("Specific force", units.acceleration.unit.symbol))
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
-        """Show the newest reading and its age."""
+        """Show the newest readings, and the one that does worse beside the title."""
         state = sensor_state(view, now, "imu")
-        self.set_state(state)
-        reading = now.imu
-        self.table.setVisible(reading is not None)
-        self.hint.setVisible(reading is None)
-        if reading is None:
+        compass = sensor_state(view, now, "magnetometer")
+        silent = now.imu is None and now.magnetometer is None
+        self.table.setVisible(not silent)
+        self.hint.setVisible(silent)
+        self.set_state(max(state, compass, key=_concern))
+        if silent:
             self.hint.say(state.note, state.advice)
             return
-        self.table.show_row(0, *self.units.rate.texts(*reading.angular_velocity))
-        self.table.show_row(1, *self.units.acceleration.texts(*reading.specific_force))
+        rate = force = _unmeasured(state)
+        field = _unmeasured(compass)
+        if now.imu is not None:
+            rate = self.units.rate.texts(*now.imu.angular_velocity)
+            force = self.units.acceleration.texts(*now.imu.specific_force)
+        if now.magnetometer is not None:
+            field = tuple(
+                number_text(MICROTESLA.shown(each), 2) for each in now.magnetometer.magnetic_field
+            )
+        self.table.show_row(0, *rate)
+        self.table.show_row(1, *force)
+        self.table.show_row(2, *field)
+
+
+def _unmeasured(state: SensorState) -> tuple[str, ...]:
+    """Return what stands in place of x, y, z of a sensor that has no reading."""
+    off = state.health in (Health.OFF, Health.ABSENT)
+    return ("", "", state.note if off else NOTHING)
 
 
 def range_text(height: float) -> str:
@@ -246,7 +268,7 @@ THREE = Plan(
             Slot("battery", 62.0),
             Slot("rotors", 140.0, 1.0),
         ),
-        (Slot("attitude", 290.0, 0.7), Slot("imu", 116.0, 0.15), Slot("height", 112.0, 0.15)),
+        (Slot("attitude", 290.0, 0.7), Slot("imu", 138.0, 0.15), Slot("height", 112.0, 0.15)),
         (Slot("lidar", 290.0, 1.2), Slot("gps", 230.0, 1.0)),
     ),
 )
@@ -256,9 +278,9 @@ TWO = Plan(
     (
         (
             Slot("clock", 62.0),
-            Slot("attitude", 190.0, 1.0),
+            Slot("attitude", 174.0, 1.0),
             Slot("motion", 118.0),
-            Slot("imu", 86.0),
+            Slot("imu", 104.0),
             Slot("height", 86.0),
         ),
         (

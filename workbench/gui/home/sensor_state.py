@@ -20,6 +20,7 @@ NAMES = {
     "lidar": "The lidar",
     "range_finder": "The range finder",
     "barometer": "The barometer",
+    "magnetometer": "The magnetometer",
 }
 
 

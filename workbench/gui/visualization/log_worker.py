@@ -36,6 +36,11 @@ def live_name(name: str) -> str | None:
         (r"^imu\.linear_acceleration\.([xyz])$", "imu.specific_force.{}", _AXES),
         (r"^imu\.angular_velocity\.([xyz])$", "imu.angular_velocity.{}", _AXES),
         (r"^imu\.orientation\.([wxyz])$", "imu.q_WS.{}", _QUATERNION),
+        (
+            r"^magnetometer\.magnetic_field\.([xyz])$",
+            "magnetometer.magnetic_field.{}",
+            _AXES,
+        ),
         (r"^gps_velocity\.twist\.linear\.([xyz])$", "gps.velocity.{}", _AXES),
     )
     for pattern, wanted, places in patterns:

@@ -16,6 +16,7 @@ TITLES = {
     "imu": "IMU",
     "gps": "GPS",
     "lidar": "Lidar",
+    "magnetometer": "Magnetometer",
     "wind": "Wind",
     "drone_state": "State of the drone",
     "on_off_state": "On or off",
@@ -33,6 +34,7 @@ VECTORS = {
     "imu.q_WS": "wxyz",
     "gps.velocity": "xyz",
     "lidar.direction": "xyz",
+    "magnetometer.magnetic_field": "xyz",
     "wind.wind": "xyz",
 }
 """Components of the fields that are vectors or quaternions."""
