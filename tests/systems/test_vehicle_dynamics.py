@@ -22,6 +22,7 @@ from workbench.scenario.parameters import parameter_table
 from workbench.systems import vehicle_dynamics as module
 from workbench.systems.vehicle_dynamics import (
     BODY,
+    ACCEL,
     GYRO,
     LAST,
     MEMORY,
@@ -105,13 +106,13 @@ def pure(spinning, vehicle, state, memory, commands, settings, number=0):
     w_B = Rotation.from_quat(state[[1, 2, 3, 0]]).inv().apply(state[7:10])
     gyro = [*np.column_stack([np.zeros(3), w_B, np.zeros(3), w_B]).ravel(), *w_B]
     flown = [*after, *acceleration, *wind, *eddies, memory[IN_AIR] - 1.0]
-    return np.array([*flown, *gyro, *speeds, *GIVEN])
+    return np.array([*flown, *gyro, *memory[ACCEL:SPEEDS], *speeds, *GIVEN])
 
 
 def stepped(dynamics, context, state, memory, commands, settings) -> np.ndarray:
     dynamics.GetInputPort("commands").FixValue(context, commands)
     values = context.get_mutable_numeric_parameter(0).get_mutable_value()
-    values[: module.SHARES + 4] = [*settings, SEED, *UNFILTERED, *SHARES]
+    values[: module.SHARES + 4] = [*settings, SEED, *UNFILTERED, 0.0, 0.0, *SHARES]
     context.SetDiscreteState(BODY, state)
     context.SetDiscreteState(MEMORY, memory)
     after = dynamics.EvalUniquePeriodicDiscreteUpdate(context)
@@ -166,7 +167,7 @@ def test_inputs_are_only_read(dynamics):
     dynamics.GetOutputPort("acceleration").Eval(context)
     assert dynamics.GetInputPort("commands").Eval(context).tolist() == commands.tolist()
     values = context.get_numeric_parameter(0).value().tolist()
-    assert values[: module.SHARES + 4] == [*settings, SEED, *UNFILTERED, *SHARES]
+    assert values[: module.SHARES + 4] == [*settings, SEED, *UNFILTERED, 0.0, 0.0, *SHARES]
     assert context.get_discrete_state(BODY).value().tolist() == state.tolist()
     assert context.get_discrete_state(MEMORY).value().tolist() == memory.tolist()
 

@@ -12,6 +12,7 @@ from workbench.estimation.gyro import GyroSettings
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 from workbench.plant.payload import payload_of
+from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameter_table
@@ -62,6 +63,7 @@ def add_airframe(
     *,
     rates: Rates,
     world: World = EMPTY,
+    imu: Imu | None = None,
 ) -> Airframe:
     """Add a vehicle and the world that it flies in.
 
@@ -71,6 +73,7 @@ def add_airframe(
         values: of parameters by name; those of air, gyro and payload are used.
         rates: of physics and control.
         world: what is around it.
+        imu: that an estimator reads, if any does.
     """
     plant, scene_graph, state = add_shapes(builder, description, world)
     air, gyro = (
@@ -87,6 +90,7 @@ def add_airframe(
             payload=payload_of(values),
             gyro=GyroSettings(**gyro),
             readout=round(rates.control_period / rates.physics_step),
+            imu=imu,
         ),
     )
     builder.Connect(dynamics.GetOutputPort("state"), state)

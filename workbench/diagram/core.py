@@ -138,6 +138,7 @@ def add_computer(
     gains: Mapping[str, float],
     rates: Rates,
     variation: Variation = NOMINAL,
+    sensed: OutputPort | None = None,
 ) -> FlightComputer:
     """Add the sampled controller, and connect the airframe.
 
@@ -150,6 +151,7 @@ def add_computer(
         rates: periods of what is sampled.
         variation: whose delays the flight has; the systems `STATE_DELAY` and `COMMAND_DELAY`
             remember what is on its way.
+        sensed: the motion that the law knows (13), where that is not the airframe's.
     """
     computer = builder.AddNamedSystem(
         "controller",
@@ -163,7 +165,7 @@ def add_computer(
         ),
     )
     delays = variation.delays(rates.physics_step, rates.control_period)
-    state, commands = airframe.sensed, computer.GetOutputPort("commands")
+    state, commands = sensed or airframe.sensed, computer.GetOutputPort("commands")
     if delays.sensing % delays.steps:
         state = _delayed(builder, STATE_DELAY, state, rates.physics_step, delays.sensing)
     elif delays.sensing:

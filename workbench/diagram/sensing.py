@@ -4,7 +4,7 @@ A kind of sensor is loaded when the first of it is added: rays come with embree 
 with trimesh and all of scipy, which take longer to load than Drake.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,13 @@ from workbench.plant.sensors import (
     Magnetometer,
     RangeFinder,
 )
-from workbench.systems.noise import add_noise, noise_seed, seed_noise
+from workbench.systems.noise import (
+    CountedNoise,
+    add_counted_noise,
+    add_noise,
+    noise_seed,
+    seed_noise,
+)
 from workbench.systems.sensors.readings import Reading
 
 if TYPE_CHECKING:
@@ -56,7 +62,7 @@ class Mounted:
 
     choice: SensorChoice
     system: "SensorSystem"
-    noise: RandomSource | None = None
+    noise: RandomSource | CountedNoise | None = None
 
     def reading(self, root_context: Context) -> Reading | None:
         """Return what it delivered last, None if nothing yet."""
@@ -111,6 +117,7 @@ def add_sensors(
     *,
     home: Home,
     seed: int,
+    heard: Collection[str] = (),
 ) -> Sensing:
     """Add sensors to a diagram whose scene is complete.
 
@@ -121,6 +128,7 @@ def add_sensors(
         choices: what to add.
         home: where the world's origin lies.
         seed: of all noise.
+        heard: kinds that decide how the flight goes on: an estimator listens to them.
     """
     casting = any(isinstance(choice.sensor, Lidar | RangeFinder) for choice in choices)
     # The caster takes the scene as it is now: cameras change it for their renderer.
@@ -130,6 +138,7 @@ def add_sensors(
         base=airframe.plant.GetBodyByName(base_link),
         home=home,
         seed=seed,
+        heard=heard,
         caster=_caster(airframe, base_link) if casting else None,
     )
     return Sensing(tuple(map(mount.add, choices)))
@@ -144,6 +153,7 @@ class _Mount:
     base: RigidBody
     home: Home
     seed: int
+    heard: Collection[str]
     caster: "Caster | None"
 
     def add(self, choice: SensorChoice) -> Mounted:
@@ -204,20 +214,23 @@ class _Mount:
             case _:
                 raise TypeError(f"no system measures what a {type(sensor).__name__} does")
         self.builder.AddNamedSystem(name, system)
-        return Mounted(choice, system, self._connect(system, choice.period))
+        return Mounted(choice, system, self._connect(system, choice))
 
-    def _connect(self, system: "SensorSystem", period: float) -> RandomSource | None:
+    def _connect(
+        self, system: "SensorSystem", choice: SensorChoice
+    ) -> RandomSource | CountedNoise | None:
         """Connect a sensor's inputs by their names; return the source of its noise."""
         outputs = {
             "state": self.airframe.state,
             "acceleration": self.airframe.dynamics.GetOutputPort("acceleration"),
             "geometry_query": self.airframe.scene_graph.get_query_output_port(),
         }
-        noise = None
+        noise: RandomSource | CountedNoise | None = None
+        add = add_counted_noise if choice.sensor.kind in self.heard else add_noise
         for index in range(system.num_input_ports()):
             port = system.get_input_port(index)
             if port.get_name() == "noise":
-                noise = add_noise(self.builder, port, period)
+                noise = add(self.builder, port, choice.period)
             else:
                 self.builder.Connect(outputs[port.get_name()], port)
         return noise

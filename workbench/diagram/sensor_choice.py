@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.estimation.estimators import HEARD, TRUTH
 from workbench.plant.sensors import QUIET, DepthCamera, Lidar, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
@@ -35,7 +36,7 @@ class SensorChoice:
 
 
 def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, ...]:
-    """Return the sensors that a scenario uses, in the vehicle's order.
+    """Return the sensors that a scenario uses, or its estimator, in the vehicle's order.
 
     A sample is taken at the end of a physics step, so that its stamp is the time of its truth:
     the period is rounded to whole steps, and the rate delivered differs a little from the one
@@ -51,10 +52,11 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
                 continue  # all that there are: none where it has none
             _check_name(vehicle, name, f"sensors.{key}")
     step = scenario.rates.physics_step
+    used = {*config.use, *(HEARD if scenario.estimator != TRUTH else ())}
     return tuple(
         _choice(sensor, config, step)
         for sensor in vehicle.sensors
-        if not {ALL, sensor.name, sensor.kind}.isdisjoint(config.use)
+        if not {ALL, sensor.name, sensor.kind}.isdisjoint(used)
     )
 
 

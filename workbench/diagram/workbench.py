@@ -13,9 +13,11 @@ from workbench.control.flight_mode import Settings
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
+from workbench.diagram.mounting import find_imu, magnetometer_turn, mounting_of
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.diagram.telemetry import add_telemetry, make_pilot
+from workbench.estimation.estimators import HEARD, TRUTH, find_estimator
 from workbench.link.topics import Topic
 from workbench.plant.description import Description
 from workbench.plant.home import DEFAULT_HOME
@@ -30,11 +32,13 @@ from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.frame_poses import FramePoses
 from workbench.systems.mode_manager import ModeManager
 from workbench.systems.moving_obstacles import add_moving_obstacles
+from workbench.systems.navigation import Navigation
 from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
 from workbench.systems.pilot import Pilot
 from workbench.systems.propeller_display import add_propeller_display
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.reference import add_reference
+from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.telemetry import Telemetry
 
 WALL_PERIOD = 1 / 32
@@ -42,6 +46,9 @@ WALL_PERIOD = 1 / 32
 
 PICTURE_PERIOD = 1 / 32
 """Between pictures in Meshcat [s]."""
+
+NAVIGATION = "navigation"
+"""Name of the system that estimates the motion, where there is one."""
 
 NEVER = 1e9
 """Longer than any flight [s]: Drake from 1.58 on takes no infinite period."""
@@ -65,6 +72,7 @@ class Workbench:
     obstacles: NearestObstacle | None
     visualizer: MeshcatVisualizer | None = None
     telemetry: Telemetry | None = None
+    navigation: Navigation | None = None
     topics: tuple[Topic, ...] = ()
 
 
@@ -83,6 +91,8 @@ def make_workbench(
     bridge: Bridge | None = None,
     picture_period: float = PICTURE_PERIOD,
     feedforward: PiecewisePolynomial | None = None,
+    estimator: str = TRUTH,
+    noise: bool = True,
 ) -> Workbench:
     """Return the core with pilot, path, flight mode, battery, sensors and recorder around it.
 
@@ -101,17 +111,43 @@ def make_workbench(
         bridge: to the network, or to a log; without one nothing is published.
         picture_period: between pictures in Meshcat [s], infinite for none but the first.
         feedforward: acceleration along the path in W (3) [m/s²], for laws that make use of it.
+        estimator: which of `ESTIMATORS` tells the controller of the motion; `sensors` are those
+            that it listens to, and others.
+        noise: whether the IMU that it reads has noise.
+
+    Raises:
+        WorkbenchError: if the description has no IMU, which every estimator needs.
     """
     builder = DiagramBuilder()
+    estimates = find_estimator(estimator)
+    imu = find_imu(vehicle, noise) if estimates else None
     airframe = add_airframe(
         builder,
         description if meshcat else description.undrawn(),
         gains,
         rates=rates,
         world=world,
+        imu=imu,
     )
     add_moving_obstacles(builder, airframe.plant, airframe.scene_graph, world)
-    computer = add_computer(builder, controller, airframe, vehicle, gains, rates, variation)
+    home = world.home or DEFAULT_HOME
+    navigation = None
+    if estimates and imu:
+        navigation = builder.AddNamedSystem(
+            NAVIGATION,
+            Navigation(
+                estimator=estimates,
+                settings=gains,
+                mounting=mounting_of(imu, sensors, home),
+                turn_BM=magnetometer_turn(sensors),
+                home=home,
+                period=rates.control_period,
+            ),
+        )
+        builder.Connect(airframe.dynamics.GetOutputPort("imu"), navigation.GetInputPort("imu"))
+    known = navigation.GetOutputPort("state") if navigation else airframe.state
+    sensed = navigation.GetOutputPort("state") if navigation else None
+    computer = add_computer(builder, controller, airframe, vehicle, gains, rates, variation, sensed)
     pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
     reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
     if feedforward is not None:
@@ -129,7 +165,7 @@ def make_workbench(
     battery = add_battery(builder, airframe, vehicle, **parameter_values("battery", gains))
     builder.Connect(reference, computer.GetInputPort("reference"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
-    builder.Connect(airframe.state, modes.GetInputPort("state"))
+    builder.Connect(known, modes.GetInputPort("state"))
     builder.Connect(reference, modes.GetInputPort("reference"))
     builder.Connect(pilot.GetOutputPort("request"), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
@@ -138,6 +174,11 @@ def make_workbench(
         "mode": modes.GetOutputPort("mode"),
         "charge": battery.GetOutputPort("charge"),
     }
+    if navigation:
+        signals |= {
+            "estimate": navigation.GetOutputPort("state"),
+            "deviations": navigation.GetOutputPort("deviations"),
+        }
     frames = _add_frames(builder, airframe, description, vehicle, world)
     obstacles = None
     if world.names:
@@ -153,9 +194,15 @@ def make_workbench(
         airframe,
         vehicle.base_link,
         sensors,
-        home=world.home or DEFAULT_HOME,
+        home=home,
         seed=seed,
+        heard=HEARD if navigation else (),
     )
+    if navigation:
+        for kind in HEARD:
+            for mounted in sensing.of_kind(kind)[:1]:
+                assert isinstance(mounted.system, SampledSensor)
+                builder.Connect(mounted.system.measurement_output, navigation.GetInputPort(kind))
     sample_logs = add_sample_logs(builder, sensing)
     telemetry: Telemetry | None = None
     topics: tuple[Topic, ...] = ()
@@ -182,6 +229,7 @@ def make_workbench(
         obstacles=obstacles,
         visualizer=visualizer,
         telemetry=telemetry,
+        navigation=navigation,
         topics=topics,
     )
 

@@ -21,13 +21,14 @@ COEFFICIENTS = 18
 
 
 class GyroSettings(NamedTuple):
-    """The live numbers of the gyro; `workbench params` lists meaning, unit and range of each."""
+    """The live numbers of gyro and accelerometer; `workbench params` lists what each means."""
 
     gyro_rate: float = 0.0
     gyro_lowpass: float = 0.0
     gyro_lowpass_order: float = 2.0
     gyro_notch: float = 0.0
     gyro_notch_width: float = 20.0
+    accel_lowpass: float = 0.0
 
 
 UNFILTERED = GyroSettings()

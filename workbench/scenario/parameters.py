@@ -10,6 +10,8 @@ from functools import lru_cache
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller, load_controller
 from workbench.control.parameter import Parameter
+from workbench.estimation.complementary import ComplementarySettings
+from workbench.estimation.ekf import EkfSettings
 
 __all__ = [
     "MOST_ROTORS",
@@ -41,6 +43,19 @@ def _gyro(name: str, limits: tuple[float, float], default: float, help: str) -> 
     return Parameter(name, "gyro", "Hz", *limits, default, help)
 
 
+def _ekf(row: tuple[str, str, float, str]) -> Parameter:
+    name, unit, most, help = row
+    default = getattr(EkfSettings(), name)
+    return Parameter(name, "ekf", unit, 0.0, most, default, help)
+
+
+def _complementary(row: tuple[str, str, float, str]) -> Parameter:
+    name, unit, most, help = row
+    least = 0.01 if unit == "s" else 0.0
+    default = getattr(ComplementarySettings(), name)
+    return Parameter(name, "complementary", unit, least, most, default, help)
+
+
 def _payload(name: str, unit: str, limits: tuple[float, float], help: str) -> Parameter:
     return Parameter(name, "payload", unit, *limits, 0.0, help)
 
@@ -54,6 +69,31 @@ _TIME = (0.0, 1e6)
 _DURATION = (0.001, 3600.0)
 _FREQUENCY = (0.0, 4000.0)
 
+EKF_ROWS = (
+    ("ekf_gyro_noise", "rad/s/Hz^0.5", 1.0, "noise density that the EKF takes the gyro to have"),
+    ("ekf_accel_noise", "m/s^2/Hz^0.5", 10.0, "the same of the accelerometer"),
+    (
+        "ekf_gyro_bias_walk",
+        "rad/s^2/Hz^0.5",
+        1.0,
+        "random walk of its bias, as the EKF has it",
+    ),
+    ("ekf_accel_bias_walk", "m/s^3/Hz^0.5", 10.0, "the same of the accelerometer's"),
+    ("ekf_gps_position", "m", 100.0, "deviation that the EKF takes GPS to have east and north"),
+    ("ekf_gps_height", "m", 100.0, "the same upwards"),
+    ("ekf_gps_velocity", "m/s", 100.0, "the same of its velocity"),
+    ("ekf_barometer", "m", 100.0, "deviation that the EKF takes the barometer's height to have"),
+    ("ekf_magnetometer", "T", 1e-4, "deviation that the EKF takes the magnetometer to have"),
+    ("ekf_range_finder", "m", 100.0, "deviation that the EKF takes the range finder to have"),
+    ("ekf_gate", "1", 1000.0, "deviations beyond which the EKF leaves a measurement out"),
+)
+COMPLEMENTARY_ROWS = (
+    ("complementary_kp", "1/s", 100.0, "pull of accelerometer and magnetometer on the attitude"),
+    ("complementary_ki", "1/s^2", 100.0, "their pull on the gyro's bias"),
+    ("complementary_position_time", "s", 100.0, "time constant of the place by GPS"),
+    ("complementary_velocity_time", "s", 100.0, "time constant of the velocity by GPS"),
+    ("complementary_height_time", "s", 100.0, "time constant of the height by barometer"),
+)
 MOST_ROTORS = 12
 """So many can be weakened; a vehicle may have fewer, or more."""
 SENSOR_KINDS = ("imu", "gps", "lidar", "range_finder", "barometer", "depth_camera", "magnetometer")
@@ -143,6 +183,12 @@ OTHERS: tuple[Parameter, ...] = (
     ),
     _gyro("gyro_notch", _FREQUENCY, 0.0, "centre of the gyro's notch; 0 for none"),
     _gyro("gyro_notch_width", (0.1, 1000.0), 20.0, "width of the gyro's notch, at 3 dB"),
+    _gyro(
+        "accel_lowpass",
+        _FREQUENCY,
+        0.0,
+        "cut-off of the accelerometer's low-pass, which estimators use; 0 for none",
+    ),
     Parameter(
         "setpoint_lowpass",
         "computer",
@@ -170,6 +216,8 @@ OTHERS: tuple[Parameter, ...] = (
         "steps of a rotor's command from 0 to full, as 2000 of DShot; 0 for none",
         whole=True,
     ),
+    *map(_ekf, EKF_ROWS),
+    *map(_complementary, COMPLEMENTARY_ROWS),
     *map(_fault, SENSOR_KINDS),
     *map(_rotor, range(1, MOST_ROTORS + 1)),
 )

@@ -17,6 +17,7 @@ from workbench.common.yaml_files import (
     read_yaml,
 )
 from workbench.control.controller import DEFAULT, SHIPPED, is_shipped, load_controller
+from workbench.estimation.estimators import ESTIMATORS, TRUTH
 from workbench.plant.variation import Variation
 from workbench.scenario.parameters import ParameterTable, parameter_table
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
@@ -152,12 +153,14 @@ class FigureEight:
 class Scenario:
     """Everything that a flight is built from; equal scenarios give equal flights, to the bit.
 
-    The controller is a shipped one's name, or the path of a file of Python, which runs.
+    The controller is a shipped one's name, or the path of a file of Python, which runs. The
+    estimator is one of `ESTIMATORS`: what the controller knows of the motion.
     """
 
     title: str = ""
     vehicle: VehicleConfig = field(default_factory=VehicleConfig)
     controller: str = DEFAULT
+    estimator: str = TRUTH
     world: str = "empty"
     sensors: SensorsConfig = field(default_factory=SensorsConfig)
     rates: Rates = field(default_factory=Rates)
@@ -261,6 +264,8 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
     except WorkbenchError as error:
         where = file.where("controller") if file else ""
         raise WorkbenchError(f"{where}{error}") from None
+    if scenario.estimator not in ESTIMATORS:
+        raise refuse(("estimator",), f"must be one of {', '.join(ESTIMATORS)}")
     step = scenario.rates.physics_step
     if not step >= FINEST_STEP:
         raise refuse(("rates", "physics_step"), f"must be {FINEST_STEP:g} s or more")

@@ -81,6 +81,8 @@ def build_flight(
         bridge,
         picture_period,
         scenario_feedforward(scenario),
+        scenario.estimator,
+        scenario.sensors.noise,
     )
     _check_script(scenario, vehicle, payload_of(values))
     return BuiltFlight(scenario, vehicle, controller, world, values, bench)

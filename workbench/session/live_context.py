@@ -14,6 +14,7 @@ from workbench.control.mode import FlightMode
 from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
+from workbench.estimation.estimators import ESTIMATORS
 from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
@@ -24,8 +25,9 @@ from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
 from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PROBES, SHARES
+from workbench.systems.noise import noise_seed
 from workbench.systems.pilot import Wish
-from workbench.systems.vehicle_dynamics import BODY, PAYLOAD, SETTINGS
+from workbench.systems.vehicle_dynamics import BODY, FAULT, PAYLOAD, SETTINGS
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 
 Place = tuple[System, int, int]
@@ -65,6 +67,10 @@ class LiveContext:
         root = self.simulator.get_mutable_context()
         bench.airframe.dynamics.set_seed(self._of(bench.airframe.dynamics), scenario.sensors.seed)
         bench.sensing.seed(root, scenario.sensors.seed)
+        if bench.navigation:
+            state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
+            seed = noise_seed(scenario.sensors.seed, "start of the estimate")
+            bench.navigation.begin(self._of(bench.navigation), state, seed)
         rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "rotors")]
         faults = {row.name: row.default for row in rows}
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
@@ -162,6 +168,8 @@ class LiveContext:
         if row.system == "computer":
             return [(self._bench.computer, PATH, index)]
         systems = self._systems(row.system)
+        if row.name == "imu_fault" and self._bench.navigation:
+            return [(dynamics, 0, FAULT), *((each, 0, index) for each in systems)]
         if not systems:
             raise WorkbenchError(
                 f"{row.name} cannot be set: nothing in this flight has it: {_remedy(row.system)}"
@@ -174,6 +182,9 @@ class LiveContext:
             return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
         if name == "air":
             return [self._bench.airframe.dynamics]
+        if name in ESTIMATORS:
+            found = self._bench.navigation
+            return [found] if found and found.estimator.name == name else []
         if not self._bench.diagram.HasSubsystemNamed(name):
             return []
         return [self._bench.diagram.GetSubsystemByName(name)]
@@ -273,4 +284,6 @@ def _remedy(system: str) -> str:
     """Return what to do about a system that is not there."""
     if system in SENSOR_KINDS:
         return f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+    if system in ESTIMATORS:
+        return f"fly with that estimator, as `--estimator {system}`"
     return "fly in a world with obstacles, as `--world room`"

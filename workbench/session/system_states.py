@@ -10,6 +10,7 @@ from pydrake.systems.framework import Context, Diagram, System
 from workbench.common.errors import WorkbenchError
 from workbench.diagram.workbench import Workbench
 from workbench.session.checkpoint import Groups, SystemState
+from workbench.systems.noise import CountedNoise
 from workbench.systems.propeller_display import PropellerDisplay
 
 
@@ -49,12 +50,11 @@ def write_states(bench: Workbench, root: Context, states: Mapping[str, SystemSta
 def _deciding(bench: Workbench) -> Iterator[tuple[str, System]]:
     """Yield the systems that decide how the flight goes on, with their paths.
 
-    Left out are sensors with their noise, which no law listens to, and what draws.
+    Left out are sensors that no estimator listens to, with their noise, and what draws.
     """
-    looking = {mounted.system.GetSystemPathname() for mounted in bench.sensing.mounted}
-    looking |= {
-        mounted.noise.GetSystemPathname() for mounted in bench.sensing.mounted if mounted.noise
-    }
+    unheard = [m for m in bench.sensing.mounted if not isinstance(m.noise, CountedNoise)]
+    looking = {mounted.system.GetSystemPathname() for mounted in unheard}
+    looking |= {mounted.noise.GetSystemPathname() for mounted in unheard if mounted.noise}
     for system in _leaves(bench.diagram):
         path = system.GetSystemPathname()
         if path not in looking and not isinstance(system, PropellerDisplay):

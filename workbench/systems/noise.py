@@ -4,13 +4,53 @@ import zlib
 
 import numpy as np
 from pydrake.common import RandomDistribution, RandomGenerator
-from pydrake.systems.framework import Context, DiagramBuilder, InputPort
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    InputPort,
+    LeafSystem,
+)
 from pydrake.systems.primitives import RandomSource
+
+from workbench.systems.sensors.counted_draws import sample_draws
 
 
 def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> RandomSource:
     """Feed a Gaussian random input port with new standard normal numbers every `period` [s]."""
     source = RandomSource(RandomDistribution.kGaussian, port.size(), period)
+    builder.AddNamedSystem(f"{port.get_system().get_name()}_noise", source)
+    builder.Connect(source.get_output_port(), port)
+    return source
+
+
+class CountedNoise(LeafSystem):
+    """Standard normal numbers that follow from a seed and the time.
+
+    There is no state, so what a flight remembers is all numbers: for sensors that decide how it
+    goes on. `RandomSource` keeps its generator, which no checkpoint holds.
+
+    Output port:
+        draws (size): others after each period.
+    Numeric parameter 0: the seed.
+    """
+
+    def __init__(self, size: int, period: float) -> None:
+        super().__init__()
+        self._size, self._period = size, period
+        self.DeclareNumericParameter(BasicVector([0.0]))
+        needs = {self.time_ticket(), self.pn_ticket()}
+        self.DeclareVectorOutputPort("draws", size, self._calc, needs)
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        number = round(context.get_time() / self._period)
+        seed = int(context.get_numeric_parameter(0)[0])
+        output.SetFromVector(sample_draws(seed, number).standard_normal(self._size))
+
+
+def add_counted_noise(builder: DiagramBuilder, port: InputPort, period: float) -> CountedNoise:
+    """Feed a random input port with numbers of `CountedNoise`, new ones every `period` [s]."""
+    source = CountedNoise(port.size(), period)
     builder.AddNamedSystem(f"{port.get_system().get_name()}_noise", source)
     builder.Connect(source.get_output_port(), port)
     return source
@@ -22,7 +62,11 @@ def noise_seed(seed: int, name: str) -> int:
     return int(words[0])
 
 
-def seed_noise(source: RandomSource, root_context: Context, seed: int) -> None:
+def seed_noise(source: RandomSource | CountedNoise, root_context: Context, seed: int) -> None:
     """Let a source begin anew with the seed of a flight."""
     context = source.GetMyMutableContextFromRoot(root_context)
-    source.SetRandomContext(context, RandomGenerator(noise_seed(seed, source.get_name())))
+    own = noise_seed(seed, source.get_name())
+    if isinstance(source, CountedNoise):
+        context.get_mutable_numeric_parameter(0).SetAtIndex(0, float(own))
+    else:
+        source.SetRandomContext(context, RandomGenerator(own))

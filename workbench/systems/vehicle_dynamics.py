@@ -23,6 +23,7 @@ from workbench.dynamics.vehicle_step import (
     step_vehicle,
     voltage_share,
 )
+from workbench.estimation.filters import after, lowpass, output
 from workbench.estimation.gyro import (
     STATES,
     UNFILTERED,
@@ -36,10 +37,25 @@ from workbench.estimation.gyro import (
     sensed,
     stepped_filters,
 )
+from workbench.estimation.imu import (
+    CONSTANTS,
+    FROZEN,
+    ON,
+    PLACE,
+    SILENT,
+    TURN,
+    drawn_bias,
+    measured,
+    noisy_sample,
+    packed,
+    six,
+    step_drift,
+)
 from workbench.plant.contact import Contact
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import NO_PAYLOAD, Payload, laden
+from workbench.plant.sensors import Imu
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.systems.noise import noise_seed
 
@@ -47,25 +63,32 @@ BODY, MEMORY = range(2)
 """Groups of the discrete state."""
 LAST, WIND, EDDY, AWAY = 0, 6, 9, 9 + EDDIES
 GYRO, RATES = AWAY + 1, AWAY + 1 + STATES
-SPEEDS = RATES + 3
+ACCEL = RATES + 3
+SAMPLE, SUMS, ELAPSED, BIAS = ACCEL + 6, ACCEL + 12, ACCEL + 18, ACCEL + 19
+DRIFT, SPEEDS = BIAS + 6, BIAS + 12
 """Places in the memory: acceleration in the middle of the step before (6), velocity of the air at
 the vehicle in W (3), what the turbulence remembers, for how many steps nothing is touched for sure
 (1), the states of the gyro's filters (12) and the angular velocity in B of its last sample (3),
-speeds of the rotors (n), and shares of their thrust that they gave in the step before (n)."""
+those of the accelerometer's low-pass (6), the last sample of the IMU (6), the integral of its
+samples since it was read (6) and the steps that it took, -1 before the first (1), its biases (6)
+and their drift (6), speeds of the rotors (n), and shares of their thrust that they gave in the step
+before (n)."""
 SEED = len(AirSettings._fields)
 SETTINGS = SEED + 1
-SHARES = SETTINGS + len(GyroSettings._fields)
-"""Places in numeric parameter 0, behind `AirSettings`: the seed, `GyroSettings`, shares (n) and
-behind them the body (16)."""
+FAULT = SETTINGS + len(GyroSettings._fields)
+IMU_SEED, SHARES = FAULT + 1, FAULT + 2
+"""Places in numeric parameter 0, behind `AirSettings`: the seed, `GyroSettings`, fault and seed of
+the IMU, shares (n) and behind them the body (16)."""
 AIR, PAYLOAD = range(2)
 """Numeric parameters."""
 TOUCHED = -1.0
 """In place of a number of steps: it touched something in the step before."""
 DONE, NEAR, BROKEN = range(3)
 """What came of a step, see `advance`."""
-SUPPLY, READOUT, ROTORS = 2, 5, 6
-"""Places of the battery's supply, of the steps between two readings of the gyro, and of the rotors,
-in the constants of `advance`."""
+SUPPLY, READOUT, IMU = 2, 5, 6
+ROTORS = IMU + CONSTANTS
+"""Places of the battery's supply, of the steps between two readings of the IMU, of that, and of the
+rotors, in the constants of `advance`."""
 TURBULENCE, AREA, DENSITY = (
     AirSettings._fields.index(name) for name in ("turbulence", "drag_area", "air_density")
 )
@@ -74,6 +97,7 @@ SOURCES = (
     "dynamics",
     "estimation/filters.py",
     "estimation/gyro.py",
+    "estimation/imu.py",
     "systems/vehicle_dynamics.py",
     "plant/gravity.py",
 )
@@ -90,8 +114,9 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         commands: speeds that the rotors are to reach (n) [rad/s].
         values: of numeric parameter 0.
         constants: the physics step [s]; the step to do [s]; the battery's supply (3), see
-            `vehicle_step.loaded`; steps between two readings of the gyro; and a row a rotor for
-            that step, see `vehicle_step.rotor_rows`.
+            `vehicle_step.loaded`; steps between two readings of the IMU; that, see `imu.packed`,
+            or zeros where nobody reads it; and a row a rotor for that step, see
+            `vehicle_step.rotor_rows`.
         state: of the body (13).
         memory: see `MEMORY`.
 
@@ -109,9 +134,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
     noise, middles, slopes = np.empty(COUNT), np.empty(n), np.empty(n)
     number = int(time / period + 0.5)
     if step > 0.0:
-        _sample_gyro(
-            number, values[SETTINGS:SHARES], period, int(constants[READOUT]), state, memory
-        )
+        _sample_imu(number, values[SETTINGS:SHARES], constants, state, memory)
     if values[TURBULENCE] != 0.0:
         draw_normals(values[SEED], number, noise)
     eddies = memory[EDDY:AWAY]
@@ -147,23 +170,87 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
 
 
 @register_jitable
-def _sample_gyro(number, settings, period, readout, state, memory):  # type: ignore[no-untyped-def]
-    """Let the gyro take a sample, if one is due at this step."""
+def _sample(number, every, settings, imu, state, memory):  # type: ignore[no-untyped-def]
+    """Return the sample (6) at a step: of a perfect gyro alone where nobody reads the IMU."""
+    if imu[ON] == 0.0:
+        return body_rates(state) + (0.0, 0.0, 0.0)
+    fault, seed = settings[FAULT - SETTINGS], settings[IMU_SEED - SETTINGS]
+    bias = memory[BIAS:SPEEDS].copy()
+    if memory[ELAPSED] < 0.0:
+        drawn_bias(imu, seed, bias)
+    elif fault in (FROZEN, SILENT):
+        return six(memory[SAMPLE:SUMS])
+    exact = measured(state, memory[LAST:WIND], imu[PLACE:TURN])
+    return noisy_sample(exact, number, every, fault, bias, imu, seed)
+
+
+@register_jitable
+def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-untyped-def]
+    """Let the IMU take a sample, if one is due at this step."""
+    period, readout, imu = constants[0], int(constants[READOUT]), constants[IMU:ROTORS]
     every = sample_steps(settings[0], period, readout)
     if number % every:
         return
+    sample = _sample(number, every, settings, imu, state, memory)
     coefficients = gyro_filter(settings, every * period)
-    w_B = body_rates(state)
     x = memory[GYRO:RATES]
-    rates = filtered_rates(coefficients, x, w_B)
-    states = stepped_filters(coefficients, x, w_B)
+    rates = filtered_rates(coefficients, x, sample[0:3])
+    states = stepped_filters(coefficients, x, sample[0:3])
     for i in range(STATES):
         memory[GYRO + i] = states[i]
     for i in range(3):
         memory[RATES + i] = rates[i]
+    if imu[ON] == 0.0:
+        return
+    seed, first = settings[IMU_SEED - SETTINGS], memory[ELAPSED] < 0.0
+    if first:
+        drawn_bias(imu, seed, memory[BIAS:DRIFT])
+    section = lowpass(settings[5], 2.0, every * period)
+    for i in range(3):
+        row, force = ACCEL + 2 * i, sample[3 + i]
+        if first:
+            memory[row + 1] = force
+        smooth = output(section, memory[row], memory[row + 1], force)
+        memory[row], memory[row + 1] = after(section, memory[row], memory[row + 1], force)
+        memory[SUMS + 3 + i] += every * smooth
+        memory[SUMS + i] += 0.5 * every * (memory[SAMPLE + i] + sample[i])
+    for i in range(6):
+        memory[SAMPLE + i] = sample[i]
+    memory[ELAPSED] += every
+    if first or number % readout == 0:
+        memory[ELAPSED] = 0.0
+        for i in range(6):
+            memory[SUMS + i] = 0.0
+    for i in range(every):
+        step_drift(memory[DRIFT:SPEEDS], number + i, imu, seed)
 
 
-def gyro_reading(time, values, constants, state, memory, output):  # type: ignore[no-untyped-def]
+def read_imu(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
+    """Write what the IMU gives at a reading (9); this is compiled, too.
+
+    That is the mean angular velocity and specific force since the reading before, and the angular
+    velocity that comes out of the gyro's filters, in B. The arguments are those of `advance`, and
+    places for the result.
+    """
+    settings, period, readout = values[SETTINGS:SHARES], constants[0], int(constants[READOUT])
+    every = sample_steps(settings[0], period, readout)
+    sample = _sample(
+        int(time / period + 0.5), every, settings, constants[IMU:ROTORS], state, memory
+    )
+    coefficients = gyro_filter(settings, every * period)
+    rates = filtered_rates(coefficients, memory[GYRO:RATES], sample[0:3])
+    section = lowpass(settings[5], 2.0, every * period)
+    for i in range(3):
+        reading[i], reading[3 + i], reading[6 + i] = sample[i], sample[3 + i], rates[i]
+        if memory[ELAPSED] >= 0.0:
+            row, elapsed = ACCEL + 2 * i, memory[ELAPSED] + every
+            turned = 0.5 * every * (memory[SAMPLE + i] + sample[i])
+            pushed = every * output(section, memory[row], memory[row + 1], sample[3 + i])
+            reading[i] = (memory[SUMS + i] + turned) / elapsed
+            reading[3 + i] = (memory[SUMS + 3 + i] + pushed) / elapsed
+
+
+def gyro_reading(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
     """Write the state (13) with the angular velocity that the gyro gives; this is compiled, too.
 
     The arguments are those of `advance`, and places for the result.
@@ -171,7 +258,7 @@ def gyro_reading(time, values, constants, state, memory, output):  # type: ignor
     settings, period, readout = values[SETTINGS:SHARES], constants[0], int(constants[READOUT])
     every = sample_steps(settings[0], period, readout)
     if not filters_gyro(settings, every * period):
-        output[:] = state
+        reading[:] = state
         return
     rates = (memory[RATES], memory[RATES + 1], memory[RATES + 2])
     if int(time / period + 0.5) % every == 0:
@@ -179,9 +266,10 @@ def gyro_reading(time, values, constants, state, memory, output):  # type: ignor
         rates = filtered_rates(coefficients, memory[GYRO:RATES], body_rates(state))
     found = sensed(state, rates)
     for i in range(13):
-        output[i] = found[i]
+        reading[i] = found[i]
 
 
+compiled_imu = compile_cached(read_imu, SOURCES, "the IMU")
 compiled_reading = compile_cached(gyro_reading, SOURCES, "the gyro")
 compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion")
 
@@ -199,6 +287,7 @@ class VehicleDynamics(LeafSystem):
     Output ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         sensed (13): the same with the angular velocity that comes out of the gyro's filters.
+        imu (9): what the IMU gives at a reading, see `read_imu`; there where an estimator reads it.
         speeds (n): of the rotors [rad/s].
         wind (3): velocity of the air at the vehicle, in W [m/s].
         thrusts (n): of the rotors [N].
@@ -222,7 +311,8 @@ class VehicleDynamics(LeafSystem):
         world: around it.
         payload: to begin with.
         gyro: to begin with.
-        readout: steps of physics between two readings of the gyro, of which each takes a sample.
+        readout: steps of physics between two readings of the IMU, of which each takes a sample.
+        imu: that an estimator reads, if any does; without one the gyro is perfect.
     """
 
     def __init__(
@@ -235,6 +325,7 @@ class VehicleDynamics(LeafSystem):
         payload: Payload = NO_PAYLOAD,
         gyro: GyroSettings = UNFILTERED,
         readout: int = 1,
+        imu: Imu | None = None,
     ) -> None:
         super().__init__()
         self._vehicle = make_vehicle(description)
@@ -243,8 +334,11 @@ class VehicleDynamics(LeafSystem):
             rotors = tuple(replace(rotor, ground_effect_coefficient=0.0) for rotor in rotors)
         n = self._n = len(rotors)
         self._step = step
+        read = packed(imu, step) if imu else np.zeros(CONSTANTS)
         self._constants, self._present = (
-            np.concatenate([[step, length], FULL, [readout], rotor_rows(rotors, length).ravel()])
+            np.concatenate(
+                [[step, length], FULL, [readout], read, rotor_rows(rotors, length).ravel()]
+            )
             for length in (step, 0.0)
         )
         self._rows = rotor_rows(rotors, step)
@@ -252,7 +346,8 @@ class VehicleDynamics(LeafSystem):
         touchable = world.ground or bool(world.names)
         self._contact = Contact(description, world, step) if touchable else None
         body = self._body(payload)
-        self.DeclareNumericParameter(BasicVector([*settings, 0.0, *gyro, *[1.0] * n, *body]))
+        values = [*settings, 0.0, *gyro, 0.0, 0.0, *[1.0] * n, *body]
+        self.DeclareNumericParameter(BasicVector(values))
         self.DeclareNumericParameter(BasicVector(list(payload)))
         self._commands = self.DeclareVectorInputPort("commands", n)
         stated = description.battery is not None
@@ -271,6 +366,8 @@ class VehicleDynamics(LeafSystem):
             self.DeclareVectorOutputPort(name, size, calc, {self.xd_ticket()})
         needs = {self.xd_ticket(), self.time_ticket(), self.pn_ticket()}
         self.DeclareVectorOutputPort("sensed", 13, self._calc_sensed, needs)
+        if imu:
+            self.DeclareVectorOutputPort("imu", 9, self._calc_imu, needs)
         if self._changes:
             self.DeclareVectorOutputPort(
                 "static_thrusts", n, self._calc_static_thrusts, {self.xd_ticket()}
@@ -278,9 +375,10 @@ class VehicleDynamics(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
-        """Let the turbulence be that of a flight's seed; equal seeds make equal turbulence."""
-        own = float(noise_seed(seed, "air"))
-        context.get_mutable_numeric_parameter(0).SetAtIndex(SEED, own)
+        """Let turbulence and IMU be those of a flight's seed; equal seeds make equal noise."""
+        values = context.get_mutable_numeric_parameter(AIR)
+        values.SetAtIndex(SEED, float(noise_seed(seed, "air")))
+        values.SetAtIndex(IMU_SEED, float(noise_seed(seed, "imu of the estimator")))
 
     def payload(self, context: Context) -> Payload:
         """Return what is carried, and what the law knows of that."""
@@ -301,7 +399,8 @@ class VehicleDynamics(LeafSystem):
         context.SetDiscreteState(BODY, state)
         memory = np.concatenate([np.zeros(SPEEDS), speeds, np.ones(self._n)])
         rates = body_rates(state)
-        memory[GYRO:SPEEDS] = (*at_rest(rates), *rates)
+        memory[GYRO:ACCEL] = (*at_rest(rates), *rates)
+        memory[ELAPSED] = -1.0
         context.SetDiscreteState(MEMORY, memory)
 
     def body_state(self, context: Context) -> np.ndarray:
@@ -377,6 +476,16 @@ class VehicleDynamics(LeafSystem):
 
     def _calc_sensed(self, context: Context, output: BasicVector) -> None:
         compiled_reading(
+            context.get_time(),
+            context.get_numeric_parameter(AIR).get_value(),
+            self._constants,
+            context.get_discrete_state(BODY).get_value(),
+            context.get_discrete_state(MEMORY).get_value(),
+            output.get_mutable_value(),
+        )
+
+    def _calc_imu(self, context: Context, output: BasicVector) -> None:
+        compiled_imu(
             context.get_time(),
             context.get_numeric_parameter(AIR).get_value(),
             self._constants,

@@ -142,7 +142,7 @@ class LinearModel:
         Args:
             removable: names of states that may go.
         """
-        read = self.A.any(axis=0) | self.output_matrix.any(axis=0)
+        read: np.ndarray = np.abs(np.vstack([self.A, self.output_matrix])).max(axis=0) > 0.0
         kept = [
             place
             for place, signal in enumerate(self.states)

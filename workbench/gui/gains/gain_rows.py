@@ -31,7 +31,7 @@ GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
 _SYSTEMS = {
     "modes": "Flight modes",
     "battery": "Battery",
-    "gyro": "Gyro filters",
+    "gyro": "Gyro and accelerometer filters",
     "computer": "Setpoint, derivative and commands",
     "obstacles": "Obstacles",
     "air": "Air, gusts and pushes",

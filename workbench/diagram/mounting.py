@@ -1,0 +1,58 @@
+"""Where the sensors that an estimator listens to are mounted, and what they measure against."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.diagram.sensor_choice import SensorChoice, without_noise
+from workbench.estimation.samples import Mounting
+from workbench.plant.home import Home
+from workbench.plant.magnetic_field import magnetic_field
+from workbench.plant.sensors import Imu, Sensor
+from workbench.plant.vehicle import Vehicle
+
+
+def find_imu(vehicle: Vehicle, noise: bool) -> Imu:
+    """Return the first IMU of a vehicle.
+
+    Args:
+        vehicle: whose.
+        noise: whether it has its noise.
+
+    Raises:
+        WorkbenchError: if it has none.
+    """
+    for sensor in vehicle.sensors:
+        if isinstance(sensor, Imu):
+            found = sensor if noise else without_noise(sensor)
+            assert isinstance(found, Imu)
+            return found
+    raise WorkbenchError(
+        f"{vehicle.name} has no IMU, and no estimator does without: add one to {vehicle.source} "
+        "(docs/descriptions.md), or fly on `--estimator truth`"
+    )
+
+
+def mounting_of(imu: Imu, choices: Sequence[SensorChoice], home: Home) -> Mounting:
+    """Return where the IMU and the first sensor of each kind are mounted."""
+    gps, barometer, finder = (_first(choices, k) for k in ("gps", "barometer", "range_finder"))
+    nowhere = Mounting()
+    return Mounting(
+        p_BI=imu.p_BS,
+        p_BG=gps.p_BS if gps else nowhere.p_BG,
+        p_BP=barometer.p_BS if barometer else nowhere.p_BP,
+        p_BR=finder.p_BS if finder else nowhere.p_BR,
+        n_BR=np.array(finder.R_BS)[:, 0] if finder else nowhere.n_BR,
+        m_W=magnetic_field(home),
+    )
+
+
+def magnetometer_turn(choices: Sequence[SensorChoice]) -> np.ndarray:
+    """Return the orientation R_BM (3, 3) of the first magnetometer."""
+    magnetometer = _first(choices, "magnetometer")
+    return np.array(magnetometer.R_BS) if magnetometer else np.eye(3)
+
+
+def _first(choices: Sequence[SensorChoice], kind: str) -> Sensor | None:
+    return next((each.sensor for each in choices if each.sensor.kind == kind), None)

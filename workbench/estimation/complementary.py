@@ -1,0 +1,157 @@
+"""Mahony's complementary filter for the attitude, and fixed gains for place and velocity.
+
+The attitude follows the gyro, turned towards what accelerometer and magnetometer show: with u and m
+the unit vectors of the measured specific force and of the measured heading, u_hat and m_hat where
+the attitude expects them, all in B,
+
+    e = u x u_hat + (m x m_hat)         w = w_IMU - b_g + kp e         b_g+ = b_g - ki e dt
+
+The field counts by its heading alone: a wrong dip does not tilt it. Place and velocity follow the
+specific force, turned by that attitude, and are drawn to the GPS and the barometer with the
+gains of a filter of second order that settles within a time constant T:
+
+    v+ = v + a dt + dt (p_y - p) / T²       p+ = p + v dt + 2 dt (p_y - p) / T
+
+and by the GPS's velocity with 1 / T_v. Between samples the last one, moved on by the estimated
+velocity, counts.
+
+Source: R. Mahony, T. Hamel and J.-M. Pflimlin, Nonlinear complementary filters on the special
+orthogonal group, IEEE Transactions on Automatic Control 53(5), 2008: explicit filter with bias
+correction, equations 32 and 34.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.common.jitable import register_jitable
+from workbench.dynamics.rigid_body import into_body, rotation
+from workbench.estimation.ekf import crossed, into_world, turned_by
+from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER
+from workbench.plant.gravity import GRAVITY
+
+Scalar = Any
+Signal = Any
+"""A sequence of scalars: a list in Python, an array in compiled code."""
+
+NOMINAL = 16
+LAST = NOMINAL
+SIZE = LAST + 4 + 3 + 3 + 1
+"""Places in the memory: attitude, place and velocity of the IMU in W, biases of gyro and (none of)
+accelerometer, as the EKF has them (16); whether there were samples of GPS, barometer and
+magnetometer, and one place to spare (4), place (3) and velocity (3) by the last ones of the GPS,
+height by the last one of the barometer (1); and its size."""
+_LEAST_FORCE, _MOST_FORCE = 0.5, 1.5
+"""Times g: a specific force beyond these shows no direction of up."""
+
+
+class ComplementarySettings(NamedTuple):
+    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
+
+    complementary_kp: float = 0.5
+    complementary_ki: float = 0.02
+    complementary_position_time: float = 1.5
+    complementary_velocity_time: float = 0.5
+    complementary_height_time: float = 1.0
+
+
+@register_jitable
+def turning(x: Signal, imu: Signal, field: Signal, m_W: Signal) -> tuple[Any, Any, Any]:
+    """Return e (3), by which the attitude is off.
+
+    Args:
+        x: attitude first (4).
+        imu: angular velocity and specific force in B (6).
+        field: magnetic field in B (3), of zero where none was measured.
+        m_W: magnetic field (3).
+    """
+    R = rotation((x[0], x[1], x[2], x[3]))
+    up = (R[6], R[7], R[8])
+    f = (imu[3], imu[4], imu[5])
+    size = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) ** 0.5
+    e_x, e_y, e_z = 0.0 * size, 0.0 * size, 0.0 * size
+    if _LEAST_FORCE * GRAVITY < size < _MOST_FORCE * GRAVITY:
+        e_x, e_y, e_z = crossed((f[0] / size, f[1] / size, f[2] / size), up)
+    n_x, n_y, _ = into_world(R, (field[0], field[1], field[2]))
+    level = ((n_x * n_x + n_y * n_y) * (m_W[0] * m_W[0] + m_W[1] * m_W[1])) ** 0.5
+    if level > 0.0:
+        turn = (n_x * m_W[1] - n_y * m_W[0]) / level
+        e_x, e_y, e_z = e_x + turn * up[0], e_y + turn * up[1], e_z + turn * up[2]
+    return e_x, e_y, e_z
+
+
+@register_jitable
+def update(
+    memory: np.ndarray, z: np.ndarray, settings: Signal, mounting: np.ndarray, dt: float
+) -> None:
+    """Do an update in place.
+
+    Args:
+        memory: see `SIZE`.
+        z: see `samples`.
+        settings: see `ComplementarySettings`.
+        mounting: see `samples.Mounting.packed`.
+        dt: since the update before [s]; 0 at the first.
+    """
+    x = memory[:NOMINAL]
+    seen = memory[LAST : LAST + 4]
+    p_y, v_y = memory[LAST + 4 : LAST + 7], memory[LAST + 7 : LAST + 10]
+    kp, ki = settings[0], settings[1]
+    e = turning(x, z, z[MAGNETOMETER + 1 : MAGNETOMETER + 4] * z[MAGNETOMETER], mounting[15:18])
+    w = (
+        z[0] - x[10] + kp * e[0],
+        z[1] - x[11] + kp * e[1],
+        z[2] - x[12] + kp * e[2],
+    )
+    q = (x[0], x[1], x[2], x[3])
+    R = rotation(turned_by(q, (0.5 * dt * w[0], 0.5 * dt * w[1], 0.5 * dt * w[2])))
+    q = turned_by(q, (dt * w[0], dt * w[1], dt * w[2]))
+    a = into_world(R, (z[3], z[4], z[5]))
+    arm = into_world(
+        R, (mounting[3] - mounting[0], mounting[4] - mounting[1], mounting[5] - mounting[2])
+    )
+    below = into_world(
+        R, (mounting[6] - mounting[0], mounting[7] - mounting[1], mounting[8] - mounting[2])
+    )
+    if z[GPS] > 0.0:
+        seen[0] = 1.0
+        for i in range(3):
+            v_y[i] = z[GPS + 5 + i]
+            p_y[i] = z[GPS + 2 + i] - arm[i] + z[GPS + 1] * v_y[i]
+    if z[BAROMETER] > 0.0:
+        seen[1] = 1.0
+        memory[LAST + 10] = z[BAROMETER + 1] - below[2]
+    for i in range(4):
+        x[i] = q[i]
+    for i in range(3):
+        x[10 + i] -= ki * dt * e[i]
+        pull = a[i] - (GRAVITY if i == 2 else 0.0)
+        time, target, known = settings[2], p_y[i], seen[0]
+        if i == 2 and seen[1] > 0.0:
+            time, target, known = settings[4], memory[LAST + 10], 1.0
+        gap = known * (target - x[4 + i])
+        drawn = seen[0] * (v_y[i] - x[7 + i]) / settings[3]
+        v = x[7 + i]
+        x[4 + i] += dt * (v + 0.5 * dt * pull + 2.0 / time * gap)
+        x[7 + i] += dt * (pull + gap / (time * time) + drawn)
+        p_y[i] += dt * x[7 + i]
+        if i == 2:
+            memory[LAST + 10] += dt * x[7 + i]
+
+
+def initial(state: Signal, p_BI: Signal) -> np.ndarray:
+    """Return the memory of a filter that begins at a known motion.
+
+    Args:
+        state: q_WB, p_WB, w_WB_W, v_WB_W (13).
+        p_BI: of the IMU (3) [m].
+    """
+    R = rotation(state[0:4])
+    w_B = into_body(R, state[7:10])
+    memory = np.zeros(SIZE)
+    memory[0:4] = np.asarray(state[0:4]) / np.linalg.norm(state[0:4])
+    memory[4:7] = np.asarray(state[4:7]) + into_world(R, p_BI)
+    memory[7:10] = np.asarray(state[10:13]) + into_world(R, crossed(w_B, p_BI))
+    assert math.isfinite(memory.sum())
+    return memory

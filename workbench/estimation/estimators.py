@@ -1,0 +1,89 @@
+"""The estimators that a scenario can name."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.common.errors import unknown_name
+from workbench.estimation import complementary, ekf
+from workbench.estimation.samples import Mounting
+
+TRUTH = "truth"
+"""What a controller knows is the true motion."""
+COMPLEMENTARY, EKF = "complementary", "ekf"
+ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
+"""What a scenario may name."""
+HEARD = ("gps", "barometer", "magnetometer", "range_finder")
+"""Kinds of sensors that an estimator listens to, besides the IMU."""
+
+
+class Estimator(NamedTuple):
+    """An estimator as pure functions.
+
+    The first 16 numbers of the memory are the nominal state, see `ekf`.
+
+    Attributes:
+        name: in scenarios.
+        settings: its live numbers, a named tuple's type.
+        update: one update of its memory in place, see `ekf.update`.
+        begin: from a motion (13), the mounting and standard normal numbers (15) to a memory.
+        deviations: from a memory to the standard deviations of its errors (15), NaN where it
+            does not know them.
+    """
+
+    name: str
+    settings: Any
+    update: Callable[..., None]
+    begin: Callable[[np.ndarray, Mounting, np.ndarray], np.ndarray]
+    deviations: Callable[[np.ndarray], np.ndarray]
+
+
+def _begin_ekf(state: np.ndarray, mounting: Mounting, drawn: np.ndarray) -> np.ndarray:
+    """Return the memory of a filter whose errors are as large as it takes them to be."""
+    known = ekf.InitialDeviations()
+    memory = ekf.initial(state, mounting.p_BI, known)
+    errors = np.repeat(np.array(known), 3) * drawn
+    errors[9:] = 0.0  # biases are what they are, and not known
+    memory[: ekf.NOMINAL] = ekf.corrected(memory[: ekf.NOMINAL], errors)
+    return memory
+
+
+def _ekf_deviations(memory: np.ndarray) -> np.ndarray:
+    P = memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
+    found: np.ndarray = np.sqrt(np.maximum(np.diag(P), 0.0))
+    return found
+
+
+def _begin_complementary(state: np.ndarray, mounting: Mounting, drawn: np.ndarray) -> np.ndarray:
+    return complementary.initial(state, mounting.p_BI)
+
+
+def _no_deviations(memory: np.ndarray) -> np.ndarray:
+    return np.full(ekf.ERRORS, np.nan)
+
+
+_KNOWN = (
+    Estimator(
+        COMPLEMENTARY,
+        complementary.ComplementarySettings,
+        complementary.update,
+        _begin_complementary,
+        _no_deviations,
+    ),
+    Estimator(EKF, ekf.EkfSettings, ekf.update, _begin_ekf, _ekf_deviations),
+)
+
+
+def find_estimator(name: str) -> Estimator | None:
+    """Return the estimator of a name, None for the truth.
+
+    Raises:
+        WorkbenchError: if there is none of that name.
+    """
+    if name == TRUTH:
+        return None
+    for each in _KNOWN:
+        if each.name == name:
+            return each
+    raise unknown_name("estimator", name, ESTIMATORS)

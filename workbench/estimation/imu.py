@@ -1,0 +1,175 @@
+"""The IMU as the flight computer samples it: truth, bias, noise and faults, sample by sample.
+
+It draws its own numbers, so equal seeds give equal samples in every diagram and in compiled code.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.common.jitable import register_jitable
+from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.rigid_body import into_body, rotation
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.sensors import Imu, Noise
+
+Scalar = Any
+Signal = Any
+"""A sequence of scalars: a list in Python, an array in compiled code."""
+Six = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
+"""Angular velocity [rad/s], then specific force [m/s²]."""
+
+ON, PLACE, TURN, DEVIATION, KEPT, DRIVEN, MEAN, SPREAD = 0, 1, 4, 13, 19, 25, 31, 37
+CONSTANTS = SPREAD + 6
+"""Places of what the functions below know of an IMU, and how many numbers that is; see `packed`."""
+NOISE_FACTOR = 10.0
+"""A noisy one has so many times its usual deviation."""
+FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
+"""Faults."""
+FIRST_DRAW = 1 << 40
+"""Number of the draws of biases, far behind those of samples."""
+
+
+class ImuNoise(NamedTuple):
+    """Noise of gyro and accelerometer along the axes of the sensor.
+
+    Attributes:
+        deviation: of a sample a physics step (6).
+        kept: share of the drift that is left after a physics step (6).
+        driven: deviation of what a physics step adds to it (6).
+        mean: of the bias (6).
+        spread: deviation of the bias that is drawn once (6).
+    """
+
+    deviation: tuple[float, ...]
+    kept: tuple[float, ...]
+    driven: tuple[float, ...]
+    mean: tuple[float, ...]
+    spread: tuple[float, ...]
+
+
+def imu_noise(sensor: Imu, step: float) -> ImuNoise:
+    """Return the noise of a described IMU, of the densities that it has at its own rate.
+
+    Args:
+        sensor: the description's record.
+        step: of physics [s].
+    """
+    rate = sensor.rate or sensor.usual_rate
+    noises = (*sensor.angular_velocity, *sensor.linear_acceleration)
+    drifts = [_drift(noise, step) for noise in noises]
+    return ImuNoise(
+        deviation=tuple(noise.at_rate(rate, 1.0 / step).stddev for noise in noises),
+        kept=tuple(kept for kept, _ in drifts),
+        driven=tuple(driven for _, driven in drifts),
+        mean=tuple(noise.mean + noise.bias_mean for noise in noises),
+        spread=tuple(noise.bias_stddev for noise in noises),
+    )
+
+
+def packed(sensor: Imu, step: float) -> np.ndarray:
+    """Return what the functions below know of an IMU (43).
+
+    Args:
+        sensor: the description's record.
+        step: of physics [s].
+    """
+    turn = np.array(sensor.R_BS).ravel()
+    parts = ([1.0], sensor.p_BS, turn, *imu_noise(sensor, step))
+    return np.concatenate([np.asarray(part, dtype=float) for part in parts])
+
+
+@register_jitable
+def drawn_bias(imu: Signal, seed: float, bias: Signal) -> None:
+    """Write the biases that a flight begins with, in the axes of the sensor (6).
+
+    Args:
+        imu: see `packed`.
+        seed: of the flight's noise.
+        bias: 6 places.
+    """
+    drawn = np.empty(COUNT)
+    draw_normals(seed, FIRST_DRAW, drawn)
+    for i in range(6):
+        bias[i] = imu[MEAN + i] + imu[SPREAD + i] * drawn[i]
+
+
+@register_jitable
+def six(values: Signal) -> Six:
+    """Return six numbers of an array as a tuple."""
+    return values[0], values[1], values[2], values[3], values[4], values[5]
+
+
+def _drift(noise: Noise, step: float) -> tuple[float, float]:
+    """Return what a step leaves of a drift, and the deviation of what it adds, see `Noise`."""
+    time, density = noise.dynamic_bias_correlation_time, noise.dynamic_bias_stddev
+    if time == 0.0:
+        return 1.0, 0.0
+    variance = -0.5 * density**2 * time * math.expm1(-2.0 * step / time)
+    return math.exp(-step / time), math.sqrt(variance)
+
+
+@register_jitable
+def measured(state: Signal, acceleration: Signal, p_BS: Signal) -> Six:
+    """Return what a perfect IMU shows, in the axes of B.
+
+    Args:
+        state: of the body (13).
+        acceleration: wdot_WB_W [rad/s²] and vdot_WB_W [m/s²] (6).
+        p_BS: place of the IMU (3) [m].
+    """
+    R = rotation(state[0:4])
+    w_x, w_y, w_z = into_body(R, state[7:10])
+    e_x, e_y, e_z = into_body(R, acceleration[0:3])
+    a_x, a_y, a_z = acceleration[3:6]
+    f_x, f_y, f_z = into_body(R, (a_x, a_y, a_z + GRAVITY))
+    p_x, p_y, p_z = p_BS
+    s_x = w_y * p_z - w_z * p_y
+    s_y = w_z * p_x - w_x * p_z
+    s_z = w_x * p_y - w_y * p_x
+    f_x = f_x + e_y * p_z - e_z * p_y + w_y * s_z - w_z * s_y
+    f_y = f_y + e_z * p_x - e_x * p_z + w_z * s_x - w_x * s_z
+    f_z = f_z + e_x * p_y - e_y * p_x + w_x * s_y - w_y * s_x
+    return w_x, w_y, w_z, f_x, f_y, f_z
+
+
+@register_jitable
+def noisy_sample(
+    exact: Signal, number: int, every: int, fault: float, bias: Signal, imu: Signal, seed: float
+) -> Six:
+    """Return what an IMU shows, in the axes of B.
+
+    Args:
+        exact: see `measured` (6).
+        number: of the physics step.
+        every: how many steps lie between its samples.
+        fault: see `faults.Fault`.
+        bias: biases and their drift, in the axes of the sensor (12).
+        imu: see `packed`.
+        seed: of the flight's noise.
+    """
+    drawn = np.empty(COUNT)
+    draw_normals(seed, 2 * number, drawn)
+    scale = (NOISE_FACTOR if fault == NOISY else 1.0) / math.sqrt(every)
+    n = np.empty(6)
+    for i in range(6):
+        n[i] = bias[i] + bias[6 + i] + scale * imu[DEVIATION + i] * drawn[i]
+    R = imu[TURN : TURN + 9]
+    return (
+        exact[0] + R[0] * n[0] + R[1] * n[1] + R[2] * n[2],
+        exact[1] + R[3] * n[0] + R[4] * n[1] + R[5] * n[2],
+        exact[2] + R[6] * n[0] + R[7] * n[1] + R[8] * n[2],
+        exact[3] + R[0] * n[3] + R[1] * n[4] + R[2] * n[5],
+        exact[4] + R[3] * n[3] + R[4] * n[4] + R[5] * n[5],
+        exact[5] + R[6] * n[3] + R[7] * n[4] + R[8] * n[5],
+    )
+
+
+@register_jitable
+def step_drift(drift: Signal, number: int, imu: Signal, seed: float) -> None:
+    """Let the drift of the biases (6) go on for a physics step, in place."""
+    drawn = np.empty(COUNT)
+    draw_normals(seed, 2 * number + 1, drawn)
+    for i in range(6):
+        drift[i] = imu[KEPT + i] * drift[i] + imu[DRIVEN + i] * drawn[i]

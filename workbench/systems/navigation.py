@@ -1,0 +1,154 @@
+"""An estimator as a LeafSystem: from samples of sensors to the motion that a controller knows."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pymap3d.ellipsoid import Ellipsoid
+from pymap3d.enu import geodetic2enu
+
+from workbench.common.compiled import Compiled, compile_cached
+from workbench.estimation import ekf
+from workbench.estimation.estimators import HEARD, Estimator, find_estimator
+from workbench.estimation.samples import (
+    BAROMETER,
+    GPS,
+    MAGNETOMETER,
+    RANGE_FINDER,
+    SAMPLES,
+    Mounting,
+)
+from workbench.plant.home import Home
+
+SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
+"""What the compiled updates stand in, below `workbench/`."""
+MEMORY, STAMPS = range(2)
+"""Groups of the discrete state."""
+SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
+"""Of a delivered sample with its stamp, of each of `HEARD`."""
+_WGS84 = Ellipsoid.from_name("wgs84")
+
+
+@lru_cache(maxsize=8)
+def compiled_update(name: str) -> Compiled:
+    """Return the update of an estimator, compiled at its first call."""
+    estimator = find_estimator(name)
+    assert estimator
+    return compile_cached(estimator.update, SOURCES, f"the estimator {name}", parts=20)
+
+
+class Navigation(LeafSystem):
+    """Runs an estimator once a control period, right before the controller looks at it.
+
+    What it puts out at an update has the samples of that time in it: the outputs follow from state
+    and inputs, and the update keeps what they were.
+
+    Input ports:
+        imu (9): see `vehicle_dynamics.read_imu`.
+        gps (7), barometer (3), magnetometer (4), range_finder (2): stamp and sample delivered
+            last; nothing where nothing is connected.
+    Output ports:
+        memory: of the estimator.
+        state (13): estimated q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s]; the angular velocity
+            is that of the gyro's filters, less its bias.
+        deviations (15): of the errors, see `ekf`.
+    Numeric parameter 0: the estimator's settings.
+
+    Args:
+        estimator: that runs.
+        settings: its live numbers by name.
+        mounting: of the sensors.
+        turn_BM: orientation of the magnetometer, rows of the matrix (3, 3).
+        home: where the world's origin lies.
+        period: between updates [s].
+    """
+
+    def __init__(
+        self,
+        *,
+        estimator: Estimator,
+        settings: Mapping[str, float],
+        mounting: Mounting,
+        turn_BM: np.ndarray,
+        home: Home,
+        period: float,
+    ) -> None:
+        super().__init__()
+        self.estimator = estimator
+        self._run = compiled_update(estimator.name)
+        self._mounting, self._places = mounting, mounting.packed()
+        self._R_BM, self._home, self._period = np.array(turn_BM), home, period
+        still = np.array([1.0, *[0.0] * 12])
+        memory = estimator.begin(still, mounting, np.zeros(ekf.ERRORS))
+        names = estimator.settings._fields
+        self.DeclareNumericParameter(BasicVector([settings[name] for name in names]))
+        self.DeclareDiscreteState(memory)
+        self.DeclareDiscreteState(np.full(len(HEARD), np.nan))
+        self._imu = self.DeclareVectorInputPort("imu", 9)
+        self._heard = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
+        self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
+        self.DeclareVectorOutputPort("state", 13, self._calc_state)
+        self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def begin(self, context: Context, state: np.ndarray, seed: int) -> None:
+        """Begin at a motion (13), off by what the estimator takes its errors to be."""
+        drawn = np.random.Generator(np.random.Philox(key=seed)).standard_normal(ekf.ERRORS)
+        context.SetDiscreteState(MEMORY, self.estimator.begin(state, self._mounting, drawn))
+        context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
+
+    def _calc_memory(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(MEMORY).CopyToVector()
+        settings = context.get_numeric_parameter(0).CopyToVector()
+        dt = self._period if context.get_time() > 0.5 * self._period else 0.0
+        self._run(memory, self._samples(context), settings, self._places, dt)
+        output.SetFromVector(memory)
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        memory = self._memory.Eval(context)
+        rates = self._imu.Eval(context)[6:9]
+        found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, self._mounting.p_BI))
+        R = ekf.rotation(found[:4].tolist())
+        found[7:10] = ekf.into_world(R, found[7:10].tolist())
+        output.SetFromVector(found)
+
+    def _calc_deviations(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.estimator.deviations(self._memory.Eval(context)))
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        discrete_state.set_value(MEMORY, self._memory.Eval(context))
+        stamps = [
+            port.Eval(context)[0] if port.HasValue(context) else np.nan for port in self._heard
+        ]
+        discrete_state.set_value(STAMPS, stamps)
+
+    def _samples(self, context: Context) -> np.ndarray:
+        """Return what sensors gave since the update before, see `estimation.samples`."""
+        found = np.zeros(SAMPLES)
+        found[:6] = self._imu.Eval(context)[:6]
+        before = context.get_discrete_state(STAMPS).value()
+        gps, barometer, magnetometer, range_finder = (
+            self._fresh(context, place, before[place]) for place in range(len(HEARD))
+        )
+        if gps is not None:
+            stamp, latitude, longitude, altitude = gps[:4].tolist()
+            home = (self._home.latitude, self._home.longitude, self._home.altitude)
+            place = geodetic2enu(latitude, longitude, altitude, *home, _WGS84, deg=False)
+            found[GPS : GPS + 8] = 1.0, context.get_time() - stamp, *place, *gps[4:]
+        if barometer is not None:
+            found[BAROMETER : BAROMETER + 2] = 1.0, barometer[2]
+        if magnetometer is not None:
+            found[MAGNETOMETER] = 1.0
+            found[MAGNETOMETER + 1 : MAGNETOMETER + 4] = self._R_BM @ magnetometer[1:]
+        if range_finder is not None and np.isfinite(range_finder[1]):
+            found[RANGE_FINDER : RANGE_FINDER + 2] = 1.0, range_finder[1]
+        return found
+
+    def _fresh(self, context: Context, place: int, before: float) -> np.ndarray | None:
+        """Return a sample that was not there at the update before, with its stamp."""
+        port = self._heard[place]
+        if not port.HasValue(context):
+            return None
+        sample: np.ndarray = port.Eval(context)
+        return None if np.isnan(sample[0]) or sample[0] == before else sample
