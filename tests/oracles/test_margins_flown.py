@@ -15,7 +15,7 @@ from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import axis_velocity
-from workbench.scenario.scenario import Scenario, Start
+from workbench.scenario.scenario import Scenario, SensorsConfig, Start
 from workbench.session.session import Session
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import PATH, PROBES
@@ -203,6 +203,32 @@ def test_so_it_is_with_filters_on_the_way(session, margins, loop):
     model = LinearStudy(Scenario(controller=session.controller.name)).sampled(gains=FILTERED)
     found = loop_margins(model, loop.point("actuator"))
     assert found.gain_margin < 0.95 * margins[loop.name].gain_margin
+    for gain, delay, grows in (
+        (0.98 * found.gain_margin, 0.0, False),
+        (1.02 * found.gain_margin, 0.0, True),
+        (1.0, 0.95 * found.delay_margin, False),
+        (1.0, 1.05 * found.delay_margin, True),
+    ):
+        assert check(session, loop, gain, delay, FILTERED) == grows, (gain, delay)
+
+
+@each_loop(("pitch", "velocity_x"), laws=(DEFAULT,))
+def test_so_it_is_on_an_estimate_of_the_motion(law, loop):
+    """Behind filters, with an EKF on samples of all sensors that come at their own rates.
+
+    Sensors have no noise, which would hide what is small. The model spreads samples over updates.
+    """
+    start = Start(position=[0.0, 0.0, 60.0])
+    scenario = Scenario(
+        controller=law.name,
+        estimator="ekf",
+        start=start,
+        duration=1000.0,
+        sensors=SensorsConfig(noise=False),
+    )
+    session = Session(scenario)
+    model = LinearStudy(scenario).sampled(gains=FILTERED)
+    found = loop_margins(model, loop.point("actuator"))
     for gain, delay, grows in (
         (0.98 * found.gain_margin, 0.0, False),
         (1.02 * found.gain_margin, 0.0, True),

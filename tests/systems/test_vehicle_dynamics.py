@@ -21,8 +21,8 @@ from workbench.plant.multibody import add_plant
 from workbench.scenario.parameters import parameter_table
 from workbench.systems import vehicle_dynamics as module
 from workbench.systems.vehicle_dynamics import (
-    BODY,
     ACCEL,
+    BODY,
     GYRO,
     LAST,
     MEMORY,

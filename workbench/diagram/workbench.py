@@ -12,8 +12,8 @@ from workbench.control.controller import Controller
 from workbench.control.flight_mode import Settings
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.diagram.core import add_computer, parameter_values
-from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.mounting import find_imu, magnetometer_turn, mounting_of
+from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.diagram.telemetry import add_telemetry, make_pilot

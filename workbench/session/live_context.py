@@ -69,7 +69,9 @@ class LiveContext:
         bench.sensing.seed(root, scenario.sensors.seed)
         if bench.navigation:
             state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
-            seed = noise_seed(scenario.sensors.seed, "start of the estimate")
+            seed = None
+            if scenario.sensors.noise:
+                seed = noise_seed(scenario.sensors.seed, "start of the estimate")
             bench.navigation.begin(self._of(bench.navigation), state, seed)
         rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "rotors")]
         faults = {row.name: row.default for row in rows}

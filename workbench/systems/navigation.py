@@ -23,7 +23,7 @@ from workbench.plant.home import Home
 
 SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
 """What the compiled updates stand in, below `workbench/`."""
-MEMORY, STAMPS = range(2)
+MEMORY, STAMPS, HELD = range(3)
 """Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Of a delivered sample with its stamp, of each of `HEARD`."""
@@ -41,8 +41,8 @@ def compiled_update(name: str) -> Compiled:
 class Navigation(LeafSystem):
     """Runs an estimator once a control period, right before the controller looks at it.
 
-    What it puts out at an update has the samples of that time in it: the outputs follow from state
-    and inputs, and the update keeps what they were.
+    What it puts out at an update has the samples of that time in it: there the outputs follow from
+    state and inputs, and the update keeps what they were until the next one.
 
     Input ports:
         imu (9): see `vehicle_dynamics.read_imu`.
@@ -85,27 +85,48 @@ class Navigation(LeafSystem):
         self.DeclareNumericParameter(BasicVector([settings[name] for name in names]))
         self.DeclareDiscreteState(memory)
         self.DeclareDiscreteState(np.full(len(HEARD), np.nan))
+        self.DeclareDiscreteState(still)
         self._imu = self.DeclareVectorInputPort("imu", 9)
         self._heard = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
         self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
-        self.DeclareVectorOutputPort("state", 13, self._calc_state)
+        self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
         self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
-    def begin(self, context: Context, state: np.ndarray, seed: int) -> None:
-        """Begin at a motion (13), off by what the estimator takes its errors to be."""
-        drawn = np.random.Generator(np.random.Philox(key=seed)).standard_normal(ekf.ERRORS)
+    def begin(self, context: Context, state: np.ndarray, seed: int | None) -> None:
+        """Begin at a motion (13), off by what the estimator takes its errors to be.
+
+        Args:
+            context: of this system.
+            state: of the body (13).
+            seed: of the errors; None for an estimate that begins exactly.
+        """
+        drawn = np.zeros(ekf.ERRORS)
+        if seed is not None:
+            drawn = np.random.Generator(np.random.Philox(key=seed)).standard_normal(ekf.ERRORS)
         context.SetDiscreteState(MEMORY, self.estimator.begin(state, self._mounting, drawn))
         context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
+        context.SetDiscreteState(HELD, state)
+
+    def _is_update(self, context: Context) -> bool:
+        """Return whether an update is due now."""
+        updates = context.get_time() / self._period
+        return abs(updates - round(updates)) < 1e-6
 
     def _calc_memory(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state(MEMORY).CopyToVector()
+        if not self._is_update(context):
+            output.SetFromVector(memory)
+            return
         settings = context.get_numeric_parameter(0).CopyToVector()
         dt = self._period if context.get_time() > 0.5 * self._period else 0.0
         self._run(memory, self._samples(context), settings, self._places, dt)
         output.SetFromVector(memory)
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
+        if not self._is_update(context):
+            output.SetFromVector(context.get_discrete_state(HELD).CopyToVector())
+            return
         memory = self._memory.Eval(context)
         rates = self._imu.Eval(context)[6:9]
         found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, self._mounting.p_BI))
@@ -118,6 +139,7 @@ class Navigation(LeafSystem):
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         discrete_state.set_value(MEMORY, self._memory.Eval(context))
+        discrete_state.set_value(HELD, self._state.Eval(context))
         stamps = [
             port.Eval(context)[0] if port.HasValue(context) else np.nan for port in self._heard
         ]

@@ -13,7 +13,8 @@ from pydrake.systems.framework import (
 )
 from pydrake.systems.primitives import RandomSource
 
-from workbench.systems.sensors.counted_draws import sample_draws
+from workbench.common.compiled import compile_cached
+from workbench.dynamics.air.normals import COUNT, draw_normals
 
 
 def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> RandomSource:
@@ -22,6 +23,21 @@ def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> Random
     builder.AddNamedSystem(f"{port.get_system().get_name()}_noise", source)
     builder.Connect(source.get_output_port(), port)
     return source
+
+
+def counted_draws(seed: float, number: int, draws: np.ndarray) -> None:
+    """Write the standard normal numbers of a sample, any number of them; this gets compiled."""
+    blocks = -(-len(draws) // COUNT)
+    block = np.empty(COUNT)
+    for place in range(len(draws)):
+        if place % COUNT == 0:
+            draw_normals(seed, number * blocks + place // COUNT, block)
+        draws[place] = block[place % COUNT]
+
+
+compiled_draws = compile_cached(
+    counted_draws, ("dynamics/air/normals.py", "systems/noise.py"), "the noise of sensors"
+)
 
 
 class CountedNoise(LeafSystem):
@@ -37,15 +53,15 @@ class CountedNoise(LeafSystem):
 
     def __init__(self, size: int, period: float) -> None:
         super().__init__()
-        self._size, self._period = size, period
+        self._period = period
         self.DeclareNumericParameter(BasicVector([0.0]))
         needs = {self.time_ticket(), self.pn_ticket()}
         self.DeclareVectorOutputPort("draws", size, self._calc, needs)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         number = round(context.get_time() / self._period)
-        seed = int(context.get_numeric_parameter(0)[0])
-        output.SetFromVector(sample_draws(seed, number).standard_normal(self._size))
+        seed = context.get_numeric_parameter(0)[0]
+        compiled_draws(seed, number, output.get_mutable_value())
 
 
 def add_counted_noise(builder: DiagramBuilder, port: InputPort, period: float) -> CountedNoise:

@@ -31,6 +31,7 @@ from workbench.dynamics.vehicle_step import (
     vehicle_wrench,
     voltage_share,
 )
+from workbench.estimation.filters import lowpass
 from workbench.estimation.gyro import (
     STATES,
     GyroSettings,
@@ -42,6 +43,7 @@ from workbench.estimation.gyro import (
     sensed,
     stepped_filters,
 )
+from workbench.estimation.imu import measured
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, laden, payload_of
@@ -102,6 +104,12 @@ class Gyro(NamedTuple):
         rates_by: angular velocity in B by the motion (3, 12).
         sensed_by: angular velocity in W that is sensed, by the motion (3, 12).
         sensed_by_rates: the same by what comes out of the filters (3, 3).
+        force_by: specific force that the accelerometer feels, in B, by motion and acceleration
+            (3, 18).
+        kept: of the accelerometer's low-pass, from its states to these after a sample (6, 6).
+        taken: from a specific force to these (6, 3).
+        smooth: from the states to what comes out (3, 6).
+        through: from a specific force to that (3, 3).
     """
 
     A: np.ndarray
@@ -111,6 +119,11 @@ class Gyro(NamedTuple):
     rates_by: np.ndarray
     sensed_by: np.ndarray
     sensed_by_rates: np.ndarray
+    force_by: np.ndarray
+    kept: np.ndarray
+    taken: np.ndarray
+    smooth: np.ndarray
+    through: np.ndarray
 
 
 class Derivatives:
@@ -156,6 +169,7 @@ class Derivatives:
         self.acceleration = LastCall(self._acceleration)
         self.steady_commands = LastCall(self._steady_commands)
         self.gyro = LastCall(self._gyro)
+        self.p_BI = (0.0, 0.0, 0.0)
         self.set_gains(gains)
 
     def set_gains(self, gains: Mapping[str, float]) -> None:
@@ -180,6 +194,7 @@ class Derivatives:
         self.gyro_every = sample_steps(gyro[0], self._physics_step, steps)
         self.gyro_filters = filters_gyro(gyro, self.gyro_every * self._physics_step)
         self._gyro_filter = gyro_filter(gyro, self.gyro_every * self._physics_step)
+        self._accel_filter = lowpass(gyro[5], 2.0, self.gyro_every * self._physics_step)
         self.gyro.forget()
         self.update.forget()
         self.settled_update.forget()
@@ -302,8 +317,8 @@ class Derivatives:
         )
         return Step(reached, ExtractValue(whole(acceleration)).ravel(), np.vstack(rows))
 
-    def _gyro(self, state: np.ndarray) -> Gyro:
-        """Return the gyro's filters and derivatives at a state of the body (13)."""
+    def _gyro(self, state: np.ndarray, last: np.ndarray) -> Gyro:
+        """Return the gyro's filters and derivatives at a state (13) and an acceleration (6)."""
         known = _seeded(state, state_seeds(state[:4]))
         w_B = body_rates(known)
         rates = ExtractValue(whole(w_B)).ravel()
@@ -323,27 +338,42 @@ class Derivatives:
             rates_by=gradient(w_B, STATE),
             sensed_by=seen[:, :STATE],
             sensed_by_rates=seen[:, STATE:],
+            force_by=self._force_by(state, last),
+            kept=np.kron(np.eye(3), np.array(self._accel_filter[:4]).reshape(2, 2)),
+            taken=np.kron(np.eye(3), np.array(self._accel_filter[4:6])[:, None]),
+            smooth=np.kron(np.eye(3), np.array(self._accel_filter[6:8])[None, :]),
+            through=self._accel_filter[8] * np.eye(3),
         )
 
-    def reading(self, state: np.ndarray) -> np.ndarray:
-        """Return the derivatives of the motion that a controller sees at an update.
+    def _force_by(self, state: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Return the derivatives of what the accelerometer feels by motion and acceleration."""
+        seeds = np.eye(STATE + LAST)
+        moving = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
+        pulled = _seeded(last, seeds[STATE:])
+        return gradient(measured(moving, pulled, self.p_BI)[3:], STATE + LAST)
+
+    def reading(
+        self,
+        gyro: Gyro,
+        motion: np.ndarray,
+        filters: np.ndarray,
+        before: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows of the motion that a controller sees (12), and of the gyro's reading (3).
 
         Args:
-            state: of the body (13).
-
-        Returns:
-            Rows of the motion (12) by motion, acceleration and speeds (18 + n), and the states of
-            the gyro's filters (12).
+            gyro: there.
+            motion: rows of the motion (12).
+            filters: rows of the states of the gyro's filters (12).
+            before: rows of its last reading (3), which counts between samples; None at one.
         """
-        known = STATE + LAST + len(self._rows)
-        rows = np.eye(STATE, known + STATES)
+        rates = before
+        if rates is None:
+            rates = gyro.C @ filters + gyro.D @ (gyro.rates_by @ motion)
+        seen = motion.copy()
         if self.gyro_filters:
-            gyro = self.gyro(state)
-            through = gyro.sensed_by + gyro.sensed_by_rates @ gyro.D @ gyro.rates_by
-            rows[6:9] = 0.0
-            rows[6:9, :STATE] = through
-            rows[6:9, known:] = gyro.sensed_by_rates @ gyro.C
-        return rows
+            seen[6:9] = gyro.sensed_by @ motion + gyro.sensed_by_rates @ rates
+        return seen, rates
 
     def _acceleration(self, state: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return wdot and vdot (6) with the rotors at steady speeds, and their derivatives."""

@@ -1,6 +1,7 @@
 """Names and units of the signals of linear models."""
 
 from workbench.control.controller import Controller
+from workbench.design.linear.estimation import ESTIMATED
 from workbench.design.linear.model import Signal
 
 
@@ -38,6 +39,23 @@ def gyro_states() -> tuple[Signal, ...]:
         for kind in ("notch", "lowpass")
         for number in (1, 2)
     )
+
+
+def accel_states() -> tuple[Signal, ...]:
+    """Return the states of the accelerometer's low-pass."""
+    return tuple(Signal(f"accel_lowpass_{axis}_{k}", "m/s^2") for axis in "xyz" for k in (1, 2))
+
+
+def imu() -> tuple[Signal, ...]:
+    """Return what the IMU gives at a reading."""
+    return tuple(Signal(f"imu_w_{axis}", "rad/s") for axis in "xyz") + tuple(
+        Signal(f"imu_f_{axis}", "m/s^2") for axis in "xyz"
+    )
+
+
+def estimated() -> tuple[Signal, ...]:
+    """Return what estimators remember."""
+    return tuple(Signal(name, unit) for name, unit in ESTIMATED)
 
 
 def yaw_moment() -> tuple[Signal, ...]:

@@ -23,11 +23,15 @@ from workbench.design.linear.derivatives import (
     LastCall,
     Update,
 )
+from workbench.design.linear.estimation import EstimatorModel, estimator_model
 from workbench.design.linear.model import LinearModel, Signal, Trim
 from workbench.design.linear.names import (
+    accel_states,
     accelerations,
+    estimated,
     filtered,
     gyro_states,
+    imu,
     memory_of,
     motion,
     numbered,
@@ -41,20 +45,26 @@ from workbench.design.linear.names import points as points_of
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.trim import find_trim, guidance_of, reference_of, update_inputs
 from workbench.diagram.core import law_gains, live_numbers, make_flight_core, make_vehicle_core
+from workbench.diagram.mounting import find_imu, mounting_of
+from workbench.diagram.sensor_choice import choose_sensors
+from workbench.estimation.estimators import HEARD, TRUTH, find_estimator
+from workbench.estimation.samples import Mounting
 from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
+from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, payload_of
 from workbench.plant.variation import Delays, varied
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import read_configured, read_configured_world
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, check_scenario
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
 from workbench.systems.controller import GAINS, PROBES
 
-GYRO = 12
-"""States of the gyro's filters, see `gyro.STATES`."""
+GYRO, ACCEL, IMU = 12, 6, 6
+"""States of the gyro's filters, see `gyro.STATES`, and of the accelerometer's, and numbers that the
+IMU gives at a reading."""
 RATE = slice(6, 9)
 """Places of the angular velocity among the motion."""
 FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass")
@@ -62,19 +72,28 @@ FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass
 SAME = 1e-12
 """Attitudes and rates closer than this have the same derivatives of a step."""
 HOVER = OperatingPoint()
-REMOVABLE = frozenset(signal.name for signal in (*gyro_states(), *filtered()[3:]))
-"""States of filters, which a model has where they are on."""
+REMOVABLE = frozenset(
+    signal.name
+    for signal in (*gyro_states(), *filtered()[3:], *accel_states(), *imu(), *estimated())
+)
+"""States of filters and estimators, which a model has where they are on."""
 
 
 def sampled_model(
-    derivatives: Derivatives, trim: Trim, rates: Rates, rate: float, delays: Delays
+    derivatives: Derivatives,
+    trim: Trim,
+    rates: Rates,
+    rate: float,
+    delays: Delays,
+    estimator: EstimatorModel | None = None,
 ) -> LinearModel:
     """Return the linear model of a control period.
 
     States are those at an update, before it: the motion, the acceleration in the middle of the
-    step before, rotor speeds, those of the gyro's filters, commands that act or are still to act,
-    what the stages before the law remember, the motions that a delayed controller is still to see,
-    and what the law remembers. Outputs are those at the update. Filters that are off have states,
+    step before, rotor speeds, those of the filters of gyro and accelerometer, what the IMU gives,
+    what the estimator remembers, commands that act or are still to act, what the stages before the
+    law remember, the motions that a delayed controller is still to see, and what the law remembers.
+    Outputs are those at the update. Filters that are off have states,
     too; `LinearModel.lean` leaves them out.
 
     Between updates the vehicle takes physics steps under held commands; the first still has the old
@@ -87,6 +106,7 @@ def sampled_model(
         rates: of physics and control.
         rate: of the acceleration estimate [1/s].
         delays: of sensing and commands.
+        estimator: at the trim, where the law does not know the true motion.
 
     Raises:
         WorkbenchError: for a turn with a delay of sensing, which has no such model.
@@ -99,22 +119,30 @@ def sampled_model(
     n, k = trim.speeds.size, trim.memory.size
     count = len(derivatives.controller.points)
     update = derivatives.update(*update_inputs(trim, rate))
-    sizes = (STATE, LAST, n, GYRO, *[n] * waiting, FILTERED, *[STATE] * late, k)
+    e = len(estimator.names) if estimator else 0
+    sizes = (STATE, LAST, n, GYRO, ACCEL, IMU, e, *[n] * waiting, FILTERED, *[STATE] * late, k)
     at = np.cumsum([0, *sizes])
     size = int(at[-1])
     groups = [slice(int(a), int(b)) for a, b in zip(at[:-1], at[1:], strict=True)]
-    s, last, speed, gyro = groups[:4]
-    commands, before, older = groups[4 : 4 + waiting], groups[4 + waiting], groups[5 + waiting :]
+    s, last, speed, gyro, accel, sample, known_motion = groups[:7]
+    commands, before, older = groups[7 : 7 + waiting], groups[7 + waiting], groups[8 + waiting :]
     memory = older.pop()
-    moving = slice(0, gyro.stop)
+    moving = slice(0, accel.stop)
 
     inputs = REFERENCE + HELD + count + STATE
     asked, noise = slice(0, REFERENCE + HELD + count), slice(REFERENCE + HELD + count, inputs)
     known = STATE + FILTERED + n
-    seen = np.zeros((known + k, size))
-    seen[:STATE, older[-1] if late else moving] = (
-        np.eye(STATE) if late else derivatives.reading(trim.state)
+    whole = np.eye(size)
+    now_seen, rates_read = derivatives.reading(
+        derivatives.gyro(trim.state, np.concatenate([np.zeros(3), trim.vdot_WB])),
+        whole[s],
+        whole[gyro],
     )
+    if estimator:
+        heard = np.vstack([whole[s], whole[sample], rates_read, whole[known_motion]])
+        now_seen = estimator.seen_by @ heard
+    seen = np.zeros((known + k, size))
+    seen[:STATE] = whole[older[-1]] if late else now_seen
     seen[STATE : STATE + FILTERED, before] = np.eye(FILTERED)
     seen[STATE + FILTERED : known, commands[0]] = np.eye(n)
     seen[known:, memory] = np.eye(k)
@@ -127,7 +155,6 @@ def sampled_model(
         return np.hstack([rows[:, :known], rows[:, known + asked.stop :]]) @ seen, by_inputs
 
     A, B = np.zeros((size, size)), np.zeros((size, inputs))
-    whole = np.eye(size)
     now = of_update(update.commands_by)
     # rows of commands by their age in updates, the newest first
     acting = [now, *((whole[each], np.zeros((n, inputs))) for each in commands)]
@@ -136,13 +163,18 @@ def sampled_model(
         A[memory], B[memory] = of_update(update.memory_by)
     signals, signals_in = of_update(update.signals_by)
     held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
-    after, readings = _states_of_period(derivatives, trim, update, rates, held)
+    after, sampled, readings = _states_of_period(derivatives, trim, update, rates, held)
     A[moving], B[moving] = after
+    A[sample], B[sample] = sampled
+    if estimator:
+        A[known_motion] = estimator.memory_by @ heard
     for each, (by_state, by_input) in zip(commands, acting, strict=False):
         A[each], B[each] = by_state, by_input
     for each, newer in zip(older[1:], older, strict=False):
         A[each] = whole[newer]
-    if late:
+    if late and estimator:  # between updates the estimate stays
+        A[older[0]] = now_seen
+    elif late:
         A[older[0]], B[older[0]] = readings[look]
 
     turn = np.eye(size)
@@ -163,7 +195,7 @@ def sampled_model(
         output_matrix=C,
         feedthrough=D,
         period=rates.control_period,
-        states=(*_states(n, waiting, late), *memory_of(derivatives.controller)),
+        states=(*_states(n, waiting, late, estimator), *memory_of(derivatives.controller)),
         inputs=(*references(), *points(derivatives.controller), *motion("noise_")),
         outputs=outputs(n, derivatives.controller),
         trim=trim,
@@ -172,7 +204,12 @@ def sampled_model(
 
 
 def plant_input_model(
-    derivatives: Derivatives, model: LinearModel, rates: Rates, rate: float, delays: Delays
+    derivatives: Derivatives,
+    model: LinearModel,
+    rates: Rates,
+    rate: float,
+    delays: Delays,
+    estimator: EstimatorModel | None = None,
 ) -> LinearModel:
     """Return a sampled model's closed loop with the plant's input as its inputs and outputs.
 
@@ -186,13 +223,15 @@ def plant_input_model(
         rates: of physics and control.
         rate: of the acceleration estimate [1/s].
         delays: of sensing and commands.
+        estimator: see there.
     """
     trim, size, signals = model.trim, len(model.A), wrench()
     late, look = delays.seen
     age, since = delays.acting
     waiting = age + 1 if since else age
     n = trim.speeds.size
-    moving, axes = STATE + LAST + n + GYRO, len(signals)
+    moving, axes = STATE + LAST + n + GYRO + ACCEL, len(signals)
+    first_command = moving + IMU + (len(estimator.names) if estimator else 0)
     wrench_by, commands_by = derivatives.allocation_at(trim.commands)
     columns, inputs = moving + axes * waiting, np.zeros((n, axes))
     acting = [(np.zeros((n, columns)), commands_by)]
@@ -202,7 +241,7 @@ def plant_input_model(
         acting.append((by_state, inputs))
     held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
     update = derivatives.update(*update_inputs(trim, rate))
-    after, readings = _states_of_period(derivatives, trim, update, rates, held)
+    after, sampled, readings = _states_of_period(derivatives, trim, update, rates, held)
 
     def injections(rows: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
         """Return rows by what is injected now, and by what was before."""
@@ -210,8 +249,9 @@ def plant_input_model(
 
     injected = np.zeros((size, axes * (waiting + 1)))
     injected[:moving] = injections(after)
-    if late:
-        seen = moving + n * waiting + FILTERED
+    injected[moving : moving + IMU] = injections(sampled)
+    if late and not estimator:
+        seen = first_command + n * waiting + FILTERED
         injected[seen : seen + STATE] = injections(readings[look])
     angle = trim.point.yaw_rate * rates.control_period
     for first, vectors in ((0, 4), (STATE, 2)):
@@ -222,7 +262,9 @@ def plant_input_model(
     A[:size, :size], A[:size, size:] = model.A, injected[:, axes:]
     A[size + axes :, size:-axes] = np.eye(old - axes)
     B = np.vstack([injected[:, :axes], np.eye(old, axes)])
-    newest = slice(moving, moving + n)  # commands after the update are the newest of the states
+    newest = slice(
+        first_command, first_command + n
+    )  # commands after the update are the newest of the states
     C = np.hstack([wrench_by @ model.A[newest], np.zeros((axes, old))])
     names = tuple(
         Signal(f"{signal.name}_{before + 1}_before", signal.unit)
@@ -247,8 +289,8 @@ Rows = tuple[np.ndarray, np.ndarray]
 
 def _states_of_period(
     derivatives: Derivatives, trim: Trim, update: Update, rates: Rates, held: list[Rows]
-) -> tuple[Rows, list[Rows]]:
-    """Return what a control period makes of motion, acceleration, speeds and the gyro's filters.
+) -> tuple[Rows, Rows, list[Rows]]:
+    """Return what a control period makes of motion, acceleration, speeds and the IMU's filters.
 
     Args:
         derivatives: of what flies.
@@ -258,8 +300,9 @@ def _states_of_period(
         held: rows of the commands that act in each step.
 
     Returns:
-        Rows of all that after the period; and those of the motion (12), as a controller would see
-        it, before each physics step.
+        Rows of all that after the period; those of what the IMU then gives (6), see
+        `vehicle_dynamics.read_imu`; and those of the motion (12), as a controller on the truth
+        would see it, before each physics step.
     """
     at, speeds = trim.state, trim.speeds
     since = heading_turn(0.5 * trim.point.yaw_rate * rates.physics_step, 2)
@@ -267,26 +310,41 @@ def _states_of_period(
     step = derivatives.step(at, last, speeds, update.commands)
     count, every = step.by.shape[0], derivatives.gyro_every
     columns, inputs = held[0][0].shape[1], held[0][1].shape[1]
-    both = np.eye(count + GYRO, columns + inputs)
-    rates_read = np.zeros((3, both.shape[1]))
+    both = np.eye(count + GYRO + ACCEL, columns + inputs)
+    filters, accel = slice(count, count + GYRO), slice(count + GYRO, count + GYRO + ACCEL)
+    sums = np.zeros((IMU, columns + inputs))
+    rates_read, before = np.zeros((2, 3, columns + inputs))
     readings = []
-    for number, rows in enumerate(held):
+    for number in range(len(held) + 1):
         if number and not _alike(at, step.state):
             at, last = step.state, step.last
             step = derivatives.step(at, last, speeds, update.commands)
-        gyro = derivatives.gyro(at)
-        filters, motion_rows = both[count:], both[:STATE]
+        gyro, moves = derivatives.gyro(at, last), both[:count]
+        force = gyro.force_by @ moves[: STATE + LAST]
         if number % every == 0:
-            w_B = gyro.rates_by @ motion_rows
-            rates_read = gyro.C @ filters + gyro.D @ w_B
-            filters = gyro.A @ filters + gyro.B @ w_B
-        reading = motion_rows.copy()
-        if derivatives.gyro_filters:
-            reading[RATE] = gyro.sensed_by @ motion_rows + gyro.sensed_by_rates @ rates_read
+            w_B = gyro.rates_by @ moves[:STATE]
+            smooth = gyro.smooth @ both[accel] + gyro.through @ force
+            if number:
+                sums += every * np.vstack([0.5 * (before + w_B), smooth])
+            before = w_B
+        if number == len(held):
+            break
+        reading, rates_read = derivatives.reading(
+            gyro, moves[:STATE], both[filters], rates_read if number % every else None
+        )
         readings.append(reading)
-        moved = step.by[:, :count] @ both[:count] + step.by[:, count:] @ np.hstack(rows)
-        both = np.vstack([moved, filters])
-    return _parted(both, columns), [_parted(each, columns) for each in readings]
+        after = both.copy()
+        if number % every == 0:
+            after[filters] = gyro.A @ both[filters] + gyro.B @ w_B
+            after[accel] = gyro.kept @ both[accel] + gyro.taken @ force
+        after[:count] = step.by[:, :count] @ moves + step.by[:, count:] @ np.hstack(held[number])
+        both = after
+    sums /= len(held)
+    return (
+        _parted(both, columns),
+        _parted(sums, columns),
+        [_parted(each, columns) for each in readings],
+    )
 
 
 def _parted(both: np.ndarray, columns: int) -> Rows:
@@ -300,7 +358,9 @@ def _alike(one: np.ndarray, other: np.ndarray) -> bool:
     return bool(np.abs(one[turning] - other[turning]).max() < SAME)
 
 
-def _states(n: int, waiting: int, late: int) -> tuple[Signal, ...]:
+def _states(
+    n: int, waiting: int, late: int, estimator: EstimatorModel | None
+) -> tuple[Signal, ...]:
     commands = (
         signal
         for age in range(waiting)
@@ -312,6 +372,9 @@ def _states(n: int, waiting: int, late: int) -> tuple[Signal, ...]:
         *accelerations(),
         *numbered("speed", n, "rad/s"),
         *gyro_states(),
+        *accel_states(),
+        *imu(),
+        *(Signal(*each) for each in (estimator.names if estimator else ())),
         *commands,
         *filtered(),
         *seen,
@@ -491,6 +554,20 @@ class LinearStudy:
             self.controller, self._flown, self.vehicle, self.gains, self.scenario.rates
         )
         _, self._rate = sampled_estimate(self.scenario.rates.control_period)
+        self._mounting: Mounting | None = None
+        self._duties: dict[str, float] = {}
+        if self.scenario.estimator != TRUTH:
+            imu = find_imu(self.vehicle, noise=False)
+            choices = choose_sensors(self.vehicle, self.scenario)
+            home = read_configured_world(self.scenario).home or DEFAULT_HOME
+            self._mounting = mounting_of(imu, choices, home)
+            self._duties = {
+                each.sensor.kind: min(1.0, self.scenario.rates.control_period / each.period)
+                for each in reversed(choices)
+                if each.sensor.kind in HEARD
+            }
+            self._derivatives.p_BI = imu.p_BS
+        self._estimators = LastCall(self._estimator_with)
         self._bare_vehicle = LastCall(self._vehicle_with)
         self._continuous = LastCall(self._flight_with)
 
@@ -523,7 +600,7 @@ class LinearStudy:
 
         Arguments and exceptions are those of `trim`.
         """
-        return self._sampled(point, gains).lean(REMOVABLE)
+        return self._sampled(point, gains)[0].lean(REMOVABLE)
 
     def plant_input(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -532,9 +609,9 @@ class LinearStudy:
 
         Arguments and exceptions are those of `trim`.
         """
-        model = self._sampled(point, gains)
+        model, estimator = self._sampled(point, gains)
         return plant_input_model(
-            self._derivatives, model, self.scenario.rates, self._rate, self._delays
+            self._derivatives, model, self.scenario.rates, self._rate, self._delays, estimator
         ).lean(REMOVABLE)
 
     def continuous(
@@ -545,6 +622,11 @@ class LinearStudy:
         Arguments and exceptions are those of `trim`.
         """
         trim, values = self.trim(point, gains), self._values(gains)
+        if self.scenario.estimator != TRUTH:
+            raise WorkbenchError(
+                f"the estimator {self.scenario.estimator} is sampled, so there is no model of it "
+                "without sampling: leave --time continuous out, or take `--estimator truth`"
+            )
         if any(values[name] for name in FILTERS):
             raise WorkbenchError(
                 "filters are sampled, so there is no model of them without sampling: leave --time "
@@ -564,9 +646,41 @@ class LinearStudy:
         core = self._bare_vehicle(np.array(payload_of(values)))
         return core.model(trim, values)
 
-    def _sampled(self, point: OperatingPoint, gains: Mapping[str, float] | None) -> LinearModel:
+    def _sampled(
+        self, point: OperatingPoint, gains: Mapping[str, float] | None
+    ) -> tuple[LinearModel, EstimatorModel | None]:
         trim = self.trim(point, gains)
-        return sampled_model(self._derivatives, trim, self.scenario.rates, self._rate, self._delays)
+        estimator = self._estimator_at(trim, self._values(gains))
+        rates, delays = self.scenario.rates, self._delays
+        found = sampled_model(self._derivatives, trim, rates, self._rate, delays, estimator)
+        return found, estimator
+
+    def _estimator_at(self, trim: Trim, values: Mapping[str, float]) -> EstimatorModel | None:
+        """Return the estimator's model at a trim; the last one is kept.
+
+        Raises:
+            WorkbenchError: in a turn, which has none.
+        """
+        estimator = find_estimator(self.scenario.estimator)
+        if not estimator:
+            return None
+        if trim.point.yaw_rate:
+            raise WorkbenchError(
+                f"a turn cannot be linearised with the estimator {estimator.name}: ask for a yaw "
+                "rate of 0, or judge on the truth"
+            )
+        settings = np.array([values[name] for name in estimator.settings._fields])
+        return self._estimators(settings, trim.state, trim.vdot_WB)
+
+    def _estimator_with(
+        self, settings: np.ndarray, state: np.ndarray, vdot_WB: np.ndarray
+    ) -> EstimatorModel:
+        estimator = find_estimator(self.scenario.estimator)
+        assert estimator and self._mounting
+        period = self.scenario.rates.control_period
+        return estimator_model(
+            estimator, settings, self._mounting, self._duties, period, state, vdot_WB
+        )
 
     @property
     def _delays(self) -> Delays:

@@ -1,0 +1,312 @@
+"""An estimator at an operating point: linear, with its gain settled.
+
+Sensors measure at rates of their own, and between their samples the estimator goes by the IMU. A
+linear model of one control period takes each of them as measuring at every update with so much
+less weight as it measures less often: the same information in the same time.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.dynamics.rigid_body import into_body, rotation
+from workbench.estimation import complementary, ekf
+from workbench.estimation.ekf import crossed, into_world
+from workbench.estimation.estimators import EKF, Estimator
+from workbench.estimation.samples import (
+    BAROMETER,
+    GPS,
+    MAGNETOMETER,
+    RANGE_FINDER,
+    SAMPLES,
+    Mounting,
+)
+
+DOUBLINGS = 16
+"""The covariance is that after 2^16 control periods: 512 s at 128 Hz."""
+DIFFERENCE = 1e-6
+"""By which numbers differ for derivatives."""
+MOTION, IMU, RATES = 12, 6, 3
+"""Sizes of true motion, mean sample of the IMU, and of what comes out of the gyro's filters."""
+FLAGS = {
+    "gps": GPS,
+    "barometer": BAROMETER,
+    "magnetometer": MAGNETOMETER,
+    "range_finder": RANGE_FINDER,
+}
+"""Place of a sensor's flag among samples, by its kind."""
+MEASURES = {
+    "gps": slice(0, 6),
+    "barometer": slice(6, 7),
+    "magnetometer": slice(7, 8),
+    "range_finder": slice(8, 9),
+}
+"""Rows of `ekf.rows_of` that a sensor fills."""
+
+
+@dataclass(frozen=True)
+class EstimatorModel:
+    """An update of an estimator, and its derivatives.
+
+    Columns are the true motion (12), the mean sample of the IMU since the update before (6), the
+    filtered angular velocity (3), and what the estimator remembers (e).
+
+    Attributes:
+        memory_by: rows of what it remembers after the update (e).
+        seen_by: rows of the motion that it gives the controller (12).
+        names: of what it remembers, with their units.
+    """
+
+    memory_by: np.ndarray
+    seen_by: np.ndarray
+    names: tuple[tuple[str, str], ...]
+
+
+def estimator_model(
+    estimator: Estimator,
+    settings: np.ndarray,
+    mounting: Mounting,
+    duties: dict[str, float],
+    period: float,
+    state: np.ndarray,
+    vdot_WB: np.ndarray,
+) -> EstimatorModel:
+    """Return an estimator's linear update in a steady flight.
+
+    Args:
+        estimator: which one.
+        settings: its live numbers, in order.
+        mounting: of the sensors.
+        duties: samples per update of each kind of sensor that measures, at most 1.
+        period: between updates [s].
+        state: of the body (13); it does not turn.
+        vdot_WB: acceleration in W (3) [m/s²].
+    """
+    places = mounting.packed()
+    pull = (vdot_WB[0], vdot_WB[1], vdot_WB[2] + ekf.GRAVITY)
+    force = np.array(into_body(rotation(state[0:4]), pull))
+    imu = np.concatenate([np.zeros(3), force])
+    if estimator.name == EKF:
+        update, begin = _settled_ekf(settings, places, duties, period, state, imu)
+        names = _NOMINAL
+    else:
+        update, begin = _averaged(settings, places, duties, period, state)
+        names = (*_NOMINAL, *_LAST)
+
+    def updated(errors: np.ndarray) -> np.ndarray:
+        """Return memory and motion seen after an update, as differences from the steady flight."""
+        motion, sample, rates, memory = np.split(errors, np.cumsum([MOTION, IMU, RATES]))
+        true = _moved(state, motion)
+        z = perfect_samples(true, imu + sample, places)
+        after = update(_added(begin, memory), z)
+        seen = np.array(ekf.estimate(after[: ekf.NOMINAL], rates, mounting.p_BI))
+        seen[7:10] = into_world(rotation(seen[:4].tolist()), seen[7:10].tolist())
+        return np.concatenate([_difference(begin, after), _motion(state, seen)])
+
+    size = MOTION + IMU + RATES + len(names)
+    columns = [
+        (updated(DIFFERENCE * seed) - updated(-DIFFERENCE * seed)) / (2.0 * DIFFERENCE)
+        for seed in np.eye(size)
+    ]
+    by = np.array(columns).T
+    return EstimatorModel(by[: len(names)], by[len(names) :], names)
+
+
+_NOMINAL = tuple(
+    (f"estimated_{name}_{axis}", unit)
+    for name, unit in (
+        ("angle", "rad"),
+        ("p", "m"),
+        ("v", "m/s"),
+        ("gyro_bias", "rad/s"),
+        ("accel_bias", "m/s^2"),
+    )
+    for axis in "xyz"
+)
+_LAST = (
+    *((f"gps_p_{axis}", "m") for axis in "xyz"),
+    *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
+    ("barometer_height", "m"),
+)
+ESTIMATED = (*_NOMINAL, *_LAST)
+"""All names of what estimators remember."""
+
+
+def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return what perfect sensors give of a motion, each of them now; see `estimation.samples`.
+
+    Args:
+        state: of the body (13).
+        imu: mean angular velocity and specific force in B (6).
+        places: see `samples.Mounting.packed`.
+    """
+    R = rotation(state[0:4].tolist())
+    w_B = into_body(R, state[7:10].tolist())
+    z = np.zeros(SAMPLES)
+    z[:6] = imu
+    z[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
+    z[GPS + 2 : GPS + 5] = state[4:7] + into_world(R, places[3:6])
+    z[GPS + 5 : GPS + 8] = state[10:13] + into_world(R, crossed(w_B, places[3:6]))
+    z[BAROMETER + 1] = state[6] + into_world(R, places[6:9])[2]
+    z[MAGNETOMETER + 1 : MAGNETOMETER + 4] = into_body(R, places[15:18])
+    down = -into_world(R, places[12:15])[2]
+    z[RANGE_FINDER] = float(down > ekf.LEAST_LOOK)
+    z[RANGE_FINDER + 1] = (state[6] + into_world(R, places[9:12])[2]) / max(down, ekf.LEAST_LOOK)
+    return z
+
+
+def settled_gain(
+    settings: np.ndarray,
+    places: np.ndarray,
+    duties: dict[str, float],
+    period: float,
+    x: np.ndarray,
+    z: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return gain K (15, 10) and covariance P before an update (15, 15) of a settled EKF.
+
+    P is the 2^k-th step from 0 of the Riccati recursion, by the structure-preserving doubling
+    algorithm: E. Chu, H. Fan, W. Lin and C. Wang, Structure-preserving algorithms for periodic
+    discrete-time algebraic Riccati equations, International Journal of Control 77(8), 2004. So
+    what no sensor sees, as a heading without magnetometer, is no failure: its covariance has grown.
+
+    Args:
+        settings: see `ekf.EkfSettings`.
+        places: see `samples.Mounting.packed`.
+        duties: see `estimator_model`.
+        period: between updates [s].
+        x: nominal state (16).
+        z: perfect samples in the steady flight.
+    """
+    F = np.eye(ekf.ERRORS)
+    rows = np.empty((9, ekf.ERRORS))
+    ekf.transition(x, z[:6], period, rows)
+    F[:9] = rows
+    Q = np.zeros((ekf.ERRORS, ekf.ERRORS))
+    still = np.zeros((9, ekf.ERRORS))
+    ekf.spread(Q, still, settings, period)
+    H, gaps = np.empty((ekf.CHANNELS, ekf.ERRORS)), np.empty((ekf.CHANNELS, 2))
+    ekf.rows_of(x, z, places, settings, H, gaps)
+    information = np.zeros(ekf.CHANNELS)
+    for kind, duty in duties.items():
+        variance = gaps[MEASURES[kind], 1]
+        information[MEASURES[kind]] = np.where(variance > 0.0, duty / variance, 0.0)
+    information = np.nan_to_num(information)
+    A, G, P = F.T, H.T @ (information[:, None] * H), Q
+    for _ in range(DOUBLINGS):
+        W = np.linalg.solve(np.eye(ekf.ERRORS) + G @ P, np.hstack([A, G]))
+        WA, WG = W[:, : ekf.ERRORS], W[:, ekf.ERRORS :]
+        A, G, P = A @ WA, G + A @ WG @ A.T, P + A.T @ P @ WA
+        P = 0.5 * (P + P.T)
+    after = np.linalg.solve(np.eye(ekf.ERRORS) + P @ (H.T @ (information[:, None] * H)), P)
+    return after @ H.T * information, P
+
+
+Update = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def _settled_ekf(
+    settings: np.ndarray,
+    places: np.ndarray,
+    duties: dict[str, float],
+    period: float,
+    state: np.ndarray,
+    imu: np.ndarray,
+) -> tuple[Update, np.ndarray]:
+    """Return an update with the settled gain, and the nominal state in the steady flight."""
+    begin = ekf.initial(state, places[0:3], ekf.InitialDeviations())[: ekf.NOMINAL]
+    K, _ = settled_gain(
+        settings, places, duties, period, begin, perfect_samples(state, imu, places)
+    )
+
+    def update(x: np.ndarray, z: np.ndarray) -> np.ndarray:
+        before = np.array(ekf.propagated(x, z[:6], period))
+        H, gaps = np.empty((ekf.CHANNELS, ekf.ERRORS)), np.empty((ekf.CHANNELS, 2))
+        ekf.rows_of(before, z, places, settings, H, gaps)
+        return np.array(ekf.corrected(before, K @ np.nan_to_num(gaps[:, 0])))
+
+    # it moves on by a period in an update; what it begins with is that at the update before
+    back = np.array(begin)
+    back[4:7] -= period * state[10:13]
+    return update, back
+
+
+def _averaged(
+    settings: np.ndarray,
+    places: np.ndarray,
+    duties: dict[str, float],
+    period: float,
+    state: np.ndarray,
+) -> tuple[Update, np.ndarray]:
+    """Return the mean of updates with and without each sample, and its memory in steady flight."""
+    begin = complementary.initial(state, places[0:3])
+    begin[complementary.LAST] = float("gps" in duties)
+    begin[complementary.LAST + 1] = float("barometer" in duties)
+    begin[complementary.LAST + 4 : complementary.LAST + 7] = begin[4:7]
+    begin[complementary.LAST + 7 : complementary.LAST + 10] = begin[7:10]
+    begin[complementary.LAST + 10] = begin[6]
+    back = begin.copy()
+    for place in (slice(4, 7), slice(complementary.LAST + 4, complementary.LAST + 7)):
+        back[place] -= period * state[10:13]
+    back[complementary.LAST + 10] -= period * state[12]
+
+    def one(memory: np.ndarray, z: np.ndarray) -> np.ndarray:
+        after = memory.copy()
+        complementary.update(after, z, settings, places, period)
+        return after
+
+    def update(memory: np.ndarray, z: np.ndarray) -> np.ndarray:
+        none = z.copy()
+        none[list(FLAGS.values())] = 0.0
+        without = one(memory, none)
+        found = without.copy()
+        for kind, duty in duties.items():
+            some = none.copy()
+            some[FLAGS[kind]] = z[FLAGS[kind]]
+            found += duty * (one(memory, some) - without)
+        return found
+
+    return update, back
+
+
+def _moved(state: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return a state of the body (13) moved by angles in W, place, angular velocity, velocity."""
+    moved = state.copy()
+    R = rotation(state[:4].tolist())
+    moved[:4] = ekf.turned_by(state[:4].tolist(), into_body(R, motion[:3].tolist()))
+    moved[4:7] += motion[3:6]
+    moved[7:] += motion[6:]
+    return moved
+
+
+def _motion(state: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return how a state of the body differs from another (12), the inverse of `_moved`."""
+    R = rotation(state[:4].tolist())
+    angles = into_world(R, _turn(state[:4], other[:4]))
+    return np.concatenate([angles, other[4:] - state[4:]])
+
+
+def _turn(q: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the small turn in B from an attitude to another (3)."""
+    w, x, y, z = q
+    rows = np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
+    turn: np.ndarray = 2.0 * rows @ other
+    return turn
+
+
+def _added(begin: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Return a memory with errors taken into it: of the nominal state (15), then of the rest."""
+    found = begin.copy()
+    found[: ekf.NOMINAL] = ekf.corrected(begin[: ekf.NOMINAL], error[: ekf.ERRORS])
+    found[-(len(error) - ekf.ERRORS) or len(found) :] += error[ekf.ERRORS :]
+    return found
+
+
+def _difference(begin: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the errors of a memory, the inverse of `_added`."""
+    nominal = np.concatenate(
+        [_turn(begin[:4], after[:4]), after[4 : ekf.NOMINAL] - begin[4 : ekf.NOMINAL]]
+    )
+    rest = after[ekf.NOMINAL + 4 :] - begin[ekf.NOMINAL + 4 :]
+    return np.concatenate([nominal, rest])
