@@ -51,9 +51,9 @@ class ComplementarySettings(NamedTuple):
 
     complementary_kp: float = 0.5
     complementary_ki: float = 0.02
-    complementary_position_time: float = 1.5
-    complementary_velocity_time: float = 0.5
-    complementary_height_time: float = 1.0
+    complementary_position_time: float = 4.0
+    complementary_velocity_time: float = 1.0
+    complementary_height_time: float = 2.0
 
 
 @register_jitable
