@@ -86,5 +86,5 @@ def test_a_wish_bounds_the_noise_of_the_rotors_commands():
     *_, every = noise_effects(study, OperatingPoint(), {"gyro_lowpass": 60.0})
     assert found[0] == pytest.approx(every.worst_command, rel=1e-6)
     assert found[1] > 1.1 * found[0]
-    plain = Instruments(Scenario(estimator="ekf"), {}).measure([{}], [wanted])
-    assert plain[0, 0] > 1.2 * found[0]
+    plain = Instruments(Scenario(estimator="ekf"), {})
+    assert plain.measure([plain.base], [wanted])[0, 0] > 1.2 * found[0]
