@@ -12,7 +12,12 @@ from workbench.control.controller import Controller
 from workbench.control.flight_mode import Settings
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.diagram.core import add_computer, parameter_values
-from workbench.diagram.mounting import find_imu, magnetometer_turn, mounting_of
+from workbench.diagram.mounting import (
+    deviations_at_start,
+    find_imu,
+    magnetometer_turn,
+    mounting_of,
+)
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
@@ -140,6 +145,7 @@ def make_workbench(
                 settings=gains,
                 mounting=mounting_of(imu, sensors, home),
                 turn_BM=magnetometer_turn(sensors),
+                known=deviations_at_start(imu),
                 home=home,
                 period=rates.control_period,
             ),
@@ -178,6 +184,8 @@ def make_workbench(
         signals |= {
             "estimate": navigation.GetOutputPort("state"),
             "deviations": navigation.GetOutputPort("deviations"),
+            "covariance": navigation.GetOutputPort("covariance"),
+            "innovations": navigation.GetOutputPort("innovations"),
         }
     frames = _add_frames(builder, airframe, description, vehicle, world)
     obstacles = None

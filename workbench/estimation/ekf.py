@@ -38,6 +38,18 @@ Signal = Any
 ERRORS, NOMINAL, CHANNELS = 15, 16, 10
 """Sizes of the error and of the nominal state, and numbers that are measured: place and velocity
 of the antenna (6), height, heading, distance, and one place to spare."""
+NAMES = (
+    "gps_x",
+    "gps_y",
+    "gps_z",
+    "gps_v_x",
+    "gps_v_y",
+    "gps_v_z",
+    "barometer",
+    "magnetometer",
+    "range_finder",
+)
+"""Of the numbers that are measured."""
 COVARIANCE = NOMINAL
 INNOVATIONS = COVARIANCE + ERRORS * ERRORS
 SIZE = INNOVATIONS + 2 * CHANNELS
@@ -64,13 +76,16 @@ class EkfSettings(NamedTuple):
 
 
 class InitialDeviations(NamedTuple):
-    """How far the estimate may be off at the start: standard deviations of its errors."""
+    """How far the estimate may be off at the start: standard deviations of its errors.
 
-    attitude: float = 0.005
+    The defaults are what the shipped drone's sensors settle to within a minute.
+    """
+
+    attitude: float = 0.001
     position: float = 0.05
-    velocity: float = 0.02
-    gyro_bias: float = 0.002
-    accel_bias: float = 0.02
+    velocity: float = 0.01
+    gyro_bias: float = 1e-4
+    accel_bias: float = 0.005
 
 
 @register_jitable(forceinline=True)

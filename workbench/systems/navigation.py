@@ -10,7 +10,7 @@ from pymap3d.enu import geodetic2enu
 
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.estimation import ekf
-from workbench.estimation.estimators import HEARD, Estimator, find_estimator
+from workbench.estimation.estimators import HEARD, TRIANGLE, Estimator, find_estimator
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -53,6 +53,7 @@ class Navigation(LeafSystem):
         state (13): estimated q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s]; the angular velocity
             is that of the gyro's filters, less its bias.
         deviations (15): of the errors, see `ekf`.
+        covariance (45), innovations (20): see `Estimator`.
     Numeric parameter 0: the estimator's settings.
 
     Args:
@@ -60,6 +61,7 @@ class Navigation(LeafSystem):
         settings: its live numbers by name.
         mounting: of the sensors.
         turn_BM: orientation of the magnetometer, rows of the matrix (3, 3).
+        known: how far the estimate may be off at the start.
         home: where the world's origin lies.
         period: between updates [s].
     """
@@ -71,6 +73,7 @@ class Navigation(LeafSystem):
         settings: Mapping[str, float],
         mounting: Mounting,
         turn_BM: np.ndarray,
+        known: ekf.InitialDeviations,
         home: Home,
         period: float,
     ) -> None:
@@ -79,8 +82,9 @@ class Navigation(LeafSystem):
         self._run = compiled_update(estimator.name)
         self._mounting, self._places = mounting, mounting.packed()
         self._R_BM, self._home, self._period = np.array(turn_BM), home, period
+        self._known = known
         still = np.array([1.0, *[0.0] * 12])
-        memory = estimator.begin(still, mounting, np.zeros(ekf.ERRORS))
+        memory = estimator.begin(still, mounting, np.zeros(ekf.ERRORS), known)
         names = estimator.settings._fields
         self.DeclareNumericParameter(BasicVector([settings[name] for name in names]))
         self.DeclareDiscreteState(memory)
@@ -91,6 +95,8 @@ class Navigation(LeafSystem):
         self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
         self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
         self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
+        self.DeclareVectorOutputPort("covariance", len(TRIANGLE[0]), self._calc_covariance)
+        self.DeclareVectorOutputPort("innovations", 2 * ekf.CHANNELS, self._calc_innovations)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def begin(self, context: Context, state: np.ndarray, seed: int | None) -> None:
@@ -104,7 +110,8 @@ class Navigation(LeafSystem):
         drawn = np.zeros(ekf.ERRORS)
         if seed is not None:
             drawn = np.random.Generator(np.random.Philox(key=seed)).standard_normal(ekf.ERRORS)
-        context.SetDiscreteState(MEMORY, self.estimator.begin(state, self._mounting, drawn))
+        memory = self.estimator.begin(state, self._mounting, drawn, self._known)
+        context.SetDiscreteState(MEMORY, memory)
         context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
         context.SetDiscreteState(HELD, state)
 
@@ -136,6 +143,12 @@ class Navigation(LeafSystem):
 
     def _calc_deviations(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.estimator.deviations(self._memory.Eval(context)))
+
+    def _calc_covariance(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.estimator.covariance(self._memory.Eval(context)))
+
+    def _calc_innovations(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.estimator.innovations(self._memory.Eval(context)))
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         discrete_state.set_value(MEMORY, self._memory.Eval(context))
