@@ -40,3 +40,27 @@ def test_a_name_of_none_is_refused(command, refused):
     said = refused(*command.split(), "--estimator", "efk")
     assert "unknown estimator 'efk'" in said
     assert "ekf" in said
+
+
+def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):
+    short = ("fly", "hover", "--duration", "2", "--output", out)
+    said = run(*short, "--estimator", "ekf")
+    assert said.code == 0, said.err
+    assert "NEES of attitude, position and velocity" in said.out
+    assert "magnetometer" in said.out
+    picture = out / "hover-estimate.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    picture.unlink()
+    found = run(*short, "--estimator", "complementary", "--no-plots", "--json").json
+    states = {row["name"]: row for row in found["estimate"]["states"]}
+    assert states["x"]["unit"] == "m"
+    assert 0.0 < states["x"]["rms"] <= states["x"]["worst"] < 0.5
+    assert found["estimate"]["nees"] is None
+    assert not picture.exists()
+    assert str(picture) not in found["files"]
+    assert run(*short, "--no-plots", "--json").json["estimate"] is None
+    table = out.parent / "thrusts.csv"
+    table.write_text("t [s],1,2,3,4\n0,4,4,4,4\n", encoding="utf-8")
+    refusal = run(*short, "--rotor-commands", table, "--estimator", "ekf")
+    assert refusal.code == 2
+    assert "--estimator" in refusal.err
