@@ -12,8 +12,9 @@ gains of a filter of second order that settles within a time constant T:
 
     v+ = v + a dt + dt (p_y - p) / T²       p+ = p + v dt + 2 dt (p_y - p) / T
 
-and by the GPS's velocity with 1 / T_v. Between samples the last one, moved on by the estimated
-velocity, counts.
+and by the GPS's velocity with 1 / T_v. Between samples the last ones count: places moved on by the
+estimated velocity, the velocity by the specific force. One that stands would hold the estimate back
+in every acceleration.
 
 Source: R. Mahony, T. Hamel and J.-M. Pflimlin, Nonlinear complementary filters on the special
 orthogonal group, IEEE Transactions on Automatic Control 53(5), 2008: explicit filter with bias
@@ -136,6 +137,7 @@ def update(
         x[4 + i] += dt * (v + 0.5 * dt * pull + 2.0 / time * gap)
         x[7 + i] += dt * (pull + gap / (time * time) + drawn)
         p_y[i] += dt * x[7 + i]
+        v_y[i] += dt * pull
         if i == 2:
             memory[LAST + 10] += dt * x[7 + i]
 
