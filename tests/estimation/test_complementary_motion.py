@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.estimation.complementary import LAST, ComplementarySettings, initial, update
+from workbench.estimation.complementary import LAST, initial, update
 from workbench.estimation.samples import GPS, SAMPLES, Mounting
+from workbench.estimation.settings import ComplementarySettings
 from workbench.plant.gravity import GRAVITY
 
 PERIOD = 1 / 128

@@ -8,7 +8,8 @@ import pytest
 from workbench.common.resources import find_model
 from workbench.diagram.mounting import deviations_at_start, find_imu, mounting_of
 from workbench.estimation.ekf import ERRORS, InitialDeviations
-from workbench.estimation.estimators import HEARD, TRIANGLE, find_estimator
+from workbench.estimation.estimators import TRIANGLE, find_estimator
+from workbench.estimation.settings import HEARD
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import load_vehicle
 from workbench.plant.sensors import QUIET

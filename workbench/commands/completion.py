@@ -152,7 +152,7 @@ def _controllers() -> list[str]:
 
 
 def _estimators() -> list[str]:
-    from workbench.estimation.estimators import ESTIMATORS
+    from workbench.estimation.settings import ESTIMATORS
 
     return list(ESTIMATORS)
 

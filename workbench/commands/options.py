@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT, SHIPPED
-from workbench.estimation.estimators import ESTIMATORS, TRUTH, find_estimator
+from workbench.estimation.settings import ESTIMATORS, TRUTH, check_estimator
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
@@ -257,7 +257,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.world = args.world or scenario.world
     scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
     scenario.estimator = args.estimator or scenario.estimator
-    find_estimator(scenario.estimator)
+    check_estimator(scenario.estimator)
     law = load_controller(scenario.controller)
     parameter_table(law).checked(dict(args.set))
     # a name that is wrong is refused here, before a second is spent on loading Drake

@@ -164,7 +164,7 @@ def _sweep(
     from workbench.design.sweep.full_flights import fly_full
     from workbench.design.sweep.loops import axis_loop
     from workbench.design.sweep.sweep import sweep
-    from workbench.estimation.estimators import TRUTH
+    from workbench.estimation.settings import TRUTH
     from workbench.scenario.scenario import Scenario
 
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:

@@ -10,7 +10,6 @@ from workbench.diagram.sensor_choice import SensorChoice, without_noise
 from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
 from workbench.plant.home import Home
-from workbench.plant.magnetic_field import magnetic_field
 from workbench.plant.sensors import Imu, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
 
@@ -56,6 +55,8 @@ def _bias(noises: Sequence[Noise]) -> float:
 
 def mounting_of(imu: Imu, choices: Sequence[SensorChoice], home: Home) -> Mounting:
     """Return where the IMU and the first sensor of each kind are mounted."""
+    from workbench.plant.magnetic_field import magnetic_field  # with it comes pymap3d
+
     gps, barometer, finder = (_first(choices, k) for k in ("gps", "barometer", "range_finder"))
     nowhere = Mounting()
     return Mounting(

@@ -22,7 +22,7 @@ correction, equations 32 and 34.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -45,16 +45,6 @@ magnetometer, and one place to spare (4), place (3) and velocity (3) by the last
 height by the last one of the barometer (1); and its size."""
 _LEAST_FORCE, _MOST_FORCE = 0.5, 1.5
 """Times g: a specific force beyond these shows no direction of up."""
-
-
-class ComplementarySettings(NamedTuple):
-    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
-
-    complementary_kp: float = 0.5
-    complementary_ki: float = 0.02
-    complementary_position_time: float = 4.0
-    complementary_velocity_time: float = 1.0
-    complementary_height_time: float = 2.0
 
 
 @register_jitable
@@ -91,7 +81,7 @@ def update(
     Args:
         memory: see `SIZE`.
         z: see `samples`.
-        settings: see `ComplementarySettings`.
+        settings: see `settings.ComplementarySettings`.
         mounting: see `samples.Mounting.packed`.
         dt: since the update before [s]; 0 at the first.
     """

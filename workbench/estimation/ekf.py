@@ -59,22 +59,6 @@ LEAST_LOOK = 0.5
 """A range finder whose beam is farther from straight down than this cosine measures no height."""
 
 
-class EkfSettings(NamedTuple):
-    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
-
-    ekf_gyro_noise: float = 1.5e-4
-    ekf_accel_noise: float = 2.5e-3
-    ekf_gyro_bias_walk: float = 1e-5
-    ekf_accel_bias_walk: float = 2e-4
-    ekf_gps_position: float = 0.5
-    ekf_gps_height: float = 1.0
-    ekf_gps_velocity: float = 0.1
-    ekf_barometer: float = 0.2
-    ekf_magnetometer: float = 5e-7
-    ekf_range_finder: float = 0.02
-    ekf_gate: float = 5.0
-
-
 class InitialDeviations(NamedTuple):
     """How far the estimate may be off at the start: standard deviations of its errors.
 
@@ -273,7 +257,7 @@ def spread(P: np.ndarray, F: np.ndarray, settings: Signal, dt: float) -> None:
     Args:
         P: covariance of the errors.
         F: see `transition`; biases stay as they are.
-        settings: see `EkfSettings`.
+        settings: see `settings.EkfSettings`.
         dt: the period [s].
     """
     T = np.zeros((9, ERRORS))
@@ -347,7 +331,7 @@ def rows_of(
         x: nominal state (16).
         z: see `samples`.
         mounting: see `samples.Mounting.packed`.
-        settings: see `EkfSettings`.
+        settings: see `settings.EkfSettings`.
         rows: places for H; zero where there is no new sample.
         gaps: places for y - h(x) and variance (10, 2); NaN where there is no new sample.
     """
@@ -426,7 +410,7 @@ def update(
     Args:
         memory: see `SIZE`.
         z: see `samples`.
-        settings: see `EkfSettings`.
+        settings: see `settings.EkfSettings`.
         mounting: see `samples.Mounting.packed`.
         dt: since the update before [s]; 0 at the first, which only measures.
     """

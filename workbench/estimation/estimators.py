@@ -5,18 +5,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.errors import unknown_name
 from workbench.estimation import complementary, ekf
 from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
+from workbench.estimation.settings import (
+    COMPLEMENTARY,
+    EKF,
+    ComplementarySettings,
+    EkfSettings,
+    check_estimator,
+)
 
-TRUTH = "truth"
-"""What a controller knows is the true motion."""
-COMPLEMENTARY, EKF = "complementary", "ekf"
-ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
-"""What a scenario may name."""
-HEARD = ("gps", "barometer", "magnetometer", "range_finder")
-"""Kinds of sensors that an estimator listens to, besides the IMU."""
 TRIANGLE = np.triu_indices(9)
 """Rows and columns of a covariance's upper triangle (45), of attitude, place and velocity."""
 
@@ -97,7 +96,7 @@ def _no_innovations(memory: np.ndarray) -> np.ndarray:
 _KNOWN = (
     Estimator(
         COMPLEMENTARY,
-        complementary.ComplementarySettings,
+        ComplementarySettings,
         complementary.update,
         _begin_complementary,
         _no_deviations,
@@ -106,7 +105,7 @@ _KNOWN = (
     ),
     Estimator(
         EKF,
-        ekf.EkfSettings,
+        EkfSettings,
         ekf.update,
         _begin_ekf,
         _ekf_deviations,
@@ -122,9 +121,5 @@ def find_estimator(name: str) -> Estimator | None:
     Raises:
         WorkbenchError: if there is none of that name.
     """
-    if name == TRUTH:
-        return None
-    for each in _KNOWN:
-        if each.name == name:
-            return each
-    raise unknown_name("estimator", name, ESTIMATORS)
+    found = {each.name: each for each in _KNOWN}
+    return found.get(check_estimator(name))

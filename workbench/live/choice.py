@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from workbench.common.resources import find_file, find_model, find_scenario, find_world
 from workbench.control.controller import load_controller
-from workbench.estimation.estimators import find_estimator
+from workbench.estimation.settings import check_estimator
 from workbench.gains.profiles import flown_by
 from workbench.scenario.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
 
@@ -55,7 +55,7 @@ class Choice:
         if self.controller:
             load_controller(self.controller)
         if self.estimator:
-            find_estimator(self.estimator)
+            check_estimator(self.estimator)
 
     def load(self) -> Scenario:
         """Return the scenario.

@@ -10,7 +10,7 @@ from pymap3d.enu import geodetic2enu
 
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.estimation import ekf
-from workbench.estimation.estimators import HEARD, TRIANGLE, Estimator, find_estimator
+from workbench.estimation.estimators import TRIANGLE, Estimator, find_estimator
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -19,6 +19,7 @@ from workbench.estimation.samples import (
     SAMPLES,
     Mounting,
 )
+from workbench.estimation.settings import HEARD
 from workbench.plant.home import Home
 
 SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")

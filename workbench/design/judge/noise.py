@@ -13,8 +13,8 @@ from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.diagram.mounting import find_imu
 from workbench.diagram.sensor_choice import choose_sensors
-from workbench.estimation.estimators import TRUTH
 from workbench.estimation.imu import imu_noise
+from workbench.estimation.settings import TRUTH
 from workbench.plant.magnetic_field import magnetic_field
 from workbench.plant.sensors import Barometer, Gps, Magnetometer, Noise, RangeFinder, Sensor
 from workbench.systems.sensors.barometer import pressure_at

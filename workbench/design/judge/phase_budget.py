@@ -11,7 +11,7 @@ from workbench.design.judge.loop_judgement import LoopJudgement
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import FILTERS, LinearStudy
-from workbench.estimation.estimators import TRUTH
+from workbench.estimation.settings import TRUTH
 
 PARTS = ("law", "filters", "estimator", "delay", "hold", "rotors")
 """In the order in which they are told."""

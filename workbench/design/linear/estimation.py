@@ -13,7 +13,7 @@ import numpy as np
 from workbench.dynamics.rigid_body import into_body, rotation
 from workbench.estimation import complementary, ekf
 from workbench.estimation.ekf import crossed, into_world
-from workbench.estimation.estimators import EKF, Estimator
+from workbench.estimation.estimators import Estimator
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -22,6 +22,7 @@ from workbench.estimation.samples import (
     SAMPLES,
     Mounting,
 )
+from workbench.estimation.settings import EKF
 
 DOUBLINGS = 16
 """The covariance is that after 2^16 control periods: 512 s at 128 Hz."""
@@ -193,7 +194,7 @@ def settled_gain(
     what no sensor sees, as a heading without magnetometer, is no failure: its covariance has grown.
 
     Args:
-        settings: see `ekf.EkfSettings`.
+        settings: see `settings.EkfSettings`.
         places: see `samples.Mounting.packed`.
         duties: see `estimator_model`.
         period: between updates [s].

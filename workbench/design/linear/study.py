@@ -48,9 +48,10 @@ from workbench.design.linear.trim import find_trim, guidance_of, reference_of, u
 from workbench.diagram.core import law_gains, live_numbers, make_flight_core, make_vehicle_core
 from workbench.diagram.mounting import find_imu, mounting_of
 from workbench.diagram.sensor_choice import choose_sensors
-from workbench.estimation.estimators import HEARD, TRUTH, find_estimator
+from workbench.estimation.estimators import find_estimator
 from workbench.estimation.gyro import sample_steps
 from workbench.estimation.samples import Mounting
+from workbench.estimation.settings import HEARD, TRUTH
 from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
 from workbench.plant.home import DEFAULT_HOME

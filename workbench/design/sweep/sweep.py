@@ -14,7 +14,7 @@ from workbench.design.sweep.flown import FlySweep, Progress, Stop
 from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
-from workbench.estimation.estimators import TRUTH
+from workbench.estimation.settings import TRUTH
 from workbench.scenario.scenario import Scenario
 
 FLIGHT_SHARE = 0.1

@@ -27,7 +27,7 @@ from workbench.design.tune.twins import counterparts
 from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import Wish, members
 from workbench.design.tune.wish_file import Wishes
-from workbench.estimation.estimators import TRUTH
+from workbench.estimation.settings import TRUTH
 from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation

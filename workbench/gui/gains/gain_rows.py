@@ -33,6 +33,8 @@ _SYSTEMS = {
     "battery": "Battery",
     "gyro": "Gyro and accelerometer filters",
     "computer": "Setpoint, derivative and commands",
+    "ekf": "EKF",
+    "complementary": "Complementary filter",
     "obstacles": "Obstacles",
     "air": "Air, gusts and pushes",
     "payload": _PAYLOAD,
@@ -105,7 +107,8 @@ def gain_label(row: Parameter) -> GainLabel:
     if is_gain(row) and words and symbol in _SYMBOLS:
         words = words.replace("_", " ").capitalize()
         return GainLabel(row.group or GAIN_GROUPS[0], words, symbol.capitalize())
-    words = name.removesuffix("_fault").replace("_", " ").capitalize()
+    words = name.removesuffix("_fault").removeprefix(f"{row.system}_")
+    words = words.replace("_", " ").capitalize()
     group = row.group or GAIN_GROUPS[0] if is_gain(row) else _SYSTEMS.get(row.system, _FAULTS)
     return GainLabel(group, words)
 
