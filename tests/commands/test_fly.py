@@ -11,8 +11,9 @@ from workbench.scenario.scenario import load_scenario
 from workbench.session.session import Session
 
 SHIPPED = [
-    *("all-sensors", "figure-eight", "full-speed", "hover", "lidar-trial", "network"),
-    *("paper-steps", "square", "take-off-and-land", "to-the-wall", "windy"),
+    *("all-sensors", "estimate-complementary", "estimate-ekf", "figure-eight", "full-speed"),
+    *("hover", "lidar-trial", "network", "paper-steps", "square", "take-off-and-land"),
+    *("to-the-wall", "windy"),
 ]
 SUMMARY = [
     "duration",
