@@ -25,6 +25,6 @@ def test_an_acceleration_does_not_lag_behind_samples_of_the_gps():
         if step % EVERY == 0:
             z[GPS : GPS + 8] = 1.0, 0.0, *(0.5 * a * time**2), *(a * time)
         update(memory, z, settings, Mounting().packed(), PERIOD)
-        assert memory[7:10] == pytest.approx(a * time, abs=5e-3)
-        assert memory[4:7] == pytest.approx(0.5 * a * time**2, abs=5e-3)
+        assert memory[7:10] == pytest.approx(a * time, abs=1e-9)
+        assert memory[4:7] == pytest.approx(0.5 * a * time**2, abs=1e-9)
     assert memory[LAST] == 1.0

@@ -222,21 +222,6 @@ def test_the_estimate_is_published_beside_the_truth(estimator):
     assert math.isnan(estimate[0][1][-1]) == (estimator == "complementary")
 
 
-def test_between_updates_the_published_estimate_does_not_run_ahead():
-    """In a climb at 2 m/s, half a control period too much would be 8 mm."""
-    start = Start(position=[0.0, 0.0, 5.0], velocity=[0.0, 0.0, 2.0])
-    script = [Action(0.0, velocity=[0.0, 0.0, 2.0])]
-    scenario = Scenario(estimator="ekf", start=start, script=script)
-    scenario.sensors.noise = False
-    session = Session(scenario, bridge=Bridge())
-    session.tick(1.0)
-    samples = session.drain()
-    height = [struct.unpack("<9f", p)[2] for _, p in payloads(samples, topic.POSITION)]
-    known = [struct.unpack("<21f", p)[2] for _, p in payloads(samples, topic.ESTIMATE)]
-    rough = np.diff(np.array(known)[100:] - np.array(height)[100:])
-    assert np.abs(rough).max() < 2e-3
-
-
 def test_a_number_too_large_for_its_field_is_infinite(vehicle):
     from workbench.link.drone_topics import Outfit, drone_topics
     from workbench.systems.topic_values import TopicValues

@@ -118,18 +118,20 @@ def update(
     for i in range(3):
         x[10 + i] -= ki * dt * e[i]
         pull = a[i] - (GRAVITY if i == 2 else 0.0)
+        way = dt * (x[7 + i] + 0.5 * dt * pull)
+        p, v = x[4 + i] + way, x[7 + i] + dt * pull
+        if z[GPS] == 0.0:
+            p_y[i] += way
+            v_y[i] += dt * pull
+        if i == 2 and z[BAROMETER] == 0.0:
+            memory[LAST + 10] += way
         time, target, known = settings[2], p_y[i], seen[0]
         if i == 2 and seen[1] > 0.0:
             time, target, known = settings[4], memory[LAST + 10], 1.0
-        gap = known * (target - x[4 + i])
-        drawn = seen[0] * (v_y[i] - x[7 + i]) / settings[3]
-        v = x[7 + i]
-        x[4 + i] += dt * (v + 0.5 * dt * pull + 2.0 / time * gap)
-        x[7 + i] += dt * (pull + gap / (time * time) + drawn)
-        p_y[i] += dt * x[7 + i]
-        v_y[i] += dt * pull
-        if i == 2:
-            memory[LAST + 10] += dt * x[7 + i]
+        gap = known * (target - p)
+        drawn = seen[0] * (v_y[i] - v) / settings[3]
+        x[4 + i] = p + dt * 2.0 / time * gap
+        x[7 + i] = v + dt * (gap / (time * time) + drawn)
 
 
 def initial(state: Signal, p_BI: Signal) -> np.ndarray:
