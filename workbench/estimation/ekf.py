@@ -378,7 +378,8 @@ def rows_of(
         n_x, n_y, _ = into_world(R, (k[0], k[1], k[2]))
         gaps[7, 0] = math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y)
         gaps[7, 1] = settings[8] * settings[8] / level
-        # a wrong tilt turns the horizontal part of a field that dips
+        # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
+        # the measured one's noise would come into H, and seem to tell of the tilt
         about = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
         for j in range(3):
             rows[7, j] = about[j]

@@ -92,7 +92,9 @@ _LABELS = {
 _IN_A_SET = re.compile(r"_at_\d+(_\d+)?$")
 """What ends the name of a scheduled gain: a screen says once which set it shows."""
 _OTHERS = frozenset(row.name for row in OTHERS)
-_NO_LOOP = _OTHERS | {row.name for row in COMMON if row.group == _LIMITS}
+_FELT = frozenset(row.name for row in OTHERS if row.system in ("gyro", "computer"))
+"""Filters: no gains, and no part of a profile, but a loop feels them as it does a gain."""
+_NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMITS}
 
 
 def gain_label(row: Parameter) -> GainLabel:
@@ -132,12 +134,13 @@ def in_profile(row: Parameter) -> bool:
 
 
 def controller_gains(values: Mapping[str, float]) -> dict[str, float]:
-    """Return the controller's among some values; the others are conditions of the flight."""
-    return {name: value for name, value in values.items() if name not in _OTHERS}
+    """Return the controller's among some values, and its filters'; others are of the flight."""
+    conditions = _OTHERS - _FELT
+    return {name: value for name, value in values.items() if name not in conditions}
 
 
 def loop_gains(values: Mapping[str, float]) -> dict[str, float]:
-    """Return those of some values that a loop near hover feels: gains without limits."""
+    """Return those of some values that a loop near hover feels: gains and filters, no limits."""
     return {name: value for name, value in values.items() if name not in _NO_LOOP}
 
 
