@@ -31,12 +31,13 @@ def away(recording):
 
 @pytest.mark.parametrize("estimator", ["ekf", "complementary"])
 def test_with_all_noises_it_holds_its_place(estimator):
+    """0.2 deg are asked for; the worst of 30 seeds had 0.09 deg, so a loss shows before that."""
     for seed in range(5):
         recording = flown(estimator=estimator, seed=seed)
         assert away(recording).max() < 0.5, seed
         errors = estimate_errors(recording).attitude_B
         rms = math.sqrt(np.mean(np.sum(errors**2, axis=1)))
-        assert math.degrees(rms) < 0.2, seed
+        assert math.degrees(rms) < 0.15, seed
 
 
 def test_without_gps_for_ten_seconds_it_drifts_no_more_than_it_says():
