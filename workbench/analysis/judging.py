@@ -61,7 +61,7 @@ def is_stable(holding: LinearModel) -> bool:
 
 def _test(subject: Subject, gains: Mapping[str, float], name: str) -> Callable[[float], bool]:
     """Return what tells whether a gain may have a value."""
-    return lambda value: is_stable(subject.models.model({**gains, name: value}))
+    return lambda value: is_stable(subject.model({**gains, name: value}))
 
 
 def _stable_span(row: Parameter, own: float, stable: Callable[[float], bool]) -> Search:
@@ -114,7 +114,7 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
     Poles are of the sampled loop that flies, in continuous terms, s = ln(z) / period, while the
     place is held, so that every gain moves some of them.
     """
-    holding = subject.models.model(subject.gains(question.gains))
+    holding = subject.model(subject.gains(question.gains))
     steering = opened_to_steer(holding)
     margins = _margins(steering, hold=False) | _margins(holding, hold=True)
     stable = all(each.stable for each in margins.values())
