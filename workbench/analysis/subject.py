@@ -15,6 +15,7 @@ from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from workbench.design.fork import Forker
+    from workbench.design.judge.phase_budget import PhaseStudy
     from workbench.design.linear.model import LinearModel
     from workbench.design.linear.study import LinearStudy
     from workbench.design.rollout.engine import RolloutEngine
@@ -92,6 +93,13 @@ class Subject:
             values = {**self.study.gains, **self.linear_gains(around)}
             self._models = around, retuned_models(self.study, HOLDING, values)
         return self._models[1].model(gains)
+
+    @cached_property
+    def phases(self) -> "PhaseStudy":
+        """What tells where the phase of each loop went."""
+        from workbench.design.judge.phase_budget import PhaseStudy
+
+        return PhaseStudy(self.study)
 
     @cached_property
     def forker(self) -> "Forker":
