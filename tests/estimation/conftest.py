@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from workbench.estimation import ekf
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
 from workbench.systems.navigation import compiled_update
 
@@ -128,6 +129,20 @@ def samples(flown, mounting, settings, rng, biases, every=EVERY, age=0):
     return found
 
 
+def begin(flown, settings, rng):
+    """Return the memory of an EKF that is off by what it takes its errors to be, and biases (N, 6).
+
+    The biases begin as far off as the others, and walk.
+    """
+    deviations = ekf.InitialDeviations()
+    memory = ekf.initial(flown.state(0), (0.0, 0.0, 0.0), deviations)
+    errors = np.repeat(deviations, 3) * rng.normal(size=15)
+    memory[:4] = (flown.R[0] * Rotation.from_rotvec(errors[:3]).inv()).as_quat(scalar_first=True)
+    memory[4:10] -= errors[3:9]
+    walk = np.repeat([settings.ekf_gyro_bias_walk, settings.ekf_accel_bias_walk], 3) * PERIOD**0.5
+    return memory, errors[9:] + np.cumsum(walk * rng.normal(size=(len(flown.p), 6)), axis=0)
+
+
 class Kit(NamedTuple):
     """What tests of estimators share."""
 
@@ -135,6 +150,7 @@ class Kit(NamedTuple):
     flights: dict
     flight: object
     samples: object
+    begin: object
     ekf: object
     complementary: object
 
@@ -143,5 +159,11 @@ class Kit(NamedTuple):
 def kit():
     """Return flights, samples and compiled updates."""
     return Kit(
-        PERIOD, FLIGHTS, flight, samples, compiled_update("ekf"), compiled_update("complementary")
+        PERIOD,
+        FLIGHTS,
+        flight,
+        samples,
+        begin,
+        compiled_update("ekf"),
+        compiled_update("complementary"),
     )
