@@ -87,9 +87,9 @@ def told(R_0, z, settings, mounting):
         r += [settings.ekf_gps_velocity**2] * 3
 
         def antenna(R, x):
+            R, x = moved(R, x, z, -z[GPS + 1])  # to when it was measured
             v = x[..., 3:6] + R.apply(np.cross(z[0:3] - x[..., 6:9], arm_G))
-            p = x[..., 0:3] + R.apply(arm_G) - z[GPS + 1] * v
-            return np.concatenate([p, v], axis=-1)
+            return np.concatenate([x[..., 0:3] + R.apply(arm_G), v], axis=-1)
 
         parts.append(antenna)
     if z[BAROMETER]:
