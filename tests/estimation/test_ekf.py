@@ -6,10 +6,20 @@ more, and all numbers of an update at once in Joseph's form.
 """
 
 import numpy as np
+import pytest
+from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 from workbench.estimation import ekf
-from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, Mounting
+from workbench.estimation.samples import (
+    BAROMETER,
+    GPS,
+    MAGNETOMETER,
+    RANGE_FINDER,
+    SAMPLES,
+    Mounting,
+)
 
 G = np.array([0.0, 0.0, 9.81])
 MOUNTING = Mounting(
@@ -31,8 +41,21 @@ class Textbook:
         self.x = memory[4:16].copy()
         self.P = memory[16:241].reshape(15, 15).copy()
 
-    def update(self, z, settings, mounting, dt):
-        F = derivative(lambda errors: self.after(errors, z, dt))
+    def update(self, z, settings, mounting, dt, without=None):
+        F, Q = self.motion(z, settings, dt)
+        self.R, self.x = moved(self.R, self.x, z, dt)
+        self.P = F @ self.P @ F.T + Q
+        gap, H, r = self.measurement(z, settings, mounting)
+        if without is not None:
+            r[without] = 1e12
+        S = H @ self.P @ H.T + np.diag(r)
+        K = self.P @ H.T @ np.linalg.inv(S)
+        rest = np.eye(15) - K @ H
+        self.P = rest @ self.P @ rest.T + K @ np.diag(r) @ K.T
+        self.R, self.x = added(self.R, self.x, K @ gap)
+
+    def motion(self, z, settings, dt):
+        """Return F and Q of a period."""
         gyro, accel = settings.ekf_gyro_noise**2, settings.ekf_accel_noise**2
         Q = np.zeros((15, 15))
         one = np.eye(3)
@@ -40,18 +63,13 @@ class Textbook:
         Q[3:9, 3:9] = accel * np.kron([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]], one)
         Q[9:12, 9:12] = settings.ekf_gyro_bias_walk**2 * dt * one
         Q[12:15, 12:15] = settings.ekf_accel_bias_walk**2 * dt * one
-        self.R, self.x = moved(self.R, self.x, z, dt)
-        self.P = F @ self.P @ F.T + Q
+        return derivative(lambda errors: self.after(errors, z, dt)), Q
+
+    def measurement(self, z, settings, mounting):
+        """Return y - h(x), H and the variances of what is measured."""
         y, expected, r = told(self.R, z, settings, mounting)
-        if y.size == 0:
-            return
         H = derivative(lambda errors: expected(*added(self.R, self.x, errors)))
-        gap = y - expected(self.R, self.x)
-        S = H @ self.P @ H.T + np.diag(r)
-        K = self.P @ H.T @ np.linalg.inv(S)
-        rest = np.eye(15) - K @ H
-        self.P = rest @ self.P @ rest.T + K @ np.diag(r) @ K.T
-        self.R, self.x = added(self.R, self.x, K @ gap)
+        return y - expected(self.R, self.x), H, r
 
     def after(self, errors, z, dt):
         """Return the errors after a period by those before it (N, 15)."""
@@ -76,7 +94,8 @@ def moved(R, x, z, dt):
 def told(R_0, z, settings, mounting):
     """Return what was measured, the function that expects it, and the variances.
 
-    Of the field the heading is measured: of what is read in B, turned by the attitude R_0.
+    Of the field the heading is measured, of what is read in B and turned by the attitude R_0: a
+    vehicle that is turned farther to the left reads it farther to the right.
     """
     arm_G, arm_P, arm_R = (np.array(p) - mounting.p_BI for p in mounting[1:4])
     m = np.array(mounting.m_W)
@@ -99,12 +118,12 @@ def told(R_0, z, settings, mounting):
     if z[MAGNETOMETER]:
         true = np.arctan2(m[1], m[0])
         read = R_0.apply(z[MAGNETOMETER + 1 : MAGNETOMETER + 4])
-        y.append((np.arctan2(read[1], read[0]) - true + np.pi) % (2 * np.pi) - np.pi)
+        y.append((true - np.arctan2(read[1], read[0]) + np.pi) % (2 * np.pi) - np.pi)
         r.append(settings.ekf_magnetometer**2 / (m[0] ** 2 + m[1] ** 2))
 
         def heading(R, x):
             n = (R_0 * R.inv()).apply(m)
-            return np.arctan2(n[..., 1:2], n[..., 0:1]) - true
+            return true - np.arctan2(n[..., 1:2], n[..., 0:1])
 
         parts.append(heading)
     if z[RANGE_FINDER]:
@@ -113,7 +132,11 @@ def told(R_0, z, settings, mounting):
         parts.append(
             lambda R, x: (x[..., 2:3] + R.apply(arm_R)[..., 2:]) / -R.apply(mounting.n_BR)[..., 2:]
         )
-    return np.array(y), lambda R, x: np.concatenate([part(R, x) for part in parts], axis=-1), r
+
+    def together(R, x):
+        return np.concatenate([x[..., :0], *(part(R, x) for part in parts)], axis=-1)
+
+    return np.array(y), together, r
 
 
 STEP = 1e-4
@@ -153,3 +176,173 @@ def test_the_textbooks_filter_gives_the_same_estimate_and_covariance(kit):
     assert np.degrees(np.arccos(flown.R.as_matrix()[:, 2, 2])).max() > 30.0
     assert worst < 1e-8
     assert spread < 1e-7
+
+
+def anything(rng):
+    """Return a nominal state (16), samples of all sensors, and a mounting, at random."""
+    x = np.concatenate([rng.normal(size=4), rng.normal(size=6), 0.1 * rng.normal(size=6)])
+    R = Rotation.from_rotvec(rng.uniform(-0.5, 0.5, 3)) * Rotation.from_euler("z", rng.normal())
+    x[:4] = R.as_quat(scalar_first=True)
+    x[6] += 8.0
+    places = rng.uniform(-0.3, 0.3, (4, 3))
+    mounting = Mounting(*places, MOUNTING.n_BR, MOUNTING.m_W)
+    z = np.concatenate([3 * rng.normal(size=3), 5 * rng.normal(size=3) + G, np.zeros(16)])
+    z[GPS : GPS + 8] = [1.0, rng.uniform(0.0, 0.05), *rng.normal(size=6)]
+    z[BAROMETER : BAROMETER + 2] = 1.0, rng.normal()
+    z[MAGNETOMETER : MAGNETOMETER + 4] = [
+        1.0,
+        *(R.inv().apply(MOUNTING.m_W) + 5e-6 * rng.normal(size=3)),
+    ]
+    z[RANGE_FINDER : RANGE_FINDER + 2] = 1.0, rng.normal()
+    return x, z, mounting
+
+
+def automatically(function):
+    """Return the derivative of a tuple by errors (15) at zero, by Drake's AutoDiffXd."""
+    found = function(InitializeAutoDiff(np.zeros(15)).ravel())
+    return ExtractGradient(np.array([found]).T)
+
+
+def error_between(q_0, q):
+    """Return d_theta (3) by which q is off q_0, to first order; of any scalars."""
+    w, x, y, z = q_0
+    a, b, c, d = q
+    return [
+        2 * (w * b - x * a - y * d + z * c),
+        2 * (w * c + x * d - y * a - z * b),
+        2 * (w * d - x * c + y * b - z * a),
+    ]
+
+
+def test_transition_is_the_derivative_of_the_motion(case):
+    rng = np.random.default_rng(1)
+    for number in range(20):
+        x, z, _ = anything(rng)
+        dt = rng.uniform(0.001, 0.02)
+        F = np.empty((9, 15))
+        ekf.transition(x, z, dt, F)
+        q_0 = ekf.propagated(x, z, dt)[:4]
+
+        def after(error, x=x, z=z, dt=dt, q_0=q_0):
+            found = ekf.propagated(ekf.corrected(x, error), z, dt)
+            return [*error_between(q_0, found[:4]), *found[4:10]]
+
+        book = Textbook(np.concatenate([x, np.zeros(225)]))
+        with case(number, "AutoDiffXd"):
+            np.testing.assert_allclose(F, automatically(after), atol=1e-11)
+        with case(number, "differences of the textbook's"):
+            expected = derivative(lambda e, z=z, dt=dt, book=book: book.after(e, z, dt))
+            np.testing.assert_allclose(F, expected[:9], atol=1e-9)
+
+
+def test_rows_are_the_derivatives_of_what_is_measured(case):
+    rng = np.random.default_rng(2)
+    kinds = [*["place of the antenna"] * 3, *["its velocity"] * 3, "height", "heading", "distance"]
+    for number in range(20):
+        x, z, mounting = anything(rng)
+        rows, gaps = np.empty((10, 15)), np.empty((10, 2))
+        ekf.rows_of(x, z, mounting.packed(), SETTINGS, rows, gaps)
+        R = Rotation.from_quat(x[:4], scalar_first=True)
+        y, expected, variances = told(R, z, SETTINGS, mounting)
+        H = derivative(lambda e, R=R, x=x, told=expected: told(*added(R, x[4:], e)))
+        for row, kind in enumerate(kinds):
+            with case(number, kind):
+                np.testing.assert_allclose(rows[row], H[row], atol=1e-7)
+                assert gaps[row].tolist() == pytest.approx(
+                    [(y - expected(R, x[4:]))[row], variances[row]], abs=1e-8
+                )
+        assert np.isnan(gaps[9]).all()
+        assert not rows[9].any()
+        nothing = z * (np.arange(z.size) < GPS)
+        ekf.rows_of(x, nothing, mounting.packed(), SETTINGS, rows, gaps)
+        assert np.isnan(gaps).all()
+        assert not rows.any()
+
+
+def test_compiled_it_gives_what_it_gives_in_python(kit):
+    rng = np.random.default_rng(3)
+    flown = kit.flights["full speed"](2.0)
+    compiled, biases = kit.begin(flown, SETTINGS, rng)
+    z = kit.samples(flown, MOUNTING, SETTINGS, rng, biases, age=2)
+    interpreted = compiled.copy()
+    for row in z[1:]:
+        kit.ekf(compiled, row, np.array(SETTINGS), MOUNTING.packed(), kit.period)
+        ekf.update(interpreted, row, np.array(SETTINGS), MOUNTING.packed(), kit.period)
+    np.testing.assert_allclose(compiled, interpreted, rtol=1e-12, atol=1e-12)
+
+
+def test_after_ten_thousand_violent_updates_the_covariance_is_one(kit):
+    rng = np.random.default_rng(4)
+    x, _, mounting = anything(rng)
+    memory = np.full(ekf.SIZE, np.nan)
+    memory[:16] = x
+    memory[ekf.COVARIANCE : ekf.INNOVATIONS] = np.diag(10.0 ** rng.uniform(-6, 4, 15)).ravel()
+    gateless = SETTINGS._replace(ekf_gate=1e9, ekf_range_finder=1e-4, ekf_gps_height=100.0)
+    for _ in range(10_000):
+        _, z, _ = anything(rng)
+        z[:6] *= 5.0
+        z[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = rng.random(4) < 0.3
+        kit.ekf(memory, z, np.array(gateless), mounting.packed(), kit.period)
+    P = covariance(memory)
+    scale = np.sqrt(np.diag(P))
+    assert np.isfinite(memory[:16]).all()
+    assert (P == P.T).all()
+    assert np.linalg.eigvalsh(P / np.outer(scale, scale)).min() > 0.0
+    assert np.linalg.norm(memory[:4]) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_what_is_beyond_the_gate_or_not_new_changes_nothing(case, kit):
+    flown = kit.flights["hover"](0.1)
+    begun = ekf.initial(flown.state(0), (0.0, 0.0, 0.0), ekf.InitialDeviations())
+    rng = np.random.default_rng(5)
+    every = dict.fromkeys(("gps", "barometer", "magnetometer", "range_finder"), 1)
+    z = kit.samples(flown, MOUNTING, SETTINGS, rng, np.zeros((len(flown.p), 6)), every)[1]
+    none, outlier = z.copy(), z.copy()
+    none[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 0.0
+    outlier[GPS + 2] += 50.0
+    settings, mounting = np.array(SETTINGS), MOUNTING.packed()
+    with case("no new sample"):
+        memory, book = begun.copy(), Textbook(begun)
+        kit.ekf(memory, none, settings, mounting, kit.period)
+        book.update(none, SETTINGS, MOUNTING, kit.period)
+        np.testing.assert_allclose(covariance(memory), book.P, atol=1e-12)
+        assert np.isnan(memory[ekf.INNOVATIONS :]).all()
+    with case("an outlier"):
+        # the one number is left out, as if its noise were boundless; its innovation is told
+        memory, book = begun.copy(), Textbook(begun)
+        kit.ekf(memory, outlier, settings, mounting, kit.period)
+        book.update(outlier, SETTINGS, MOUNTING, kit.period, without=0)
+        np.testing.assert_allclose(memory[4:16], book.x, atol=1e-9)
+        np.testing.assert_allclose(covariance(memory), book.P, atol=1e-12)
+        assert memory[ekf.INNOVATIONS] == pytest.approx(50.0, abs=2.0)
+    with case("all that is within the gate counts"):
+        memory, book = begun.copy(), Textbook(begun)
+        kit.ekf(memory, z, settings, mounting, kit.period)
+        book.update(z, SETTINGS, MOUNTING, kit.period)
+        np.testing.assert_allclose(covariance(memory), book.P, atol=1e-12)
+
+
+def test_in_hover_the_covariance_settles_as_the_riccati_equation_says(kit):
+    # in hover only levers tell a tilt from a bias of the accelerometer: long ones settle in seconds
+    mounting = MOUNTING._replace(p_BG=(1.0, 0.5, 0.1), p_BP=(-0.5, 1.0, 0.0), p_BR=(0.0, -1.0, 0.2))
+    settings = SETTINGS._replace(ekf_gyro_bias_walk=1e-2, ekf_accel_bias_walk=1e-1)
+    flown = kit.flights["hover"](0.1)
+    memory = ekf.initial(flown.state(0), (0.0, 0.0, 0.0), ekf.InitialDeviations())
+    book, z = Textbook(memory), np.zeros(SAMPLES)
+    z[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
+    z[0:6] = [*flown.w[0], *flown.f[0]]
+    z[MAGNETOMETER + 1 : MAGNETOMETER + 4] = flown.R[0].inv().apply(mounting.m_W)
+    F, Q = book.motion(z, settings, kit.period)
+    gap, H, r = book.measurement(z, settings, mounting)
+    for places, rows in ((GPS + 2, slice(0, 6)), (BAROMETER + 1, 6), (RANGE_FINDER + 1, 8)):
+        count = np.size(gap[rows])
+        z[places : places + count] -= gap[rows]  # all is as expected, and the estimate stays
+    predicted = linalg.solve_discrete_are(F.T, H.T, Q, np.diag(r))
+    K = predicted @ H.T @ np.linalg.inv(H @ predicted @ H.T + np.diag(r))
+    settled = predicted - K @ H @ predicted
+    for _ in range(20_000):
+        kit.ekf(memory, z, np.array(settings), mounting.packed(), kit.period)
+    scale = np.sqrt(np.diag(settled))
+    off = (covariance(memory) - settled) / np.outer(scale, scale)
+    assert np.abs(memory[4:16] - book.x).max() < 1e-9
+    assert np.abs(off).max() < 1e-6

@@ -318,8 +318,9 @@ def fused(
     for i in range(ERRORS):
         share = gain[i] / s
         error[i] += share * innovation
-        for j in range(ERRORS):
+        for j in range(i, ERRORS):  # rounding would make halves of its own differ more and more
             P[i, j] -= share * gain[j]
+            P[j, i] = P[i, j]
     return s
 
 
