@@ -15,7 +15,8 @@ A measurement y = h(x) + noise of variance r is a row H: with s = H P H' + r and
     dx = dx + K (y - h(x) - H dx)      P = P - K s K'
 
 one number after the other, which is the same as all at once where their noises are independent.
-One whose innovation is beyond the gate is left out.
+One whose innovation is beyond the gate is left out. A sample of the GPS that is T old is held
+against the motion T ago: that of the same equations, with the last means of the IMU, over -T.
 
 Source: J. Solà, Quaternion kinematics for the error-state Kalman filter, arXiv:1711.02508, 2017:
 sections 5.3 (local error), 5.4.3 and 6.1.
@@ -316,8 +317,9 @@ def fused(
     for i in range(ERRORS):
         share = gain[i] / s
         error[i] += share * innovation
-        for j in range(ERRORS):
+        for j in range(i, ERRORS):  # rounding would make halves of its own differ more and more
             P[i, j] -= share * gain[j]
+            P[j, i] = P[i, j]
     return s
 
 
@@ -339,29 +341,8 @@ def rows_of(
     gaps[:, :] = math.nan
     R = rotation((x[0], x[1], x[2], x[3]))
     p_BI = mounting[0:3]
-    w = (z[0] - x[10], z[1] - x[11], z[2] - x[12])
     if z[GPS] > 0.0:
-        age = z[GPS + 1]
-        arm = _lever(mounting[3:6], p_BI)
-        place, speed = into_world(R, arm), into_world(R, crossed(w, arm))
-        turn = crossed(w, arm)
-        for i in range(3):
-            r = (R[3 * i], R[3 * i + 1], R[3 * i + 2])
-            of_place, of_speed, of_bias = crossed(arm, r), crossed(turn, r), crossed(r, arm)
-            v = x[7 + i] + speed[i]
-            gaps[i, 0] = z[GPS + 2 + i] - (x[4 + i] + place[i] - age * v)
-            gaps[3 + i, 0] = z[GPS + 5 + i] - v
-            deviation = settings[4] if i < 2 else settings[5]
-            gaps[i, 1] = deviation * deviation
-            gaps[3 + i, 1] = settings[6] * settings[6]
-            rows[3 + i, 6 + i] = 1.0
-            rows[i, 3 + i] = 1.0
-            rows[i, 6 + i] = -age
-            for j in range(3):
-                rows[3 + i, j] = of_speed[j]
-                rows[3 + i, 9 + j] = of_bias[j]
-                rows[i, j] = of_place[j] - age * of_speed[j]
-                rows[i, 9 + j] = -age * of_bias[j]
+        _gps_rows(x, z, mounting, settings, rows, gaps)
     up = (R[6], R[7], R[8])
     if z[BAROMETER] > 0.0:
         arm = _lever(mounting[6:9], p_BI)
@@ -395,6 +376,40 @@ def rows_of(
             rows[8, 5] = 1.0 / down
             for j in range(3):
                 rows[8, j] = by_place[j] / down + height / (down * down) * by_view[j]
+
+
+@register_jitable
+def _gps_rows(
+    x: Signal, z: Signal, mounting: Signal, settings: Signal, rows: np.ndarray, gaps: np.ndarray
+) -> None:
+    """Write what `rows_of` does of a sample of the GPS.
+
+    It is held against the motion at its own time: x, carried back over its age.
+    """
+    back = -z[GPS + 1]
+    F = np.empty((9, ERRORS))
+    transition(x, z[IMU:GPS], back, F)
+    then = propagated(x, z[IMU:GPS], back)
+    R = rotation(then[0:4])
+    w = (z[0] - x[10], z[1] - x[11], z[2] - x[12])
+    arm = _lever(mounting[3:6], mounting[0:3])
+    turn = crossed(w, arm)
+    place, speed = into_world(R, arm), into_world(R, turn)
+    for i in range(3):
+        r = (R[3 * i], R[3 * i + 1], R[3 * i + 2])
+        of_place, of_speed, of_bias = crossed(arm, r), crossed(turn, r), crossed(r, arm)
+        deviation = settings[4] if i < 2 else settings[5]
+        gaps[i, 0] = z[GPS + 2 + i] - (then[4 + i] + place[i])
+        gaps[i, 1] = deviation * deviation
+        gaps[3 + i, 0] = z[GPS + 5 + i] - (then[7 + i] + speed[i])
+        gaps[3 + i, 1] = settings[6] * settings[6]
+        for k in range(ERRORS):
+            rows[i, k], rows[3 + i, k] = F[3 + i, k], F[6 + i, k]
+            for j in range(3):
+                rows[i, k] += of_place[j] * F[j, k]
+                rows[3 + i, k] += of_speed[j] * F[j, k]
+        for j in range(3):
+            rows[3 + i, 9 + j] += of_bias[j]
 
 
 @register_jitable(forceinline=True)
