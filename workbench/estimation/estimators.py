@@ -17,6 +17,9 @@ ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
 HEARD = ("gps", "barometer", "magnetometer", "range_finder")
 """Kinds of sensors that an estimator listens to, besides the IMU."""
 
+_DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
+"""Numbers of an EKF's update that say whether it goes by a sample: east and north, heading."""
+
 
 class Estimator(NamedTuple):
     """An estimator as pure functions.
@@ -30,6 +33,8 @@ class Estimator(NamedTuple):
         begin: from a motion (13), the mounting and standard normal numbers (15) to a memory.
         deviations: from a memory to the standard deviations of its errors (15), NaN where it
             does not know them.
+        takes_in: whether it goes by the new sample of a kind of sensor that came with the update
+            which left its memory; its settings come second.
     """
 
     name: str
@@ -37,6 +42,7 @@ class Estimator(NamedTuple):
     update: Callable[..., None]
     begin: Callable[[np.ndarray, Mounting, np.ndarray], np.ndarray]
     deviations: Callable[[np.ndarray], np.ndarray]
+    takes_in: Callable[[np.ndarray, np.ndarray, str], bool]
 
 
 def _begin_ekf(state: np.ndarray, mounting: Mounting, drawn: np.ndarray) -> np.ndarray:
@@ -55,8 +61,19 @@ def _ekf_deviations(memory: np.ndarray) -> np.ndarray:
     return found
 
 
+def _ekf_takes_in(memory: np.ndarray, settings: np.ndarray, kind: str) -> bool:
+    """Return whether none of a sample's first numbers was beyond the gate."""
+    told = memory[ekf.INNOVATIONS : ekf.SIZE].reshape(ekf.CHANNELS, 2)[_DECIDING[kind]]
+    gate = settings[ekf.EkfSettings._fields.index("ekf_gate")]
+    return bool(np.all(told[:, 0] ** 2 <= gate**2 * told[:, 1]))
+
+
 def _begin_complementary(state: np.ndarray, mounting: Mounting, drawn: np.ndarray) -> np.ndarray:
     return complementary.initial(state, mounting.p_BI)
+
+
+def _takes_all_in(memory: np.ndarray, settings: np.ndarray, kind: str) -> bool:
+    return True
 
 
 def _no_deviations(memory: np.ndarray) -> np.ndarray:
@@ -70,8 +87,9 @@ _KNOWN = (
         complementary.update,
         _begin_complementary,
         _no_deviations,
+        _takes_all_in,
     ),
-    Estimator(EKF, ekf.EkfSettings, ekf.update, _begin_ekf, _ekf_deviations),
+    Estimator(EKF, ekf.EkfSettings, ekf.update, _begin_ekf, _ekf_deviations, _ekf_takes_in),
 )
 
 

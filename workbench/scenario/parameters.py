@@ -116,6 +116,33 @@ OTHERS: tuple[Parameter, ...] = (
         "stop_distance", "modes", "m", 0.0, 20.0, 0.5, "clearance at which a braked drone stops"
     ),
     Parameter(
+        "position_deviation_limit",
+        "modes",
+        "m",
+        0.1,
+        1000.0,
+        5.0,
+        "deviation of the level position beyond which a flight on the EKF lands",
+    ),
+    Parameter(
+        "gps_timeout",
+        "modes",
+        "s",
+        0.1,
+        3600.0,
+        5.0,
+        "time without GPS after which a flight on the complementary filter lands",
+    ),
+    Parameter(
+        "imu_timeout",
+        "modes",
+        "s",
+        0.01,
+        3600.0,
+        0.1,
+        "time of equal readings after which the IMU has failed and the rotors stop",
+    ),
+    Parameter(
         "battery_duration", "battery", "s", 1.0, 36000.0, 1200.0, "time a full battery hovers"
     ),
     Parameter(

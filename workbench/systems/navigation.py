@@ -9,6 +9,7 @@ from pymap3d.ellipsoid import Ellipsoid
 from pymap3d.enu import geodetic2enu
 
 from workbench.common.compiled import Compiled, compile_cached
+from workbench.control.flight_mode import Health
 from workbench.estimation import ekf
 from workbench.estimation.estimators import HEARD, Estimator, find_estimator
 from workbench.estimation.samples import (
@@ -23,7 +24,7 @@ from workbench.plant.home import Home
 
 SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
 """What the compiled updates stand in, below `workbench/`."""
-MEMORY, STAMPS, HELD = range(3)
+MEMORY, STAMPS, HELD, AGES, RATES = range(5)
 """Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Of a delivered sample with its stamp, of each of `HEARD`."""
@@ -53,6 +54,7 @@ class Navigation(LeafSystem):
         state (13): estimated q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s]; the angular velocity
             is that of the gyro's filters, less its bias.
         deviations (15): of the errors, see `ekf`.
+        health (4): see `flight_mode.Health`.
     Numeric parameter 0: the estimator's settings.
 
     Args:
@@ -62,6 +64,7 @@ class Navigation(LeafSystem):
         turn_BM: orientation of the magnetometer, rows of the matrix (3, 3).
         home: where the world's origin lies.
         period: between updates [s].
+        repeats: whether a sound IMU may give equal readings, as one without noise does.
     """
 
     def __init__(
@@ -73,8 +76,10 @@ class Navigation(LeafSystem):
         turn_BM: np.ndarray,
         home: Home,
         period: float,
+        repeats: bool = False,
     ) -> None:
         super().__init__()
+        self._repeats = repeats
         self.estimator = estimator
         self._run = compiled_update(estimator.name)
         self._mounting, self._places = mounting, mounting.packed()
@@ -86,11 +91,14 @@ class Navigation(LeafSystem):
         self.DeclareDiscreteState(memory)
         self.DeclareDiscreteState(np.full(len(HEARD), np.nan))
         self.DeclareDiscreteState(still)
+        self.DeclareDiscreteState(len(Health._fields) - 1)
+        self.DeclareDiscreteState(np.full(3, np.nan))
         self._imu = self.DeclareVectorInputPort("imu", 9)
         self._heard = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
         self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
         self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
         self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
+        self.DeclareVectorOutputPort("health", len(Health._fields), self._calc_health)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def begin(self, context: Context, state: np.ndarray, seed: int | None) -> None:
@@ -107,6 +115,8 @@ class Navigation(LeafSystem):
         context.SetDiscreteState(MEMORY, self.estimator.begin(state, self._mounting, drawn))
         context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
         context.SetDiscreteState(HELD, state)
+        context.SetDiscreteState(AGES, np.zeros(len(Health._fields) - 1))
+        context.SetDiscreteState(RATES, np.full(3, np.nan))
 
     def _is_update(self, context: Context) -> bool:
         """Return whether an update is due now."""
@@ -137,6 +147,11 @@ class Navigation(LeafSystem):
     def _calc_deviations(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.estimator.deviations(self._memory.Eval(context)))
 
+    def _calc_health(self, context: Context, output: BasicVector) -> None:
+        deviations = self.estimator.deviations(self._memory.Eval(context))
+        ages = context.get_discrete_state(AGES).CopyToVector()
+        output.SetFromVector([np.hypot(*deviations[3:5]), *ages])
+
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         discrete_state.set_value(MEMORY, self._memory.Eval(context))
         discrete_state.set_value(HELD, self._state.Eval(context))
@@ -144,6 +159,29 @@ class Navigation(LeafSystem):
             port.Eval(context)[0] if port.HasValue(context) else np.nan for port in self._heard
         ]
         discrete_state.set_value(STAMPS, stamps)
+        rates = self._imu.Eval(context)[:3]
+        renewed = np.array(
+            [
+                self._takes_in(context, "gps"),
+                self._repeats
+                or not np.array_equal(rates, context.get_discrete_state(RATES).value()),
+                self._takes_in(context, "magnetometer"),
+            ]
+        )
+        ages = context.get_discrete_state(AGES).value() + self._period
+        discrete_state.set_value(AGES, np.where(renewed, 0.0, ages))
+        discrete_state.set_value(RATES, rates)
+
+    def _takes_in(self, context: Context, kind: str) -> bool:
+        """Return whether a sensor has a new sample that the estimate goes by, or is not there."""
+        place = HEARD.index(kind)
+        if not self._heard[place].HasValue(context):
+            return kind != "gps"  # without GPS no place is known for long
+        before = context.get_discrete_state(STAMPS).value()[place]
+        if self._fresh(context, place, before) is None:
+            return False
+        settings = context.get_numeric_parameter(0).value()
+        return self.estimator.takes_in(self._memory.Eval(context), settings, kind)
 
     def _samples(self, context: Context) -> np.ndarray:
         """Return what sensors gave since the update before, see `estimation.samples`."""
