@@ -29,6 +29,10 @@ STEEP = 0.7
 """A wall whose direction points down by this much or more lies below the drone."""
 STANDING_TIME = 2.0
 """On an estimate, whose height may be off, a landing drone slower for this long stands [s]."""
+ARREST_TIME = 0.2
+ARREST_HEIGHT = 0.5
+"""Where the position is lost, a landing ends when this low something has stopped its sinking for
+this long: on the ground it moves by its estimate, and would go on as the legs are held [s, m]."""
 GPS_LATE = 1.0
 """Without a GPS sample for longer, the place is dead reckoning [s]."""
 HEADING_LATE = 2.0
@@ -146,14 +150,15 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
         return _on_the_ground(mode, request, state, now)
     lost = position_lost(now.health, settings)
     if mode is FlightMode.LANDING:
-        return _landing(request, state, now, lost=lost)
+        if lost and state.reason != Reason.POSITION_LOST:
+            state = _losing_position(state, now)
+        return _landing(request, state, now, settings)
     if request is Request.LAND:
         return _enter(FlightMode.LANDING, state, now, _shortcoming(now.health))
     if now.charge <= settings.battery_reserve:
         return _enter(FlightMode.LANDING, state, now, Reason.BATTERY_LOW)
     if lost:
-        # there is nothing to brake by: it sinks at once
-        return _enter(FlightMode.LANDING, state, now, Reason.POSITION_LOST)._replace(holding=1.0)
+        return _losing_position(_enter(FlightMode.LANDING, state, now), now)
     state = state._replace(reason=float(_shortcoming(now.health)))
     if mode is FlightMode.TAKING_OFF:
         return _taking_off(request, state, now)
@@ -288,14 +293,19 @@ def _taking_off(request: Request, state: ModeState, now: Situation) -> ModeState
     return state
 
 
-def _landing(request: Request, state: ModeState, now: Situation, *, lost: bool) -> ModeState:
+def _losing_position(state: ModeState, now: Situation) -> ModeState:
+    """Let a landing sink at once: there is nothing to brake by."""
+    return state._replace(
+        holding=1.0, since=now.time, still_since=now.time, reason=float(Reason.POSITION_LOST)
+    )
+
+
+def _landing(request: Request, state: ModeState, now: Situation, settings: Settings) -> ModeState:
     z = now.p_WB[2]
     if request is Request.ABORT_LANDING and in_the_air(z, now.standing_height):
         if now.height > z:
             return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=now.height)
         return _enter(FlightMode.HOVERING, state, now)
-    if lost and state.reason != Reason.POSITION_LOST:
-        state = state._replace(holding=1.0, since=now.time, reason=float(Reason.POSITION_LOST))
     if not state.holding:
         v_x, v_y, _ = now.v_WB
         if (v_x * v_x + v_y * v_y) ** 0.5 > SLOW:
@@ -304,9 +314,13 @@ def _landing(request: Request, state: ModeState, now: Situation, *, lost: bool) 
         return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
     moving = abs(now.v_WB[2]) > TOUCH_DOWN_SPEED
     high = in_the_air(z, now.standing_height)
+    enough = STANDING_TIME if high else TOUCH_DOWN_TIME
+    if state.reason == Reason.POSITION_LOST and z < now.standing_height + ARREST_HEIGHT:
+        moving = now.v_WB[2] < -0.5 * settings.landing_speed
+        enough = ARREST_TIME
     if moving or (high and now.health is None) or now.time - state.since < 2.0 * TOUCH_DOWN_TIME:
         return state._replace(still_since=now.time)
-    if now.time - state.still_since >= (STANDING_TIME if high else TOUCH_DOWN_TIME):
+    if now.time - state.still_since >= enough:
         return _enter(FlightMode.OFF, state, now, Reason(int(state.reason)))
     return state
 
