@@ -35,11 +35,11 @@ MAY_IMPORT = {
     "design": "common ipc plant dynamics estimation control scenario gains systems diagram session",
     "logs": "common link gateways control scenario systems session",
     "logs/plots": "design",
-    "live": "common ipc plant link control scenario gains systems session logs",
+    "live": "common ipc plant link estimation control scenario gains systems session logs",
     "analysis": "common ipc control scenario session design live",
     "gui": "common ipc plant link control scenario gains systems session design logs live analysis",
-    "commands": "common ipc plant link gateways control scenario gains systems diagram session "
-    "design logs live",
+    "commands": "common ipc plant link gateways estimation control scenario gains systems diagram "
+    "session design logs live",
     "commands/gui": "gui",
     "pytest_plugin": "common design",
     "__main__": "commands",

@@ -14,6 +14,8 @@ from workbench.design.judge.live import live_margins as live_margins
 from workbench.design.judge.loop_judgement import judge_loops as judge_loops
 from workbench.design.judge.margins import LoopMargins as LoopMargins
 from workbench.design.judge.margins import loop_margins as loop_margins
+from workbench.design.judge.noise import noise_effects as noise_effects
+from workbench.design.judge.noise import noise_response as noise_response
 from workbench.design.judge.operating_map import operating_map as operating_map
 from workbench.design.judge.plots_loop import plot_loop as plot_loop
 from workbench.design.judge.plots_loop import plot_loops as plot_loops

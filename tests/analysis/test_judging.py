@@ -1,9 +1,12 @@
 """Margins and poles against python-control's, of the model that `linearize` gives."""
 
+import math
+
 import control
 import numpy as np
 import pytest
 
+from workbench.analysis.judging import judge
 from workbench.analysis.questions import FindRanges, Judge, Step, Weigh
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
@@ -207,3 +210,19 @@ def test_a_stop_ends_it(answer, caller):
     caller.stopped = 1
     with pytest.raises(WorkbenchError, match="stopped"):
         answer(FindRanges({}))
+
+
+def test_a_filter_is_judged_as_a_gain_is_and_its_phase_is_told():
+    subject = Subject(Scenario(estimator="ekf"), {})
+    found = {}
+    for cutoff in (0.0, 30.0):
+        (reply,) = judge(subject, Judge({"gyro_lowpass": cutoff}), None)
+        found[cutoff] = {loop.name: loop for loop in reply.loops}
+    plain, filtered = found[0.0]["pitch"], found[30.0]["pitch"]
+    lost = plain.phase_margin - filtered.phase_margin
+    turned = dict(filtered.turned)
+    assert lost > 0.1
+    assert -turned["filters"] == pytest.approx(lost, rel=0.4)  # its crossover has moved
+    total = sum(angle for _, angle in filtered.turned)
+    assert total + math.pi == pytest.approx(filtered.phase_margin, abs=1e-6)
+    assert abs(dict(plain.turned)["filters"]) < 1e-9

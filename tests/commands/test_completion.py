@@ -23,6 +23,8 @@ LINES = {
     "fly take": ["take-off-and-land"],
     "fly --world r": ["room"],
     "fly --controller p": ["pd", "pid"],
+    "fly --estimator c": ["complementary"],
+    "gui --estimator ": ["complementary", "ekf", "truth"],
     "controllers g": ["geometric"],
     "compare pd pi": ["pid"],
     "hover --model ": ["dh_drone"],

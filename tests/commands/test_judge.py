@@ -1,6 +1,7 @@
 """`workbench judge`."""
 
 import csv
+import math
 import re
 
 import pytest
@@ -59,7 +60,8 @@ def test_json_has_modes_steps_and_the_slowest_rate(judged):
 
 def test_pictures_are_written_and_nothing_else(judged):
     said, out = judged
-    assert {path.name for path in out.iterdir()} == {"judge-pitch.png", "judge-rates.png"}
+    names = {"judge-pitch.png", "judge-phase.png", "judge-rates.png"}
+    assert {path.name for path in out.iterdir()} == names
     assert all(path.read_bytes()[:4] == PNG for path in out.iterdir())
     assert "judge-pitch.png" in said.err
 
@@ -160,3 +162,19 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
         with case(options, word):
             assert word in refused("judge", "--output", out, *options)
             assert not out.parent.exists()
+
+
+def test_it_says_where_the_phase_went_and_what_noise_does(run, out):
+    said = run("judge", "--estimator", "ekf", "--set", "gyro_lowpass=40", "--no-plots", "--json")
+    assert said.code == 0
+    phase = {each["loop"]: each for each in said.json["phase"]}
+    pitch = phase["pitch"]
+    parts = ("law", "filters", "estimator", "delay", "hold", "rotors")
+    margin = next(each for each in said.json["loops"] if each["loop"] == "pitch")
+    total = sum(pitch[part] for part in parts)
+    assert total + math.pi == pytest.approx(margin["actuator"]["phase_margin"], abs=1e-6)
+    assert pitch["filters"] < -0.1
+    assert [each["sensor"] for each in said.json["noise"]][-1] == "all"
+    told = run("judge", "--set", "gyro_lowpass=40", "--no-plots").out
+    assert "where the phase went, at the crossover [deg]:" in told
+    assert "what the noise of sensors does" in told

@@ -44,10 +44,12 @@ def test_the_scenario_flies_and_lands(tmp_path):
     path.write_text(shown("yaml", "# scenario"), encoding="utf-8")
     scenario = load_scenario(path)
     session = Session(scenario)
+    session.tick(7.5)
+    assert session.get("kp_velocity_x") == 6.0
     session.run()
+    assert session.controller.name == "pid"
     assert session.recording().mode.max() == FlightMode.LANDING
     assert session.snapshot().mode is FlightMode.OFF
-    assert session.get("kp_velocity_x") == 6.0
     assert session.vehicle.mass == pytest.approx(2.0)
 
 

@@ -40,6 +40,7 @@ def test_the_course_is_whole():
         "04",
         "05",
         "06",
+        "07",
     ]
 
 

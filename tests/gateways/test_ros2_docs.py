@@ -22,6 +22,7 @@ ALL = Outfit(
     gps=10.0,
     lidar=10.0,
     magnetometer=50.0,
+    estimate=True,
     rays=4,
     scan={"azimuths": [0.0, 0.1, 2], "elevations": [0.0, 0.1, 2], "frame": "lidar_link"},
     frames=(("world", "base_link"),),

@@ -9,7 +9,7 @@ from workbench.link.topics import Delivery, Direction
 from workbench.link.wire import LARGEST
 
 FULL = Outfit(6, 204.8, 8.0, 204.8, 5.0, 10.0, 360, {"rows": 1}, [("W", "B"), ("B", "S")])
-FULL = dataclasses.replace(FULL, magnetometer=51.2)
+FULL = dataclasses.replace(FULL, magnetometer=51.2, estimate=True)
 NUMBERS = {
     1: "time_data",
     2: "position_data",
@@ -29,9 +29,10 @@ NUMBERS = {
     16: "parameters",
     17: "events",
     18: "magnetometer",
+    19: "estimate",
 }
 SIZES = {1: 16, 2: 36, 3: 24, 4: 24, 5: 24, 6: 28, 7: 4, 8: 24, 9: 48, 10: 44, 11: 32, 15: 12}
-SIZES |= {12: 8 + 4 * 360, 13: 2 * 28, 14: 2 * 6 * 4, 16: 56, 17: 244, 18: 20}
+SIZES |= {12: 8 + 4 * 360, 13: 2 * 28, 14: 2 * 6 * 4, 16: 56, 17: 244, 18: 20, 19: 84}
 
 
 def test_numbers_names_and_sizes_stay():
@@ -59,12 +60,12 @@ def test_events_and_parameters_count_each():
     ("without", "gone"),
     [
         *(("imu", {9}), ("gps", {10}), ("lidar", {11, 12}), ("frames", {13})),
-        ("magnetometer", {18}),
+        *(("magnetometer", {18}), ("estimate", {19})),
     ],
 )
 def test_a_drone_without_a_sensor_has_not_its_topic(without, gone):
     values = {"imu": 200.0, "gps": 5.0, "lidar": 10.0, "frames": [("W", "B")]}
-    values["magnetometer"] = 50.0
+    values |= {"magnetometer": 50.0, "estimate": 1.0}
     values[without] = [] if without == "frames" else 0.0
     topics = drone_topics(Outfit(4, 200, 8, rays=8, **values))
     assert {topic.id for topic in topics} == set(NUMBERS) - gone

@@ -12,6 +12,12 @@ from workbench.control.flight_law import PLAIN, ComputerSettings
 from workbench.control.flight_mode import Settings
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import UNFILTERED, GyroSettings
+from workbench.estimation.settings import (
+    ESTIMATORS,
+    TRUTH,
+    ComplementarySettings,
+    EkfSettings,
+)
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.payload import Payload
 from workbench.scenario.parameters import SENSOR_KINDS, parameter_table, split_setting
@@ -24,14 +30,18 @@ NEVER = [row.name for row in TABLE.of("rotors")[4:]]
 """Rows that no flight of a quadrotor has."""
 SOMETIMES = [row.name for row in TABLE if row.system in (*SENSOR_KINDS, "obstacles")]
 """Rows of systems that a flight without sensors in an empty world does not have."""
-FLOWN = [row for row in TABLE if row.name not in NEVER]
+FLOWN = [row for row in TABLE if row.name not in NEVER and row.system not in ESTIMATORS]
 FLOWN_NAMES = [row.name for row in FLOWN]
 
 
-def full(settings=None) -> Session:
-    """Return a flight with all sensors, in a world with obstacles: it has every row."""
+def full(settings=None, estimator=TRUTH) -> Session:
+    """Return a flight with all sensors, in a world with obstacles: it has every row.
+
+    But for those of the estimators that do not fly.
+    """
     scenario = Scenario(
         world="room",
+        estimator=estimator,
         start=Start(position=[0.0, 0.0, 5.0]),
         script=[Action(at=0.1, velocity=[1.0, 1.0, 1.0], yaw_rate=0.2)],
         sensors=SensorsConfig(use=["all"], rates={"depth_camera": 2.0, "lidar": 2.0}),
@@ -71,12 +81,17 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert tuple(row.name for row in TABLE.of("air")) == AirSettings._fields
     assert GyroSettings(**{row.name: row.default for row in TABLE.of("gyro")}) == UNFILTERED
     assert ComputerSettings(**{row.name: row.default for row in TABLE.of("computer")}) == PLAIN
+    assert EkfSettings(**{row.name: row.default for row in TABLE.of("ekf")}) == EkfSettings()
+    own = {row.name: row.default for row in TABLE.of("complementary")}
+    assert ComplementarySettings(**own) == ComplementarySettings()
+    assert tuple(row.name for row in TABLE.of("ekf")) == EkfSettings._fields
+    assert tuple(own) == ComplementarySettings._fields
     assert tuple(row.name for row in TABLE.of("gyro")) == GyroSettings._fields
     assert tuple(row.name for row in TABLE.of("computer")) == ComputerSettings._fields
     rotors = [row.name for row in TABLE.of("rotors")]
     assert rotors == [f"rotor_{number}" for number in range(1, 13)]
     systems = ("controller", "modes", "battery", "air", "payload", "obstacles", "rotors")
-    systems += ("gyro", "computer", *SENSOR_KINDS)
+    systems += ("gyro", "computer", "ekf", "complementary", *SENSOR_KINDS)
     assert sum(len(TABLE.of(system)) for system in systems) == len(TABLE.rows)
 
 
@@ -106,6 +121,26 @@ def test_every_row_is_built_with_the_value_that_is_asked(end):
         session.set(name, TABLE.find(name).default)
     session.reset()
     assert {name: session.get(name) for name in FLOWN_NAMES} == values
+
+
+@pytest.mark.parametrize("estimator", ["ekf", "complementary"])
+def test_rows_of_an_estimator_are_those_of_flights_on_it(case, estimator, plain_session):
+    rows = TABLE.of(estimator)
+    built = {row.name: row.maximum for row in rows}
+    session = full(built, estimator)
+    assert {row.name: session.get(row.name) for row in rows} == built
+    for row in rows:
+        with case(row):
+            session.reset()
+            session.set(row.name, row.minimum)
+            assert {each.name: session.get(each.name) for each in rows} == {
+                **built,
+                row.name: row.minimum,
+            }
+            session.tick(0.25)
+            assert np.isfinite(session.state()).all()
+            with pytest.raises(WorkbenchError, match=f"--estimator {estimator}"):
+                plain_session.get(row.name)
 
 
 @pytest.mark.slow

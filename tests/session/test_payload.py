@@ -9,7 +9,13 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.derivatives import Derivatives
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.design.linear.study import HOVER, ContinuousDerivatives, LinearStudy, sampled_model
+from workbench.design.linear.study import (
+    HOVER,
+    REMOVABLE,
+    ContinuousDerivatives,
+    LinearStudy,
+    sampled_model,
+)
 from workbench.design.linear.trim import find_trim
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.diagram.core import make_flight_core
@@ -104,7 +110,7 @@ def test_linear_models_are_those_of_a_description_that_has_it_as_a_link(welded, 
         make_flight_core(study.controller, whole, vehicle, study.gains), study.controller, vehicle
     )
     for found, wanted in (
-        (sampled, sampled_model(derivatives, trim, rates, rate, delays)),
+        (sampled, sampled_model(derivatives, trim, rates, rate, delays).lean(REMOVABLE)),
         (continuous, core.model(trim, dict(study.gains), 1.0 / TIME_CONSTANT)),
     ):
         assert found.trim.state == pytest.approx(wanted.trim.state, abs=1e-9)

@@ -91,7 +91,7 @@ def test_a_part_has_both_its_ends(recording):
     for field in dataclasses.fields(Recording):
         if field.name != "vehicle":
             whole = getattr(recording, field.name)
-            assert getattr(part, field.name).tolist() == whole[2:6].tolist()
+            assert getattr(part, field.name).tolist() == whole[2:6].tolist(), field.name
     assert part.vehicle is recording.vehicle
     assert len(recording.between(100.0, 200.0).time) == 0
 
@@ -150,3 +150,34 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(recording, tmp_path, mo
         recording.write_csv(path)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["flight.csv"]
+
+
+def test_an_estimate_is_recorded_where_one_flew(vehicle, recording, tmp_path):
+    assert not recording.estimated
+    assert recording.deviations.shape == (N, 0)
+    rng = np.random.default_rng(7)
+    sizes = {"estimate": 13, "deviations": 15, "covariance": 45, "innovations": 20}
+    own = {name: rng.normal(size=(N, size)) for name, size in sizes.items()}
+    flown = Recording.from_signals(vehicle, 0.5 * np.arange(N), signals() | own)
+    part = flown.between(1.0, 3.0)
+    for name, values in own.items():
+        assert getattr(flown, name).tolist() == values.tolist()
+        assert getattr(part, name).tolist() == values[2:7].tolist()
+    path = tmp_path / "flight.csv"
+    flown.write_csv(path)
+    with path.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for name, values in (
+        ("estimate.q_WB.w [1]", own["estimate"][:, 0]),
+        ("estimate.p_W.z [m]", own["estimate"][:, 6]),
+        ("estimate.w_W.x [rad/s]", own["estimate"][:, 7]),
+        ("estimate.v_W.y [m/s]", own["estimate"][:, 11]),
+        ("deviation.attitude_B.z [rad]", own["deviations"][:, 2]),
+        ("deviation.p_W.x [m]", own["deviations"][:, 3]),
+        ("deviation.v_W.x [m/s]", own["deviations"][:, 6]),
+        ("deviation.gyro_bias.y [rad/s]", own["deviations"][:, 10]),
+        ("deviation.accel_bias.z [m/s^2]", own["deviations"][:, 14]),
+    ):
+        assert [float(row[name]) for row in rows] == values.tolist(), name
+    recording.write_csv(path)
+    assert "estimate" not in path.read_text(encoding="utf-8").splitlines()[0]

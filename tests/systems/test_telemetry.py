@@ -201,6 +201,27 @@ def test_nothing_is_made_that_nobody_wants():
     assert len(session.drain()) == 20
 
 
+@pytest.mark.parametrize("estimator", ["ekf", "complementary"])
+def test_the_estimate_is_published_beside_the_truth(estimator):
+    session = Session(Scenario(estimator=estimator), bridge=Bridge())
+    session.tick(1.0)
+    samples, flown = session.drain(), session.recording()
+    estimate = [(t, struct.unpack("<21f", p)) for t, p in payloads(samples, topic.ESTIMATE)]
+    assert len(estimate) == len(payloads(samples, topic.POSITION))
+    both = {round(1e9 * time): index for index, time in enumerate(flown.time)}
+    seen = 0
+    for t_ns, values in estimate:
+        if t_ns in both:
+            known, sigma = flown.estimate[both[t_ns]], flown.deviations[both[t_ns]]
+            angles = RollPitchYaw(Quaternion(wxyz=known[:4] / np.linalg.norm(known[:4]))).vector()
+            expected = [*known[4:7], *angles, *known[10:13], *known[7:10]]
+            expected += [*sigma[3:6], *sigma[0:3], *sigma[6:9]]
+            assert values == pytest.approx(expected, rel=1e-5, abs=1e-6, nan_ok=True)
+            seen += 1
+    assert seen > 20
+    assert math.isnan(estimate[0][1][-1]) == (estimator == "complementary")
+
+
 def test_a_number_too_large_for_its_field_is_infinite(vehicle):
     from workbench.link.drone_topics import Outfit, drone_topics
     from workbench.systems.topic_values import TopicValues

@@ -16,12 +16,15 @@ from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growt
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.judge.modes import natural_poles
 from workbench.design.judge.multiloop import multiloop_margin
+from workbench.design.judge.phase_budget import PARTS
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.study import HOVER
 from workbench.scenario.parameters import Parameter
 
 COARSE = 8
 """Values looked at between a gain's own and its limit, each way."""
+Turned = tuple[tuple[str, float], ...]
+"""What turned a phase, by its name [rad]."""
 LEAST = 1e-3
 """The smallest of them, as share of the largest allowed; 0 has no logarithm."""
 EXACT = 2e-3
@@ -61,7 +64,7 @@ def is_stable(holding: LinearModel) -> bool:
 
 def _test(subject: Subject, gains: Mapping[str, float], name: str) -> Callable[[float], bool]:
     """Return what tells whether a gain may have a value."""
-    return lambda value: is_stable(subject.models.model({**gains, name: value}))
+    return lambda value: is_stable(subject.model({**gains, name: value}))
 
 
 def _stable_span(row: Parameter, own: float, stable: Callable[[float], bool]) -> Search:
@@ -114,17 +117,19 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
     Poles are of the sampled loop that flies, in continuous terms, s = ln(z) / period, while the
     place is held, so that every gain moves some of them.
     """
-    holding = subject.models.model(subject.gains(question.gains))
+    holding = subject.model(subject.gains(question.gains))
     steering = opened_to_steer(holding)
     margins = _margins(steering, hold=False) | _margins(holding, hold=True)
     stable = all(each.stable for each in margins.values())
     steered = () if stable else growing_loops(steering)
     held = () if stable or steered else growing_loops(holding)
     growing = steered + held
+    turned = _turned(subject, (steering, holding), margins, question.gains) if stable else {}
     yield Judged(
         gains=question.gains,
         loops=tuple(
-            _loop(each.name, margins[each.name], each.name in growing) for each in holding.loops
+            _loop(each.name, margins[each.name], each.name in growing, turned.get(each.name, ()))
+            for each in holding.loops
         ),
         poles=shown_poles(holding),
         stable=stable,
@@ -164,7 +169,23 @@ def _margins(model: LinearModel, *, hold: bool) -> dict[str, LoopMargins]:
     return {loop.name: margins for loop, margins in zip(loops, found, strict=True)}
 
 
-def _loop(name: str, margins: LoopMargins, growing: bool) -> JudgedLoop:
+def _turned(
+    subject: Subject,
+    models: tuple[LinearModel, LinearModel],
+    margins: Mapping[str, LoopMargins],
+    asked: Mapping[str, float],
+) -> dict[str, Turned]:
+    """Return what turned the phase of each loop."""
+    crossovers = {name: each.crossover for name, each in margins.items()}
+    gains = subject.linear_gains(asked)
+    return {
+        budget.loop: tuple((part, getattr(budget, part)) for part in PARTS)
+        for model in models
+        for budget in subject.phases.budgets(model, crossovers, gains)
+    }
+
+
+def _loop(name: str, margins: LoopMargins, growing: bool, turned: Turned) -> JudgedLoop:
     return JudgedLoop(
         name=name,
         gain_margin=margins.gain_margin,
@@ -175,6 +196,7 @@ def _loop(name: str, margins: LoopMargins, growing: bool) -> JudgedLoop:
         crossover=margins.crossover,
         stable=margins.stable,
         growing=growing,
+        turned=turned,
     )
 
 

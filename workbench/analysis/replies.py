@@ -27,6 +27,8 @@ class JudgedLoop:
         crossover: [rad/s].
         stable: whether the closed loop is.
         growing: whether a mode that grows goes through it.
+        turned: what turned the phase at the crossover, by its name [rad], see
+            `design.judge.phase_budget`; nothing of an unstable loop.
     """
 
     name: str
@@ -38,6 +40,7 @@ class JudgedLoop:
     crossover: float
     stable: bool
     growing: bool
+    turned: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,15 @@ from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from workbench.design.fork import Forker
+    from workbench.design.judge.phase_budget import PhaseStudy
+    from workbench.design.linear.model import LinearModel
     from workbench.design.linear.study import LinearStudy
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.design.tune.retuned import LinearisedModels, RetunedModels
 
-OF_A_STEP = ("controller", "air", "payload", "rotors")
+AROUND = ("gyro", "computer", "ekf", "complementary")
+"""Systems of filters and estimators: no gains, but loops feel their rows as they do gains."""
+OF_A_STEP = ("controller", "air", "payload", "rotors", *AROUND)
 """Whose parameters act on a step from hover."""
 FIRST_STEP = 0.1
 """Duration of the flight that loads the compiled code [s]."""
@@ -53,6 +57,8 @@ class Subject:
             self.judged = replace(scenario, controller=controller, vehicle=vehicle, script=[])
         self.table = parameter_table(load_controller(self.judged.controller))
         self.law = tuple(row.name for row in self.table.controller.parameters)
+        self._around = tuple(row.name for system in AROUND for row in self.table.of(system))
+        self._models: tuple[dict[str, float], RetunedModels | LinearisedModels] | None = None
         self._loading: Future[RolloutEngine] | None = None
 
     @cached_property
@@ -76,13 +82,24 @@ class Subject:
         }
         return {**self.study.gains, **acting}
 
-    @cached_property
-    def models(self) -> "RetunedModels | LinearisedModels":
-        """The sampled closed loop in hover while a place is held, for any gains."""
+    def model(self, gains: Mapping[str, float]) -> "LinearModel":
+        """Return the sampled closed loop in hover while a place is held, see `gains`."""
         from workbench.design.judge.live import HOLDING
         from workbench.design.tune.retuned import retuned_models
 
-        return retuned_models(self.study, HOLDING, {**self.study.gains, **self.linear_gains({})})
+        around = {name: gains[name] for name in self._around if name in gains}
+        if self._models is None or self._models[0] != around:
+            # other gains take a fraction of the time that other filters do
+            values = {**self.study.gains, **self.linear_gains(around)}
+            self._models = around, retuned_models(self.study, HOLDING, values)
+        return self._models[1].model(gains)
+
+    @cached_property
+    def phases(self) -> "PhaseStudy":
+        """What tells where the phase of each loop went."""
+        from workbench.design.judge.phase_budget import PhaseStudy
+
+        return PhaseStudy(self.study)
 
     @cached_property
     def forker(self) -> "Forker":
@@ -98,14 +115,17 @@ class Subject:
     def gains(self, asked: Mapping[str, float]) -> dict[str, float]:
         """Return all values of the controller, those asked about over the vehicle's own.
 
+        And values of filters and of the estimator that are asked about.
+
         Raises:
-            WorkbenchError: for a name that is none of the controller's, or a value out of range.
+            WorkbenchError: for a name that is none of these, or a value out of range.
         """
         values = {self.flown.gain_of(name): value for name, value in asked.items()}
         for name in self.table.checked(values):
-            if name not in self.law:
+            if name not in (*self.law, *self._around):
                 raise WorkbenchError(f"{name} is no gain of the controller: leave it out")
-        return {name: values.get(name, self.own[name]) for name in self.law}
+        around = {name: values[name] for name in self._around if name in values}
+        return {name: values.get(name, self.own[name]) for name in self.law} | around
 
     def asked_names(self, asked: Mapping[str, float]) -> dict[str, str]:
         """Return how a question names the controller's gains: those of a set by that set."""

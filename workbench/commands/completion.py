@@ -151,6 +151,12 @@ def _controllers() -> list[str]:
     return list(SHIPPED)
 
 
+def _estimators() -> list[str]:
+    from workbench.estimation.settings import ESTIMATORS
+
+    return list(ESTIMATORS)
+
+
 def _sides() -> list[str]:
     return [*_models(), "rule", "default"]
 
@@ -202,6 +208,7 @@ _NAMES: dict[str, Callable[[], list[str]]] = {
     "b": _sides,
     "controller": _controllers,
     "controllers": _controllers,
+    "estimator": _estimators,
     "model": _models,
     "ranges": _ranges,
     "scenario": _scenarios,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.estimate_text import print_estimate
 from workbench.commands.options import (
     add_command,
     add_json_option,
@@ -165,6 +166,11 @@ def run(args: argparse.Namespace) -> int:
             name = flown.recording.vehicle.name
             figure = plot_flight(flown.recording, f"{name}: {title}", flown.world)
             write_png(figure, plot)
+            if flown.recording.estimated:
+                from workbench.design.plots_estimate import plot_estimate
+
+                figure = plot_estimate(flown.recording, f"{name}: {title}, {scenario.estimator}")
+                write_png(figure, outputs.add(args.output / f"{path.stem}-estimate.png"))
     _report(title, flown, outputs.files, args.json)
     say_written([*outputs.files, *([args.log] if args.log and not flown.log_said else [])])
     if flown.broken:
@@ -194,10 +200,19 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             from workbench.scenario.configured import read_configured_world
             from workbench.session.open_loop import fly_open_loop
 
-            if args.set or args.gains or args.html or args.sensors or args.log or args.watch:
+            if (
+                args.set
+                or args.gains
+                or args.html
+                or args.sensors
+                or args.log
+                or args.watch
+                or args.estimator
+            ):
                 raise WorkbenchError(
                     "--rotor-commands flies without a controller, and without sensors, a film or "
-                    "topics: leave out --set, --gains, --sensors, --html, --log and --watch"
+                    "topics: leave out --set, --gains, --sensors, --html, --log, --watch and "
+                    "--estimator"
                 )
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
             return _Flown(recording, read_configured_world(scenario))
@@ -302,17 +317,25 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
     from workbench.design.flight_summary import summarise
 
     summary = summarise(flight.recording)
+    estimate = None
+    if flight.recording.estimated:  # what judges it loads scipy
+        from workbench.design.estimation_errors import judge_estimate
+
+        estimate = judge_estimate(flight.recording)
     if summary.turned_over is not None:
         say(f"the drone turned over at {summary.turned_over:.1f} s")
     if as_json:
         flown = {"title": title, **dataclasses.asdict(summary)}
-        print_json(flown | {"sensors": flight.sensors, "files": files})
+        print_json(flown | {"sensors": flight.sensors, "estimate": estimate, "files": files})
         return
     print(title)
     print_table(_lines(summary), left=(0, 2))
     if flight.sensors:
         print()
         print_table(_sensor_lines(flight.sensors), left=(0, 1))
+    if estimate:
+        print()
+        print_estimate(estimate)
 
 
 def _lines(summary: "FlightSummary") -> list[tuple[str, str, str]]:

@@ -204,7 +204,7 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
     add_description_options(group)
     add_rotors_option(group)
     add_controller_option(group, "gain file")
-    parser.set_defaults(world="", gains="", set=[], vary=[])
+    parser.set_defaults(world="", gains="", estimator="", set=[], vary=[])
 
 
 def _law(args: argparse.Namespace, *files: Path | None) -> "Controller":

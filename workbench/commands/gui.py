@@ -4,7 +4,13 @@ import argparse
 import os
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands.options import MODEL_HELP, NO_SENSORS, add_command, add_description_options
+from workbench.commands.options import (
+    MODEL_HELP,
+    NO_SENSORS,
+    add_command,
+    add_description_options,
+    add_estimator_option,
+)
 from workbench.common.errors import WorkbenchError
 from workbench.gui.first_flight import DEFAULT_SCENARIO
 
@@ -49,6 +55,7 @@ def add_parser(commands: Any) -> None:
         metavar="NAME|FILE",
         help="shipped control law, or a .py file of your own (default: the scenario's, or pd)",
     )
+    add_estimator_option(parser)
     parser.add_argument("--gains", default="", metavar="FILE", help="gain file (YAML)")
     parser.add_argument(
         "--demo",
@@ -71,7 +78,15 @@ def run(args: argparse.Namespace) -> int:
     from workbench.commands.display import check_display, check_libraries
     from workbench.gui.screen_table import find_screen
 
-    named = (args.scenario, args.model, args.world, args.gains, args.sensors, args.controller)
+    named = (
+        args.scenario,
+        args.model,
+        args.world,
+        args.gains,
+        args.sensors,
+        args.controller,
+        args.estimator,
+    )
     described = args.arg or args.package
     choice = (
         _choice(args)
@@ -112,4 +127,5 @@ def _choice(args: argparse.Namespace) -> "Choice":
         dict(args.arg),
         dict(args.package),
         args.controller,
+        args.estimator,
     )

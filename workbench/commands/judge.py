@@ -109,6 +109,7 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
         name = f"judge-{args.loop}.png" if args.loop else "judge-loops.png"
         plot = None if args.no_plots else outputs.add(args.output / name)
         rates = None if args.no_plots else outputs.add(args.output / "judge-rates.png")
+        phase = None if args.no_plots else outputs.add(args.output / "judge-phase.png")
         with progress_bar("judging the loops") as progress:
             found = judge(scenario, point=point, settings=dict(args.set), progress=progress)
         if plot and rates:
@@ -118,6 +119,11 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             write_png(_draw(args, scenario, found), plot)
             title = f"{found.vehicle}: how slow the law may run"
             write_png(plot_rates(found.slowest, title), rates)
+        if phase:
+            from workbench.design.judge.plots_loop import plot_phase
+            from workbench.design.plots import write_png
+
+            write_png(plot_phase(found.phase, f"{found.vehicle}: where the phase went"), phase)
     if args.json:
         print_json(result(found) | {"files": outputs.files})
     else:

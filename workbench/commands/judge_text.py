@@ -59,6 +59,8 @@ def result(found: "Judgement") -> dict[str, Any]:
             for step in found.steps
         ],
         "slowest": found.slowest,
+        "phase": found.phase,
+        "noise": found.noise,
     }
 
 
@@ -71,7 +73,9 @@ def print_judgement(found: "Judgement", cut: str) -> None:
     rows: list[tuple[str, ...]] = [_HEAD, _UNITS]
     rows += [(loop.loop, *_cells(getattr(loop, cut))) for loop in found.loops]
     print_table(rows)
+    _print_phase(found)
     _print_plant_input(found)
+    _print_noise(found)
     if not found.holding:
         print("loops of the position and steps are left out: a place is held in hover only")
     _print_modes("modes while the pilot steers", found.modes, found.period)
@@ -80,6 +84,38 @@ def print_judgement(found: "Judgement", cut: str) -> None:
         _print_modes("slowest modes while the place is held", slow, found.period)
     _print_steps(found)
     print(f"\nthe law runs at {1.0 / found.period:g} Hz; {_rates(found.slowest)}")
+
+
+def _print_phase(found: "Judgement") -> None:
+    """Print what turned the phase of each loop at its crossover."""
+    from workbench.design.judge.phase_budget import PARTS  # it loads Drake
+
+    if not found.phase:
+        return
+    parts = [part for part in PARTS if any(abs(getattr(each, part)) > 1e-9 for each in found.phase)]
+    print("\nwhere the phase went, at the crossover [deg]:")
+    rows = [("loop", "at [rad/s]", "at [Hz]", *parts, "phase of L")]
+    for each in found.phase:
+        turned = (math.degrees(getattr(each, part)) for part in parts)
+        at = (f"{each.crossover:.3g}", f"{each.crossover / (2.0 * math.pi):.3g}")
+        rows.append(
+            (each.loop, *at, *(f"{x:.1f}" for x in turned), f"{math.degrees(each.phase):.1f}")
+        )
+    print_table(rows)
+
+
+def _print_noise(found: "Judgement") -> None:
+    """Print what the noise of each sensor does to attitude and commands."""
+    if not found.noise:
+        return
+    print("\nwhat the noise of sensors does while the place is held, rms:")
+    rows: list[tuple[str, ...]] = [
+        ("", "roll [deg]", "pitch [deg]", "yaw [deg]", "commands [% of their mean]")
+    ]
+    for each in found.noise:
+        angles = (f"{math.degrees(angle):.2g}" for angle in each.attitude)
+        rows.append((each.sensor, *angles, f"{100.0 * each.worst_command:.2g}"))
+    print_table(rows)
 
 
 def _print_plant_input(found: "Judgement") -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT, SHIPPED
+from workbench.estimation.settings import ESTIMATORS, TRUTH, check_estimator
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
         "(default: the scenario's, or empty)",
     )
     add_controller_option(group)
+    add_estimator_option(group)
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
     group.add_argument(
         "--set",
@@ -88,6 +90,17 @@ def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "
         help=f"control law: {', '.join(SHIPPED)}, or a .py file of your own, which runs; "
         "@speed=0,4,8 behind it schedules its gains; see docs/controllers.md (default: the "
         f"{instead}'s, or {DEFAULT})",
+    )
+
+
+def add_estimator_option(parser: "argparse._ActionsContainer") -> None:
+    """Add --estimator."""
+    parser.add_argument(
+        "--estimator",
+        metavar="NAME",
+        default="",
+        help=f"what the controller knows of the motion: {', '.join(ESTIMATORS)}; see "
+        f"docs/estimation.md (default: the scenario's, or {TRUTH})",
     )
 
 
@@ -243,6 +256,8 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.vehicle.variation = variation
     scenario.world = args.world or scenario.world
     scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
+    scenario.estimator = args.estimator or scenario.estimator
+    check_estimator(scenario.estimator)
     law = load_controller(scenario.controller)
     parameter_table(law).checked(dict(args.set))
     # a name that is wrong is refused here, before a second is spent on loading Drake

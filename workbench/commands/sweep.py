@@ -164,6 +164,7 @@ def _sweep(
     from workbench.design.sweep.full_flights import fly_full
     from workbench.design.sweep.loops import axis_loop
     from workbench.design.sweep.sweep import sweep
+    from workbench.estimation.settings import TRUTH
     from workbench.scenario.scenario import Scenario
 
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
@@ -171,9 +172,10 @@ def _sweep(
     paper = {figure.axis: figure.command for figure in PAPER}
     scenario = with_vehicle(Scenario(), args)
     law = load_controller(scenario.controller)
-    full = args.full or not law.compiles
+    full = args.full or not law.compiles or scenario.estimator != TRUTH
     if full and not args.full:
-        say(f"{law.name} cannot be compiled: its candidates fly on the full diagram")
+        what = f"the estimator {scenario.estimator}" if law.compiles else law.name
+        say(f"{what} has no compiled flights: candidates fly on the full diagram")
     return sweep(
         args.ranges,
         method=args.method,

@@ -6,6 +6,8 @@ from typing import Protocol, TypeVar
 
 LONGEST_ECHO = 60
 """Of what was asked for, a sentence repeats so many characters."""
+LONGEST_LIST = 800
+"""Of known names, in characters."""
 
 
 class WorkbenchError(Exception):
@@ -25,7 +27,11 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     asked = asked if len(asked) <= LONGEST_ECHO else f"{asked[:LONGEST_ECHO]}..."
     near = get_close_matches(asked, names, n=1)
     hint = f"did you mean '{near[0]}'? " if near else ""
-    return WorkbenchError(f"unknown {kind} '{asked}': {hint}known are {', '.join(names)}")
+    listed = ", ".join(names)
+    if len(listed) > LONGEST_LIST:
+        shown = listed[:LONGEST_LIST].rpartition(", ")[0]
+        listed = f"{shown} and {len(names) - shown.count(', ') - 1} others"
+    return WorkbenchError(f"unknown {kind} '{asked}': {hint}known are {listed}")
 
 
 class Named(Protocol):

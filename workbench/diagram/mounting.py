@@ -1,15 +1,16 @@
 """Where the sensors that an estimator listens to are mounted, and what they measure against."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.diagram.sensor_choice import SensorChoice, without_noise
+from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
 from workbench.plant.home import Home
-from workbench.plant.magnetic_field import magnetic_field
-from workbench.plant.sensors import Imu, Sensor
+from workbench.plant.sensors import Imu, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
 
 
@@ -34,8 +35,28 @@ def find_imu(vehicle: Vehicle, noise: bool) -> Imu:
     )
 
 
+def deviations_at_start(imu: Imu) -> InitialDeviations:
+    """Return how far an estimate may be off at the start: biases as the description states them.
+
+    A filter that takes an exact IMU to be off gives tilt and heading away: in hover a bias of the
+    accelerometer looks like a tilt, and a tilt turns the field that the magnetometer shows.
+    """
+    least = InitialDeviations()
+    return least._replace(
+        gyro_bias=math.hypot(least.gyro_bias, _bias(imu.angular_velocity)),
+        accel_bias=math.hypot(least.accel_bias, _bias(imu.linear_acceleration)),
+    )
+
+
+def _bias(noises: Sequence[Noise]) -> float:
+    """Return the largest bias of some axes, root mean square."""
+    return max(math.hypot(noise.bias_mean, noise.bias_stddev) for noise in noises)
+
+
 def mounting_of(imu: Imu, choices: Sequence[SensorChoice], home: Home) -> Mounting:
     """Return where the IMU and the first sensor of each kind are mounted."""
+    from workbench.plant.magnetic_field import magnetic_field  # with it comes pymap3d
+
     gps, barometer, finder = (_first(choices, k) for k in ("gps", "barometer", "range_finder"))
     nowhere = Mounting()
     return Mounting(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.estimation.estimators import HEARD, TRUTH
+from workbench.estimation.settings import HEARD, TRUTH
 from workbench.plant.sensors import QUIET, DepthCamera, Lidar, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario

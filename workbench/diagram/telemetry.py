@@ -76,6 +76,7 @@ def add_telemetry(
         mounts={kind: mounted.choice.sensor.frame for kind, mounted in sensors.items()},
         frames=frames.pairs,
         limits=limits,
+        estimate="estimate" in recorder.places,
     )
     pattern, sent = None, None
     if "lidar" in sensors:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -12,16 +13,23 @@ from workbench.control.controller import Controller
 from workbench.control.flight_mode import Settings
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.diagram.core import add_computer, parameter_values
-from workbench.diagram.mounting import find_imu, magnetometer_turn, mounting_of
+from workbench.diagram.mounting import (
+    deviations_at_start,
+    find_imu,
+    magnetometer_turn,
+    mounting_of,
+)
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.diagram.telemetry import add_telemetry, make_pilot
-from workbench.estimation.estimators import HEARD, TRUTH, find_estimator
+from workbench.estimation.estimators import Estimator, find_estimator
+from workbench.estimation.settings import HEARD, TRUTH
 from workbench.link.topics import Topic
 from workbench.plant.description import Description
-from workbench.plant.home import DEFAULT_HOME
+from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.reach import reach
+from workbench.plant.sensors import Imu
 from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.vehicle_frames import frames_in_world
@@ -32,7 +40,6 @@ from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.frame_poses import FramePoses
 from workbench.systems.mode_manager import ModeManager
 from workbench.systems.moving_obstacles import add_moving_obstacles
-from workbench.systems.navigation import Navigation
 from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
 from workbench.systems.pilot import Pilot
 from workbench.systems.propeller_display import add_propeller_display
@@ -40,6 +47,9 @@ from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.reference import add_reference
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.telemetry import Telemetry
+
+if TYPE_CHECKING:
+    from workbench.systems.navigation import Navigation
 
 WALL_PERIOD = 1 / 32
 """About so often the flight looks at obstacles [s]: at 8 m/s every quarter of a metre."""
@@ -72,7 +82,7 @@ class Workbench:
     obstacles: NearestObstacle | None
     visualizer: MeshcatVisualizer | None = None
     telemetry: Telemetry | None = None
-    navigation: Navigation | None = None
+    navigation: "Navigation | None" = None
     topics: tuple[Topic, ...] = ()
 
 
@@ -133,19 +143,9 @@ def make_workbench(
     home = world.home or DEFAULT_HOME
     navigation = None
     if estimates and imu:
-        navigation = builder.AddNamedSystem(
-            NAVIGATION,
-            Navigation(
-                estimator=estimates,
-                settings=gains,
-                mounting=mounting_of(imu, sensors, home),
-                turn_BM=magnetometer_turn(sensors),
-                home=home,
-                period=rates.control_period,
-                repeats=not any(each.stddev for each in imu.angular_velocity),
-            ),
+        navigation = _add_navigation(
+            builder, airframe, estimates, imu, gains, sensors, home, rates.control_period
         )
-        builder.Connect(airframe.dynamics.GetOutputPort("imu"), navigation.GetInputPort("imu"))
     known = navigation.GetOutputPort("state") if navigation else airframe.state
     sensed = navigation.GetOutputPort("state") if navigation else None
     computer = add_computer(builder, controller, airframe, vehicle, gains, rates, variation, sensed)
@@ -181,6 +181,8 @@ def make_workbench(
         signals |= {
             "estimate": navigation.GetOutputPort("state"),
             "deviations": navigation.GetOutputPort("deviations"),
+            "covariance": navigation.GetOutputPort("covariance"),
+            "innovations": navigation.GetOutputPort("innovations"),
         }
     frames = _add_frames(builder, airframe, description, vehicle, world)
     obstacles = None
@@ -235,6 +237,36 @@ def make_workbench(
         navigation=navigation,
         topics=topics,
     )
+
+
+def _add_navigation(
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    estimator: Estimator,
+    imu: Imu,
+    gains: Mapping[str, float],
+    sensors: Sequence[SensorChoice],
+    home: Home,
+    period: float,
+) -> "Navigation":
+    """Add the system that estimates the motion; its sensors are connected when they are there."""
+    from workbench.systems.navigation import Navigation  # with it comes pymap3d
+
+    navigation = builder.AddNamedSystem(
+        NAVIGATION,
+        Navigation(
+            estimator=estimator,
+            settings=gains,
+            mounting=mounting_of(imu, sensors, home),
+            turn_BM=magnetometer_turn(sensors),
+            known=deviations_at_start(imu),
+            home=home,
+            period=period,
+            repeats=not any(each.stddev for each in imu.angular_velocity),
+        ),
+    )
+    builder.Connect(airframe.dynamics.GetOutputPort("imu"), navigation.GetInputPort("imu"))
+    return navigation
 
 
 def _add_frames(

@@ -12,8 +12,10 @@ gains of a filter of second order that settles within a time constant T:
 
     v+ = v + a dt + dt (p_y - p) / T²       p+ = p + v dt + 2 dt (p_y - p) / T
 
-and by the GPS's velocity with 1 / T_v. Between samples the last one, moved on by the estimated
-velocity, counts; the GPS's for a second at most, then the specific force alone is left.
+and by the GPS's velocity with 1 / T_v. Between samples the last ones count: places moved on by the
+estimated velocity, the velocity by the specific force. One that stands would hold the estimate back
+in every acceleration. Those of the GPS count for a second: then barometer and specific force are
+all that is left.
 
 Source: R. Mahony, T. Hamel and J.-M. Pflimlin, Nonlinear complementary filters on the special
 orthogonal group, IEEE Transactions on Automatic Control 53(5), 2008: explicit filter with bias
@@ -21,7 +23,7 @@ correction, equations 32 and 34.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -46,16 +48,6 @@ GPS_HELD = 1.0
 """So long the last sample of the GPS counts [s]."""
 _LEAST_FORCE, _MOST_FORCE = 0.5, 1.5
 """Times g: a specific force beyond these shows no direction of up."""
-
-
-class ComplementarySettings(NamedTuple):
-    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
-
-    complementary_kp: float = 0.5
-    complementary_ki: float = 0.02
-    complementary_position_time: float = 1.5
-    complementary_velocity_time: float = 0.5
-    complementary_height_time: float = 1.0
 
 
 @register_jitable
@@ -92,7 +84,7 @@ def update(
     Args:
         memory: see `SIZE`.
         z: see `samples`.
-        settings: see `ComplementarySettings`.
+        settings: see `settings.ComplementarySettings`.
         mounting: see `samples.Mounting.packed`.
         dt: since the update before [s]; 0 at the first.
     """
@@ -131,17 +123,20 @@ def update(
     for i in range(3):
         x[10 + i] -= ki * dt * e[i]
         pull = a[i] - (GRAVITY if i == 2 else 0.0)
+        way = dt * (x[7 + i] + 0.5 * dt * pull)
+        p, v = x[4 + i] + way, x[7 + i] + dt * pull
+        if z[GPS] == 0.0:
+            p_y[i] += way
+            v_y[i] += dt * pull
+        if i == 2 and z[BAROMETER] == 0.0:
+            memory[LAST + 10] += way
         time, target, known = settings[2], p_y[i], by_gps
         if i == 2 and seen[1] > 0.0:
             time, target, known = settings[4], memory[LAST + 10], 1.0
-        gap = known * (target - x[4 + i])
-        drawn = by_gps * (v_y[i] - x[7 + i]) / settings[3]
-        v = x[7 + i]
-        x[4 + i] += dt * (v + 0.5 * dt * pull + 2.0 / time * gap)
-        x[7 + i] += dt * (pull + gap / (time * time) + drawn)
-        p_y[i] += dt * x[7 + i]
-        if i == 2:
-            memory[LAST + 10] += dt * x[7 + i]
+        gap = known * (target - p)
+        drawn = by_gps * (v_y[i] - v) / settings[3]
+        x[4 + i] = p + dt * 2.0 / time * gap
+        x[7 + i] = v + dt * (gap / (time * time) + drawn)
 
 
 def initial(state: Signal, p_BI: Signal) -> np.ndarray:

@@ -38,6 +38,18 @@ Signal = Any
 ERRORS, NOMINAL, CHANNELS = 15, 16, 10
 """Sizes of the error and of the nominal state, and numbers that are measured: place and velocity
 of the antenna (6), height, heading, distance, and one place to spare."""
+NAMES = (
+    "gps_x",
+    "gps_y",
+    "gps_z",
+    "gps_v_x",
+    "gps_v_y",
+    "gps_v_z",
+    "barometer",
+    "magnetometer",
+    "range_finder",
+)
+"""Of the numbers that are measured."""
 COVARIANCE = NOMINAL
 INNOVATIONS = COVARIANCE + ERRORS * ERRORS
 SIZE = INNOVATIONS + 2 * CHANNELS
@@ -47,30 +59,17 @@ LEAST_LOOK = 0.5
 """A range finder whose beam is farther from straight down than this cosine measures no height."""
 
 
-class EkfSettings(NamedTuple):
-    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
-
-    ekf_gyro_noise: float = 1.5e-4
-    ekf_accel_noise: float = 2.5e-3
-    ekf_gyro_bias_walk: float = 1e-5
-    ekf_accel_bias_walk: float = 2e-4
-    ekf_gps_position: float = 0.5
-    ekf_gps_height: float = 1.0
-    ekf_gps_velocity: float = 0.1
-    ekf_barometer: float = 0.2
-    ekf_magnetometer: float = 5e-7
-    ekf_range_finder: float = 0.02
-    ekf_gate: float = 5.0
-
-
 class InitialDeviations(NamedTuple):
-    """How far the estimate may be off at the start: standard deviations of its errors."""
+    """How far the estimate may be off at the start: standard deviations of its errors.
 
-    attitude: float = 0.005
+    The defaults are what the shipped drone's sensors settle to within a minute.
+    """
+
+    attitude: float = 0.001
     position: float = 0.05
-    velocity: float = 0.02
-    gyro_bias: float = 0.002
-    accel_bias: float = 0.02
+    velocity: float = 0.01
+    gyro_bias: float = 1e-4
+    accel_bias: float = 0.005
 
 
 @register_jitable(forceinline=True)
@@ -258,7 +257,7 @@ def spread(P: np.ndarray, F: np.ndarray, settings: Signal, dt: float) -> None:
     Args:
         P: covariance of the errors.
         F: see `transition`; biases stay as they are.
-        settings: see `EkfSettings`.
+        settings: see `settings.EkfSettings`.
         dt: the period [s].
     """
     T = np.zeros((9, ERRORS))
@@ -332,7 +331,7 @@ def rows_of(
         x: nominal state (16).
         z: see `samples`.
         mounting: see `samples.Mounting.packed`.
-        settings: see `EkfSettings`.
+        settings: see `settings.EkfSettings`.
         rows: places for H; zero where there is no new sample.
         gaps: places for y - h(x) and variance (10, 2); NaN where there is no new sample.
     """
@@ -379,7 +378,8 @@ def rows_of(
         n_x, n_y, _ = into_world(R, (k[0], k[1], k[2]))
         gaps[7, 0] = math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y)
         gaps[7, 1] = settings[8] * settings[8] / level
-        # a wrong tilt turns the horizontal part of a field that dips
+        # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
+        # the measured one's noise would come into H, and seem to tell of the tilt
         about = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
         for j in range(3):
             rows[7, j] = about[j]
@@ -411,7 +411,7 @@ def update(
     Args:
         memory: see `SIZE`.
         z: see `samples`.
-        settings: see `EkfSettings`.
+        settings: see `settings.EkfSettings`.
         mounting: see `samples.Mounting.packed`.
         dt: since the update before [s]; 0 at the first, which only measures.
     """

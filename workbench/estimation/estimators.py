@@ -5,20 +5,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.errors import unknown_name
 from workbench.estimation import complementary, ekf
+from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
+from workbench.estimation.settings import (
+    COMPLEMENTARY,
+    EKF,
+    ComplementarySettings,
+    EkfSettings,
+    check_estimator,
+)
 
-TRUTH = "truth"
-"""What a controller knows is the true motion."""
-COMPLEMENTARY, EKF = "complementary", "ekf"
-ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
-"""What a scenario may name."""
-HEARD = ("gps", "barometer", "magnetometer", "range_finder")
-"""Kinds of sensors that an estimator listens to, besides the IMU."""
-
-_DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
-"""Numbers of an EKF's update that say whether it goes by a sample: east and north, heading."""
+TRIANGLE = np.triu_indices(9)
+"""Rows and columns of a covariance's upper triangle (45), of attitude, place and velocity."""
 
 
 class Estimator(NamedTuple):
@@ -30,24 +29,29 @@ class Estimator(NamedTuple):
         name: in scenarios.
         settings: its live numbers, a named tuple's type.
         update: one update of its memory in place, see `ekf.update`.
-        begin: from a motion (13), the mounting and standard normal numbers (15) to a memory.
+        begin: from a motion (13), the mounting, standard normal numbers (15) and what is known
+            of the errors at the start to a memory.
         deviations: from a memory to the standard deviations of its errors (15), NaN where it
-            does not know them.
-        takes_in: whether it goes by the new sample of a kind of sensor that came with the update
-            which left its memory; its settings come second.
+            does not know them; so the next two.
+        covariance: of the errors of attitude, place and velocity, the upper triangle row by row
+            (45).
+        innovations: of each number that this update measured the innovation and its variance
+            (20), see `ekf.CHANNELS`; NaN where there was none.
     """
 
     name: str
     settings: Any
     update: Callable[..., None]
-    begin: Callable[[np.ndarray, Mounting, np.ndarray], np.ndarray]
+    begin: Callable[[np.ndarray, Mounting, np.ndarray, InitialDeviations], np.ndarray]
     deviations: Callable[[np.ndarray], np.ndarray]
-    takes_in: Callable[[np.ndarray, np.ndarray, str], bool]
+    covariance: Callable[[np.ndarray], np.ndarray]
+    innovations: Callable[[np.ndarray], np.ndarray]
 
 
-def _begin_ekf(state: np.ndarray, mounting: Mounting, drawn: np.ndarray) -> np.ndarray:
+def _begin_ekf(
+    state: np.ndarray, mounting: Mounting, drawn: np.ndarray, known: InitialDeviations
+) -> np.ndarray:
     """Return the memory of a filter whose errors are as large as it takes them to be."""
-    known = ekf.InitialDeviations()
     memory = ekf.initial(state, mounting.p_BI, known)
     errors = np.repeat(np.array(known), 3) * drawn
     errors[9:] = 0.0  # biases are what they are, and not known
@@ -61,35 +65,53 @@ def _ekf_deviations(memory: np.ndarray) -> np.ndarray:
     return found
 
 
-def _ekf_takes_in(memory: np.ndarray, settings: np.ndarray, kind: str) -> bool:
-    """Return whether none of a sample's first numbers was beyond the gate."""
-    told = memory[ekf.INNOVATIONS : ekf.SIZE].reshape(ekf.CHANNELS, 2)[_DECIDING[kind]]
-    gate = settings[ekf.EkfSettings._fields.index("ekf_gate")]
-    return bool(np.all(told[:, 0] ** 2 <= gate**2 * told[:, 1]))
+def _ekf_covariance(memory: np.ndarray) -> np.ndarray:
+    P = memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
+    found: np.ndarray = P[TRIANGLE]
+    return found
 
 
-def _begin_complementary(state: np.ndarray, mounting: Mounting, drawn: np.ndarray) -> np.ndarray:
+def _ekf_innovations(memory: np.ndarray) -> np.ndarray:
+    return memory[ekf.INNOVATIONS : ekf.SIZE]
+
+
+def _begin_complementary(
+    state: np.ndarray, mounting: Mounting, drawn: np.ndarray, known: InitialDeviations
+) -> np.ndarray:
     return complementary.initial(state, mounting.p_BI)
-
-
-def _takes_all_in(memory: np.ndarray, settings: np.ndarray, kind: str) -> bool:
-    return True
 
 
 def _no_deviations(memory: np.ndarray) -> np.ndarray:
     return np.full(ekf.ERRORS, np.nan)
 
 
+def _no_covariance(memory: np.ndarray) -> np.ndarray:
+    return np.full(len(TRIANGLE[0]), np.nan)
+
+
+def _no_innovations(memory: np.ndarray) -> np.ndarray:
+    return np.full(2 * ekf.CHANNELS, np.nan)
+
+
 _KNOWN = (
     Estimator(
         COMPLEMENTARY,
-        complementary.ComplementarySettings,
+        ComplementarySettings,
         complementary.update,
         _begin_complementary,
         _no_deviations,
-        _takes_all_in,
+        _no_covariance,
+        _no_innovations,
     ),
-    Estimator(EKF, ekf.EkfSettings, ekf.update, _begin_ekf, _ekf_deviations, _ekf_takes_in),
+    Estimator(
+        EKF,
+        EkfSettings,
+        ekf.update,
+        _begin_ekf,
+        _ekf_deviations,
+        _ekf_covariance,
+        _ekf_innovations,
+    ),
 )
 
 
@@ -99,9 +121,5 @@ def find_estimator(name: str) -> Estimator | None:
     Raises:
         WorkbenchError: if there is none of that name.
     """
-    if name == TRUTH:
-        return None
-    for each in _KNOWN:
-        if each.name == name:
-            return each
-    raise unknown_name("estimator", name, ESTIMATORS)
+    found = {each.name: each for each in _KNOWN}
+    return found.get(check_estimator(name))

@@ -44,8 +44,8 @@ class FlightControl(QObject):
         """Fly another drone; its sensors have other names, so all that it has measure."""
         now = self._flight.what
         if isinstance(now, Choice):
-            law = now.controller
-            self.fly(Choice(now.scenario, path, now.world, sensors=("all",), controller=law))
+            choice = replace(now, model=path, gains="", sensors=("all",), args={}, packages={})
+            self.fly(choice)
         else:
             sensors = replace(now.sensors, use=["all"], rates={}, latency={})
             self.fly(replace(now, vehicle=VehicleConfig(model=path), sensors=sensors))

@@ -23,6 +23,7 @@ WIND = 15
 PARAMETERS = 16
 EVENTS = 17
 MAGNETOMETER = 18
+ESTIMATE = 19
 
 AXES = 15
 """All axes of a command: bit 0 v_x, bit 1 v_y, bit 2 v_z, bit 3 yaw rate."""
@@ -47,6 +48,7 @@ class Outfit:
         limits: largest level speed, climb rate [m/s] and yaw rate [rad/s] that may be asked for.
         mounts: names of the frames of imu, gps, lidar and magnetometer, by these words.
         magnetometer: rate of the magnetometer, 0 without one [1/s].
+        estimate: whether an estimator tells the controller of the motion.
     """
 
     rotors: int
@@ -61,6 +63,7 @@ class Outfit:
     limits: tuple[float, float, float] = (8.0, 8.0, 0.4)
     mounts: Mapping[str, str] = field(default_factory=dict)
     magnetometer: float = 0.0
+    estimate: bool = False
 
 
 def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
@@ -68,6 +71,7 @@ def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
     topics = [
         *_paper(outfit),
         *_sensors(outfit),
+        *_estimate(outfit),
         _out(
             FRAMES,
             "frames",
@@ -249,6 +253,31 @@ def _sensors(outfit: Outfit) -> list[Topic]:
             )
         )
     return topics
+
+
+def _estimate(outfit: Outfit) -> list[Topic]:
+    """Return the topic of the motion as the controller knows it, where that is an estimate."""
+    if not outfit.estimate:
+        return []
+    body = next((child for parent, child in outfit.frames if parent == "world"), None)
+    return [
+        _out(
+            ESTIMATE,
+            "estimate",
+            outfit.fast,
+            *_vector("", "m", "W", ("x", "y", "z")),
+            *_vector("", "rad", "W", ("roll", "pitch", "yaw")),
+            *_vector("v_", "m/s", "W", "xyz"),
+            *_vector("w_", "rad/s", "W", "xyz"),
+            *_vector("sigma_", "m", "W", ("x", "y", "z")),
+            *_vector("sigma_", "rad", "B", ("roll", "pitch", "yaw")),
+            *_vector("sigma_", "m/s", "W", ("v_x", "v_y", "v_z")),
+            about={
+                "sigma": "standard deviations of the errors; NaN where they are not known",
+                **({"frame": body} if body else {}),
+            },
+        )
+    ]
 
 
 def _mount(outfit: Outfit, sensor: str) -> Mapping[str, object]:

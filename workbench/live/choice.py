@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from workbench.common.resources import find_file, find_model, find_scenario, find_world
 from workbench.control.controller import load_controller
+from workbench.estimation.settings import check_estimator
 from workbench.gains.profiles import flown_by
 from workbench.scenario.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
 
@@ -24,6 +25,7 @@ class Choice:
         args: values of arguments of the drone's xacro file, by name.
         packages: folders that its description refers to, by the package's name.
         controller: a shipped one's name, or a file's path.
+        estimator: a name of `ESTIMATORS`.
     """
 
     scenario: str = ""
@@ -34,6 +36,7 @@ class Choice:
     args: Mapping[str, str] = field(default_factory=dict)
     packages: Mapping[str, str] = field(default_factory=dict)
     controller: str = ""
+    estimator: str = ""
 
     def check(self) -> None:
         """Refuse what is not there, without a look inside.
@@ -51,6 +54,8 @@ class Choice:
                 find(name)
         if self.controller:
             load_controller(self.controller)
+        if self.estimator:
+            check_estimator(self.estimator)
 
     def load(self) -> Scenario:
         """Return the scenario.
@@ -67,6 +72,7 @@ class Choice:
             # rates and latencies were for the sensors of the scenario's own drone
             scenario.sensors = dataclasses.replace(scenario.sensors, rates={}, latency={})
         scenario.controller = self.controller or scenario.controller
+        scenario.estimator = self.estimator or scenario.estimator
         scenario.vehicle.args |= self.args
         scenario.vehicle.packages |= self.packages
         if self.gains:

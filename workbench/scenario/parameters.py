@@ -10,8 +10,7 @@ from functools import lru_cache
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller, load_controller
 from workbench.control.parameter import Parameter
-from workbench.estimation.complementary import ComplementarySettings
-from workbench.estimation.ekf import EkfSettings
+from workbench.estimation.settings import ComplementarySettings, EkfSettings
 
 __all__ = [
     "MOST_ROTORS",
@@ -46,7 +45,9 @@ def _gyro(name: str, limits: tuple[float, float], default: float, help: str) -> 
 def _ekf(row: tuple[str, str, float, str]) -> Parameter:
     name, unit, most, help = row
     default = getattr(EkfSettings(), name)
-    return Parameter(name, "ekf", unit, 0.0, most, default, help)
+    # what measures exactly would leave nothing to divide by
+    least = 0.0 if name.endswith(("_noise", "_walk")) else 1e-3 * default
+    return Parameter(name, "ekf", unit, least, most, default, help)
 
 
 def _complementary(row: tuple[str, str, float, str]) -> Parameter:
@@ -230,8 +231,7 @@ OTHERS: tuple[Parameter, ...] = (
         "Hz",
         *_FREQUENCY,
         0.0,
-        "cut-off of a low-pass on the estimated acceleration, which derivative gains act on; 0 for "
-        "none",
+        "cut-off of the low-pass on what derivative gains act on; 0 for none",
     ),
     Parameter(
         "command_steps",

@@ -17,7 +17,7 @@ from workbench.common.yaml_files import (
     read_yaml,
 )
 from workbench.control.controller import DEFAULT, SHIPPED, is_shipped, load_controller
-from workbench.estimation.estimators import ESTIMATORS, TRUTH
+from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.plant.variation import Variation
 from workbench.scenario.parameters import ParameterTable, parameter_table
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors

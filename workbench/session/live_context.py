@@ -14,7 +14,7 @@ from workbench.control.mode import FlightMode
 from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
-from workbench.estimation.estimators import ESTIMATORS
+from workbench.estimation.settings import ESTIMATORS
 from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame

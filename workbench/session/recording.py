@@ -3,7 +3,7 @@
 import contextlib
 import csv
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,13 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.vehicle import Vehicle
+
+ESTIMATED = ("estimate", "deviations", "covariance", "innovations")
+"""Signals of a flight on an estimate."""
+
+
+def _nothing() -> np.ndarray:
+    return np.empty((0, 0))
 
 
 @dataclass(frozen=True)
@@ -35,6 +42,14 @@ class Recording:
         charge: (N) of the battery, 0 .. 1.
         wind_W: (N, 3) velocity of the air at the drone [m/s].
         clearance: (N) free way to the nearest obstacle [m], infinite where there is none.
+        estimate: (N, 13) motion as the controller knew it: q_WB, p_WB [m], w_WB [rad/s] and v_WB
+            [m/s] in W; (N, 0) where it knew the true one. So the next three.
+        deviations: (N, 15) standard deviations of its errors: attitude in B [rad], position and
+            velocity of the IMU in W, biases of gyro and accelerometer; NaN where the estimator
+            does not know them. So the next two.
+        covariance: (N, 45) of the first nine errors, its upper triangle row by row.
+        innovations: (N, 20) of each measured number, see `ekf.CHANNELS`, the innovation and its
+            variance; NaN where none came at that time.
     """
 
     vehicle: Vehicle
@@ -53,6 +68,10 @@ class Recording:
     charge: np.ndarray
     wind_W: np.ndarray
     clearance: np.ndarray
+    estimate: np.ndarray = field(default_factory=_nothing)
+    deviations: np.ndarray = field(default_factory=_nothing)
+    covariance: np.ndarray = field(default_factory=_nothing)
+    innovations: np.ndarray = field(default_factory=_nothing)
 
     def __repr__(self) -> str:
         return f"<Recording of {self.vehicle.name}: {len(self.time)} samples>"
@@ -69,7 +88,8 @@ class Recording:
             signals: (N, size) each, as the recorder has them: state (13) and acceleration (6) of
                 the body, speeds, commands and thrusts of the rotors (n), reference (8), mode
                 (mode, ...), charge (1), wind (3); obstacle (clearance, ...) in a world that has
-                obstacles.
+                obstacles; estimate (13), deviations (15), covariance (45) and innovations (20)
+                where an estimator flies.
         """
         state, acceleration = signals["state"], signals["acceleration"]
         return cls(
@@ -91,7 +111,13 @@ class Recording:
             clearance=(
                 signals["obstacle"][:, 0] if "obstacle" in signals else np.full(len(time), np.inf)
             ),
+            **{name: signals.get(name, np.empty((len(time), 0))) for name in ESTIMATED},
         )
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the controller knew an estimate in place of the true motion."""
+        return self.estimate.size > 0
 
     @property
     def z_axis_W(self) -> np.ndarray:
@@ -136,8 +162,9 @@ class Recording:
     def between(self, start: float, end: float) -> "Recording":
         """Return the samples with start <= time <= end [s]."""
         keep = (self.time >= start - 1e-9) & (self.time <= end + 1e-9)
-        arrays = {f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name != "vehicle"}
-        return Recording(vehicle=self.vehicle, **arrays)
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "vehicle"}
+        kept = {name: each[keep] if len(each) else each for name, each in arrays.items()}
+        return Recording(vehicle=self.vehicle, **kept)
 
     def write_csv(self, path: Path) -> None:
         """Write one row a sample, with units in the header.
@@ -189,4 +216,25 @@ class Recording:
         columns["charge [1]"] = self.charge
         if np.isfinite(self.clearance).any():
             columns["clearance [m]"] = self.clearance
+        return columns | self._estimated_columns()
+
+    def _estimated_columns(self) -> dict[str, np.ndarray]:
+        """Return the estimate and its deviations as named columns, none where there is none."""
+        columns: dict[str, np.ndarray] = {}
+        if not self.estimated:
+            return columns
+        groups = (
+            ("estimate.q_WB", "wxyz", "1", self.estimate[:, 0:4]),
+            ("estimate.p_W", "xyz", "m", self.estimate[:, 4:7]),
+            ("estimate.v_W", "xyz", "m/s", self.estimate[:, 10:13]),
+            ("estimate.w_W", "xyz", "rad/s", self.estimate[:, 7:10]),
+            ("deviation.attitude_B", "xyz", "rad", self.deviations[:, 0:3]),
+            ("deviation.p_W", "xyz", "m", self.deviations[:, 3:6]),
+            ("deviation.v_W", "xyz", "m/s", self.deviations[:, 6:9]),
+            ("deviation.gyro_bias", "xyz", "rad/s", self.deviations[:, 9:12]),
+            ("deviation.accel_bias", "xyz", "m/s^2", self.deviations[:, 12:15]),
+        )
+        for name, axes, unit, values in groups:
+            for index, axis in enumerate(axes):
+                columns[f"{name}.{axis} [{unit}]"] = values[:, index]
         return columns

@@ -11,7 +11,7 @@ from pymap3d.enu import geodetic2enu
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.control.flight_mode import Health
 from workbench.estimation import ekf
-from workbench.estimation.estimators import HEARD, Estimator, find_estimator
+from workbench.estimation.estimators import TRIANGLE, Estimator, find_estimator
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -20,6 +20,7 @@ from workbench.estimation.samples import (
     SAMPLES,
     Mounting,
 )
+from workbench.estimation.settings import HEARD
 from workbench.plant.home import Home
 
 SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
@@ -39,6 +40,10 @@ def compiled_update(name: str) -> Compiled:
     return compile_cached(estimator.update, SOURCES, f"the estimator {name}", parts=20)
 
 
+DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
+"""Channels of `ekf.update` that say whether it goes by a sample: east and north, heading."""
+
+
 class Navigation(LeafSystem):
     """Runs an estimator once a control period, right before the controller looks at it.
 
@@ -55,6 +60,7 @@ class Navigation(LeafSystem):
             is that of the gyro's filters, less its bias.
         deviations (15): of the errors, see `ekf`.
         health (4): see `flight_mode.Health`.
+        covariance (45), innovations (20): see `Estimator`.
     Numeric parameter 0: the estimator's settings.
 
     Args:
@@ -62,6 +68,7 @@ class Navigation(LeafSystem):
         settings: its live numbers by name.
         mounting: of the sensors.
         turn_BM: orientation of the magnetometer, rows of the matrix (3, 3).
+        known: how far the estimate may be off at the start.
         home: where the world's origin lies.
         period: between updates [s].
         repeats: whether a sound IMU may give equal readings, as one without noise does.
@@ -74,6 +81,7 @@ class Navigation(LeafSystem):
         settings: Mapping[str, float],
         mounting: Mounting,
         turn_BM: np.ndarray,
+        known: ekf.InitialDeviations,
         home: Home,
         period: float,
         repeats: bool = False,
@@ -84,8 +92,9 @@ class Navigation(LeafSystem):
         self._run = compiled_update(estimator.name)
         self._mounting, self._places = mounting, mounting.packed()
         self._R_BM, self._home, self._period = np.array(turn_BM), home, period
+        self._known = known
         still = np.array([1.0, *[0.0] * 12])
-        memory = estimator.begin(still, mounting, np.zeros(ekf.ERRORS))
+        memory = estimator.begin(still, mounting, np.zeros(ekf.ERRORS), known)
         names = estimator.settings._fields
         self.DeclareNumericParameter(BasicVector([settings[name] for name in names]))
         self.DeclareDiscreteState(memory)
@@ -99,6 +108,8 @@ class Navigation(LeafSystem):
         self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
         self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
         self.DeclareVectorOutputPort("health", len(Health._fields), self._calc_health)
+        self.DeclareVectorOutputPort("covariance", len(TRIANGLE[0]), self._calc_covariance)
+        self.DeclareVectorOutputPort("innovations", 2 * ekf.CHANNELS, self._calc_innovations)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def begin(self, context: Context, state: np.ndarray, seed: int | None) -> None:
@@ -112,7 +123,8 @@ class Navigation(LeafSystem):
         drawn = np.zeros(ekf.ERRORS)
         if seed is not None:
             drawn = np.random.Generator(np.random.Philox(key=seed)).standard_normal(ekf.ERRORS)
-        context.SetDiscreteState(MEMORY, self.estimator.begin(state, self._mounting, drawn))
+        memory = self.estimator.begin(state, self._mounting, drawn, self._known)
+        context.SetDiscreteState(MEMORY, memory)
         context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
         context.SetDiscreteState(HELD, state)
         context.SetDiscreteState(AGES, np.zeros(len(Health._fields) - 1))
@@ -152,6 +164,12 @@ class Navigation(LeafSystem):
         ages = context.get_discrete_state(AGES).CopyToVector()
         output.SetFromVector([np.hypot(*deviations[3:5]), *ages])
 
+    def _calc_covariance(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.estimator.covariance(self._memory.Eval(context)))
+
+    def _calc_innovations(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.estimator.innovations(self._memory.Eval(context)))
+
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         discrete_state.set_value(MEMORY, self._memory.Eval(context))
         discrete_state.set_value(HELD, self._state.Eval(context))
@@ -180,8 +198,16 @@ class Navigation(LeafSystem):
         before = context.get_discrete_state(STAMPS).value()[place]
         if self._fresh(context, place, before) is None:
             return False
-        settings = context.get_numeric_parameter(0).value()
-        return self.estimator.takes_in(self._memory.Eval(context), settings, kind)
+        memory, gate = self._memory.Eval(context), self._gate(context)
+        told = self.estimator.innovations(memory).reshape(-1, 2)[DECIDING[kind]]
+        return not (told[:, 0] ** 2 > gate**2 * told[:, 1]).any()
+
+    def _gate(self, context: Context) -> float:
+        """Return beyond how many deviations a sample is left out."""
+        names = self.estimator.settings._fields
+        if "ekf_gate" not in names:
+            return np.inf
+        return float(context.get_numeric_parameter(0)[names.index("ekf_gate")])
 
     def _samples(self, context: Context) -> np.ndarray:
         """Return what sensors gave since the update before, see `estimation.samples`."""

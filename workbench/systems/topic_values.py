@@ -59,11 +59,7 @@ class TopicValues:
         force_x, force_y, force_z, *torque = (self._wrench @ thrusts).tolist()
         v_x, v_y, v_z, yaw_rate = signals["reference"][:4]
         seconds, nanoseconds = divmod(t_ns, 1_000_000_000)
-        angles = (
-            math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))),
-            math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-        )
+        angles = _angles((w, x, y, z))
         force = _turned((w, x, y, z), (force_x, force_y, force_z))
         way = [here - begin for here, begin in zip(p, self.start, strict=True)]
         return [
@@ -74,7 +70,18 @@ class TopicValues:
             self._pack(topic.FORCE_TORQUE, *force, *torque),
             self._pack(topic.COMMAND, 0, topic.AXES, v_x, v_y, v_z, yaw_rate),
             self._pack(topic.ROTORS, *signals["speeds"], *thrusts),
+            *self._estimate(signals),
         ]
+
+    def _estimate(self, signals: Mapping[str, list[float]]) -> list[Payload]:
+        """Return the payload of the estimated motion, where there is an estimator."""
+        if "estimate" not in signals:
+            return []
+        known, deviations = signals["estimate"], signals["deviations"]
+        angles = _angles(_unit(known[0:4]))
+        attitude, p, v = deviations[0:3], deviations[3:6], deviations[6:9]
+        motion = (*known[4:7], *angles, *known[10:13], *known[7:10])
+        return [self._pack(topic.ESTIMATE, *motion, *p, *attitude, *v)]
 
     def slow(self, signals: Mapping[str, list[float]]) -> list[Payload]:
         """Return the payloads of what changes slowly."""
@@ -151,6 +158,16 @@ def _unit(q: Numbers) -> tuple[float, float, float, float]:
     w, x, y, z = q
     length = math.sqrt(w * w + x * x + y * y + z * z)
     return w / length, x / length, y / length, z / length
+
+
+def _angles(q: Numbers) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw of a unit quaternion [rad]."""
+    w, x, y, z = q
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
 
 
 def _turned(q: Numbers, v: Numbers) -> tuple[float, float, float]:

@@ -10,13 +10,14 @@ from workbench.design.linear.operating_point import parse_point
 from workbench.design.linear.study import LinearStudy
 from workbench.estimation import ekf
 from workbench.estimation.samples import Mounting
+from workbench.estimation.settings import EkfSettings
 from workbench.scenario.scenario import Scenario, SensorsConfig
 from workbench.session.session import Session
 
 PERIOD = 1 / 128
 HOVER = np.array([1.0, 0, 0, 0, 0, 0, 10.0, 0, 0, 0, 0, 0, 0])
 PLACES = Mounting(p_BI=(0.01, 0.02, 0.0), p_BG=(0.0, 0.05, 0.1)).packed()
-SETTINGS = np.array(ekf.EkfSettings(ekf_gyro_bias_walk=1e-3, ekf_accel_bias_walk=1e-2))
+SETTINGS = np.array(EkfSettings(ekf_gyro_bias_walk=1e-3, ekf_accel_bias_walk=1e-2))
 DUTIES = {"gps": 0.08, "barometer": 0.4, "magnetometer": 0.4}
 
 

@@ -6,8 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from workbench.design.judge.noise import noise_effects
+from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.design.tune.measure import NOISE, noise_amplification
+from workbench.design.metrics import ROTORS
+from workbench.design.tune.case import NOMINAL
+from workbench.design.tune.measure import NOISE, Instruments, Quantity, noise_amplification
 from workbench.scenario.scenario import Scenario
 
 
@@ -70,3 +74,17 @@ def test_a_heading_that_wanders_with_the_one_remembered_shakes_no_rotor():
     study = LinearStudy(Scenario(controller="geometric"))
     assert 0.3 < noise_amplification(study.sampled()) < 1.2
     assert noise_amplification(study.sampled(gains={"k_rate_xy": 0.0})) == math.inf
+
+
+def test_a_wish_bounds_the_noise_of_the_rotors_commands():
+    """As the effects of all sensors have it, of whichever gains; and filters calm it."""
+    instruments = Instruments(Scenario(estimator="ekf"), {"gyro_lowpass": 60.0})
+    wanted = Quantity(NOMINAL, ROTORS, "rotors", "command_noise")
+    rough = {**instruments.base, "kd_roll": 2.0 * instruments.base["kd_roll"]}
+    found = instruments.measure([instruments.base, rough], [wanted])[:, 0]
+    study = LinearStudy(Scenario(estimator="ekf"))
+    *_, every = noise_effects(study, OperatingPoint(), {"gyro_lowpass": 60.0})
+    assert found[0] == pytest.approx(every.worst_command, rel=1e-6)
+    assert found[1] > 1.1 * found[0]
+    plain = Instruments(Scenario(estimator="ekf"), {})
+    assert plain.measure([plain.base], [wanted])[0, 0] > 1.2 * found[0]

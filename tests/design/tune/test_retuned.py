@@ -15,6 +15,15 @@ DRONES = Path(__file__).parents[2] / "drones"
 VARIATION = Variation(mass=0.8, inertia=1.3, rotor_lag=1.5)
 
 
+def test_they_are_so_behind_filters_and_an_estimator():
+    study, around = LinearStudy(Scenario(estimator="ekf")), {"gyro_lowpass": 40.0}
+    filters = {**around, "derivative_lowpass": 10.0, "setpoint_lowpass": 5.0}
+    models = RetunedModels(study, OperatingPoint(), {**study.gains, **filters})
+    gains = {**study.gains, **filters, "kp_roll": 90.0, "kd_velocity_x": 0.2, "kd_pitch": 9.0}
+    ours, linearised = models.model(gains), study.sampled(gains=gains)
+    assert np.abs(ours.A - linearised.A).max() < 1e-11 * np.abs(linearised.A).max()
+
+
 @pytest.mark.parametrize("hold", [False, True])
 @pytest.mark.parametrize("name", ["dh_drone", str(DRONES / "tilted_quad.urdf.xacro")])
 def test_they_are_those_of_a_new_linearisation(name, hold):

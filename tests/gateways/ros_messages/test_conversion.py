@@ -31,6 +31,7 @@ OUTFIT = Outfit(
     scan=SCAN,
     frames=(("world", "base_link"), ("base_link", "imu_link")),
     magnetometer=51.2,
+    estimate=True,
 )
 TOPICS = {topic.id: topic for topic in drone_topics(OUTFIT)}
 
@@ -103,6 +104,25 @@ def test_odometry_has_its_velocities_in_the_bodys_axes():
     assert [*twist["angular"].values()] == pytest.approx([2, 0, 0.25], abs=1e-12)
     assert (values["header"]["frame_id"], values["child_frame_id"]) == ("world", "base_link")
     assert encode("nav_msgs/msg/Odometry", values)
+
+
+def test_an_estimate_has_its_variances_in_the_axes_that_ros_wants():
+    """Turned by 90 deg about z: the body's x is the world's y."""
+    motion = (1, 2, 3, 0, 0, math.pi / 2, 1, 0, 0.5, 0, 2, 0.25)
+    sigmas = (0.5, 0.25, 1, 0.125, 0.0625, 0.5, 2, 4, 1)
+    got = made(numbers.ESTIMATE, *motion, *sigmas)
+    odometry = got["/dh_drone/estimated_odometry"]
+    covariance = np.reshape(odometry.pose.covariance, (6, 6))
+    along = [0.25, 0.0625, 1.0, 0.0625**2, 0.125**2, 0.25]
+    assert covariance == pytest.approx(np.diag(along), abs=1e-7)
+    covariance = np.reshape(odometry.twist.covariance, (6, 6))
+    assert covariance == pytest.approx(np.diag([16.0, 4.0, 1.0, 0.0, 0.0, 0.0]), abs=1e-5)
+    linear = odometry.twist.twist.linear
+    assert (linear.x, linear.y, linear.z) == pytest.approx((0, -1, 0.5), abs=1e-6)
+    assert odometry.child_frame_id == "base_link"
+    assert got["/dh_drone/estimate"].sigma_v_y == 4.0
+    unknown = made(numbers.ESTIMATE, *motion, *[math.nan] * 9)["/dh_drone/estimated_odometry"]
+    assert set(unknown.pose.covariance) == {0.0} == set(unknown.twist.covariance)
 
 
 def test_a_fix_is_in_degrees_and_its_covariance_is_unknown():

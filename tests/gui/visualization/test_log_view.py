@@ -76,6 +76,8 @@ def test_names_of_a_log_are_those_of_a_flight():
     assert live_name("magnetometer.magnetic_field.z") == "magnetometer.magnetic_field.2"
     assert live_name("velocity_data.v_x") == "velocity_data.v_x"
     assert live_name("imu.orientation_covariance.3") is None
+    assert live_name("estimate.sigma_roll") == "estimate.sigma_roll"
+    assert live_name("estimated_odometry.pose.pose.position.x") is None
     assert si_unit("deg") == ("rad", math.pi / 180.0)
 
 

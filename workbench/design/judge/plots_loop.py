@@ -1,6 +1,7 @@
 """All of one loop in one picture, and all loops in another."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +12,7 @@ from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import CutModel, LoopResponses, loop_responses
 from workbench.design.judge.margins import LoopMargins, frequency_grid, loop_margins
 from workbench.design.judge.modes import natural_poles
+from workbench.design.judge.phase_budget import PARTS, PhaseBudget
 from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, linear_step
 from workbench.design.linear.model import LinearModel
 from workbench.design.plots import PALETTE, label, styled, widen
@@ -313,6 +315,33 @@ def plot_loops(
         response = loops.at(shown_frequencies(loops, margins))[0]
         draw_nyquist(axes, response, margins, legend=loop is shown[0])
         axes.set_title(f"{loop.name}\n{_in_few_words(margins)}", fontsize=9)
+    return figure
+
+
+def plot_phase(budgets: Sequence[PhaseBudget], title: str) -> Figure:
+    """Return what turned the phase of each loop, as bars from 0 to -180 degrees.
+
+    Args:
+        budgets: of the loops.
+        title: of the picture.
+    """
+    figure = Figure(figsize=(10.0, 0.55 * len(budgets) + 1.6), layout="constrained")
+    axes = figure.subplots()
+    names = [f"{each.loop}\n{each.crossover:.3g} rad/s" for each in budgets]
+    ends, starts = np.zeros(len(budgets)), np.zeros(len(budgets))
+    for number, part in enumerate(PARTS):
+        turned = np.degrees([getattr(each, part) for each in budgets])
+        if np.abs(turned).max(initial=0.0) < 1e-6:
+            continue
+        # what leads goes back to the right of 0, so that bars never lie over one another
+        begin = np.where(turned < 0.0, ends, starts)
+        axes.barh(names, turned, left=begin, color=f"C{number}", label=part)
+        ends, starts = ends + np.minimum(turned, 0.0), starts + np.maximum(turned, 0.0)
+    axes.axvline(-180.0, color="0.3", ls="--", lw=1.0)
+    axes.invert_yaxis()
+    axes.set_xlabel("phase at the crossover [deg]; what is left to the dashed line is the margin")
+    axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
+    figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8, frameon=False)
     return figure
 
 

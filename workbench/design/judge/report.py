@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from workbench.design.judge.loop_judgement import LoopJudgement, growing_loops, judge_loops
 from workbench.design.judge.modes import Mode, modes
 from workbench.design.judge.multiloop import MultiloopMargin, multiloop_margin
+from workbench.design.judge.noise import NoiseEffect, noise_effects
+from workbench.design.judge.phase_budget import PhaseBudget, phase_budgets
 from workbench.design.judge.sampled_stability import SlowestRate, slowest_rate
 from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import flight_gains
+from workbench.plant.sensors import Imu
 from workbench.scenario.scenario import Scenario
 
 STEP_DURATION = 5.0
@@ -40,6 +43,9 @@ class Judgement:
         plant_input: what force and moments bear all at once, while the pilot steers; the law's
             own loops may lie inside one another, this place is the same for every law.
         plant_input_holding: the same while the place is held; None away from hover.
+        phase: where the phase of each loop went; of an unstable closed loop nothing.
+        noise: what the described noise of each sensor does, in hover while the place is held;
+            empty away from it, without an IMU, and of an unstable closed loop.
     """
 
     vehicle: str
@@ -55,6 +61,8 @@ class Judgement:
     holding: LinearModel | None
     plant_input: MultiloopMargin
     plant_input_holding: MultiloopMargin | None
+    phase: tuple[PhaseBudget, ...] = ()
+    noise: tuple[NoiseEffect, ...] = ()
 
 
 def judge(
@@ -97,22 +105,27 @@ def judge(
                     settings=settings,
                 )
             )
+    loops = judge_loops(steering, holding)
+    unstable = growing_loops(steering) or (growing_loops(holding) if holding else ())
+    has_imu = any(isinstance(sensor, Imu) for sensor in study.vehicle.sensors)
     slowest = slowest_rate(scenario, point=point, settings=settings)
     say(1.0)
     return Judgement(
         vehicle=study.vehicle.name,
         point=point,
         period=steering.period,
-        loops=judge_loops(steering, holding),
+        loops=loops,
         modes=modes(steering),
         modes_holding=modes(holding) if holding else (),
         steps=tuple(steps),
         slowest=slowest,
-        unstable=growing_loops(steering) or (growing_loops(holding) if holding else ()),
+        unstable=unstable,
         steering=steering,
         holding=holding,
         plant_input=multiloop_margin(study.plant_input(steers, gains)),
         plant_input_holding=(
             multiloop_margin(study.plant_input(HOLD, gains)) if at_hover else None
         ),
+        phase=() if unstable else phase_budgets(study, steering, holding, loops, gains),
+        noise=noise_effects(study, HOLD, gains) if holding and has_imu and not unstable else (),
     )

@@ -352,28 +352,18 @@ class Derivatives:
         pulled = _seeded(last, seeds[STATE:])
         return gradient(measured(moving, pulled, self.p_BI)[3:], STATE + LAST)
 
-    def reading(
-        self,
-        gyro: Gyro,
-        motion: np.ndarray,
-        filters: np.ndarray,
-        before: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows of the motion that a controller sees (12), and of the gyro's reading (3).
+    def sensed(self, gyro: Gyro, motion: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """Return rows of the motion (12) that a controller on the truth sees.
 
         Args:
             gyro: there.
             motion: rows of the motion (12).
-            filters: rows of the states of the gyro's filters (12).
-            before: rows of its last reading (3), which counts between samples; None at one.
+            rates: rows of what comes out of the gyro's filters (3).
         """
-        rates = before
-        if rates is None:
-            rates = gyro.C @ filters + gyro.D @ (gyro.rates_by @ motion)
         seen = motion.copy()
         if self.gyro_filters:
             seen[6:9] = gyro.sensed_by @ motion + gyro.sensed_by_rates @ rates
-        return seen, rates
+        return seen
 
     def _acceleration(self, state: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return wdot and vdot (6) with the rotors at steady speeds, and their derivatives."""

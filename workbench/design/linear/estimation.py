@@ -13,7 +13,7 @@ import numpy as np
 from workbench.dynamics.rigid_body import into_body, rotation
 from workbench.estimation import complementary, ekf
 from workbench.estimation.ekf import crossed, into_world
-from workbench.estimation.estimators import EKF, Estimator
+from workbench.estimation.estimators import Estimator
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -22,6 +22,7 @@ from workbench.estimation.samples import (
     SAMPLES,
     Mounting,
 )
+from workbench.estimation.settings import EKF
 
 DOUBLINGS = 16
 """The covariance is that after 2^16 control periods: 512 s at 128 Hz."""
@@ -50,7 +51,8 @@ class EstimatorModel:
     """An update of an estimator, and its derivatives.
 
     Columns are the true motion (12), the mean sample of the IMU since the update before (6), the
-    filtered angular velocity (3), and what the estimator remembers (e).
+    filtered angular velocity (3), and what the estimator remembers (e); then, for noise, what the
+    other sensors measure (9), see `MEASURED`.
 
     Attributes:
         memory_by: rows of what it remembers after the update (e).
@@ -96,15 +98,17 @@ def estimator_model(
 
     def updated(errors: np.ndarray) -> np.ndarray:
         """Return memory and motion seen after an update, as differences from the steady flight."""
-        motion, sample, rates, memory = np.split(errors, np.cumsum([MOTION, IMU, RATES]))
+        sizes = np.cumsum([MOTION, IMU, RATES, len(names)])
+        motion, sample, rates, memory, noise = np.split(errors, sizes)
         true = _moved(state, motion)
         z = perfect_samples(true, imu + sample, places)
+        _add_noise(z, noise, true, places)
         after = update(_added(begin, memory), z)
         seen = np.array(ekf.estimate(after[: ekf.NOMINAL], rates, mounting.p_BI))
         seen[7:10] = into_world(rotation(seen[:4].tolist()), seen[7:10].tolist())
         return np.concatenate([_difference(begin, after), _motion(state, seen)])
 
-    size = MOTION + IMU + RATES + len(names)
+    size = MOTION + IMU + RATES + len(names) + len(MEASURED)
     columns = [
         (updated(DIFFERENCE * seed) - updated(-DIFFERENCE * seed)) / (2.0 * DIFFERENCE)
         for seed in np.eye(size)
@@ -129,6 +133,14 @@ _LAST = (
     *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
     ("barometer_height", "m"),
 )
+MEASURED = (
+    *((f"gps_p_{axis}", "m") for axis in "xyz"),
+    *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
+    ("barometer_height", "m"),
+    ("magnetometer_heading", "rad"),
+    ("range_finder_distance", "m"),
+)
+"""What sensors besides the IMU measure, with units."""
 ESTIMATED = (*_NOMINAL, *_LAST)
 """All names of what estimators remember."""
 
@@ -156,6 +168,16 @@ def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> n
     return z
 
 
+def _add_noise(z: np.ndarray, noise: np.ndarray, state: np.ndarray, places: np.ndarray) -> None:
+    """Add noise (9) to what sensors measure, see `MEASURED`."""
+    z[GPS + 2 : GPS + 8] += noise[:6]
+    z[BAROMETER + 1] += noise[6]
+    m_x, m_y, _ = places[15:18]
+    turned = (-m_y * noise[7], m_x * noise[7], 0.0)
+    z[MAGNETOMETER + 1 : MAGNETOMETER + 4] += into_body(rotation(state[0:4].tolist()), turned)
+    z[RANGE_FINDER + 1] += noise[8]
+
+
 def settled_gain(
     settings: np.ndarray,
     places: np.ndarray,
@@ -172,7 +194,7 @@ def settled_gain(
     what no sensor sees, as a heading without magnetometer, is no failure: its covariance has grown.
 
     Args:
-        settings: see `ekf.EkfSettings`.
+        settings: see `settings.EkfSettings`.
         places: see `samples.Mounting.packed`.
         duties: see `estimator_model`.
         period: between updates [s].

@@ -1,7 +1,7 @@
 """Names and units of the signals of linear models."""
 
 from workbench.control.controller import Controller
-from workbench.design.linear.estimation import ESTIMATED
+from workbench.design.linear.estimation import ESTIMATED, MEASURED
 from workbench.design.linear.model import Signal
 
 
@@ -50,6 +50,21 @@ def imu() -> tuple[Signal, ...]:
     """Return what the IMU gives at a reading."""
     return tuple(Signal(f"imu_w_{axis}", "rad/s") for axis in "xyz") + tuple(
         Signal(f"imu_f_{axis}", "m/s^2") for axis in "xyz"
+    )
+
+
+def sensor_noise(samples: int) -> tuple[Signal, ...]:
+    """Return the noise of the IMU's samples in a period, and of what other sensors measure."""
+    if not samples:
+        return ()
+    return (
+        *(
+            Signal(f"{kind}_noise_{axis}_{sample + 1}", unit)
+            for sample in range(samples)
+            for kind, unit in (("gyro", "rad/s"), ("accel", "m/s^2"))
+            for axis in "xyz"
+        ),
+        *(Signal(f"{name}_noise", unit) for name, unit in MEASURED),
     )
 
 

@@ -23,7 +23,7 @@ from workbench.design.linear.derivatives import (
     LastCall,
     Update,
 )
-from workbench.design.linear.estimation import EstimatorModel, estimator_model
+from workbench.design.linear.estimation import MEASURED, EstimatorModel, estimator_model
 from workbench.design.linear.model import LinearModel, Signal, Trim
 from workbench.design.linear.names import (
     accel_states,
@@ -38,6 +38,7 @@ from workbench.design.linear.names import (
     outputs,
     points,
     references,
+    sensor_noise,
     wrench,
     yaw_moment,
 )
@@ -47,8 +48,10 @@ from workbench.design.linear.trim import find_trim, guidance_of, reference_of, u
 from workbench.diagram.core import law_gains, live_numbers, make_flight_core, make_vehicle_core
 from workbench.diagram.mounting import find_imu, mounting_of
 from workbench.diagram.sensor_choice import choose_sensors
-from workbench.estimation.estimators import HEARD, TRUTH, find_estimator
+from workbench.estimation.estimators import find_estimator
+from workbench.estimation.gyro import sample_steps
 from workbench.estimation.samples import Mounting
+from workbench.estimation.settings import HEARD, TRUTH
 from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description
 from workbench.plant.home import DEFAULT_HOME
@@ -86,6 +89,7 @@ def sampled_model(
     rate: float,
     delays: Delays,
     estimator: EstimatorModel | None = None,
+    samples: int = 0,
 ) -> LinearModel:
     """Return the linear model of a control period.
 
@@ -107,6 +111,7 @@ def sampled_model(
         rate: of the acceleration estimate [1/s].
         delays: of sensing and commands.
         estimator: at the trim, where the law does not know the true motion.
+        samples: of the IMU in a period, the noise of each an input; 0 leaves sensors' noise out.
 
     Raises:
         WorkbenchError: for a turn with a delay of sensing, which has no such model.
@@ -129,20 +134,32 @@ def sampled_model(
     memory = older.pop()
     moving = slice(0, accel.stop)
 
-    inputs = REFERENCE + HELD + count + STATE
-    asked, noise = slice(0, REFERENCE + HELD + count), slice(REFERENCE + HELD + count, inputs)
+    asked = slice(0, REFERENCE + HELD + count)
+    noise = slice(asked.stop, asked.stop + STATE)
+    sampling = slice(noise.stop, noise.stop + IMU * samples)
+    measuring = slice(sampling.stop, sampling.stop + (len(MEASURED) if samples else 0))
+    inputs = measuring.stop
     known = STATE + FILTERED + n
     whole = np.eye(size)
-    now_seen, rates_read = derivatives.reading(
-        derivatives.gyro(trim.state, np.concatenate([np.zeros(3), trim.vdot_WB])),
-        whole[s],
-        whole[gyro],
-    )
+    at_trim = derivatives.gyro(trim.state, np.concatenate([np.zeros(3), trim.vdot_WB]))
+    rates_read = at_trim.C @ whole[gyro] + at_trim.D @ (at_trim.rates_by @ whole[s])
+    now_seen = derivatives.sensed(at_trim, whole[s], rates_read)
+    seen_in, read_in = np.zeros((STATE, inputs)), np.zeros((3, inputs))
+    if samples:
+        read_in[:, sampling][:, :3] = at_trim.D
+        if derivatives.gyro_filters:
+            seen_in[RATE] = at_trim.sensed_by_rates @ read_in
     if estimator:
         heard = np.vstack([whole[s], whole[sample], rates_read, whole[known_motion]])
-        now_seen = estimator.seen_by @ heard
+        heard_in = np.zeros((len(heard), inputs))
+        heard_in[STATE + IMU : STATE + IMU + 3] = read_in
+        parts = np.eye(len(MEASURED), inputs, measuring.start) if samples else heard_in[:0]
+        both_in = np.vstack([heard_in, parts])
+        now_seen = estimator.seen_by[:, : len(heard)] @ heard
+        seen_in = estimator.seen_by[:, : len(both_in)] @ both_in
     seen = np.zeros((known + k, size))
     seen[:STATE] = whole[older[-1]] if late else now_seen
+    seen_now = np.zeros((STATE, inputs)) if late else seen_in
     seen[STATE : STATE + FILTERED, before] = np.eye(FILTERED)
     seen[STATE + FILTERED : known, commands[0]] = np.eye(n)
     seen[known:, memory] = np.eye(k)
@@ -151,7 +168,8 @@ def sampled_model(
         """Return rows of the update by states and by inputs."""
         by_inputs = np.zeros((rows.shape[0], inputs))
         by_inputs[:, asked] = rows[:, known : known + asked.stop]
-        by_inputs[:, noise] = rows[:, :STATE]
+        by_inputs += rows[:, :STATE] @ seen_now
+        by_inputs[:, noise] += rows[:, :STATE]
         return np.hstack([rows[:, :known], rows[:, known + asked.stop :]]) @ seen, by_inputs
 
     A, B = np.zeros((size, size)), np.zeros((size, inputs))
@@ -163,17 +181,20 @@ def sampled_model(
         A[memory], B[memory] = of_update(update.memory_by)
     signals, signals_in = of_update(update.signals_by)
     held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
-    after, sampled, readings = _states_of_period(derivatives, trim, update, rates, held)
+    after, sampled, readings = _states_of_period(
+        derivatives, trim, update, rates, held, sampling if samples else None
+    )
     A[moving], B[moving] = after
     A[sample], B[sample] = sampled
     if estimator:
-        A[known_motion] = estimator.memory_by @ heard
+        A[known_motion] = estimator.memory_by[:, : len(heard)] @ heard
+        B[known_motion] = estimator.memory_by[:, : len(both_in)] @ both_in
     for each, (by_state, by_input) in zip(commands, acting, strict=False):
         A[each], B[each] = by_state, by_input
     for each, newer in zip(older[1:], older, strict=False):
         A[each] = whole[newer]
     if late and estimator:  # between updates the estimate stays
-        A[older[0]] = now_seen
+        A[older[0]], B[older[0]] = now_seen, seen_in
     elif late:
         A[older[0]], B[older[0]] = readings[look]
 
@@ -196,7 +217,12 @@ def sampled_model(
         feedthrough=D,
         period=rates.control_period,
         states=(*_states(n, waiting, late, estimator), *memory_of(derivatives.controller)),
-        inputs=(*references(), *points(derivatives.controller), *motion("noise_")),
+        inputs=(
+            *references(),
+            *points(derivatives.controller),
+            *motion("noise_"),
+            *sensor_noise(samples),
+        ),
         outputs=outputs(n, derivatives.controller),
         trim=trim,
         controller=derivatives.controller,
@@ -288,7 +314,12 @@ Rows = tuple[np.ndarray, np.ndarray]
 
 
 def _states_of_period(
-    derivatives: Derivatives, trim: Trim, update: Update, rates: Rates, held: list[Rows]
+    derivatives: Derivatives,
+    trim: Trim,
+    update: Update,
+    rates: Rates,
+    held: list[Rows],
+    sampling: slice | None = None,
 ) -> tuple[Rows, Rows, list[Rows]]:
     """Return what a control period makes of motion, acceleration, speeds and the IMU's filters.
 
@@ -298,6 +329,7 @@ def _states_of_period(
         update: at its beginning.
         rates: of physics and control.
         held: rows of the commands that act in each step.
+        sampling: which inputs are the noise of the IMU's samples, if any are.
 
     Returns:
         Rows of all that after the period; those of what the IMU then gives (6), see
@@ -329,9 +361,16 @@ def _states_of_period(
             before = w_B
         if number == len(held):
             break
-        reading, rates_read = derivatives.reading(
-            gyro, moves[:STATE], both[filters], rates_read if number % every else None
-        )
+        if sampling and number % every == 0:
+            noise = np.zeros((IMU, columns + inputs))
+            first = columns + sampling.start + IMU * (number // every)
+            noise[:, first : first + IMU] = np.eye(IMU)
+            # a sample counts by halves in two periods, here by the whole in the one that it begins
+            sums += every * np.vstack([noise[:3], gyro.through @ noise[3:]])
+            w_B, force = w_B + noise[:3], force + noise[3:]
+        if number % every == 0:
+            rates_read = gyro.C @ both[filters] + gyro.D @ w_B
+        reading = derivatives.sensed(gyro, moves[:STATE], rates_read)
         readings.append(reading)
         after = both.copy()
         if number % every == 0:
@@ -554,13 +593,14 @@ class LinearStudy:
             self.controller, self._flown, self.vehicle, self.gains, self.scenario.rates
         )
         _, self._rate = sampled_estimate(self.scenario.rates.control_period)
+        self.home = DEFAULT_HOME
         self._mounting: Mounting | None = None
         self._duties: dict[str, float] = {}
         if self.scenario.estimator != TRUTH:
             imu = find_imu(self.vehicle, noise=False)
             choices = choose_sensors(self.vehicle, self.scenario)
-            home = read_configured_world(self.scenario).home or DEFAULT_HOME
-            self._mounting = mounting_of(imu, choices, home)
+            self.home = read_configured_world(self.scenario).home or DEFAULT_HOME
+            self._mounting = mounting_of(imu, choices, self.home)
             self._duties = {
                 each.sensor.kind: min(1.0, self.scenario.rates.control_period / each.period)
                 for each in reversed(choices)
@@ -601,6 +641,18 @@ class LinearStudy:
         Arguments and exceptions are those of `trim`.
         """
         return self._sampled(point, gains)[0].lean(REMOVABLE)
+
+    def noisy(
+        self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
+    ) -> LinearModel:
+        """Return the sampled model with the noise of every sample of every sensor as inputs.
+
+        Arguments and exceptions are those of `trim`.
+        """
+        values, rates = self._values(gains), self.scenario.rates
+        steps = round(rates.control_period / rates.physics_step)
+        every = sample_steps(values["gyro_rate"], rates.physics_step, steps)
+        return self._sampled(point, gains, steps // every)[0].lean(REMOVABLE)
 
     def plant_input(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -647,12 +699,14 @@ class LinearStudy:
         return core.model(trim, values)
 
     def _sampled(
-        self, point: OperatingPoint, gains: Mapping[str, float] | None
+        self, point: OperatingPoint, gains: Mapping[str, float] | None, samples: int = 0
     ) -> tuple[LinearModel, EstimatorModel | None]:
         trim = self.trim(point, gains)
         estimator = self._estimator_at(trim, self._values(gains))
         rates, delays = self.scenario.rates, self._delays
-        found = sampled_model(self._derivatives, trim, rates, self._rate, delays, estimator)
+        found = sampled_model(
+            self._derivatives, trim, rates, self._rate, delays, estimator, samples
+        )
         return found, estimator
 
     def _estimator_at(self, trim: Trim, values: Mapping[str, float]) -> EstimatorModel | None:

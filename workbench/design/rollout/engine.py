@@ -37,7 +37,13 @@ from workbench.scenario.scenario import Rates, Scenario, Start, check_scenario
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.battery import PERIOD, hover_power, voltage_curve, voltage_drop
 
-SOURCES = (*LAW, "design/rollout", "design/tumbling.py", "design/response_metrics.py")
+SOURCES = (
+    *LAW,
+    "estimation/gyro.py",
+    "design/rollout",
+    "design/tumbling.py",
+    "design/response_metrics.py",
+)
 """What the compiled flights stand in, below `workbench/`."""
 LARGEST = 2
 SHARE = 4

@@ -14,6 +14,7 @@ from workbench.design.sweep.flown import FlySweep, Progress, Stop
 from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
+from workbench.estimation.settings import TRUTH
 from workbench.scenario.scenario import Scenario
 
 FLIGHT_SHARE = 0.1
@@ -73,7 +74,9 @@ def sweep(
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
-    flown = (fly or _flying(law))(case, vehicle, candidates, _part(progress, 0.0, share), stop)
+    flown = (fly or _flying(law, case.scenario))(
+        case, vehicle, candidates, _part(progress, 0.0, share), stop
+    )
     metrics, values = FLOWN, flown.values
     if cut:
         from workbench.design.sweep.loop_margins import candidate_margins
@@ -99,9 +102,9 @@ def sweep(
     )
 
 
-def _flying(law: Controller) -> FlySweep:
-    """Return what flies candidates of a law fastest."""
-    if law.compiles:
+def _flying(law: Controller, scenario: Scenario) -> FlySweep:
+    """Return what flies candidates of a law fastest; compiled flights know the true motion."""
+    if law.compiles and scenario.estimator == TRUTH:
         return fly_compiled
     from workbench.design.sweep.full_flights import fly_full  # it loads all of a session
 

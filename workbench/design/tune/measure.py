@@ -15,6 +15,7 @@ from workbench.control.controller import Controller, Loop
 from workbench.design.executor.local_processes import all_cores
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
+from workbench.design.judge.noise import noise_effects
 from workbench.design.judge.step_pair import linear_step
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint, Triple
@@ -28,12 +29,15 @@ from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.retuned import LinearisedModels, RetunedModels, retuned_models
 from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
+from workbench.estimation.settings import TRUTH
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 
 Gains = Mapping[str, float]
 HOLD = OperatingPoint(hold=True)
+_FLOWN_AWAY_COMMAND = 100.0
+"""Commands that noise moves by so many times their mean are those of an unstable loop."""
 GROWTH_AS_MARGIN = -0.1
 """A loop that is unstable counts as having this margin per e-fold of growth a second [s]."""
 ATTITUDE_TIME = 1.5
@@ -201,7 +205,7 @@ class Instruments:
     def responses(self, gains: Sequence[Gains], axis: str, case: Case) -> "Responses":
         """Return flown steps of an axis: compiled, or on the diagram where that cannot be."""
         step = self.steps[axis]
-        if not self.controller.compiles:
+        if not self.controller.compiles or self._scenario.estimator != TRUTH:
             return self._flown_on_the_diagram(gains, axis, step, case)
         flown = self._engine(case).fly(
             gains, axis, step.amplitude, duration=step.duration, velocity=self.point.velocity
@@ -298,9 +302,13 @@ class Instruments:
         point: OperatingPoint,
     ) -> dict[Quantity, np.ndarray]:
         """Return numbers of the linear model at an operating point."""
-        models = self.models(case, point)
+        models, study = self.models(case, point), self._study(case)
         rows = [_judged(models.model(each), quantities) for each in gains]
-        return dict(zip(quantities, np.array(rows).T, strict=True))
+        found = dict(zip(quantities, np.array(rows).T, strict=True))
+        for quantity in quantities:
+            if quantity.metric == "command_noise":
+                found[quantity] = np.array([command_noise(study, point, each) for each in gains])
+        return found
 
 
 @dataclass(frozen=True)
@@ -332,7 +340,9 @@ def _judged(model: LinearModel, quantities: Sequence[Quantity]) -> list[float]:
     margins = dict(zip(loops, all_margins(model, points), strict=True)) if loops else {}
     found = []
     for quantity in quantities:
-        if quantity.kind == ROTORS:
+        if quantity.metric == "command_noise":
+            found.append(math.nan)  # a model of the noise of each sensor says it
+        elif quantity.kind == ROTORS:
             found.append(noise_amplification(model))
         elif margins[quantity.subject].stable:
             found.append(float(getattr(margins[quantity.subject], quantity.metric)))
@@ -371,6 +381,16 @@ def cut_point(model: LinearModel, subject: str) -> str:
     """
     found = [loop.point("actuator") for loop in model.loops if loop.name == subject]
     return found[0] if found else subject
+
+
+def command_noise(study: LinearStudy, point: OperatingPoint, gains: Gains) -> float:
+    """Return the rms of the rotors' commands under the sensors' noise over their mean [1].
+
+    Of the rotor that is commanded most about; see `noise_effects`. An unstable loop has none:
+    infinite.
+    """
+    *_, every = noise_effects(study, point, gains)
+    return every.worst_command if every.worst_command < _FLOWN_AWAY_COMMAND else math.inf
 
 
 def noise_amplification(model: LinearModel) -> float:

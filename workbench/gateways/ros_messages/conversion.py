@@ -156,6 +156,7 @@ _OURS = {
     numbers.WIND: "WindData",
     numbers.PARAMETERS: "ParameterChange",
     numbers.EVENTS: "Event",
+    numbers.ESTIMATE: "EstimateData",
 }
 """Our own types, by the number of their topic."""
 
@@ -170,6 +171,9 @@ _STANDARD: Mapping[int, tuple[tuple[str, str, Callable[[Topic], Make]], ...]] = 
     numbers.LIDAR_CLOUD: ((f"{PREFIX}lidar_cloud", "sensor_msgs/msg/PointCloud2", sensing.cloud),),
     numbers.MAGNETOMETER: (
         (f"{PREFIX}magnetometer", "sensor_msgs/msg/MagneticField", sensing.magnetic_field),
+    ),
+    numbers.ESTIMATE: (
+        (f"{PREFIX}estimated_odometry", "nav_msgs/msg/Odometry", motion.estimated_odometry),
     ),
     numbers.FRAMES: (("/tf", "tf2_msgs/msg/TFMessage", motion.transforms),),
 }

@@ -52,6 +52,47 @@ def odometry(
     }
 
 
+def estimated_odometry(topic: Topic) -> Make:
+    """Return what makes a nav_msgs/msg/Odometry of estimate.
+
+    Covariances have their diagonal alone: of place and turn in the world's axes, of velocity in the
+    body's; zeros where the estimator knows none, and of the turning rate.
+    """
+    body = str(topic.about.get("frame", BODY))
+
+    def make(t_ns: int, values: Mapping[str, Any]) -> dict[str, Any]:
+        made = odometry(t_ns, values, values, body)
+        turn = made["pose"]["pose"]["orientation"]
+        place, attitude, velocity = (
+            [values[f"sigma_{name}"] ** 2 for name in names]
+            for names in (("x", "y", "z"), ("roll", "pitch", "yaw"), ("v_x", "v_y", "v_z"))
+        )
+        if all(map(math.isfinite, (*place, *attitude, *velocity))):
+            back = {**turn, "w": -turn["w"]}
+            made["pose"]["covariance"] = _diagonal([*place, *_turned(back, attitude)])
+            made["twist"]["covariance"] = _diagonal([*_turned(turn, velocity), 0.0, 0.0, 0.0])
+        return made
+
+    return make
+
+
+def _diagonal(variances: list[float]) -> tuple[float, ...]:
+    """Return a covariance (36), row by row, of its diagonal (6)."""
+    return tuple(variances[i // 6] if i % 7 == 0 else 0.0 for i in range(36))
+
+
+def _turned(turn: Mapping[str, float], variances: list[float]) -> list[float]:
+    """Return variances along the world's axes as those along the axes of the body."""
+    columns = [_in_body(turn, [float(i == j) for i in range(3)]) for j in range(3)]
+    return [
+        sum(
+            column[axis] ** 2 * variance
+            for column, variance in zip(columns, variances, strict=True)
+        )
+        for axis in "xyz"
+    ]
+
+
 def transforms(topic: Topic) -> Make:
     """Return what makes a tf2_msgs/msg/TFMessage of the topic frames."""
     pairs: Any = topic.about["frames"]

@@ -33,6 +33,8 @@ _SYSTEMS = {
     "battery": "Battery",
     "gyro": "Gyro and accelerometer filters",
     "computer": "Setpoint, derivative and commands",
+    "ekf": "EKF",
+    "complementary": "Complementary filter",
     "obstacles": "Obstacles",
     "air": "Air, gusts and pushes",
     "payload": _PAYLOAD,
@@ -90,7 +92,10 @@ _LABELS = {
 _IN_A_SET = re.compile(r"_at_\d+(_\d+)?$")
 """What ends the name of a scheduled gain: a screen says once which set it shows."""
 _OTHERS = frozenset(row.name for row in OTHERS)
-_NO_LOOP = _OTHERS | {row.name for row in COMMON if row.group == _LIMITS}
+_AROUND = ("gyro", "computer", "ekf", "complementary")
+_FELT = frozenset(row.name for row in OTHERS if row.system in _AROUND)
+"""Of filters and estimators: no gains, and no part of a profile, but a loop feels them alike."""
+_NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMITS}
 
 
 def gain_label(row: Parameter) -> GainLabel:
@@ -105,7 +110,8 @@ def gain_label(row: Parameter) -> GainLabel:
     if is_gain(row) and words and symbol in _SYMBOLS:
         words = words.replace("_", " ").capitalize()
         return GainLabel(row.group or GAIN_GROUPS[0], words, symbol.capitalize())
-    words = name.removesuffix("_fault").replace("_", " ").capitalize()
+    words = name.removesuffix("_fault").removeprefix(f"{row.system}_")
+    words = words.replace("_", " ").capitalize()
     group = row.group or GAIN_GROUPS[0] if is_gain(row) else _SYSTEMS.get(row.system, _FAULTS)
     return GainLabel(group, words)
 
@@ -129,12 +135,13 @@ def in_profile(row: Parameter) -> bool:
 
 
 def controller_gains(values: Mapping[str, float]) -> dict[str, float]:
-    """Return the controller's among some values; the others are conditions of the flight."""
-    return {name: value for name, value in values.items() if name not in _OTHERS}
+    """Return the controller's among some values, and its filters'; others are of the flight."""
+    conditions = _OTHERS - _FELT
+    return {name: value for name, value in values.items() if name not in conditions}
 
 
 def loop_gains(values: Mapping[str, float]) -> dict[str, float]:
-    """Return those of some values that a loop near hover feels: gains without limits."""
+    """Return those of some values that a loop near hover feels: gains and filters, no limits."""
     return {name: value for name, value in values.items() if name not in _NO_LOOP}
 
 

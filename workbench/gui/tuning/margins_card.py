@@ -157,7 +157,13 @@ def _help(loop: JudgedLoop, limit: Limit) -> str:
     if limit.unit == "dB" and math.isfinite(value):
         return f"{text}: factor {value:.3g}"
     if limit.name == "phase_margin" and math.isfinite(loop.crossover):
-        return f"{text}, at {loop.crossover:.3g} rad/s"
+        text = f"{text}, at {loop.crossover:.3g} rad/s"
+        parts = [
+            f"{name} {math.degrees(angle):.1f}°"
+            for name, angle in loop.turned
+            if abs(math.degrees(angle)) >= 0.05
+        ]
+        return f"{text}, where the loop has turned by: {', '.join(parts)}" if parts else text
     return text
 
 

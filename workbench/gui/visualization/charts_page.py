@@ -269,6 +269,14 @@ _VELOCITY = ChartSpec(
 _ATTITUDE = ChartSpec("Attitude", _names("position_data", "roll pitch yaw"))
 _THRUSTS = ChartSpec("Rotor thrusts", _names("rotors", "thrust.0 thrust.1 thrust.2 thrust.3"))
 _VELOCITY_ERROR = ChartSpec("Velocity error", _names("error", "v_x v_y v_z"))
+
+
+def _estimated(title: str, field: str) -> ChartSpec:
+    bounds = _names("bound", f"{field}_low {field}_high")
+    truth = "velocity_data" if field.startswith("v_") else "position_data"
+    return ChartSpec(title, (f"{truth}.{field}", f"estimate.{field}", *bounds))
+
+
 PRESETS: dict[str, Board] = {
     "Flight": (_VELOCITY, _ATTITUDE, _THRUSTS, _VELOCITY_ERROR),
     "Rotors": (
@@ -297,6 +305,16 @@ PRESETS: dict[str, Board] = {
         ),
         ChartSpec("GPS velocity", _names("gps", "velocity.0 velocity.1 velocity.2")),
         ChartSpec("Nearest lidar return", _names("lidar", "nearest")),
+    ),
+    "Estimate": (
+        _estimated("East: truth, estimate, 2 sigma", "x"),
+        _estimated("North", "y"),
+        _estimated("Height", "z"),
+        _estimated("Roll", "roll"),
+        _estimated("Pitch", "pitch"),
+        _estimated("Yaw", "yaw"),
+        _estimated("Velocity east", "v_x"),
+        _estimated("Velocity north", "v_y"),
     ),
 }
 DEFAULT = "Flight"

@@ -58,6 +58,24 @@ def _error(axis: str, unit: str, command: str, response: str) -> Derived:
     )
 
 
+def _bounds(field: str, unit: str) -> tuple[Derived, Derived]:
+    """Return the estimate of a state less, and plus, two standard deviations."""
+    parts = (f"estimate.{field}", f"estimate.sigma_{field}")
+    return (
+        Derived(
+            f"bound.{field}_low", unit, parts, lambda x, sigma: x - 2.0 * sigma, "less 2 sigma"
+        ),
+        Derived(
+            f"bound.{field}_high", unit, parts, lambda x, sigma: x + 2.0 * sigma, "plus 2 sigma"
+        ),
+    )
+
+
+_ESTIMATED = (
+    *(("x", "m"), ("y", "m"), ("z", "m")),
+    *(("roll", "rad"), ("pitch", "rad"), ("yaw", "rad")),
+    *(("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s")),
+)
 DERIVED: tuple[Derived, ...] = (
     _error("v_x", "m/s", "v_x", "v_x"),
     _error("v_y", "m/s", "v_y", "v_y"),
@@ -81,6 +99,7 @@ DERIVED: tuple[Derived, ...] = (
         _length,
         "from where the flight began",
     ),
+    *(bound for field, unit in _ESTIMATED for bound in _bounds(field, unit)),
 )
 
 

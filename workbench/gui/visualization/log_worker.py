@@ -18,7 +18,7 @@ from workbench.logs.record import read_log
 _AXES = {"x": 0, "y": 1, "z": 2}
 _QUATERNION = {"w": 0, "x": 1, "y": 2, "z": 3}
 _UNWANTED = re.compile(
-    r"covariance|^actions\.|^lidar_cloud\.|^tf|\.fields\.|^pose\.|^twist\.|^gps\.status|"
+    r"covariance|^actions\.|^lidar_cloud\.|^tf|\.fields\.|^pose\.|^twist\.|^estimated_odometry\.|^gps\.status|"
     r"^command_velocity\.(lease|axes)$|twist\.angular"
 )
 

@@ -12,6 +12,7 @@ TITLES = {
     "acceleration_data": "Acceleration",
     "force_torque_data": "Force and torque",
     "command_velocity": "Command",
+    "estimate": "Estimate",
     "rotors": "Rotors",
     "imu": "IMU",
     "gps": "GPS",
@@ -25,6 +26,7 @@ TITLES = {
     "events": "Events",
     "frames": "Frames",
     "error": "Errors",
+    "bound": "Bounds of the estimate",
     "derived": "Derived",
     "exact_state": "Exact state",
 }

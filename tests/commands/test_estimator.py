@@ -1,0 +1,66 @@
+"""`--estimator`: what the controller knows of the motion, in the commands."""
+
+import argparse
+
+import pytest
+
+from workbench.commands.cli import _parser
+from workbench.commands.options import add_vehicle_options, with_vehicle
+from workbench.live.choice import Choice
+from workbench.scenario.scenario import Scenario
+
+
+def test_the_command_line_chooses_and_else_the_scenario_does():
+    parser = argparse.ArgumentParser()
+    add_vehicle_options(parser)
+
+    def flown(*words):
+        return with_vehicle(Scenario(estimator="ekf"), parser.parse_args(words)).estimator
+
+    assert flown() == "ekf"
+    assert [flown("--estimator", name) for name in ("truth", "complementary")] == [
+        "truth",
+        "complementary",
+    ]
+    assert Choice(scenario="hover", estimator="ekf").load().estimator == "ekf"
+    assert Choice(scenario="hover").load().estimator == "truth"
+
+
+def test_wherever_a_flight_takes_a_controller_it_takes_an_estimator():
+    commands = _parser()._subparsers._group_actions[0].choices
+    of_files = {"replay", "regress"}  # those fly what a file says
+    for name, command in commands.items():
+        options = command._option_string_actions
+        if "--controller" in options and name not in of_files:
+            assert "--estimator" in options, name
+
+
+@pytest.mark.parametrize("command", ["fly hover", "step", "hover", "reproduce", "serve", "gui"])
+def test_a_name_of_none_is_refused(command, refused):
+    said = refused(*command.split(), "--estimator", "efk")
+    assert "unknown estimator 'efk'" in said
+    assert "ekf" in said
+
+
+def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):
+    short = ("fly", "hover", "--duration", "2", "--output", out)
+    said = run(*short, "--estimator", "ekf")
+    assert said.code == 0, said.err
+    assert "NEES of attitude, position and velocity" in said.out
+    assert "magnetometer" in said.out
+    picture = out / "hover-estimate.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    picture.unlink()
+    found = run(*short, "--estimator", "complementary", "--no-plots", "--json").json
+    states = {row["name"]: row for row in found["estimate"]["states"]}
+    assert states["x"]["unit"] == "m"
+    assert 0.0 < states["x"]["rms"] <= states["x"]["worst"] < 0.5
+    assert found["estimate"]["nees"] is None
+    assert not picture.exists()
+    assert str(picture) not in found["files"]
+    assert run(*short, "--no-plots", "--json").json["estimate"] is None
+    table = out.parent / "thrusts.csv"
+    table.write_text("t [s],1,2,3,4\n0,4,4,4,4\n", encoding="utf-8")
+    refusal = run(*short, "--rotor-commands", table, "--estimator", "ekf")
+    assert refusal.code == 2
+    assert "--estimator" in refusal.err

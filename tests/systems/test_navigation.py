@@ -1,0 +1,79 @@
+"""The estimator in the diagram: when it counts, and what it takes its errors to be."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from workbench.common.resources import find_model
+from workbench.diagram.mounting import deviations_at_start, find_imu, mounting_of
+from workbench.estimation.ekf import ERRORS, InitialDeviations
+from workbench.estimation.estimators import TRIANGLE, find_estimator
+from workbench.estimation.settings import HEARD
+from workbench.plant.home import DEFAULT_HOME
+from workbench.plant.loading import load_vehicle
+from workbench.plant.sensors import QUIET
+from workbench.scenario.parameters import parameter_table
+from workbench.systems.navigation import Navigation
+
+PERIOD = 1 / 128
+
+
+@pytest.fixture(scope="module")
+def imu():
+    return find_imu(load_vehicle(find_model("dh_drone")), True)
+
+
+def navigation(imu, name="ekf"):
+    return Navigation(
+        estimator=find_estimator(name),
+        settings=parameter_table().defaults(),
+        mounting=mounting_of(imu, (), DEFAULT_HOME),
+        turn_BM=np.eye(3),
+        known=deviations_at_start(imu),
+        home=DEFAULT_HOME,
+        period=PERIOD,
+    )
+
+
+def begun(system, imu_reading):
+    """Return a context that had its update at time 0, with samples of an IMU that stand."""
+    context = system.CreateDefaultContext()
+    system.GetInputPort("imu").FixValue(context, imu_reading)
+    for name in HEARD:
+        port = system.GetInputPort(name)
+        port.FixValue(context, np.full(port.size(), np.nan))
+    system.begin(context, np.array([1.0, *[0.0] * 12]), seed=3)
+    later = context.Clone()
+    after = system.EvalUniquePeriodicDiscreteUpdate(context)
+    later.get_mutable_discrete_state().SetFrom(after)
+    return later
+
+
+def test_covariance_and_deviations_agree(imu):
+    system = navigation(imu)
+    context = begun(system, np.array([0.3, -0.2, 0.1, 0.5, 0.1, 9.8, 0.3, -0.2, 0.1]))
+    context.SetTime(PERIOD)
+    P = np.zeros((9, 9))
+    P[TRIANGLE] = system.GetOutputPort("covariance").Eval(context)
+    deviations = system.GetOutputPort("deviations").Eval(context)
+    assert np.sqrt(np.diag(P)) == pytest.approx(deviations[:9])
+    P = P + P.T - np.diag(np.diag(P))
+    assert np.linalg.eigvalsh(P).min() > 0.0
+    other = navigation(imu, "complementary")
+    context = begun(other, np.zeros(9))
+    for name, size in (("covariance", 45), ("deviations", ERRORS), ("innovations", 20)):
+        assert np.isnan(other.GetOutputPort(name).Eval(context)).tolist() == [True] * size
+
+
+def test_biases_at_the_start_are_those_of_the_description(imu):
+    least = InitialDeviations()
+    assert deviations_at_start(imu) == least  # the shipped one states none
+    noise = dataclasses.replace(QUIET, bias_mean=0.03, bias_stddev=0.04)
+    stated = dataclasses.replace(
+        imu, angular_velocity=(QUIET, noise, QUIET), linear_acceleration=(noise, QUIET, QUIET)
+    )
+    found = deviations_at_start(stated)
+    assert found.gyro_bias == pytest.approx((least.gyro_bias**2 + 0.05**2) ** 0.5)
+    assert found.accel_bias == pytest.approx((least.accel_bias**2 + 0.05**2) ** 0.5)
+    assert found[:3] == least[:3]

@@ -1,0 +1,210 @@
+"""How far an estimate was off, and whether it was as far off as it took itself to be."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from workbench.estimation import ekf
+from workbench.estimation.estimators import TRIANGLE
+from workbench.plant.sensors import Imu
+from workbench.plant.vehicle import Vehicle
+from workbench.session.recording import Recording
+
+STATES = 9
+"""Of the errors, those that NEES takes in: attitude, position and velocity."""
+SHARE = 0.95
+"""Of the samples of a consistent estimator that lie within the bounds."""
+_ROWS = (
+    ("attitude_B", ("roll", "pitch", "yaw"), "rad"),
+    ("position", ("x", "y", "z"), "m"),
+    ("velocity", ("v_x", "v_y", "v_z"), "m/s"),
+    ("angular_velocity", ("w_x", "w_y", "w_z"), "rad/s"),
+)
+_AT_ONCE = 4096
+"""Matrices that are inverted together."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of an estimate over time: the true motion less the estimated one, of the base origin.
+
+    Attributes:
+        time: (N) [s].
+        attitude_B: (N, 3) rotation vector d in the estimated body frame, R_true = R exp(d) [rad];
+            its numbers go by the names roll, pitch and yaw. Differences of the angles themselves
+            mean nothing near a pitch of 90 deg.
+        position: (N, 3) in W [m].
+        velocity: (N, 3) in W [m/s].
+        angular_velocity: (N, 3) in W [rad/s].
+    """
+
+    time: np.ndarray
+    attitude_B: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class StateError:
+    """Root mean square and largest size of one state's error, in its unit."""
+
+    name: str
+    unit: str
+    rms: float
+    worst: float
+
+
+@dataclass(frozen=True)
+class Nees:
+    """The normalised estimation error squared, e' P^-1 e, of attitude, position and velocity.
+
+    Of a consistent estimator it is chi-square distributed with as many degrees of freedom as there
+    are states, so its mean is their number. Neighbouring samples are not independent: the bounds
+    are those of one, not of their mean.
+
+    Attributes:
+        states: how many.
+        mean: over the flight.
+        lower: bound of the middle 95 %.
+        upper: likewise.
+        within: share of the samples between the bounds, 0 .. 1.
+    """
+
+    states: int
+    mean: float
+    lower: float
+    upper: float
+    within: float
+
+
+@dataclass(frozen=True)
+class Innovations:
+    """What a measured number told the estimator.
+
+    Attributes:
+        channel: the number, see `ekf.NAMES`.
+        count: how many.
+        within: share within the bounds that 95 % of a consistent estimator's are in, 0 .. 1: of
+            NIS, the innovation squared over its variance.
+    """
+
+    channel: str
+    count: int
+    within: float
+
+
+@dataclass(frozen=True)
+class EstimateReport:
+    """An estimate judged.
+
+    Attributes:
+        states: RMS and worst of every state.
+        nees: None where the estimator does not know its covariance.
+        innovations: of each channel that measured; none where the estimator has no such thing.
+    """
+
+    states: tuple[StateError, ...]
+    nees: Nees | None
+    innovations: tuple[Innovations, ...]
+
+
+def estimate_errors(recording: Recording) -> Errors | None:
+    """Return the errors of the estimate; None where the controller knew the true motion."""
+    estimate = recording.estimate
+    if not recording.estimated:
+        return None
+    return Errors(
+        time=recording.time,
+        attitude_B=(_turn(estimate[:, 0:4]).inv() * _turn(recording.q_WB)).as_rotvec(),
+        position=recording.p_WB - estimate[:, 4:7],
+        velocity=recording.v_WB - estimate[:, 10:13],
+        angular_velocity=recording.w_WB - estimate[:, 7:10],
+    )
+
+
+def nees(recording: Recording) -> np.ndarray | None:
+    """Return e' P^-1 e over time (N), see `Nees`; None where there is no covariance.
+
+    The covariance is the whole one, correlations included: deviations alone would count twice an
+    error that tilt and velocity share. It is of place and velocity of the IMU, and so are the
+    errors here.
+    """
+    errors, triangle = estimate_errors(recording), recording.covariance
+    if errors is None or not np.isfinite(triangle).any():
+        return None
+    p_BI = _imu_place(recording.vehicle)
+    arm = _turn(recording.q_WB).apply(p_BI)
+    known_arm = _turn(recording.estimate[:, 0:4]).apply(p_BI)
+    swing = np.cross(recording.w_WB, arm)
+    known_swing = np.cross(recording.estimate[:, 7:10], known_arm)
+    e = np.hstack(
+        [
+            errors.attitude_B,
+            errors.position + arm - known_arm,
+            errors.velocity + swing - known_swing,
+        ]
+    )
+    found = np.full(len(e), np.nan)
+    good = np.flatnonzero(np.isfinite(triangle).all(axis=1) & np.isfinite(e).all(axis=1))
+    rows, columns = TRIANGLE
+    for begin in range(0, len(good), _AT_ONCE):
+        part = good[begin : begin + _AT_ONCE]
+        P = np.zeros((len(part), STATES, STATES))
+        P[:, rows, columns] = triangle[part]
+        P[:, columns, rows] = triangle[part]
+        found[part] = np.einsum("ni,nij,nj->n", e[part], np.linalg.pinv(P, hermitian=True), e[part])
+    return found
+
+
+def judge_estimate(recording: Recording) -> EstimateReport | None:
+    """Return how good the estimate was; None where the controller knew the true motion."""
+    errors = estimate_errors(recording)
+    if errors is None:
+        return None
+    states = tuple(
+        StateError(name, unit, float(np.sqrt(np.mean(each**2))), float(np.abs(each).max()))
+        for quantity, names, unit in _ROWS
+        for name, each in zip(names, getattr(errors, quantity).T, strict=True)
+    )
+    return EstimateReport(states, _judged_nees(recording), _told(recording))
+
+
+def _judged_nees(recording: Recording) -> Nees | None:
+    values = nees(recording)
+    if values is None:
+        return None
+    values = values[np.isfinite(values)]
+    lower, upper = (float(chi2.ppf(share, STATES)) for share in _sides())
+    within = (lower <= values) & (values <= upper)
+    return Nees(STATES, float(values.mean()), lower, upper, float(within.mean()))
+
+
+def _told(recording: Recording) -> tuple[Innovations, ...]:
+    """Return what each channel told, of those that measured at a recorded time."""
+    found = []
+    for channel, name in enumerate(ekf.NAMES):
+        gaps, variances = recording.innovations[:, 2 * channel : 2 * channel + 2].T
+        new = np.isfinite(gaps) & np.isfinite(variances)
+        if new.any():
+            squared = gaps[new] ** 2 / variances[new]
+            within = float((squared <= chi2.ppf(SHARE, 1)).mean())
+            found.append(Innovations(name, int(new.sum()), within))
+    return tuple(found)
+
+
+def _sides() -> tuple[float, float]:
+    return 0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)
+
+
+def _turn(q: np.ndarray) -> Rotation:
+    """Return rotations of quaternions w, x, y, z (N, 4)."""
+    return Rotation.from_quat(q[:, [1, 2, 3, 0]])
+
+
+def _imu_place(vehicle: Vehicle) -> np.ndarray:
+    """Return the place of the IMU that an estimator reads in B (3) [m]: the first one."""
+    places = (sensor.p_BS for sensor in vehicle.sensors if isinstance(sensor, Imu))
+    return np.array(next(places, (0.0, 0.0, 0.0)))

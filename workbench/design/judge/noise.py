@@ -1,0 +1,191 @@
+"""What the noise of each sensor does to attitude and rotor commands, without flying."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.linear.estimation import MEASURED
+from workbench.design.linear.model import LinearModel
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.diagram.mounting import find_imu
+from workbench.diagram.sensor_choice import choose_sensors
+from workbench.estimation.imu import imu_noise
+from workbench.estimation.settings import TRUTH
+from workbench.plant.magnetic_field import magnetic_field
+from workbench.plant.sensors import Barometer, Gps, Magnetometer, Noise, RangeFinder, Sensor
+from workbench.systems.sensors.barometer import pressure_at
+
+DOUBLINGS = 14
+"""RMS values are those after 2^14 control periods: 128 s at 128 Hz. A heading that no sensor sees
+walks on, and has none that is settled."""
+ATTITUDE = ("roll", "pitch", "yaw")
+HOLD = OperatingPoint(hold=True)
+
+
+@dataclass(frozen=True)
+class NoiseEffect:
+    """What the noise of one sensor, or of all, does.
+
+    Attributes:
+        sensor: its kind, `gyro` and `accelerometer` of the IMU, or `all`.
+        attitude: RMS of roll, pitch and yaw (3) [rad].
+        command: RMS of the rotors' commands (n) over their speeds in hover.
+    """
+
+    sensor: str
+    attitude: tuple[float, float, float]
+    command: tuple[float, ...]
+
+    @property
+    def worst_command(self) -> float:
+        """Of the rotor that is commanded most about."""
+        return max(self.command)
+
+
+def noise_effects(
+    study: LinearStudy,
+    point: OperatingPoint = HOLD,
+    gains: Mapping[str, float] | None = None,
+) -> tuple[NoiseEffect, ...]:
+    """Return what the described noise of each sensor does, and that of all together.
+
+    On the truth a flight has no noise; then it is the gyro's, as if the law flew on the truth with
+    that added to the angular velocity.
+
+    Args:
+        study: of the vehicle and its estimator.
+        point: where.
+        gains: parameter values by name that differ from the scenario's.
+
+    Raises:
+        WorkbenchError: if the vehicle has no IMU, or does not fly like that.
+    """
+    model = study.noisy(point, gains)
+    deviations = input_deviations(study, model, gains)
+    hover = model.trim.speeds
+    rows = noise_rows(model)
+    variances = []
+    groups = _groups(model)
+    for names in groups.values():
+        deviation = np.array([deviations[name] for name in names])
+        variances.append(_variance(model, model.B(names) * deviation, rows, names, deviation))
+    found = []
+    for sensor, variance in [*zip(groups, variances, strict=True), ("all", sum(variances))]:
+        rms = np.sqrt(np.asarray(variance))
+        roll, pitch, yaw = rms[:3].tolist()
+        found.append(NoiseEffect(sensor, (roll, pitch, yaw), tuple((rms[3:] / hover).tolist())))
+    told = [each for each in found if each.sensor == "all" or max(each.attitude) > 0.0]
+    return tuple(told)
+
+
+def noise_response(model: LinearModel, sensor: str, frequency: np.ndarray) -> np.ndarray:
+    """Return the response (F, outputs, inputs) of attitude and commands to a sensor's noise.
+
+    Outputs are roll, pitch, yaw [rad] and the rotors' commands [rad/s]; inputs are the axes of a
+    gyro or accelerometer, whose samples in a period are all alike, or what the sensor measures.
+
+    Args:
+        model: from `LinearStudy.noisy`.
+        sensor: one of those that `noise_effects` names.
+        frequency: (F) [rad/s].
+
+    Raises:
+        WorkbenchError: if there is no such sensor.
+    """
+    groups = _groups(model)
+    if sensor not in groups:
+        raise WorkbenchError(f"no noise of '{sensor}' is known: take {', '.join(groups)}")
+    B = model.B(groups[sensor])
+    if sensor in ("gyro", "accelerometer"):
+        B = B.reshape(len(B), -1, 3).sum(axis=1)
+    rows = noise_rows(model)
+    z = np.exp(1j * frequency * model.period)
+    whole = np.eye(len(model.A))
+    return np.array(
+        [rows @ np.linalg.solve(each * whole - model.A, B.astype(complex)) for each in z]
+    )
+
+
+def input_deviations(
+    study: LinearStudy, model: LinearModel, gains: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Return the standard deviation of each input of a `LinearStudy.noisy` model, by name.
+
+    A sensor that measures less often than the model updates is taken to measure at every update,
+    with so much less weight: its noise then counts by the root of the ratio more.
+    """
+    rates = study.scenario.rates
+    imu = imu_noise(find_imu(study.vehicle, study.scenario.sensors.noise), rates.physics_step)
+    names = [signal.name for signal in model.inputs]
+    samples = sum(name.startswith("gyro_noise_x_") for name in names)
+    every = round(rates.control_period / rates.physics_step) / samples
+    found = dict.fromkeys(names, 0.0)
+    for sample in range(samples):
+        for place, (kind, axis) in enumerate((k, a) for k in ("gyro", "accel") for a in "xyz"):
+            found[f"{kind}_noise_{axis}_{sample + 1}"] = imu.deviation[place] / math.sqrt(every)
+    if study.scenario.estimator == TRUTH:
+        return found
+    for choice in reversed(choose_sensors(study.vehicle, study.scenario)):
+        deviations = _measured_deviations(choice.sensor, 1.0 / choice.period, study)
+        spread = math.sqrt(max(1.0, choice.period / rates.control_period))
+        found |= {f"{name}_noise": spread * value for name, value in deviations.items()}
+    return found
+
+
+def noise_rows(model: LinearModel) -> np.ndarray:
+    """Return the rows (3 + n) of attitude and of the rotors' commands by the states."""
+    commands = [f"command_{rotor + 1}" for rotor in range(model.trim.speeds.size)]
+    places = [model.state_names.index(name) for name in commands]
+    return np.vstack([model.C(ATTITUDE), np.eye(len(model.A))[places]])
+
+
+def _variance(
+    model: LinearModel,
+    B: np.ndarray,
+    rows: np.ndarray,
+    names: list[str],
+    deviation: np.ndarray,
+) -> np.ndarray:
+    """Return the variance of each output after 2^14 periods of noise, by doubling."""
+    A, P = model.A, B @ B.T
+    for _ in range(DOUBLINGS):
+        P = P + A @ P @ A.T
+        A = A @ A
+    found: np.ndarray = np.maximum(np.einsum("ij,jk,ik->i", rows, P, rows), 0.0)
+    return found
+
+
+def _groups(model: LinearModel) -> dict[str, list[str]]:
+    """Return the inputs of each sensor's noise by its kind."""
+    names = [signal.name for signal in model.inputs]
+    found = {
+        "gyro": [name for name in names if name.startswith("gyro_noise_")],
+        "accelerometer": [name for name in names if name.startswith("accel_noise_")],
+    }
+    for kind in ("gps", "barometer", "magnetometer", "range_finder"):
+        found[kind] = [f"{name}_noise" for name, _ in MEASURED if name.startswith(kind)]
+    return found
+
+
+def _measured_deviations(sensor: Sensor, rate: float, study: LinearStudy) -> dict[str, float]:
+    """Return the deviation of a sample of what a sensor measures, by the names of `MEASURED`."""
+    if isinstance(sensor, Gps):
+        level, up = sensor.horizontal_position.stddev, sensor.vertical_position.stddev
+        slow, climb = sensor.horizontal_velocity.stddev, sensor.vertical_velocity.stddev
+        names = [name for name, _ in MEASURED[:6]]
+        return dict(zip(names, (level, level, up, slow, slow, climb), strict=True))
+    if isinstance(sensor, Barometer):
+        height = study.home.altitude if sensor.reference_altitude is None else 0.0
+        slope = pressure_at(height + 0.5) - pressure_at(height - 0.5)
+        return {"barometer_height": abs(sensor.noise.stddev / slope)}
+    if isinstance(sensor, Magnetometer):
+        east, north, _ = magnetic_field(study.home).tolist()
+        noise: Noise = sensor.magnetic_field[0]
+        return {"magnetometer_heading": noise.stddev / math.hypot(east, north)}
+    if isinstance(sensor, RangeFinder):
+        return {"range_finder_distance": sensor.noise.stddev}
+    return {}

@@ -1,0 +1,69 @@
+"""An estimate over the truth: attitude, position and velocity with their 2 sigma."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
+
+from workbench.design.plots import PALETTE, label, styled, widen
+from workbench.session.recording import Recording
+
+_LEAST_TIME = 0.1
+"""Shown even of a shorter flight [s]."""
+_PANELS = (
+    (("roll", "deg"), ("pitch", "deg"), ("yaw", "deg")),
+    (("x", "m"), ("y", "m"), ("z", "m")),
+    (("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s")),
+)
+
+
+@styled
+def plot_estimate(recording: Recording, title: str) -> Figure:
+    """Return the figure of a flight on an estimate, a panel a state.
+
+    The band is that of the deviations in B for angles: near enough where the drone is level.
+    """
+    figure = Figure(figsize=(12.5, 8.0), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    panels = figure.subplots(3, 3, sharex=True)
+    estimate, deviations = recording.estimate, recording.deviations
+    rows = (
+        (_angles(recording.q_WB), _angles(estimate[:, 0:4]), np.degrees(deviations[:, 0:3])),
+        (recording.p_WB, estimate[:, 4:7], deviations[:, 3:6]),
+        (recording.v_WB, estimate[:, 10:13], deviations[:, 6:9]),
+    )
+    for axes_row, names, (truth, known, deviation) in zip(panels, _PANELS, rows, strict=True):
+        for index, (name, unit) in enumerate(names):
+            axes = axes_row[index]
+            _draw(axes, recording.time, truth[:, index], known[:, index], deviation[:, index])
+            label(axes, name, f"[{unit}]")
+    for axes in panels[-1]:
+        axes.set_xlabel("time [s]")
+    begin = recording.time[0]
+    panels[0][0].set_xlim(begin, max(recording.time[-1], begin + _LEAST_TIME))
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=3)
+    return figure
+
+
+def _draw(
+    axes: Axes, time: np.ndarray, truth: np.ndarray, known: np.ndarray, deviation: np.ndarray
+) -> None:
+    """Draw one state."""
+    if np.isfinite(deviation).any():
+        axes.fill_between(
+            time,
+            known - 2.0 * deviation,
+            known + 2.0 * deviation,
+            color=PALETTE.window,
+            label="± 2 sigma",
+        )
+    axes.plot(time, truth, color=PALETTE.command, lw=1.2, label="truth")
+    axes.plot(time, known, color=PALETTE.ours, lw=1.0, label="estimate")
+    widen(axes, truth, known, known - 2.0 * deviation, known + 2.0 * deviation, least=1e-3)
+
+
+def _angles(q: np.ndarray) -> np.ndarray:
+    """Return roll, pitch and yaw over time (N, 3), yaw without jumps [deg]."""
+    yaw, pitch, roll = Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_euler("ZYX").T
+    return np.degrees(np.stack([np.unwrap(roll), pitch, np.unwrap(yaw)], axis=1))

@@ -1,0 +1,53 @@
+"""What a scenario may say of estimators: their names, and their live numbers.
+
+Commands read this before anything heavy is loaded.
+"""
+
+from typing import NamedTuple
+
+from workbench.common.errors import unknown_name
+
+TRUTH = "truth"
+"""What a controller knows is the true motion."""
+COMPLEMENTARY, EKF = "complementary", "ekf"
+ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
+"""What a scenario may name."""
+HEARD = ("gps", "barometer", "magnetometer", "range_finder")
+"""Kinds of sensors that an estimator listens to, besides the IMU."""
+
+
+def check_estimator(name: str) -> str:
+    """Return the name of an estimator.
+
+    Raises:
+        WorkbenchError: if there is none of that name.
+    """
+    if name not in ESTIMATORS:
+        raise unknown_name("estimator", name, ESTIMATORS)
+    return name
+
+
+class EkfSettings(NamedTuple):
+    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
+
+    ekf_gyro_noise: float = 1.5e-4
+    ekf_accel_noise: float = 2.5e-3
+    ekf_gyro_bias_walk: float = 1e-5
+    ekf_accel_bias_walk: float = 2e-4
+    ekf_gps_position: float = 0.5
+    ekf_gps_height: float = 1.0
+    ekf_gps_velocity: float = 0.1
+    ekf_barometer: float = 0.2
+    ekf_magnetometer: float = 5e-7
+    ekf_range_finder: float = 0.02
+    ekf_gate: float = 5.0
+
+
+class ComplementarySettings(NamedTuple):
+    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
+
+    complementary_kp: float = 0.5
+    complementary_ki: float = 0.02
+    complementary_position_time: float = 4.0
+    complementary_velocity_time: float = 1.0
+    complementary_height_time: float = 2.0
