@@ -95,6 +95,9 @@ class ModeState(NamedTuple):
     reason: float = 0.0
 
 
+REASON = ModeState._fields.index("reason")
+
+
 class Situation(NamedTuple):
     """What the flight mode sees at an update; frames and units as in `pd`.
 

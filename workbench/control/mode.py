@@ -47,10 +47,10 @@ _REASONS = (
     "",
     "battery low",
     "battery empty",
-    "no GPS: held by dead reckoning",
+    "no GPS, dead reckoning",
     "position lost",
     "IMU failed",
-    "no magnetometer: the heading drifts",
+    "no magnetometer, the heading drifts",
 )
 """By their numbers."""
 
