@@ -311,8 +311,8 @@ def test_a_landing_comes_down_on_what_is_below():
 
 
 def test_a_flight_begins_on_the_ground_or_holding_its_place():
-    assert initial_state(OFF, P) == (OFF, 0, 0, 0, 0, 0, *P)
-    assert initial_state(HOVERING, P) == (HOVERING, 0, 0, 0, 0, 1, *P)
+    assert initial_state(OFF, P) == (OFF, 0, 0, 0, 0, 0, *P, 0)
+    assert initial_state(HOVERING, P) == (HOVERING, 0, 0, 0, 0, 1, *P, 0)
 
 
 def test_modes_have_names_to_show():

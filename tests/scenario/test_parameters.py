@@ -162,7 +162,9 @@ def test_what_nothing_in_the_flight_has_is_answered_with_a_remedy(case, plain_se
     for name in [*SOMETIMES, *NEVER]:
         with case(name):
             remedies = {"warning_distance": "--world room"}
-            remedies |= {f"{kind}_fault": f"--sensors {kind}" for kind in SENSOR_KINDS}
+            remedies |= {
+                row.name: f"--sensors {kind}" for kind in SENSOR_KINDS for row in TABLE.of(kind)
+            }
             remedies |= dict.fromkeys(NEVER, "dh_drone has 4 rotors")
             value = TABLE.find(name).maximum
             for act in (partial(plain_session.set, name, value), partial(plain_session.get, name)):

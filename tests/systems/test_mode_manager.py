@@ -85,7 +85,7 @@ def test_settings_are_live(flown):
     manager, simulator = flown
     context = simulator.get_mutable_context()
     manager.GetInputPort("request").FixValue(context, [float(Request.TAKE_OFF), 1.0, 9.0])
-    context.get_mutable_numeric_parameter(0).SetFromVector([0.45, 0.3, 0.1, 0.0, 0.5])
+    context.get_mutable_numeric_parameter(0).SetFromVector(list(Settings(0.45, 0.3, 0.1)))
     manager.set_mode(context, initial_state(FlightMode.ARMED, P)._replace(target=9.0), P)
     simulator.AdvanceTo(1.1)
     assert outputs(manager, context)[1][3] == 0.45

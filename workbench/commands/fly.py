@@ -324,6 +324,8 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
         estimate = judge_estimate(flight.recording)
     if summary.turned_over is not None:
         say(f"the drone turned over at {summary.turned_over:.1f} s")
+    for failsafe in summary.failsafes:
+        say(failsafe.said)
     if as_json:
         flown = {"title": title, **dataclasses.asdict(summary)}
         print_json(flown | {"sensors": flight.sensors, "estimate": estimate, "files": files})

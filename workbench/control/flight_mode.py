@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from workbench.control.guidance import BRAKE, Guidance, Reference
-from workbench.control.mode import FlightMode, Request
+from workbench.control.mode import FlightMode, Reason, Request
 from workbench.control.obstacle_brake import WALLS
 
 SPOOL_UP_TIME = 0.5
@@ -27,6 +27,16 @@ FASTEST_SINK = 2.0
 """From high up a landing sinks faster: SINK_RATE [1/s] times the height over SLOW_HEIGHT [m]."""
 STEEP = 0.7
 """A wall whose direction points down by this much or more lies below the drone."""
+STANDING_TIME = 2.0
+"""On an estimate, whose height may be off, a landing drone slower for this long stands [s]."""
+ARREST_TIME = 0.2
+ARREST_HEIGHT = 0.5
+"""Where the position is lost, a landing ends when this low something has stopped its sinking for
+this long: on the ground it moves by its estimate, and would go on as the legs are held [s, m]."""
+GPS_LATE = 1.0
+"""Without a GPS sample for longer, the place is dead reckoning [s]."""
+HEADING_LATE = 2.0
+"""Without a magnetometer's sample for longer, the heading goes by the gyro alone [s]."""
 TAKE_OFF_PATIENCE = 3.0
 """A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
 
@@ -43,6 +53,26 @@ class Settings(NamedTuple):
     battery_reserve: float
     obstacle_brake: float = 0.0
     stop_distance: float = 0.5
+    position_deviation_limit: float = 5.0
+    gps_timeout: float = 5.0
+    imu_timeout: float = 0.1
+
+
+class Health(NamedTuple):
+    """What an estimate says of itself.
+
+    Attributes:
+        deviation: of the level position, root of the sum of both variances [m]; NaN where the
+            estimator does not know it.
+        gps_age: time since the estimate took in a sample of the GPS [s].
+        imu_age: for how long the readings of the gyro have been the same [s].
+        heading_age: time since it took in one of the magnetometer, 0 where there is none [s].
+    """
+
+    deviation: float
+    gps_age: float
+    imu_age: float
+    heading_age: float
 
 
 class ModeState(NamedTuple):
@@ -50,7 +80,7 @@ class ModeState(NamedTuple):
 
     `serial` counts requests seen; `since` is when the mode began [s]; `still_since` when the
     drone last moved [s]; `target` the take-off height [m]; `holding` 1 while (x, y, z) is kept [m],
-    which a landing does once it has braked.
+    which a landing does once it has braked; `reason` is a `mode.Reason`.
     """
 
     mode: float
@@ -62,10 +92,17 @@ class ModeState(NamedTuple):
     x: float
     y: float
     z: float
+    reason: float = 0.0
+
+
+REASON = ModeState._fields.index("reason")
 
 
 class Situation(NamedTuple):
-    """What the flight mode sees at an update; frames and units as in `pd`."""
+    """What the flight mode sees at an update; frames and units as in `pd`.
+
+    `health` is that of the estimate that place and velocity come from, None on the truth.
+    """
 
     time: float
     p_WB: list[float]
@@ -76,6 +113,7 @@ class Situation(NamedTuple):
     height: float
     charge: float
     standing_height: float
+    health: Health | None = None
 
 
 def hears(mode: FlightMode, request: Request) -> bool:
@@ -105,17 +143,50 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
     request = Request(now.request) if now.serial != state.serial else Request.NONE
     state = state._replace(serial=now.serial)
     mode = FlightMode(int(state.mode))
-    if request is Request.STOP or (now.charge <= 0.0 and mode is not FlightMode.OFF):
+    if request is Request.STOP:
         return _enter(FlightMode.OFF, state, now)
+    if now.charge <= 0.0 and mode is not FlightMode.OFF:
+        return _enter(FlightMode.OFF, state, now, Reason.BATTERY_EMPTY)
+    if imu_failed(now.health, settings) and mode is not FlightMode.OFF:
+        return _enter(FlightMode.OFF, state, now, Reason.IMU_FAILED)
     if mode in (FlightMode.OFF, FlightMode.ARMED):
         return _on_the_ground(mode, request, state, now)
-    if mode is FlightMode.TAKING_OFF:
-        return _taking_off(request, state, now, settings)
+    lost = position_lost(now.health, settings)
     if mode is FlightMode.LANDING:
-        return _landing(request, state, now)
-    if request is Request.LAND or now.charge <= settings.battery_reserve:
-        return _enter(FlightMode.LANDING, state, now)
+        if lost and state.reason != Reason.POSITION_LOST:
+            state = _losing_position(state, now)
+        return _landing(request, state, now, settings)
+    if request is Request.LAND:
+        return _enter(FlightMode.LANDING, state, now, _shortcoming(now.health))
+    if now.charge <= settings.battery_reserve:
+        return _enter(FlightMode.LANDING, state, now, Reason.BATTERY_LOW)
+    if lost:
+        return _losing_position(_enter(FlightMode.LANDING, state, now), now)
+    state = state._replace(reason=float(_shortcoming(now.health)))
+    if mode is FlightMode.TAKING_OFF:
+        return _taking_off(request, state, now)
     return _flying(state, now)
+
+
+def position_lost(health: Health | None, settings: Settings) -> bool:
+    """Return whether an estimate no longer knows where the drone is.
+
+    By its own deviation, as PX4's COM_POS_FS_EPH and ArduPilot's FS_EKF_THRESH have it, and where
+    it knows none, by the time since the last sample of the GPS, as PX4's EKF2_NOAID_TOUT does.
+    """
+    if health is None:
+        return False
+    if math.isnan(health.deviation):
+        return health.gps_age > settings.gps_timeout
+    return health.deviation > settings.position_deviation_limit
+
+
+def imu_failed(health: Health | None, settings: Settings) -> bool:
+    """Return whether the IMU's readings no longer change, as those of a working one always do.
+
+    PX4's DataValidator takes equal values in a row as the sign of a stuck sensor, too.
+    """
+    return health is not None and health.imu_age > settings.imu_timeout
 
 
 def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidance:
@@ -130,7 +201,9 @@ def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidanc
     if mode is FlightMode.LANDING:
         fast = min(FASTEST_SINK, SINK_RATE * (p_WB[2] - SLOW_HEIGHT))
         sink = -state.holding * max(settings.landing_speed, fast)  # brake before sinking
-        return Guidance(motors, 1.0, 0.0, sink, state.holding, 0.0, state.x, state.y, state.z)
+        # a place that is not known is not chased
+        hold_xy = 0.0 if state.reason == Reason.POSITION_LOST else state.holding
+        return Guidance(motors, 1.0, 0.0, sink, hold_xy, 0.0, state.x, state.y, state.z)
     hold = state.holding
     return Guidance(motors, 1.0, 1.0, 0.0, hold, hold, state.x, state.y, state.z)
 
@@ -167,10 +240,24 @@ def with_walls(
     return Guidance(*guide[:BRAKE], *numbers)
 
 
-def _enter(mode: FlightMode, state: ModeState, now: Situation) -> ModeState:
+def _enter(
+    mode: FlightMode, state: ModeState, now: Situation, reason: Reason = Reason.NONE
+) -> ModeState:
     """Begin a mode here and now."""
     x, y, z = now.p_WB
-    return ModeState(float(mode), state.serial, now.time, now.time, 0.0, 0.0, x, y, z)
+    begun = now.time
+    return ModeState(float(mode), state.serial, begun, begun, 0.0, 0.0, x, y, z, float(reason))
+
+
+def _shortcoming(health: Health | None) -> Reason:
+    """Return what an estimate that is still good enough has to do without."""
+    if health is None:
+        return Reason.NONE
+    if health.gps_age > GPS_LATE:
+        return Reason.DEAD_RECKONING
+    if health.heading_age > HEADING_LATE:
+        return Reason.HEADING_DRIFTS
+    return Reason.NONE
 
 
 def _on_the_ground(
@@ -190,15 +277,12 @@ def _on_the_ground(
     return state
 
 
-def _taking_off(
-    request: Request, state: ModeState, now: Situation, settings: Settings
-) -> ModeState:
-    if request is Request.LAND or now.charge <= settings.battery_reserve:
-        return _enter(FlightMode.LANDING, state, now)
+def _taking_off(request: Request, state: ModeState, now: Situation) -> ModeState:
     if request is Request.TAKE_OFF:
         return state._replace(target=now.height)
+    reason = Reason(int(state.reason))
     if request is Request.HOLD:
-        return _enter(FlightMode.HOVERING, state, now)
+        return _enter(FlightMode.HOVERING, state, now, reason)
     z = now.p_WB[2]
     arrived = abs(z - state.target) < 0.05 and abs(now.v_WB[2]) < SLOW
     if abs(now.v_WB[2]) > TOUCH_DOWN_SPEED:
@@ -206,13 +290,20 @@ def _taking_off(
     stuck = now.time - state.still_since > TAKE_OFF_PATIENCE
     if arrived or stuck:
         height = state.target if arrived else z
-        return _enter(FlightMode.HOVERING, state, now)._replace(
+        return _enter(FlightMode.HOVERING, state, now, reason)._replace(
             holding=1.0, x=state.x, y=state.y, z=height
         )
     return state
 
 
-def _landing(request: Request, state: ModeState, now: Situation) -> ModeState:
+def _losing_position(state: ModeState, now: Situation) -> ModeState:
+    """Let a landing sink at once: there is nothing to brake by."""
+    return state._replace(
+        holding=1.0, since=now.time, still_since=now.time, reason=float(Reason.POSITION_LOST)
+    )
+
+
+def _landing(request: Request, state: ModeState, now: Situation, settings: Settings) -> ModeState:
     z = now.p_WB[2]
     if request is Request.ABORT_LANDING and in_the_air(z, now.standing_height):
         if now.height > z:
@@ -225,14 +316,15 @@ def _landing(request: Request, state: ModeState, now: Situation) -> ModeState:
         x, y = (p + STOPPING_TIME * v for p, v in zip(now.p_WB[:2], now.v_WB[:2], strict=True))
         return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
     moving = abs(now.v_WB[2]) > TOUCH_DOWN_SPEED
-    if (
-        moving
-        or in_the_air(z, now.standing_height)
-        or now.time - state.since < 2.0 * TOUCH_DOWN_TIME
-    ):
+    high = in_the_air(z, now.standing_height)
+    enough = STANDING_TIME if high else TOUCH_DOWN_TIME
+    if state.reason == Reason.POSITION_LOST and z < now.standing_height + ARREST_HEIGHT:
+        moving = now.v_WB[2] < -0.5 * settings.landing_speed
+        enough = ARREST_TIME
+    if moving or (high and now.health is None) or now.time - state.since < 2.0 * TOUCH_DOWN_TIME:
         return state._replace(still_since=now.time)
-    if now.time - state.still_since >= TOUCH_DOWN_TIME:
-        return _enter(FlightMode.OFF, state, now)
+    if now.time - state.still_since >= enough:
+        return _enter(FlightMode.OFF, state, now, Reason(int(state.reason)))
     return state
 
 

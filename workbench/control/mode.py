@@ -24,6 +24,37 @@ class FlightMode(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
+class Reason(IntEnum):
+    """Why a flight does what nobody asked for, or what it flies without; it stands by the mode."""
+
+    NONE = 0
+    BATTERY_LOW = 1
+    BATTERY_EMPTY = 2
+    DEAD_RECKONING = 3
+    """No GPS any more: the place is held by what is left of the estimate."""
+    POSITION_LOST = 4
+    IMU_FAILED = 5
+    HEADING_DRIFTS = 6
+    """The magnetometer is silent, or too far off to count: the heading goes by the gyro alone."""
+
+    @property
+    def label(self) -> str:
+        """The reason in words, none for NONE."""
+        return _REASONS[self]
+
+
+_REASONS = (
+    "",
+    "battery low",
+    "battery empty",
+    "no GPS, dead reckoning",
+    "position lost",
+    "IMU failed",
+    "no magnetometer, the heading drifts",
+)
+"""By their numbers."""
+
+
 class Request(IntEnum):
     """What a pilot may ask of the flight mode."""
 

@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.control.mode import FlightMode
+from workbench.control.mode import FlightMode, Reason
 from workbench.session.recording import Recording
 
 _CLOSE = 0.1
@@ -13,6 +14,19 @@ _CLOSE = 0.1
 _TOUCHING = 0.005
 _RESTING = 0.05
 """Within this height of the ground [m], and slower than this [m/s], a drone stands."""
+
+
+class Failsafe(NamedTuple):
+    """What a flight did that nobody asked for, or went without: why, when [s], in which mode."""
+
+    reason: str
+    time: float
+    mode: str
+
+    @property
+    def said(self) -> str:
+        """All of it as a sentence."""
+        return f"{self.reason} at {self.time:.1f} s: {self.mode}"
 
 
 @dataclass(frozen=True)
@@ -36,6 +50,7 @@ class FlightSummary:
             the drone did not come down, or does not stand at the end.
         least_clearance: least free way to an obstacle [m], below 0 where they may have met; None
             in a world without.
+        failsafes: each of them, in order.
     """
 
     duration: float
@@ -52,6 +67,7 @@ class FlightSummary:
     battery_used: float
     touch_down_speed: float | None
     least_clearance: float | None
+    failsafes: tuple[Failsafe, ...] = ()
 
 
 def summarise(recording: Recording) -> FlightSummary:
@@ -75,6 +91,21 @@ def summarise(recording: Recording) -> FlightSummary:
         battery_used=float(recording.charge[0] - recording.charge[-1]),
         touch_down_speed=_touch_down_speed(recording),
         least_clearance=least if math.isfinite(least) else None,
+        failsafes=_failsafes(recording),
+    )
+
+
+def _failsafes(recording: Recording) -> tuple[Failsafe, ...]:
+    reason = recording.reason.ravel()
+    begun = np.flatnonzero(np.diff(reason, prepend=0.0))
+    return tuple(
+        Failsafe(
+            Reason(int(reason[at])).label,
+            float(recording.time[at]),
+            FlightMode(int(recording.mode[at])).label,
+        )
+        for at in begun
+        if reason[at] != Reason.NONE
     )
 
 

@@ -15,6 +15,7 @@ from pydrake.systems.primitives import RandomSource
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.diagram.airframe import Airframe
 from workbench.diagram.sensor_choice import SensorChoice
+from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import Home
 from workbench.plant.sensor_frames import free_name
 from workbench.plant.sensors import (
@@ -191,7 +192,14 @@ class _Mount:
             case Barometer():
                 from workbench.systems.sensors.barometer import Barometer as BarometerSystem
 
-                system = BarometerSystem(sensor=sensor, home=self.home, **timing)
+                dynamics, plant = self.airframe.dynamics, self.airframe.plant
+                system = BarometerSystem(
+                    sensor=sensor,
+                    home=self.home,
+                    rotors=dynamics.GetOutputPort("thrusts").size(),
+                    weight=GRAVITY * plant.CalcTotalMass(plant.CreateDefaultContext()),
+                    **timing,
+                )
             case Magnetometer():
                 from workbench.systems.sensors.magnetometer import (
                     Magnetometer as MagnetometerSystem,
@@ -222,6 +230,7 @@ class _Mount:
         """Connect a sensor's inputs by their names; return the source of its noise."""
         outputs = {
             "state": self.airframe.state,
+            "thrusts": self.airframe.dynamics.GetOutputPort("thrusts"),
             "acceleration": self.airframe.dynamics.GetOutputPort("acceleration"),
             "geometry_query": self.airframe.scene_graph.get_query_output_port(),
         }

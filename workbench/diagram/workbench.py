@@ -167,6 +167,8 @@ def make_workbench(
     builder.Connect(reference, computer.GetInputPort("reference"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
     builder.Connect(known, modes.GetInputPort("state"))
+    if navigation:
+        builder.Connect(navigation.GetOutputPort("health"), modes.GetInputPort("health"))
     builder.Connect(reference, modes.GetInputPort("reference"))
     builder.Connect(pilot.GetOutputPort("request"), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
@@ -260,6 +262,7 @@ def _add_navigation(
             known=deviations_at_start(imu),
             home=home,
             period=period,
+            repeats=not any(each.stddev for each in imu.angular_velocity),
         ),
     )
     builder.Connect(airframe.dynamics.GetOutputPort("imu"), navigation.GetInputPort("imu"))

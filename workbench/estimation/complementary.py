@@ -14,7 +14,8 @@ gains of a filter of second order that settles within a time constant T:
 
 and by the GPS's velocity with 1 / T_v. Between samples the last ones count: places moved on by the
 estimated velocity, the velocity by the specific force. One that stands would hold the estimate back
-in every acceleration.
+in every acceleration. Those of the GPS count for a second: then barometer and specific force are
+all that is left.
 
 Source: R. Mahony, T. Hamel and J.-M. Pflimlin, Nonlinear complementary filters on the special
 orthogonal group, IEEE Transactions on Automatic Control 53(5), 2008: explicit filter with bias
@@ -41,8 +42,10 @@ LAST = NOMINAL
 SIZE = LAST + 4 + 3 + 3 + 1
 """Places in the memory: attitude, place and velocity of the IMU in W, biases of gyro and (none of)
 accelerometer, as the EKF has them (16); whether there were samples of GPS, barometer and
-magnetometer, and one place to spare (4), place (3) and velocity (3) by the last ones of the GPS,
-height by the last one of the barometer (1); and its size."""
+magnetometer, and the time since that of the GPS (4), place (3) and velocity (3) by the last ones of
+the GPS, height by the last one of the barometer (1); and its size."""
+GPS_HELD = 1.0
+"""So long the last sample of the GPS counts [s]."""
 _LEAST_FORCE, _MOST_FORCE = 0.5, 1.5
 """Times g: a specific force beyond these shows no direction of up."""
 
@@ -105,14 +108,16 @@ def update(
     below = into_world(
         R, (mounting[6] - mounting[0], mounting[7] - mounting[1], mounting[8] - mounting[2])
     )
+    seen[3] += dt
     if z[GPS] > 0.0:
-        seen[0] = 1.0
+        seen[0], seen[3] = 1.0, 0.0
         for i in range(3):
             v_y[i] = z[GPS + 5 + i]
             p_y[i] = z[GPS + 2 + i] - arm[i] + z[GPS + 1] * v_y[i]
     if z[BAROMETER] > 0.0:
         seen[1] = 1.0
         memory[LAST + 10] = z[BAROMETER + 1] - below[2]
+    by_gps = seen[0] if seen[3] <= GPS_HELD else 0.0
     for i in range(4):
         x[i] = q[i]
     for i in range(3):
@@ -125,11 +130,11 @@ def update(
             v_y[i] += dt * pull
         if i == 2 and z[BAROMETER] == 0.0:
             memory[LAST + 10] += way
-        time, target, known = settings[2], p_y[i], seen[0]
+        time, target, known = settings[2], p_y[i], by_gps
         if i == 2 and seen[1] > 0.0:
             time, target, known = settings[4], memory[LAST + 10], 1.0
         gap = known * (target - p)
-        drawn = seen[0] * (v_y[i] - v) / settings[3]
+        drawn = by_gps * (v_y[i] - v) / settings[3]
         x[4 + i] = p + dt * 2.0 / time * gap
         x[7 + i] = v + dt * (gap / (time * time) + drawn)
 

@@ -4,7 +4,7 @@ import struct
 import time
 from collections.abc import Callable, Iterator, Sequence
 
-from workbench.control.mode import FlightMode
+from workbench.control.mode import FlightMode, Reason
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import DRONE_STATE, EVENTS, PARAMETERS
 from workbench.link.topics import Topic
@@ -35,6 +35,7 @@ class Announcer:
         """Begin with a new flight."""
         self._mode: FlightMode | None = None
         self._was_low = False
+        self._reason = Reason.NONE
 
     def event(self, time_s: float, said: str, severity: int) -> Published:
         """Return a sentence as it is published at a simulated time [s]."""
@@ -50,6 +51,19 @@ class Announcer:
             if number == DRONE_STATE:
                 mode, charge = struct.unpack_from("<i16xf", payload)
                 yield from self._state(FlightMode(mode), charge)
+
+    def reasons(self, now: Reason) -> Iterator[tuple[str, int]]:
+        """Yield a sentence and its severity where something failed, or works again.
+
+        The battery's reasons are told with its charge, see `changes`.
+        """
+        before, self._reason = self._reason, now
+        if now is before or now in (Reason.BATTERY_LOW, Reason.BATTERY_EMPTY):
+            return
+        if now is not Reason.NONE:
+            yield now.label, WARNING
+        elif before in (Reason.DEAD_RECKONING, Reason.HEADING_DRIFTS):
+            yield "the estimate has all of its sensors again", INFORMATION
 
     def _state(self, mode: FlightMode, charge: float) -> Iterator[tuple[str, int]]:
         before, self._mode = self._mode, mode

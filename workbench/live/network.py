@@ -509,6 +509,8 @@ class FlightNetwork:
             self._stream.add(sampled.published)
             for said, severity in self._announcer.changes(sampled.published):
                 self.event(said, severity)
+        for said, severity in self._announcer.reasons(self._session.reason):
+            self.event(said, severity)
         self._tell_refused()
         self._watch_control()
         self._show_log()

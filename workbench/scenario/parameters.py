@@ -28,6 +28,14 @@ def _fault(kind: str) -> Parameter:
     return Parameter(f"{kind}_fault", kind, "1", 0.0, 3.0, 0.0, help, whole=True)
 
 
+def _disturbance(axis: str, way: str) -> Parameter:
+    """Return the row of a field that disturbs the magnetometers, along an axis of B."""
+    help = f"field that the drone itself adds to the earth's, {way}"
+    return Parameter(
+        f"magnetometer_disturbance_{axis}", "magnetometer", "T", -1e-3, 1e-3, 0.0, help
+    )
+
+
 def _rotor(number: int) -> Parameter:
     """Return the row of a fault to order, in one rotor."""
     help = f"share of its thrust that rotor {number} gives; 0 stops it"
@@ -115,6 +123,33 @@ OTHERS: tuple[Parameter, ...] = (
     ),
     Parameter(
         "stop_distance", "modes", "m", 0.0, 20.0, 0.5, "clearance at which a braked drone stops"
+    ),
+    Parameter(
+        "position_deviation_limit",
+        "modes",
+        "m",
+        0.1,
+        1000.0,
+        5.0,
+        "deviation of the level position beyond which a flight on the EKF lands",
+    ),
+    Parameter(
+        "gps_timeout",
+        "modes",
+        "s",
+        0.1,
+        3600.0,
+        5.0,
+        "time without GPS after which a flight on the complementary filter lands",
+    ),
+    Parameter(
+        "imu_timeout",
+        "modes",
+        "s",
+        0.01,
+        3600.0,
+        0.1,
+        "time of equal readings after which the IMU has failed and the rotors stop",
     ),
     Parameter(
         "battery_duration", "battery", "s", 1.0, 36000.0, 1200.0, "time a full battery hovers"
@@ -219,6 +254,18 @@ OTHERS: tuple[Parameter, ...] = (
     *map(_ekf, EKF_ROWS),
     *map(_complementary, COMPLEMENTARY_ROWS),
     *map(_fault, SENSOR_KINDS),
+    Parameter(
+        "barometer_ground_effect",
+        "barometer",
+        "Pa",
+        -500.0,
+        500.0,
+        0.0,
+        "what the downwash adds to the barometer's pressure at the ground, 12 Pa for a metre",
+    ),
+    _disturbance("x", "ahead"),
+    _disturbance("y", "to the left"),
+    _disturbance("z", "upwards"),
     *map(_rotor, range(1, MOST_ROTORS + 1)),
 )
 """Rows of every flight; those of its controller stand before them."""

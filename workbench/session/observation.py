@@ -10,7 +10,8 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RollPitchYaw
 from pydrake.systems.framework import Context
 
-from workbench.control.mode import FlightMode
+from workbench.control.flight_mode import REASON
+from workbench.control.mode import FlightMode, Reason
 from workbench.diagram.sensing import Mounted
 from workbench.diagram.workbench import Workbench
 from workbench.session.snapshot import Clearance, LidarSummary, SensorStatus, Snapshot, Triple
@@ -67,6 +68,7 @@ def observe(bench: Workbench, root_context: Context, start: Sequence[float]) -> 
         sensors=tuple(map(partial(_status, root_context), mounted, readings)),
         voltage=_voltage(bench, root_context),
         magnetometer=_first(readings, MagnetometerReading),
+        reason=Reason(int(signals["mode"][REASON])),
     )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.flight_mode import REASON
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.vehicle import Vehicle
 
@@ -50,6 +51,7 @@ class Recording:
         covariance: (N, 45) of the first nine errors, its upper triangle row by row.
         innovations: (N, 20) of each measured number, see `ekf.CHANNELS`, the innovation and its
             variance; NaN where none came at that time.
+        reason: (N) why the mode is what nobody asked for, see `control.mode.Reason`.
     """
 
     vehicle: Vehicle
@@ -72,6 +74,7 @@ class Recording:
     deviations: np.ndarray = field(default_factory=_nothing)
     covariance: np.ndarray = field(default_factory=_nothing)
     innovations: np.ndarray = field(default_factory=_nothing)
+    reason: np.ndarray = field(default_factory=_nothing)
 
     def __repr__(self) -> str:
         return f"<Recording of {self.vehicle.name}: {len(self.time)} samples>"
@@ -111,6 +114,7 @@ class Recording:
             clearance=(
                 signals["obstacle"][:, 0] if "obstacle" in signals else np.full(len(time), np.inf)
             ),
+            reason=_reasons(signals["mode"]),
             **{name: signals.get(name, np.empty((len(time), 0))) for name in ESTIMATED},
         )
 
@@ -238,3 +242,9 @@ class Recording:
             for index, axis in enumerate(axes):
                 columns[f"{name}.{axis} [{unit}]"] = values[:, index]
         return columns
+
+
+def _reasons(mode: np.ndarray) -> np.ndarray:
+    """Return the reasons in recorded states of the flight mode, none where it was another state."""
+    found: np.ndarray = mode[:, REASON] if mode.shape[1] > REASON else np.zeros(len(mode))
+    return found

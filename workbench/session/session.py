@@ -19,7 +19,8 @@ from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError, sentences, unknown_name
 from workbench.control.controller import LIMITS, Controller, load_controller
-from workbench.control.mode import FlightMode, Request
+from workbench.control.flight_mode import REASON
+from workbench.control.mode import FlightMode, Reason, Request
 from workbench.diagram.kept_samples import read_samples
 from workbench.diagram.workbench import PICTURE_PERIOD
 from workbench.dynamics.air.settings import gust_settings, push_settings
@@ -212,6 +213,13 @@ class Session:
         state = self._bench.recorder.now(self._live.root)["mode"]
         mode, seen = FlightMode(int(state[0])), state[1]
         self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
+
+    @property
+    def reason(self) -> Reason:
+        """Why the flight mode is what nobody asked for, or what the flight goes without."""
+        modes = self._bench.modes
+        state = modes.GetOutputPort("mode").Eval(modes.GetMyContextFromRoot(self._live.root))
+        return Reason(int(state[REASON]))
 
     @property
     def flown_scenario(self) -> Scenario:

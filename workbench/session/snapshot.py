@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from workbench.control.mode import FlightMode
+from workbench.control.mode import FlightMode, Reason
 from workbench.systems.sensors.faults import Fault
 from workbench.systems.sensors.readings import (
     BarometerReading,
@@ -96,6 +96,7 @@ class Snapshot:
         clearance: from obstacles, None in a world without.
         sensors: how each of them does.
         magnetometer: last reading, None where none measures.
+        reason: why the mode is what nobody asked for, or what the flight goes without.
     """
 
     time: float
@@ -120,3 +121,4 @@ class Snapshot:
     sensors: tuple[SensorStatus, ...] = ()
     voltage: float = 1.0
     magnetometer: MagnetometerReading | None = None
+    reason: Reason = Reason.NONE

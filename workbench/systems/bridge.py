@@ -179,7 +179,7 @@ class CommandBridge(Pilot):
     """A pilot whose wishes may come from the network, through a mailbox.
 
     Input port:
-        mode (9): see `flight_mode.ModeState`.
+        mode (10): see `flight_mode.ModeState`.
     """
 
     def __init__(

@@ -3,6 +3,7 @@
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.control.flight_mode import (
+    Health,
     ModeState,
     Settings,
     Situation,
@@ -24,9 +25,10 @@ class ModeManager(LeafSystem):
         request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
         charge (1): of the battery, 0 .. 1.
         walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
+        health (4): see `flight_mode.Health`; unconnected, the state is the truth.
     Output ports:
         guidance (22): see `guidance.Guidance`.
-        mode (9): see `flight_mode.ModeState`.
+        mode (10): see `flight_mode.ModeState`.
     Numeric parameter 0: `flight_mode.Settings`.
     """
 
@@ -55,6 +57,7 @@ class ModeManager(LeafSystem):
         self._request = self.DeclareVectorInputPort("request", 3)
         self._charge = self.DeclareVectorInputPort("charge", 1)
         self._walls = self.DeclareVectorInputPort("walls", 4 * WALLS)
+        self._health = self.DeclareVectorInputPort("health", len(Health._fields))
         self.guidance_index = self.DeclareDiscreteState(len(Guidance._fields))
         self.mode_index = self.DeclareDiscreteState(len(ModeState._fields))
         self.DeclareStateOutputPort("guidance", self.guidance_index)
@@ -84,6 +87,11 @@ class ModeManager(LeafSystem):
             height=height,
             charge=float(self._charge.Eval(context)[0]),
             standing_height=self._standing_height,
+            health=(
+                Health(*self._health.Eval(context).tolist())
+                if self._health.HasValue(context)
+                else None
+            ),
         )
         state = next_state(state, now, settings)
         guide = guidance(state, now.p_WB, settings)

@@ -9,6 +9,7 @@ from pymap3d.ellipsoid import Ellipsoid
 from pymap3d.enu import geodetic2enu
 
 from workbench.common.compiled import Compiled, compile_cached
+from workbench.control.flight_mode import Health
 from workbench.estimation import ekf
 from workbench.estimation.estimators import TRIANGLE, Estimator, find_estimator
 from workbench.estimation.samples import (
@@ -24,7 +25,7 @@ from workbench.plant.home import Home
 
 SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
 """What the compiled updates stand in, below `workbench/`."""
-MEMORY, STAMPS, HELD = range(3)
+MEMORY, STAMPS, HELD, AGES, RATES = range(5)
 """Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Of a delivered sample with its stamp, of each of `HEARD`."""
@@ -37,6 +38,10 @@ def compiled_update(name: str) -> Compiled:
     estimator = find_estimator(name)
     assert estimator
     return compile_cached(estimator.update, SOURCES, f"the estimator {name}", parts=20)
+
+
+DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
+"""Channels of `ekf.update` that say whether it goes by a sample: east and north, heading."""
 
 
 class Navigation(LeafSystem):
@@ -54,6 +59,7 @@ class Navigation(LeafSystem):
         state (13): estimated q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s]; the angular velocity
             is that of the gyro's filters, less its bias.
         deviations (15): of the errors, see `ekf`.
+        health (4): see `flight_mode.Health`.
         covariance (45), innovations (20): see `Estimator`.
     Numeric parameter 0: the estimator's settings.
 
@@ -65,6 +71,7 @@ class Navigation(LeafSystem):
         known: how far the estimate may be off at the start.
         home: where the world's origin lies.
         period: between updates [s].
+        repeats: whether a sound IMU may give equal readings, as one without noise does.
     """
 
     def __init__(
@@ -77,8 +84,10 @@ class Navigation(LeafSystem):
         known: ekf.InitialDeviations,
         home: Home,
         period: float,
+        repeats: bool = False,
     ) -> None:
         super().__init__()
+        self._repeats = repeats
         self.estimator = estimator
         self._run = compiled_update(estimator.name)
         self._mounting, self._places = mounting, mounting.packed()
@@ -91,11 +100,14 @@ class Navigation(LeafSystem):
         self.DeclareDiscreteState(memory)
         self.DeclareDiscreteState(np.full(len(HEARD), np.nan))
         self.DeclareDiscreteState(still)
+        self.DeclareDiscreteState(len(Health._fields) - 1)
+        self.DeclareDiscreteState(np.full(3, np.nan))
         self._imu = self.DeclareVectorInputPort("imu", 9)
         self._heard = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
         self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
         self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
         self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
+        self.DeclareVectorOutputPort("health", len(Health._fields), self._calc_health)
         self.DeclareVectorOutputPort("covariance", len(TRIANGLE[0]), self._calc_covariance)
         self.DeclareVectorOutputPort("innovations", 2 * ekf.CHANNELS, self._calc_innovations)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
@@ -115,6 +127,8 @@ class Navigation(LeafSystem):
         context.SetDiscreteState(MEMORY, memory)
         context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
         context.SetDiscreteState(HELD, state)
+        context.SetDiscreteState(AGES, np.zeros(len(Health._fields) - 1))
+        context.SetDiscreteState(RATES, np.full(3, np.nan))
 
     def _is_update(self, context: Context) -> bool:
         """Return whether an update is due now."""
@@ -145,6 +159,11 @@ class Navigation(LeafSystem):
     def _calc_deviations(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.estimator.deviations(self._memory.Eval(context)))
 
+    def _calc_health(self, context: Context, output: BasicVector) -> None:
+        deviations = self.estimator.deviations(self._memory.Eval(context))
+        ages = context.get_discrete_state(AGES).CopyToVector()
+        output.SetFromVector([np.hypot(*deviations[3:5]), *ages])
+
     def _calc_covariance(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.estimator.covariance(self._memory.Eval(context)))
 
@@ -158,6 +177,37 @@ class Navigation(LeafSystem):
             port.Eval(context)[0] if port.HasValue(context) else np.nan for port in self._heard
         ]
         discrete_state.set_value(STAMPS, stamps)
+        rates = self._imu.Eval(context)[:3]
+        renewed = np.array(
+            [
+                self._takes_in(context, "gps"),
+                self._repeats
+                or not np.array_equal(rates, context.get_discrete_state(RATES).value()),
+                self._takes_in(context, "magnetometer"),
+            ]
+        )
+        ages = context.get_discrete_state(AGES).value() + self._period
+        discrete_state.set_value(AGES, np.where(renewed, 0.0, ages))
+        discrete_state.set_value(RATES, rates)
+
+    def _takes_in(self, context: Context, kind: str) -> bool:
+        """Return whether a sensor has a new sample that the estimate goes by, or is not there."""
+        place = HEARD.index(kind)
+        if not self._heard[place].HasValue(context):
+            return kind != "gps"  # without GPS no place is known for long
+        before = context.get_discrete_state(STAMPS).value()[place]
+        if self._fresh(context, place, before) is None:
+            return False
+        memory, gate = self._memory.Eval(context), self._gate(context)
+        told = self.estimator.innovations(memory).reshape(-1, 2)[DECIDING[kind]]
+        return not (told[:, 0] ** 2 > gate**2 * told[:, 1]).any()
+
+    def _gate(self, context: Context) -> float:
+        """Return beyond how many deviations a sample is left out."""
+        names = self.estimator.settings._fields
+        if "ekf_gate" not in names:
+            return np.inf
+        return float(context.get_numeric_parameter(0)[names.index("ekf_gate")])
 
     def _samples(self, context: Context) -> np.ndarray:
         """Return what sensors gave since the update before, see `estimation.samples`."""

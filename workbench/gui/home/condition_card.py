@@ -125,6 +125,8 @@ class ConditionCard(Card):
         rotors = "rotors off" if now.mode is FlightMode.OFF else "rotors on"
         self.set_note(*PHASES.get(view.phase, ("", None)))
         facts = f"{rotors} · {wind_text(now.wind, self.units)}"
+        if now.reason.label:
+            facts = f"{now.reason.label} · {facts}"
         if (now.mode, facts) != (self.mode, self.facts):
             self.mode, self.facts = now.mode, facts
             self.update(self.body.toAlignedRect())

@@ -28,6 +28,9 @@ _COLD = _SEA_LEVEL_TEMPERATURE - _LAPSE * _TROPOPAUSE
 _COLD_PRESSURE = _SEA_LEVEL_PRESSURE * (_COLD / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
 _COLD_HEIGHT = _GAS_CONSTANT * _COLD / _GRAVITY
 """Over which pressure falls by the factor e above the tropopause [m]."""
+GROUND_EFFECT_HEIGHT = 0.5
+"""What the ground adds has fallen by the factor e at this height of the sensor [m]: PX4 allows for
+it up to there (EKF2_GND_MAX_HGT)."""
 _LEAST_PRESSURE = 1.0
 """Below this no altitude is asked for: a faulty barometer may measure nonsense [Pa]."""
 
@@ -39,32 +42,64 @@ class Barometer(NoisySensor):
     atmosphere has it. The world's origin is as high above the sea as the home above the
     ellipsoid, or as the description's reference altitude says.
 
+    Near the ground the air that the rotors push down is held up, and the pressure is higher: a
+    barometer shows too little height. How much depends on the frame and on where the sensor is, so
+    it is a setting; it goes with the thrust. PX4 allows for an error of 4 m (EKF2_GND_EFF_DZ),
+    which is 48 Pa.
+
     Input ports:
         state (13): of the plant.
+        thrusts (n): of the rotors [N]; unconnected, there is no such effect.
         noise (3): see `NoisySensor`.
+    Numeric parameter 0: the fault, and what the pressure is more at the ground while the thrust
+        carries the weight [Pa].
 
     Args:
         sensor: the description's record.
         home: where the world's origin lies.
         period: between samples [s].
         latency: from a sample to its delivery [s].
+        rotors: how many.
+        weight: of the vehicle [N].
     """
 
     def __init__(
-        self, *, sensor: BarometerRecord, home: Home, period: float, latency: float = 0.0
+        self,
+        *,
+        sensor: BarometerRecord,
+        home: Home,
+        period: float,
+        latency: float = 0.0,
+        rotors: int = 0,
+        weight: float = 1.0,
     ) -> None:
         super().__init__(
-            size=2, noises=(sensor.noise,), usual=USUAL, period=period, latency=latency
+            size=2,
+            noises=(sensor.noise,),
+            usual=USUAL,
+            period=period,
+            latency=latency,
+            settings=(0.0,),
         )
+        self._weight = weight
         given = sensor.reference_altitude
         self._reference = home.altitude if given is None else given
         self._frame = sensor.frame
         self._p_BS = np.array(sensor.p_BS)
         self.state_input = self.DeclareVectorInputPort("state", 13)
+        self.thrusts_input = self.DeclareVectorInputPort("thrusts", rotors)
 
     def exact(self, context: Context) -> np.ndarray:
         height = motion(self.state_input.Eval(context), self._p_BS).p_WS[2]
-        return np.array([pressure_at(self._reference + height)])
+        return np.array([pressure_at(self._reference + height) + self._held_up(context, height)])
+
+    def _held_up(self, context: Context, height: float) -> float:
+        """Return what the pressure is more near the ground [Pa]."""
+        (most,) = self.settings(context)
+        if most == 0.0 or not self.thrusts_input.HasValue(context):
+            return 0.0
+        share = float(self.thrusts_input.Eval(context).sum()) / self._weight
+        return most * share * math.exp(-max(0.0, height) / GROUND_EFFECT_HEIGHT)
 
     def shown(self, values: np.ndarray) -> np.ndarray:
         pressure = float(values[0])

@@ -23,11 +23,13 @@ class Magnetometer(NoisySensor):
     """Measures the magnetic field, with any mounting.
 
     A sample (3) is the field along the axes of the sensor S [T]. The field is that of the home,
-    see `magnetic_field`, wherever the drone is; nothing on board or around it disturbs it.
+    see `magnetic_field`, wherever the drone is, and what disturbs it on board.
 
     Input ports:
         state (13): of the plant.
         noise (9): see `NoisySensor`.
+    Numeric parameter 0: the fault, and the field along the axes of B that what is on board adds
+        (3) [T], as iron or the current of a battery's wire does.
 
     Args:
         sensor: the description's record.
@@ -40,7 +42,12 @@ class Magnetometer(NoisySensor):
         self, *, sensor: MagnetometerRecord, home: Home, period: float, latency: float = 0.0
     ) -> None:
         super().__init__(
-            size=3, noises=sensor.magnetic_field, usual=USUAL, period=period, latency=latency
+            size=3,
+            noises=sensor.magnetic_field,
+            usual=USUAL,
+            period=period,
+            latency=latency,
+            settings=(0.0, 0.0, 0.0),
         )
         self._frame = sensor.frame
         self._p_BS = np.array(sensor.p_BS)
@@ -50,7 +57,9 @@ class Magnetometer(NoisySensor):
 
     def exact(self, context: Context) -> np.ndarray:
         R_WB = motion(self.state_input.Eval(context), self._p_BS).R_WB
-        return (R_WB @ self._R_BS).T @ self._field_W
+        disturbance = self.settings(context)
+        field = (R_WB @ self._R_BS).T @ self._field_W
+        return field + self._R_BS.T @ disturbance if any(disturbance) else field
 
     def reading(self, context: Context) -> MagnetometerReading | None:
         """Return the sample delivered last, None if none was."""

@@ -142,6 +142,7 @@ class NoisySensor(SampledSensor):
         usual: Sequence[float],
         period: float,
         latency: float,
+        settings: Sequence[float] = (),
     ) -> None:
         """Declare what `SampledSensor` has, and the port of the noise.
 
@@ -151,9 +152,16 @@ class NoisySensor(SampledSensor):
             usual: deviations that a noisy sensor has a multiple of, where `noises` has none (n).
             period: between samples [s], a multiple of the physics step.
             latency: from a sample to its delivery [s].
+            settings: see `SampledSensor`.
         """
         n = len(noises)
-        super().__init__(size=size, period=period, latency=latency, memory=first_memory(n).tolist())
+        super().__init__(
+            size=size,
+            period=period,
+            latency=latency,
+            memory=first_memory(n).tolist(),
+            settings=settings,
+        )
         self.noise_model = noise_model(noises, usual, period)
         self.noise_input = self.DeclareVectorInputPort(
             "noise", DRAWS * n, RandomDistribution.kGaussian

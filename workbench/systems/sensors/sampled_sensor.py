@@ -23,11 +23,17 @@ class SampledSensor(LeafSystem):
         truth (size): what a perfect instrument would show now.
         measurement (1 + size): stamp [s] and values of the sample delivered last, NaN before the
             first.
-    Numeric parameter 0: `faults.Fault`.
+    Numeric parameter 0: `faults.Fault`, and behind it what else is live of a sensor of the kind.
     """
 
     def __init__(
-        self, *, size: int, period: float, latency: float = 0.0, memory: Sequence[float] = ()
+        self,
+        *,
+        size: int,
+        period: float,
+        latency: float = 0.0,
+        memory: Sequence[float] = (),
+        settings: Sequence[float] = (),
     ) -> None:
         """Declare ports, state and sampling.
 
@@ -36,18 +42,19 @@ class SampledSensor(LeafSystem):
             period: between samples [s], a multiple of the physics step.
             latency: from a sample to its delivery [s].
             memory: what is remembered before the first sample, as biases are.
+            settings: live numbers behind the fault.
         """
         super().__init__()
         self.size = size
         self.period = period
         self.latency = latency
         self._depth = 1 + math.ceil(latency / period - LATE)
-        self.DeclareNumericParameter(BasicVector([float(Fault.NONE)]))
+        self.DeclareNumericParameter(BasicVector([float(Fault.NONE), *settings]))
         self._samples = self.DeclareDiscreteState(np.full(self._depth * (1 + size), math.nan))
         self._count = self.DeclareDiscreteState([0.0])
         self.memory_index = self.DeclareDiscreteState(np.array(memory, dtype=float))
         self.truth_output = self.DeclareVectorOutputPort(
-            "truth", size, self._calc_truth, {self.all_input_ports_ticket()}
+            "truth", size, self._calc_truth, {self.all_input_ports_ticket(), self.pn_ticket()}
         )
         self.measurement_output = self.DeclareVectorOutputPort(
             "measurement",
@@ -56,6 +63,11 @@ class SampledSensor(LeafSystem):
             {self.xd_ticket(), self.time_ticket()},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def settings(self, context: Context) -> list[float]:
+        """Return the live numbers behind the fault."""
+        found: list[float] = context.get_numeric_parameter(0).value()[1:].tolist()
+        return found
 
     def truth(self, context: Context) -> np.ndarray:
         """Return what a perfect instrument would show now (size)."""
