@@ -4,6 +4,7 @@ import struct
 
 import pytest
 
+from workbench.control.mode import Reason
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import DRONE_STATE, EVENTS, PARAMETERS, Outfit, drone_topics
 from workbench.live.announcer import WARNING, Announcer
@@ -60,3 +61,14 @@ def test_a_battery_warns_when_it_is_low_when_it_lands_the_drone_and_when_it_is_e
     announcer.begin()
     _, warned = said_of(announcer, (3, 0.9), (7, 0.9), (0, 0.9))
     assert warned == [], "landings that a pilot asks for warn of nothing"
+
+
+def test_what_failed_is_said_once_and_that_it_works_again_too(announcer):
+    flown = (Reason.NONE, Reason.DEAD_RECKONING, Reason.DEAD_RECKONING, Reason.NONE)
+    flown += (Reason.BATTERY_LOW, Reason.NONE, Reason.POSITION_LOST)
+    said = [each for reason in flown for each in announcer.reasons(reason)]
+    assert said == [
+        ("no GPS, dead reckoning", WARNING),
+        ("the estimate has all of its sensors again", 0),
+        ("position lost", WARNING),
+    ]

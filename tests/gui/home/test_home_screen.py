@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from workbench.control.mode import FlightMode
+from workbench.control.mode import FlightMode, Reason
 from workbench.gui.home.rotor_card import RotorState
 from workbench.gui.instruments.sign import Sign
 from workbench.link import drone_topics
@@ -255,6 +255,9 @@ def test_the_reserve_follows_its_parameter(flown, workspace, canned, clock):
 def test_modes_are_words(flown, canned, clock):
     shown(flown, canned.views[-1], clock, mode=FlightMode.OFF, wind=(0.0, 0.0, 0.0))
     assert flown.cards["condition"].spoken == "off, rotors off · no wind"
+    lost = {"mode": FlightMode.LANDING, "reason": Reason.POSITION_LOST, "wind": (0.0, 0.0, 0.0)}
+    shown(flown, canned.views[-1], clock, **lost)
+    assert flown.cards["condition"].spoken == "landing, position lost · rotors on · no wind"
     for mode in FlightMode:
         shown(flown, canned.views[-1], clock, mode=mode)
         flown.cards["condition"].grab()
