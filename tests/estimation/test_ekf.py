@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.estimation.made_flights import PERIOD, figure_eight, full_speed, hover, made
 from tests.estimation.textbook import State, TextbookFilter
 from workbench.estimation import ekf
+from workbench.estimation.estimators import compiled_update
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -20,7 +21,6 @@ from workbench.estimation.samples import (
     Mounting,
 )
 from workbench.estimation.settings import EkfSettings
-from workbench.systems.navigation import compiled_update
 
 FIELD = np.array([1e-6, 21e-6, -43e-6])
 MOUNTING = Mounting(

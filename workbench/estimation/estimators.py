@@ -1,10 +1,12 @@
 """The estimators that a scenario can name."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from workbench.common.compiled import Compiled, compile_cached
 from workbench.estimation import complementary, ekf
 from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
@@ -16,6 +18,8 @@ from workbench.estimation.settings import (
     check_estimator,
 )
 
+SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
+"""What the compiled updates stand in, below `workbench/`."""
 TRIANGLE = np.triu_indices(9)
 """Rows and columns of a covariance's upper triangle (45), of attitude, place and velocity."""
 
@@ -123,3 +127,11 @@ def find_estimator(name: str) -> Estimator | None:
     """
     found = {each.name: each for each in _KNOWN}
     return found.get(check_estimator(name))
+
+
+@lru_cache(maxsize=8)
+def compiled_update(name: str) -> Compiled:
+    """Return the update of an estimator, compiled at its first call."""
+    estimator = find_estimator(name)
+    assert estimator
+    return compile_cached(estimator.update, SOURCES, f"the estimator {name}", parts=20)
