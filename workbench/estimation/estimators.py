@@ -1,6 +1,6 @@
 """The estimators that a scenario can name."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -135,3 +135,20 @@ def compiled_update(name: str) -> Compiled:
     estimator = find_estimator(name)
     assert estimator
     return compile_cached(estimator.update, SOURCES, f"the estimator {name}", parts=20)
+
+
+def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Sequence[float]) -> np.ndarray:
+    """Return the motion of the base origin that a memory says (13).
+
+    Args:
+        memory: of an estimator.
+        rates: angular velocity that the gyro shows, in B, first of it (3) [rad/s].
+        p_BI: of the IMU (3) [m].
+
+    Returns:
+        q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
+    """
+    found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, p_BI))
+    R = ekf.rotation(found[:4].tolist())
+    found[7:10] = ekf.into_world(R, found[7:10].tolist())
+    return found

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update
+from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -123,10 +123,7 @@ class Navigation(LeafSystem):
             return
         memory = self._memory.Eval(context)
         rates = self._imu.Eval(context)[6:9]
-        found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, self._mounting.p_BI))
-        R = ekf.rotation(found[:4].tolist())
-        found[7:10] = ekf.into_world(R, found[7:10].tolist())
-        output.SetFromVector(found)
+        output.SetFromVector(known_motion(memory, rates, self._mounting.p_BI))
 
     def _calc_deviations(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.estimator.deviations(self._memory.Eval(context)))
