@@ -149,8 +149,9 @@ def _tell(log: Path, missing: list[str], silent: "tuple[Gap, ...]") -> None:
         say(f"{log}: has no samples of {kinds}: the estimate does without")
     if silent:
         longest = max(silent, key=lambda each: each.length)
+        times = "once" if len(silent) == 1 else f"{len(silent)} times"
         say(
-            f"{log}: the IMU has {len(silent)} gaps, the longest of {longest.length:.3f} s from "
+            f"{log}: the IMU is silent {times}, longest for {longest.length:.3f} s from "
             f"{longest.begin:.3f} s on: bridged by straight lines, which is a guess"
         )
 

@@ -82,19 +82,21 @@ def logged_sensors(record: FlightRecord) -> LoggedSensors:
             "was mounted is not known any more"
         )
     samples = _imu(record, np.array(imu.R_BS))
-    start = record.state_ns[0] * 1e-9
-    late = samples.stamp >= start
-    if not late.any():
-        raise WorkbenchError(f"{record.path}: has no samples of an IMU since its first state")
+    state_time = np.array(record.state_ns, dtype=np.int64) * 1e-9
+    compared = (samples.stamp >= state_time[0]) & (samples.stamp <= state_time[-1])
+    if not compared.any():
+        raise WorkbenchError(
+            f"{record.path}: has no samples of an IMU between its first and its last exact state"
+        )
     return LoggedSensors(
         samples=SensorSamples(
-            imu=Stamped(*(each[late] for each in samples)),
+            imu=Stamped(*(each[compared] for each in samples)),
             gps=_gps(record, home),
             magnetometer=_magnetometer(record, magnetometer_turn(choices)),
         ),
         mounting=mounting_of(imu, choices, home),
         known=deviations_at_start(imu),
-        state_time=np.array(record.state_ns, dtype=np.int64) * 1e-9,
+        state_time=state_time,
         states=record.states,
     )
 
