@@ -35,6 +35,7 @@ MAY_IMPORT = {
     "design": "common ipc plant dynamics estimation control scenario gains systems diagram session",
     "logs": "common link gateways control scenario systems session",
     "logs/plots": "design",
+    "logs/sensor_samples": "plant estimation diagram",
     "live": "common ipc plant link estimation control scenario gains systems session logs",
     "analysis": "common ipc control scenario session design live",
     "gui": "common ipc plant link control scenario gains systems session design logs live analysis",

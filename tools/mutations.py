@@ -272,8 +272,8 @@ MUTATIONS = (
     Mutation(
         "magnetometer: turned the wrong way",
         f"{SYSTEMS}/sensors/magnetometer.py",
-        "return (R_WB @ self._R_BS).T @ self._field_W",
-        "return (R_WB @ self._R_BS) @ self._field_W",
+        "field = (R_WB @ self._R_BS).T @ self._field_W",
+        "field = (R_WB @ self._R_BS) @ self._field_W",
         ("tests/systems/sensors/test_magnetometer.py",),
     ),
     Mutation(

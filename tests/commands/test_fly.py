@@ -53,7 +53,7 @@ def test_the_shipped_scenarios_are_listed_with_their_titles(run):
 def test_json_sums_the_flight_up(run, out):
     said = run("fly", "hover", "--duration", "0.5", "--output", out, "--json")
     assert said.code == 0
-    assert list(said.json) == ["title", *SUMMARY, "sensors", "estimate", "files"]
+    assert list(said.json) == ["title", *SUMMARY, "failsafes", "sensors", "estimate", "files"]
     assert said.json["duration"] == 0.5
     assert said.json["max_height"] == pytest.approx(1.5, abs=1e-3)
     assert said.json["min_height"] == pytest.approx(1.5, abs=1e-3)

@@ -1,16 +1,15 @@
 """How far an estimate was off, and whether it was as far off as it took itself to be."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 from scipy.stats import chi2
 
 from workbench.estimation import ekf
 from workbench.estimation.estimators import TRIANGLE
-from workbench.plant.sensors import Imu
-from workbench.plant.vehicle import Vehicle
-from workbench.session.recording import Recording
+from workbench.estimation.run import EstimateHistory
 
 STATES = 9
 """Of the errors, those that NEES takes in: attitude, position and velocity."""
@@ -24,6 +23,109 @@ _ROWS = (
 )
 _AT_ONCE = 4096
 """Matrices that are inverted together."""
+
+
+class Estimated(Protocol):
+    """A motion and what was known of it over time; the names are those of a `Recording`."""
+
+    @property
+    def time(self) -> np.ndarray: ...
+    @property
+    def q_WB(self) -> np.ndarray: ...
+    @property
+    def p_WB(self) -> np.ndarray: ...
+    @property
+    def w_WB(self) -> np.ndarray: ...
+    @property
+    def v_WB(self) -> np.ndarray: ...
+    @property
+    def estimated(self) -> bool: ...
+    @property
+    def estimate(self) -> np.ndarray: ...
+    @property
+    def deviations(self) -> np.ndarray: ...
+    @property
+    def covariance(self) -> np.ndarray: ...
+    @property
+    def innovations(self) -> np.ndarray: ...
+    @property
+    def p_BI(self) -> np.ndarray: ...
+
+
+@dataclass(frozen=True)
+class EstimateOverTruth:
+    """What an estimator made of a flight that was flown before, and the true motion.
+
+    Attributes:
+        time: (N) [s].
+        truth: (N, 13) q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
+        estimate: (N, 13) likewise; so the next three are as in a `Recording`.
+        biases: (N, 6) of gyro [rad/s] and accelerometer [m/s²] in B, estimated.
+        p_BI: place of the IMU in B (3) [m].
+    """
+
+    time: np.ndarray
+    truth: np.ndarray
+    estimate: np.ndarray
+    deviations: np.ndarray
+    covariance: np.ndarray
+    innovations: np.ndarray
+    biases: np.ndarray
+    p_BI: np.ndarray
+    estimated: bool = True
+
+    @property
+    def q_WB(self) -> np.ndarray:
+        """True orientation (N, 4)."""
+        return self.truth[:, 0:4]
+
+    @property
+    def p_WB(self) -> np.ndarray:
+        """True position (N, 3) [m]."""
+        return self.truth[:, 4:7]
+
+    @property
+    def w_WB(self) -> np.ndarray:
+        """True angular velocity in W (N, 3) [rad/s]."""
+        return self.truth[:, 7:10]
+
+    @property
+    def v_WB(self) -> np.ndarray:
+        """True velocity in W (N, 3) [m/s]."""
+        return self.truth[:, 10:13]
+
+
+def over_truth(
+    history: EstimateHistory, state_time: np.ndarray, states: np.ndarray, p_BI: np.ndarray
+) -> EstimateOverTruth:
+    """Return a history beside the true motion, as far as that is known.
+
+    Args:
+        history: of an estimator.
+        state_time: of the true motion (M) [s]; between its states it is interpolated.
+        states: q_WB, p_WB, w_WB_W, v_WB_W (M, 13).
+        p_BI: place of the IMU in B (3) [m].
+    """
+    known = (history.time >= state_time[0]) & (history.time <= state_time[-1])
+    time = history.time[known]
+    truth = np.empty((len(time), 13))
+    if len(state_time) > 1:
+        q = Slerp(state_time, _turn(states[:, 0:4]))(time).as_quat()
+        truth[:, 0:4] = q[:, [3, 0, 1, 2]]
+    else:
+        truth[:, 0:4] = states[0, 0:4]
+    for column in range(4, 13):
+        truth[:, column] = np.interp(time, state_time, states[:, column])
+    return EstimateOverTruth(
+        time=time,
+        truth=truth,
+        estimate=history.estimate[known],
+        deviations=history.deviations[known],
+        covariance=history.covariance[known],
+        innovations=history.innovations[known],
+        biases=history.biases[known],
+        p_BI=np.array(p_BI),
+    )
 
 
 @dataclass(frozen=True)
@@ -111,7 +213,7 @@ class EstimateReport:
     innovations: tuple[Innovations, ...]
 
 
-def estimate_errors(recording: Recording) -> Errors | None:
+def estimate_errors(recording: Estimated) -> Errors | None:
     """Return the errors of the estimate; None where the controller knew the true motion."""
     estimate = recording.estimate
     if not recording.estimated:
@@ -125,7 +227,7 @@ def estimate_errors(recording: Recording) -> Errors | None:
     )
 
 
-def nees(recording: Recording) -> np.ndarray | None:
+def nees(recording: Estimated) -> np.ndarray | None:
     """Return e' P^-1 e over time (N), see `Nees`; None where there is no covariance.
 
     The covariance is the whole one, correlations included: deviations alone would count twice an
@@ -135,7 +237,7 @@ def nees(recording: Recording) -> np.ndarray | None:
     errors, triangle = estimate_errors(recording), recording.covariance
     if errors is None or not np.isfinite(triangle).any():
         return None
-    p_BI = _imu_place(recording.vehicle)
+    p_BI = recording.p_BI
     arm = _turn(recording.q_WB).apply(p_BI)
     known_arm = _turn(recording.estimate[:, 0:4]).apply(p_BI)
     swing = np.cross(recording.w_WB, arm)
@@ -159,7 +261,7 @@ def nees(recording: Recording) -> np.ndarray | None:
     return found
 
 
-def judge_estimate(recording: Recording) -> EstimateReport | None:
+def judge_estimate(recording: Estimated) -> EstimateReport | None:
     """Return how good the estimate was; None where the controller knew the true motion."""
     errors = estimate_errors(recording)
     if errors is None:
@@ -172,7 +274,7 @@ def judge_estimate(recording: Recording) -> EstimateReport | None:
     return EstimateReport(states, _judged_nees(recording), _told(recording))
 
 
-def _judged_nees(recording: Recording) -> Nees | None:
+def _judged_nees(recording: Estimated) -> Nees | None:
     values = nees(recording)
     if values is None:
         return None
@@ -182,7 +284,7 @@ def _judged_nees(recording: Recording) -> Nees | None:
     return Nees(STATES, float(values.mean()), lower, upper, float(within.mean()))
 
 
-def _told(recording: Recording) -> tuple[Innovations, ...]:
+def _told(recording: Estimated) -> tuple[Innovations, ...]:
     """Return what each channel told, of those that measured at a recorded time."""
     found = []
     for channel, name in enumerate(ekf.NAMES):
@@ -202,9 +304,3 @@ def _sides() -> tuple[float, float]:
 def _turn(q: np.ndarray) -> Rotation:
     """Return rotations of quaternions w, x, y, z (N, 4)."""
     return Rotation.from_quat(q[:, [1, 2, 3, 0]])
-
-
-def _imu_place(vehicle: Vehicle) -> np.ndarray:
-    """Return the place of the IMU that an estimator reads in B (3) [m]: the first one."""
-    places = (sensor.p_BS for sensor in vehicle.sensors if isinstance(sensor, Imu))
-    return np.array(next(places, (0.0, 0.0, 0.0)))

@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
+from workbench.design.estimation_errors import Estimated
 from workbench.design.plots import PALETTE, label, styled, widen
-from workbench.session.recording import Recording
 
 _LEAST_TIME = 0.1
 """Shown even of a shorter flight [s]."""
@@ -18,7 +18,7 @@ _PANELS = (
 
 
 @styled
-def plot_estimate(recording: Recording, title: str) -> Figure:
+def plot_estimate(recording: Estimated, title: str) -> Figure:
     """Return the figure of a flight on an estimate, a panel a state.
 
     The band is that of the deviations in B for angles: near enough where the drone is level.

@@ -1,10 +1,12 @@
 """The estimators that a scenario can name."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from workbench.common.compiled import Compiled, compile_cached
 from workbench.estimation import complementary, ekf
 from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
@@ -16,6 +18,8 @@ from workbench.estimation.settings import (
     check_estimator,
 )
 
+SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
+"""What the compiled updates stand in, below `workbench/`."""
 TRIANGLE = np.triu_indices(9)
 """Rows and columns of a covariance's upper triangle (45), of attitude, place and velocity."""
 
@@ -123,3 +127,28 @@ def find_estimator(name: str) -> Estimator | None:
     """
     found = {each.name: each for each in _KNOWN}
     return found.get(check_estimator(name))
+
+
+@lru_cache(maxsize=8)
+def compiled_update(name: str) -> Compiled:
+    """Return the update of an estimator, compiled at its first call."""
+    estimator = find_estimator(name)
+    assert estimator
+    return compile_cached(estimator.update, SOURCES, f"the estimator {name}", parts=20)
+
+
+def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Sequence[float]) -> np.ndarray:
+    """Return the motion of the base origin that a memory says (13).
+
+    Args:
+        memory: of an estimator.
+        rates: angular velocity that the gyro shows, in B, first of it (3) [rad/s].
+        p_BI: of the IMU (3) [m].
+
+    Returns:
+        q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
+    """
+    found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, p_BI))
+    R = ekf.rotation(found[:4].tolist())
+    found[7:10] = ekf.into_world(R, found[7:10].tolist())
+    return found

@@ -62,6 +62,27 @@ class LoggedTopic:
         return np.array(self.t_ns, dtype=np.int64) * 1e-9
 
     @cached_property
+    def stamps(self) -> np.ndarray:
+        """What the messages' headers say of when their content was taken [s].
+
+        Raises:
+            WorkbenchError: if they have no such headers.
+        """
+        if not self.messages:
+            return np.zeros(0)
+        codec = Codec(tuple(split_schema(self.type, self.schema).values()))
+        try:
+            places = {each.path: each.offset for each in codec.layout_of(self.messages[0]).columns}
+            seconds, rest = (places[f"{_STAMP}{name}"] for name in ("sec", "nanosec"))
+            taken = [
+                struct.unpack_from("<i", each, seconds) + struct.unpack_from("<I", each, rest)
+                for each in self.messages
+            ]
+        except (KeyError, ValueError, struct.error) as error:
+            raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
+        return (np.array(taken, dtype=np.int64) @ [1_000_000_000, 1]) * 1e-9
+
+    @cached_property
     def columns(self) -> dict[str, Series]:
         """Everything in the messages by name of the field, but for headers and points.
 

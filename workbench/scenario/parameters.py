@@ -261,7 +261,7 @@ OTHERS: tuple[Parameter, ...] = (
         -500.0,
         500.0,
         0.0,
-        "what the downwash adds to the barometer's pressure at the ground, 12 Pa for a metre",
+        "pressure that the downwash adds at the ground; 12 Pa for a metre",
     ),
     _disturbance("x", "ahead"),
     _disturbance("y", "to the left"),

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.control.flight_mode import REASON
 from workbench.plant.rotors import wrench_matrix
+from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 
 ESTIMATED = ("estimate", "deviations", "covariance", "innovations")
@@ -124,6 +125,12 @@ class Recording:
         return self.estimate.size > 0
 
     @property
+    def p_BI(self) -> np.ndarray:
+        """Place of the IMU that an estimator reads in B (3) [m]: the first one."""
+        places = (each.p_BS for each in self.vehicle.sensors if isinstance(each, Imu))
+        return np.array(next(places, (0.0, 0.0, 0.0)))
+
+    @property
     def z_axis_W(self) -> np.ndarray:
         """Body z in W, (N, 3)."""
         w, x, y, z = self.q_WB.T
@@ -224,24 +231,29 @@ class Recording:
 
     def _estimated_columns(self) -> dict[str, np.ndarray]:
         """Return the estimate and its deviations as named columns, none where there is none."""
-        columns: dict[str, np.ndarray] = {}
         if not self.estimated:
-            return columns
-        groups = (
-            ("estimate.q_WB", "wxyz", "1", self.estimate[:, 0:4]),
-            ("estimate.p_W", "xyz", "m", self.estimate[:, 4:7]),
-            ("estimate.v_W", "xyz", "m/s", self.estimate[:, 10:13]),
-            ("estimate.w_W", "xyz", "rad/s", self.estimate[:, 7:10]),
-            ("deviation.attitude_B", "xyz", "rad", self.deviations[:, 0:3]),
-            ("deviation.p_W", "xyz", "m", self.deviations[:, 3:6]),
-            ("deviation.v_W", "xyz", "m/s", self.deviations[:, 6:9]),
-            ("deviation.gyro_bias", "xyz", "rad/s", self.deviations[:, 9:12]),
-            ("deviation.accel_bias", "xyz", "m/s^2", self.deviations[:, 12:15]),
-        )
-        for name, axes, unit, values in groups:
-            for index, axis in enumerate(axes):
-                columns[f"{name}.{axis} [{unit}]"] = values[:, index]
-        return columns
+            return {}
+        return estimate_columns(self.estimate, self.deviations)
+
+
+def estimate_columns(estimate: np.ndarray, deviations: np.ndarray) -> dict[str, np.ndarray]:
+    """Return an estimate (N, 13) and its deviations (N, 15) as named columns, see `Recording`."""
+    groups = (
+        ("estimate.q_WB", "wxyz", "1", estimate[:, 0:4]),
+        ("estimate.p_W", "xyz", "m", estimate[:, 4:7]),
+        ("estimate.v_W", "xyz", "m/s", estimate[:, 10:13]),
+        ("estimate.w_W", "xyz", "rad/s", estimate[:, 7:10]),
+        ("deviation.attitude_B", "xyz", "rad", deviations[:, 0:3]),
+        ("deviation.p_W", "xyz", "m", deviations[:, 3:6]),
+        ("deviation.v_W", "xyz", "m/s", deviations[:, 6:9]),
+        ("deviation.gyro_bias", "xyz", "rad/s", deviations[:, 9:12]),
+        ("deviation.accel_bias", "xyz", "m/s^2", deviations[:, 12:15]),
+    )
+    return {
+        f"{name}.{axis} [{unit}]": values[:, index]
+        for name, axes, unit, values in groups
+        for index, axis in enumerate(axes)
+    }
 
 
 def _reasons(mode: np.ndarray) -> np.ndarray:

@@ -1,17 +1,13 @@
 """An estimator as a LeafSystem: from samples of sensors to the motion that a controller knows."""
 
 from collections.abc import Mapping
-from functools import lru_cache
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
-from pymap3d.ellipsoid import Ellipsoid
-from pymap3d.enu import geodetic2enu
 
-from workbench.common.compiled import Compiled, compile_cached
 from workbench.control.flight_mode import Health
 from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE, Estimator, find_estimator
+from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -21,23 +17,13 @@ from workbench.estimation.samples import (
     Mounting,
 )
 from workbench.estimation.settings import HEARD
+from workbench.plant.geodesy import in_world
 from workbench.plant.home import Home
 
-SOURCES = ("estimation", "dynamics/rigid_body.py", "plant/gravity.py")
-"""What the compiled updates stand in, below `workbench/`."""
 MEMORY, STAMPS, HELD, AGES, RATES = range(5)
 """Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Of a delivered sample with its stamp, of each of `HEARD`."""
-_WGS84 = Ellipsoid.from_name("wgs84")
-
-
-@lru_cache(maxsize=8)
-def compiled_update(name: str) -> Compiled:
-    """Return the update of an estimator, compiled at its first call."""
-    estimator = find_estimator(name)
-    assert estimator
-    return compile_cached(estimator.update, SOURCES, f"the estimator {name}", parts=20)
 
 
 DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
@@ -151,10 +137,7 @@ class Navigation(LeafSystem):
             return
         memory = self._memory.Eval(context)
         rates = self._imu.Eval(context)[6:9]
-        found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, self._mounting.p_BI))
-        R = ekf.rotation(found[:4].tolist())
-        found[7:10] = ekf.into_world(R, found[7:10].tolist())
-        output.SetFromVector(found)
+        output.SetFromVector(known_motion(memory, rates, self._mounting.p_BI))
 
     def _calc_deviations(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.estimator.deviations(self._memory.Eval(context)))
@@ -219,8 +202,7 @@ class Navigation(LeafSystem):
         )
         if gps is not None:
             stamp, latitude, longitude, altitude = gps[:4].tolist()
-            home = (self._home.latitude, self._home.longitude, self._home.altitude)
-            place = geodetic2enu(latitude, longitude, altitude, *home, _WGS84, deg=False)
+            place = in_world(latitude, longitude, altitude, self._home)
             found[GPS : GPS + 8] = 1.0, context.get_time() - stamp, *place, *gps[4:]
         if barometer is not None:
             found[BAROMETER : BAROMETER + 2] = 1.0, barometer[2]

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from workbench.plant.geodesy import geodetic
 from workbench.plant.home import DEFAULT_HOME, Home
-from workbench.systems.sensors.gps import geodetic
 
 A, F = 6_378_137.0, 1 / 298.257223563
 E2 = F * (2 - F)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from pymap3d.enu import geodetic2enu
 
+from workbench.plant.geodesy import geodetic
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.sensors import QUIET, Gps, Noise
 from workbench.systems.sensors import gps as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
-from workbench.systems.sensors.gps import geodetic
 from workbench.systems.sensors.readings import GpsReading
 
 PERIOD = 102 / 1024

@@ -24,12 +24,13 @@ _YAW = "Yaw"
 _POSITION = "Position hold"
 _LIMITS = "Limits"
 _PAYLOAD = "Payload"
+_MODES = "Flight modes"
 _SYMBOLS = ("kp", "ki", "kd", "k", "q")
 GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
 """Headings of the controller's rows, in their order."""
 
 _SYSTEMS = {
-    "modes": "Flight modes",
+    "modes": _MODES,
     "battery": "Battery",
     "gyro": "Gyro and accelerometer filters",
     "computer": "Setpoint, derivative and commands",
@@ -85,6 +86,7 @@ _LABELS = {
     "max_height": GainLabel(_LIMITS, "Max height"),
     "max_tilt": GainLabel(_LIMITS, "Max tilt"),
     "max_yaw_rate": GainLabel(_LIMITS, "Max yaw rate"),
+    "position_deviation_limit": GainLabel(_MODES, "Position deviation"),
     "known_payload_mass": GainLabel(_PAYLOAD, "Known mass"),
 }
 

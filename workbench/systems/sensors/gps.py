@@ -1,13 +1,11 @@
 """Satellite navigation: latitude, longitude, altitude and velocity of the antenna."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import Context
-from pymap3d.ellipsoid import Ellipsoid
-from pymap3d.enu import enu2geodetic
 
+from workbench.plant.geodesy import geodetic
 from workbench.plant.home import Home
 from workbench.plant.sensors import Gps as GpsRecord
 from workbench.systems.sensors.mounting import motion
@@ -26,7 +24,6 @@ COLUMNS = (
 
 USUAL = (1.5, 1.5, 3.0, 0.1, 0.1, 0.2)
 """Deviations of a common one: position [m] and velocity [m/s], east, north and up."""
-_WGS84 = Ellipsoid.from_name("wgs84")
 
 
 class Gps(NoisySensor):
@@ -81,17 +78,3 @@ class Gps(NoisySensor):
         if math.isnan(stamp):
             return None
         return GpsReading(stamp, self._frame, latitude, longitude, altitude, (east, north, up))
-
-
-class Geodetic(NamedTuple):
-    """A place: latitude and longitude [rad], altitude above the ellipsoid [m]."""
-
-    latitude: float
-    longitude: float
-    altitude: float
-
-
-def geodetic(p_W: tuple[float, float, float], home: Home) -> Geodetic:
-    """Return the place of a point in W [m]: east, north and up of the home."""
-    found = enu2geodetic(*p_W, home.latitude, home.longitude, home.altitude, _WGS84, deg=False)
-    return Geodetic(*map(float, found))

@@ -1,0 +1,185 @@
+"""`workbench estimate`: an estimator run over a logged flight, and how far it was off."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.estimate_text import print_estimate
+from workbench.commands.options import add_command, add_json_option, add_output_options
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, say, say_written
+from workbench.commands.progress import progress_bar
+from workbench.common.errors import unknown_name
+from workbench.estimation.settings import EKF, ESTIMATORS, HEARD, TRUTH
+from workbench.scenario.parameters import split_setting
+
+if TYPE_CHECKING:
+    from workbench.design.estimation_errors import EstimateOverTruth
+    from workbench.estimation.estimators import Estimator
+    from workbench.estimation.run import Gap, SensorSamples
+    from workbench.logs.record import FlightRecord
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "estimate",
+        "Run an estimator over the sensors of a logged flight, and compare it with the true "
+        "motion: errors, innovations, a table and a picture of it.",
+        "workbench estimate flight.mcap --estimator ekf --set ekf_gps_position=0.3",
+        run,
+    )
+    parser.add_argument("log", type=Path, metavar="LOG", help="log of a flight (.mcap)")
+    names = [name for name in ESTIMATORS if name != TRUTH]
+    parser.add_argument(
+        "--estimator",
+        choices=names,
+        metavar="NAME",
+        help=f"{', '.join(names)}; see docs/estimation.md (default: the flight's, or {EKF})",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        type=split_setting,
+        default=[],
+        metavar="NAME=VALUE",
+        help="setting of the estimator, as ekf_gps_position=0.3; `workbench params` lists them; "
+        "may be repeated (default: those that the flight began with)",
+    )
+    add_output_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the estimator, print its errors, write table and picture."""
+    from workbench.design.estimation_errors import judge_estimate, over_truth
+    from workbench.estimation.estimators import find_estimator
+    from workbench.estimation.run import gaps, run_estimator
+    from workbench.logs.record import read_log
+    from workbench.logs.sensor_samples import logged_sensors
+
+    with Outputs() as outputs:
+        table = outputs.add(args.output / f"{args.log.stem}-estimate.csv")
+        picture = None
+        if not args.no_plots:
+            picture = outputs.add(args.output / f"{args.log.stem}-estimate.png")
+        record = read_log(args.log)
+        if record.remark:
+            say(f"{args.log}: {record.remark}")
+        flown_on = record.scenario().estimator
+        name = args.estimator or (flown_on if flown_on != TRUTH else EKF)
+        estimator = find_estimator(name)
+        assert estimator
+        settings = _settings(estimator, record, dict(args.set))
+        sensors = logged_sensors(record)
+        missing, silent = _missing(sensors.samples), gaps(sensors.samples.imu)
+        _tell(args.log, missing, silent)
+        with progress_bar(f"estimating {args.log.name}") as progress:
+            history = run_estimator(
+                estimator,
+                sensors.samples,
+                list(settings.values()),
+                sensors.mounting,
+                sensors.begin(estimator),
+                progress,
+            )
+        found = over_truth(history, sensors.state_time, sensors.states, sensors.mounting.p_BI)
+        report = judge_estimate(found)
+        assert report
+        _write(found, table)
+        title = f"{record.vehicle}: {args.log.name}, {name}"
+        if picture:
+            from workbench.design.plots import write_png
+            from workbench.design.plots_estimate import plot_estimate
+
+            write_png(plot_estimate(found, title), picture)
+    if args.json:
+        print_json(
+            {
+                "log": args.log,
+                "remark": record.remark,
+                "estimator": name,
+                "settings": settings,
+                "begin": found.time[0],
+                "end": found.time[-1],
+                "missing": missing,
+                "gaps": [each._asdict() for each in silent],
+                "estimate": report,
+                "files": outputs.files,
+            }
+        )
+    else:
+        print(f"{title}, {found.time[0]:.2f} .. {found.time[-1]:.2f} s")
+        print_estimate(report)
+    say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _settings(
+    estimator: "Estimator", record: "FlightRecord", given: dict[str, float]
+) -> dict[str, float]:
+    """Return the estimator's settings in their order: its own, those of the flight, those given.
+
+    Raises:
+        WorkbenchError: if one that is given is none of the estimator's, or beyond its limits.
+    """
+    from workbench.scenario.parameters import parameter_table
+
+    names = estimator.settings._fields
+    for name in given:
+        if name not in names:
+            raise unknown_name(f"setting of {estimator.name}", name, names)
+    values: dict[str, float] = estimator.settings()._asdict()
+    values |= {name: value for name, value in record.settings.items() if name in names}
+    return values | parameter_table().checked(given)
+
+
+def _missing(samples: "SensorSamples") -> list[str]:
+    """Return the kinds of sensors that an estimator could hear, and the log does not have."""
+    return [kind for kind in HEARD if getattr(samples, kind) is None]
+
+
+def _tell(log: Path, missing: list[str], silent: "tuple[Gap, ...]") -> None:
+    """Say what the estimator does without."""
+    if missing:
+        *others, last = (kind.replace("_", " ") for kind in missing)
+        kinds = f"{', '.join(others)} and {last}" if others else last
+        say(f"{log}: has no samples of {kinds}: the estimate does without")
+    if silent:
+        longest = max(silent, key=lambda each: each.length)
+        times = "once" if len(silent) == 1 else f"{len(silent)} times"
+        say(
+            f"{log}: the IMU is silent {times}, longest for {longest.length:.3f} s from "
+            f"{longest.begin:.3f} s on: bridged by straight lines, which is a guess"
+        )
+
+
+def _write(found: "EstimateOverTruth", path: Path) -> None:
+    """Write truth, estimate and deviations, a row an update."""
+    import numpy as np
+
+    from workbench.logs.series import Series
+    from workbench.logs.table_file import write_table
+    from workbench.session.recording import estimate_columns
+
+    groups = (
+        ("q_WB", "wxyz", "1", found.q_WB),
+        ("p_W", "xyz", "m", found.p_WB),
+        ("v_W", "xyz", "m/s", found.v_WB),
+        ("w_W", "xyz", "rad/s", found.w_WB),
+    )
+    columns: dict[str, np.ndarray] = {"t [s]": found.time}
+    for name, axes, unit, values in groups:
+        for index, axis in enumerate(axes):
+            columns[f"{name}.{axis} [{unit}]"] = values[:, index]
+    columns |= estimate_columns(found.estimate, found.deviations)
+    for name, unit, values in (
+        ("gyro_bias", "rad/s", found.biases[:, 0:3]),
+        ("accel_bias", "m/s^2", found.biases[:, 3:6]),
+    ):
+        for index, axis in enumerate("xyz"):
+            columns[f"estimate.{name}.{axis} [{unit}]"] = values[:, index]
+    # the names have their units already
+    write_table({name: Series(name, "", found.time, each) for name, each in columns.items()}, path)

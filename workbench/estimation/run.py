@@ -1,0 +1,201 @@
+"""An estimator run over samples that were taken before, wherever they come from."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.estimation import ekf
+from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
+from workbench.estimation.samples import (
+    BAROMETER,
+    GPS,
+    MAGNETOMETER,
+    RANGE_FINDER,
+    SAMPLES,
+    Mounting,
+)
+
+LONGEST_STEP = 0.02
+"""Of an update [s]; a longer time between two samples of the IMU is split."""
+GAP = 3.0
+"""Times the usual period between samples of the IMU: a longer one is told."""
+_TOLD = 1024
+"""Updates between two reports of progress."""
+
+
+class Stamped(NamedTuple):
+    """Samples of a sensor over time, in order.
+
+    Attributes:
+        stamp: when each was taken (N) [s], growing.
+        arrived: when each was there for the flight computer (N) [s].
+        values: (N, k).
+    """
+
+    stamp: np.ndarray
+    arrived: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class SensorSamples:
+    """What sensors gave over time; None of those that gave nothing.
+
+    Attributes:
+        imu: angular velocity [rad/s] and specific force [m/s²] in B (6).
+        gps: place and velocity of the antenna in W [m, m/s] (6).
+        barometer: height [m] (1).
+        magnetometer: field in B [T] (3).
+        range_finder: distance [m] (1).
+    """
+
+    imu: Stamped
+    gps: Stamped | None = None
+    barometer: Stamped | None = None
+    magnetometer: Stamped | None = None
+    range_finder: Stamped | None = None
+
+
+@dataclass(frozen=True)
+class EstimateHistory:
+    """What an estimator knew after each of its updates.
+
+    Attributes:
+        time: stamps of the IMU (N) [s].
+        estimate: (N, 13) q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
+        biases: (N, 6) of gyro [rad/s] and accelerometer [m/s²] in B.
+        deviations: (N, 15), see `Estimator`; so the next two.
+        covariance: (N, 45).
+        innovations: (N, 20).
+    """
+
+    time: np.ndarray
+    estimate: np.ndarray
+    biases: np.ndarray
+    deviations: np.ndarray
+    covariance: np.ndarray
+    innovations: np.ndarray
+
+
+class Gap(NamedTuple):
+    """A time without samples of the IMU: its begin and its length [s]."""
+
+    begin: float
+    length: float
+
+
+def gaps(imu: Stamped) -> tuple[Gap, ...]:
+    """Return the times that are much longer than the usual one between samples."""
+    periods = np.diff(imu.stamp)
+    if not len(periods):
+        return ()
+    long = np.flatnonzero(periods > GAP * np.median(periods))
+    return tuple(Gap(float(imu.stamp[each]), float(periods[each])) for each in long)
+
+
+def run_estimator(
+    estimator: Estimator,
+    samples: SensorSamples,
+    settings: Sequence[float],
+    mounting: Mounting,
+    begin: np.ndarray,
+    progress: Callable[[float], None] | None = None,
+) -> EstimateHistory:
+    """Run an estimator over samples: an update with each of the IMU.
+
+    The IMU counts with the mean of its samples at both ends of a period, as they are taken at one
+    moment each. A longer time than `LONGEST_STEP` is split, with samples along a straight line
+    between its ends. A sample of another sensor joins the first update that is not before its
+    stamp, and whose IMU sample came no sooner than it did; where several join, the newest counts.
+
+    Args:
+        estimator: that runs.
+        samples: of all sensors; of the IMU one or more.
+        settings: the estimator's live numbers, in their order.
+        mounting: of the sensors.
+        begin: memory at the time of the first sample of the IMU, see `Estimator.begin`.
+        progress: takes the share done, 0 .. 1.
+    """
+    imu = _split(samples.imu)
+    count = len(imu.stamp)
+    update, places = compiled_update(estimator.name), mounting.packed()
+    numbers = np.array(settings, dtype=float)
+    inputs = _inputs(samples, imu)
+    memory = np.array(begin, dtype=float)
+    found = EstimateHistory(
+        time=imu.stamp,
+        estimate=np.empty((count, 13)),
+        biases=np.empty((count, 6)),
+        deviations=np.empty((count, ekf.ERRORS)),
+        covariance=np.empty((count, len(TRIANGLE[0]))),
+        innovations=np.empty((count, 2 * ekf.CHANNELS)),
+    )
+    periods = np.diff(imu.stamp, prepend=imu.stamp[:1])
+    for k, dt in enumerate(periods.tolist()):
+        update(memory, inputs[k], numbers, places, dt)
+        found.estimate[k] = known_motion(memory, imu.values[k], mounting.p_BI)
+        found.biases[k] = memory[10 : ekf.NOMINAL]
+        found.deviations[k] = estimator.deviations(memory)
+        found.covariance[k] = estimator.covariance(memory)
+        found.innovations[k] = estimator.innovations(memory)
+        if progress and k % _TOLD == 0:
+            progress(k / count)
+    return found
+
+
+def _split(imu: Stamped) -> Stamped:
+    """Return samples of the IMU with none farther apart than `LONGEST_STEP`."""
+    periods = np.diff(imu.stamp)
+    if not np.any(periods > LONGEST_STEP):
+        return imu
+    pieces = [
+        np.linspace(begin, end, int(np.ceil(period / LONGEST_STEP)), endpoint=False)
+        for begin, end, period in zip(imu.stamp[:-1], imu.stamp[1:], periods, strict=True)
+    ]
+    stamp = np.concatenate([*pieces, imu.stamp[-1:]])
+
+    def between(values: np.ndarray) -> np.ndarray:
+        return np.interp(stamp, imu.stamp, values)
+
+    return Stamped(
+        stamp,
+        between(imu.arrived),
+        np.column_stack([between(column) for column in imu.values.T]),
+    )
+
+
+def _inputs(samples: SensorSamples, imu: Stamped) -> np.ndarray:
+    """Return what each update takes (N, 22), see `estimation.samples`."""
+    z = np.zeros((len(imu.stamp), SAMPLES))
+    z[0, :6] = imu.values[0]
+    z[1:, :6] = 0.5 * (imu.values[:-1] + imu.values[1:])
+    if samples.gps:
+        rows, new = _joined(samples.gps, imu)
+        z[rows, GPS] = 1.0
+        z[rows, GPS + 1] = imu.stamp[rows] - samples.gps.stamp[new]
+        z[rows, GPS + 2 : GPS + 8] = samples.gps.values[new]
+    for at, sensor in (
+        (BAROMETER, samples.barometer),
+        (MAGNETOMETER, samples.magnetometer),
+        (RANGE_FINDER, samples.range_finder),
+    ):
+        if sensor:
+            rows, new = _joined(sensor, imu)
+            z[rows, at] = 1.0
+            z[rows, at + 1 : at + 1 + sensor.values.shape[1]] = sensor.values[new]
+    return z
+
+
+def _joined(sensor: Stamped, imu: Stamped) -> tuple[np.ndarray, np.ndarray]:
+    """Return updates, and the sample of a sensor that joins each."""
+    rows = np.maximum(
+        np.searchsorted(imu.stamp, sensor.stamp), np.searchsorted(imu.arrived, sensor.arrived)
+    )
+    new = np.arange(len(rows))
+    # one that was taken before the first update is not of this run
+    here = (rows < len(imu.stamp)) & (sensor.stamp >= imu.stamp[0])
+    rows, new = rows[here], new[here]
+    last = np.append(np.diff(rows) > 0, True)[: len(rows)]
+    return rows[last], new[last]

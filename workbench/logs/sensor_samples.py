@@ -1,0 +1,140 @@
+"""What the sensors of a logged flight gave, as an estimator takes it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.diagram.mounting import (
+    deviations_at_start,
+    magnetometer_turn,
+    mounting_of,
+)
+from workbench.diagram.sensor_choice import choose_sensors
+from workbench.estimation.ekf import ERRORS, InitialDeviations
+from workbench.estimation.estimators import Estimator
+from workbench.estimation.run import SensorSamples, Stamped
+from workbench.estimation.samples import Mounting
+from workbench.logs.record import FlightRecord
+from workbench.plant.geodesy import in_world
+from workbench.plant.home import DEFAULT_HOME, Home
+from workbench.plant.loading import make_vehicle
+from workbench.plant.sensors import Imu
+from workbench.scenario.configured import read_configured, read_configured_world
+
+
+@dataclass(frozen=True)
+class LoggedSensors:
+    """A logged flight as an estimator hears it.
+
+    Attributes:
+        samples: of its sensors.
+        mounting: of them.
+        known: how far an estimate may be off at the start.
+        state_time: of the true motion (N) [s].
+        states: the true motion: q_WB, p_WB, w_WB_W, v_WB_W (N, 13).
+    """
+
+    samples: SensorSamples
+    mounting: Mounting
+    known: InitialDeviations
+    state_time: np.ndarray
+    states: np.ndarray
+
+    def begin(self, estimator: Estimator) -> np.ndarray:
+        """Return the memory of an estimator that begins at the true motion."""
+        start = self.samples.imu.stamp[0]
+        state = self.states[max(0, np.searchsorted(self.state_time, start, "right") - 1)]
+        return estimator.begin(state, self.mounting, np.zeros(ERRORS), self.known)
+
+
+def logged_sensors(record: FlightRecord) -> LoggedSensors:
+    """Return what the sensors of a flight gave, in the axes of the vehicle that its scenario names.
+
+    Raises:
+        WorkbenchError: if the log has no samples of an IMU, or no true motion to begin with, or
+            the scenario's vehicle is not there or another one by now.
+    """
+    if "imu" not in record.topics:
+        raise WorkbenchError(
+            f"{record.path}: has no samples of an IMU, and no estimator does without: fly it with "
+            "`--sensors imu,gps,magnetometer --log FILE`"
+        )
+    if not len(record.states):
+        raise WorkbenchError(
+            f"{record.path}: has no exact states: an estimate begins with the first one, and is "
+            "compared with them"
+        )
+    scenario = record.scenario()
+    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    if vehicle.name != record.vehicle:
+        raise WorkbenchError(
+            f"{record.path}: was flown by {record.vehicle}, and {scenario.vehicle.model} is "
+            f"{vehicle.name} now: where its sensors were mounted is not known any more"
+        )
+    choices = choose_sensors(vehicle, scenario)
+    home = read_configured_world(scenario).home or DEFAULT_HOME
+    imu = next((each.sensor for each in choices if isinstance(each.sensor, Imu)), None)
+    if imu is None:
+        raise WorkbenchError(
+            f"{record.path}: has samples of an IMU, and {vehicle.source} has none by now: where it "
+            "was mounted is not known any more"
+        )
+    samples = _imu(record, np.array(imu.R_BS))
+    state_time = np.array(record.state_ns, dtype=np.int64) * 1e-9
+    compared = (samples.stamp >= state_time[0]) & (samples.stamp <= state_time[-1])
+    if not compared.any():
+        raise WorkbenchError(
+            f"{record.path}: has no samples of an IMU between its first and its last exact state"
+        )
+    return LoggedSensors(
+        samples=SensorSamples(
+            imu=Stamped(*(each[compared] for each in samples)),
+            gps=_gps(record, home),
+            magnetometer=_magnetometer(record, magnetometer_turn(choices)),
+        ),
+        mounting=mounting_of(imu, choices, home),
+        known=deviations_at_start(imu),
+        state_time=state_time,
+        states=record.states,
+    )
+
+
+def _imu(record: FlightRecord, R_BS: np.ndarray) -> Stamped:
+    rates = _columns(record, "imu", [f"angular_velocity.{axis}" for axis in "xyz"])
+    forces = _columns(record, "imu", [f"linear_acceleration.{axis}" for axis in "xyz"])
+    topic = record.topics["imu"]
+    return _in_order(topic.stamps, topic.time, np.hstack([rates @ R_BS.T, forces @ R_BS.T]))
+
+
+def _gps(record: FlightRecord, home: Home) -> Stamped | None:
+    if "gps" not in record.topics or "gps_velocity" not in record.topics:
+        return None
+    places, velocities = record.topics["gps"], record.topics["gps_velocity"]
+    # a damaged chunk may have cost one of the two
+    _, first, second = np.intersect1d(places.stamps, velocities.stamps, return_indices=True)
+    fixes = _columns(record, "gps", ["latitude", "longitude", "altitude"])[first]
+    latitude, longitude = np.radians(fixes[:, :2]).T
+    p_W = in_world(latitude, longitude, fixes[:, 2], home)
+    v_W = _columns(record, "gps_velocity", [f"twist.linear.{axis}" for axis in "xyz"])[second]
+    return _in_order(places.stamps[first], places.time[first], np.column_stack([*p_W, v_W]))
+
+
+def _magnetometer(record: FlightRecord, R_BM: np.ndarray) -> Stamped | None:
+    if "magnetometer" not in record.topics:
+        return None
+    topic = record.topics["magnetometer"]
+    fields = _columns(record, "magnetometer", [f"magnetic_field.{axis}" for axis in "xyz"])
+    return _in_order(topic.stamps, topic.time, fields @ R_BM.T)
+
+
+def _columns(record: FlightRecord, topic: str, fields: Sequence[str]) -> np.ndarray:
+    return np.column_stack([record.series(f"{topic}.{field}").values for field in fields])
+
+
+def _in_order(stamp: np.ndarray, arrived: np.ndarray, values: np.ndarray) -> Stamped:
+    """Return samples whose stamps grow; one that is no number, or was there before, is left out."""
+    good = np.isfinite(values).all(axis=1)
+    good &= np.diff(np.maximum.accumulate(stamp), prepend=-np.inf) > 0.0
+    return Stamped(stamp[good], arrived[good], values[good])
