@@ -15,6 +15,7 @@ READERS = (
     ["frames", "--scenario", "{}"],
     ["replay", "{}"],
     ["plot", "{}"],
+    ["estimate", "{}"],
     ["export", "{}"],
     ["regress", "{}"],
     ["tune", "--wishes", "{}"],
@@ -62,5 +63,5 @@ def test_a_log_larger_than_memory_is_refused(refused, tmp_path):
     with path.open("wb") as file:
         file.write(b"\x89MCAP0\r\n")
         file.truncate(1 << 40)  # a sparse file: it takes no room
-    for command in ("replay", "plot", "export"):
+    for command in ("replay", "plot", "export", "estimate"):
         assert "is larger than" in refused(command, path)

@@ -1,8 +1,10 @@
 """What docs/estimation.md shows flies, and its table has every row of the estimators."""
 
 import re
+import shlex
 from pathlib import Path
 
+from workbench.commands.cli import main
 from workbench.estimation.settings import ComplementarySettings, EkfSettings
 from workbench.scenario.scenario import load_scenario
 
@@ -26,3 +28,18 @@ def test_the_python_prints_every_state(capsys):
         *("roll", "pitch", "yaw", "x", "y", "z"),
         *("v_x", "v_y", "v_z", "w_x", "w_y", "w_z"),
     ]
+
+
+def test_a_log_is_estimated_as_the_page_shows(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    lines = re.search(r"## Over a log.*?```sh\n(.*?)```", PAGE, re.DOTALL)[1].splitlines()
+    commands = [shlex.split(line, comments=True)[1:] for line in lines]
+    assert [command[0] for command in commands] == ["fly", *["estimate"] * 3]
+    for command in commands:
+        assert main(command) == 0, command
+    for suffix in (".csv", ".png"):
+        assert Path("out/flight-estimate").with_suffix(suffix).is_file()
+    capsys.readouterr()
+    exec(re.search(r"```python\n(# over a log\n.*?)```", PAGE, re.DOTALL)[1], {})
+    time, *_ = capsys.readouterr().out.split()
+    assert 4.9 < float(time) <= 5.0

@@ -60,14 +60,14 @@ def run(args: argparse.Namespace) -> int:
     from workbench.logs.record import read_log
     from workbench.logs.sensor_samples import logged_sensors
 
+    record = read_log(args.log)
+    if record.remark:
+        say(f"{args.log}: {record.remark}")
     with Outputs() as outputs:
         table = outputs.add(args.output / f"{args.log.stem}-estimate.csv")
         picture = None
         if not args.no_plots:
             picture = outputs.add(args.output / f"{args.log.stem}-estimate.png")
-        record = read_log(args.log)
-        if record.remark:
-            say(f"{args.log}: {record.remark}")
         flown_on = record.scenario().estimator
         name = args.estimator or (flown_on if flown_on != TRUTH else EKF)
         estimator = find_estimator(name)
