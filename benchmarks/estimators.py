@@ -12,7 +12,7 @@ import numpy as np
 from spread import number, ratios, spread, text
 
 from workbench.estimation import ekf
-from workbench.estimation.estimators import EKF, ESTIMATORS, find_estimator
+from workbench.estimation.estimators import compiled_update, find_estimator
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -21,7 +21,7 @@ from workbench.estimation.samples import (
     SAMPLES,
     Mounting,
 )
-from workbench.systems.navigation import compiled_update
+from workbench.estimation.settings import EKF, ESTIMATORS
 
 UPDATES, TURNS = 5000, 15
 PERIOD = 1 / 128
@@ -55,7 +55,7 @@ def main() -> int:
         if turn:
             reference.append((time.process_time() - begun) / UPDATES)
         for key, (estimator, z) in work.items():
-            memory = estimator.begin(state, MOUNTING, np.zeros(ekf.ERRORS))
+            memory = estimator.begin(state, MOUNTING, np.zeros(ekf.ERRORS), ekf.InitialDeviations())
             settings, mounting = np.array(estimator.settings()), MOUNTING.packed()
             update = compiled_update(estimator.name)
             update(memory, z, settings, mounting, PERIOD)
