@@ -111,26 +111,29 @@ def loop_label(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _short(name: str) -> str:
+def short_label(name: str) -> str:
+    """Return a loop's name in words, as a row has room for them."""
     return loop_label(name).replace("velocity", "vel.").replace("position", "pos.")
 
 
+def margin_cell(loop: JudgedLoop, old: JudgedLoop | None, limit: Limit, limit_of: LimitOf) -> Cell:
+    """Return one margin of a loop, beside what it was where there is an old one."""
+    text = limit.text(getattr(loop, limit.name)) if loop.stable else "–"
+    # What is broken has no numbers, and so nothing to compare.
+    compared = old is not None and loop.stable
+    was = limit.text(getattr(old, limit.name)) if compared else text
+    was = was if was != text else ""  # only what changes is compared
+    over = loop.stable and not _keeps(loop, limit, limit_of)
+    return Cell(text, was, over, _help(loop, limit))
+
+
 def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, of: LimitOf) -> Row:
-    cells = []
-    for limit in MARGIN_LIMITS:
-        value = getattr(loop, limit.name)
-        text = limit.text(value) if loop.stable else "–"
-        # What is broken has no numbers, and so nothing to compare.
-        compared = old is not None and loop.stable
-        was = limit.text(getattr(old, limit.name)) if compared else text
-        was = was if was != text else ""  # only what changes is compared
-        over = loop.stable and not _keeps(loop, limit, of)
-        cells.append(Cell(text, was, over, _help(loop, limit)))
+    cells = [margin_cell(loop, old, limit, of) for limit in MARGIN_LIMITS]
     if not loop.stable:  # then no loop has a margin, but only some are the cause
         state = State.BROKEN if loop.growing else State.NONE
     else:
         state = State.LOW if any(cell.over for cell in cells) else State.GOOD
-    return Row(_short(loop.name), tuple(cells), state, loop is weakest)
+    return Row(short_label(loop.name), tuple(cells), state, loop is weakest)
 
 
 def _keeps(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> bool:
@@ -157,13 +160,7 @@ def _help(loop: JudgedLoop, limit: Limit) -> str:
     if limit.unit == "dB" and math.isfinite(value):
         return f"{text}: factor {value:.3g}"
     if limit.name == "phase_margin" and math.isfinite(loop.crossover):
-        text = f"{text}, at {loop.crossover:.3g} rad/s"
-        parts = [
-            f"{name} {math.degrees(angle):.1f}°"
-            for name, angle in loop.turned
-            if abs(math.degrees(angle)) >= 0.05
-        ]
-        return f"{text}, where the loop has turned by: {', '.join(parts)}" if parts else text
+        return f"{text}, at {loop.crossover:.3g} rad/s"
     return text
 
 

@@ -30,6 +30,8 @@ SMALLER = 0.8
 """Size of what a number was, of the number's."""
 WIDEST = 130.0
 """Width of a cell [px]: the eye must not lose its row."""
+GROUND = 2.5
+"""How far the ground of a number reaches beyond its cell [px]."""
 FIRST = 0.54
 """Share of a cell that the first of two numbers beside each other has."""
 ROOMIEST = 24.0
@@ -46,6 +48,7 @@ class NumberTable(QWidget):
         paired: whether each cell has a second, muted number: what it was.
         widest: the longest label that is to be expected.
         worded: whether rows have a word at their end.
+        head_help: about each column, for a tool tip.
     """
 
     def __init__(
@@ -57,9 +60,11 @@ class NumberTable(QWidget):
         paired: bool,
         widest: str,
         worded: bool = True,
+        head_help: Sequence[str] = (),
     ) -> None:
         super().__init__()
         self._head = tuple(head)
+        self._head_help = tuple(head_help)
         self._look = look
         self._paired = paired
         self._widest = widest
@@ -146,7 +151,7 @@ class NumberTable(QWidget):
     def _is_stacked(self) -> bool:
         """Whether the second number of a cell stands below the first: side by side none fits."""
         _, cell, _ = self._columns()
-        return self._paired and cell < self._metrics.horizontalAdvance("000000")
+        return self._paired and FIRST * cell < self._metrics.horizontalAdvance("−00.0")
 
     def _row_box(self, number: int) -> QRectF:
         height = self._row_height()
@@ -213,6 +218,10 @@ class NumberTable(QWidget):
         return FIRST * cell if self._paired and not self._is_stacked else cell - PAIR
 
     def _paint_cell(self, painter: QPainter, box: QRectF, cell: Cell) -> None:
+        if cell.marked:
+            painter.setPen(self._look.colour("line"))
+            painter.setBrush(self._look.colour("ground"))
+            painter.drawRoundedRect(box.adjusted(GROUND, 1.5, GROUND, -0.5), 4.0, 4.0)
         number = QRectF(box.left(), box.top(), self._first_width(box.width()), box.height())
         second = QRectF(
             number.right(), box.top(), box.right() - number.right() - PAIR, box.height()
@@ -275,7 +284,7 @@ class NumberTable(QWidget):
         return super().event(event)
 
     def help_at(self, x: float, y: float) -> str:
-        """Return what is said of the number or the label at a place of the widget."""
+        """Return what is said of the number, the label or the head at a place of the widget."""
         label, cell, _ = self._columns()
         number = int(y / self._row_height()) - 1
         column = int((x - label) // cell)
@@ -283,4 +292,6 @@ class NumberTable(QWidget):
             return self._rows[number].label
         if 0 <= number < len(self._rows) and 0 <= column < len(self._rows[number].cells):
             return self._rows[number].cells[column].help
+        if number < 0 <= column < len(self._head_help):
+            return self._head_help[column]
         return ""

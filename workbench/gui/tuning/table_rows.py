@@ -25,12 +25,19 @@ class Cell:
         was: what it is to be compared with, "" for nothing.
         over: whether it is beyond its limit.
         help: about it, for a tool tip.
+        marked: what it is among those of its row, in a word; it has a ground of its own.
     """
 
     text: str
     was: str = ""
     over: bool = False
     help: str = ""
+    marked: str = ""
+
+    @property
+    def spoken(self) -> str:
+        """The number in words, for who hears it."""
+        return f"{self.text} {self.marked}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -58,5 +65,5 @@ class Row:
     @property
     def spoken(self) -> str:
         """The row in words, for who hears it."""
-        numbers = ", ".join(cell.text for cell in self.cells[self.blank :])
+        numbers = ", ".join(cell.spoken for cell in self.cells[self.blank :])
         return f"{self.label}: {numbers} {self.state.value}"

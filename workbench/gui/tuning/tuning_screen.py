@@ -29,6 +29,7 @@ from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.map_card import MapCard
 from workbench.gui.tuning.margins_card import MarginsCard
+from workbench.gui.tuning.phase_card import PhaseCard
 from workbench.gui.tuning.pin_card import PinCard
 from workbench.gui.tuning.poles_card import PolesCard
 from workbench.gui.tuning.response_card import ResponseCard
@@ -263,7 +264,7 @@ class TuningScreen(Screen):
         gains: that are tuned.
         profiles: of gains, loaded and saved.
         trial: what is tried.
-        excitation, response, margins, poles, map, weights, fork, autotune, pin: the cards.
+        excitation, response, margins, poles, phase, map, weights, fork, autotune, pin: the cards.
     """
 
     title = "Tuning"
@@ -284,6 +285,7 @@ class TuningScreen(Screen):
         self.response = ResponseCard(workspace, self.limits, self.excitation.choice)
         self.margins = MarginsCard(workspace, self.judgement, self.limits)
         self.poles = PolesCard(workspace, self.judgement)
+        self.phase = PhaseCard(workspace, self.judgement, self.limits)
         self.map = MapCard(workspace, self.trial)
         self.weights = WeightsCard(workspace, self.trial)
         self.fork = ForkCard(workspace, self.trial)
@@ -293,6 +295,7 @@ class TuningScreen(Screen):
         self.tabs = QTabWidget()
         for card, name in (
             (self.poles, "Poles"),
+            (self.phase, "Phase"),
             (self.map, "Map"),
             (self.weights, "Sensitivity"),
             (self.fork, "Fork"),
