@@ -155,14 +155,19 @@ def noisy_sample(
     n = np.empty(6)
     for i in range(6):
         n[i] = bias[i] + bias[6 + i] + scale * imu[DEVIATION + i] * drawn[i]
-    R = imu[TURN : TURN + 9]
+    return with_noise(exact, n, imu[TURN : TURN + 9])
+
+
+@register_jitable(forceinline=True)
+def with_noise(exact: Signal, n: Signal, R_BS: Signal) -> Six:
+    """Return a sample in the axes of B (6) with noise in those of the sensor (6)."""
     return (
-        exact[0] + R[0] * n[0] + R[1] * n[1] + R[2] * n[2],
-        exact[1] + R[3] * n[0] + R[4] * n[1] + R[5] * n[2],
-        exact[2] + R[6] * n[0] + R[7] * n[1] + R[8] * n[2],
-        exact[3] + R[0] * n[3] + R[1] * n[4] + R[2] * n[5],
-        exact[4] + R[3] * n[3] + R[4] * n[4] + R[5] * n[5],
-        exact[5] + R[6] * n[3] + R[7] * n[4] + R[8] * n[5],
+        exact[0] + R_BS[0] * n[0] + R_BS[1] * n[1] + R_BS[2] * n[2],
+        exact[1] + R_BS[3] * n[0] + R_BS[4] * n[1] + R_BS[5] * n[2],
+        exact[2] + R_BS[6] * n[0] + R_BS[7] * n[1] + R_BS[8] * n[2],
+        exact[3] + R_BS[0] * n[3] + R_BS[1] * n[4] + R_BS[2] * n[5],
+        exact[4] + R_BS[3] * n[3] + R_BS[4] * n[4] + R_BS[5] * n[5],
+        exact[5] + R_BS[6] * n[3] + R_BS[7] * n[4] + R_BS[8] * n[5],
     )
 
 

@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import RandomSource
 
 from workbench.common.compiled import compile_cached
+from workbench.common.jitable import register_jitable
 from workbench.dynamics.air.normals import COUNT, draw_normals
 
 
@@ -25,6 +26,7 @@ def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> Random
     return source
 
 
+@register_jitable
 def counted_draws(seed: float, number: int, draws: np.ndarray) -> None:
     """Write the standard normal numbers of a sample, any number of them; this gets compiled."""
     blocks = -(-len(draws) // COUNT)

@@ -23,10 +23,12 @@ from workbench.design.rollout.candidates import Candidates, make_candidates
 from workbench.design.rollout.flight import make_fly_block
 from workbench.design.rollout.measuring import NUMBERS, measure_steps
 from workbench.design.rollout.rows import LANES
+from workbench.design.rollout.senses import Senses
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, HOVER, check_duration, check_step, stepped
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.vehicle_step import rotor_rows
+from workbench.estimation.estimators import Estimator
 from workbench.gains.gains import flight_gains
 from workbench.plant.payload import NO_PAYLOAD, Payload, laden
 from workbench.plant.rotors import Rotor
@@ -39,7 +41,9 @@ from workbench.systems.battery import PERIOD, hover_power, voltage_curve, voltag
 
 SOURCES = (
     *LAW,
-    "estimation/gyro.py",
+    "estimation",
+    "systems/noise.py",
+    "systems/sensors/barometer.py",
     "design/rollout",
     "design/tumbling.py",
     "design/response_metrics.py",
@@ -342,15 +346,23 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
 
 
 @lru_cache(maxsize=64)
-def compiled_block(controller: Controller) -> Callable[..., Any]:
-    """Return the flight of a block with a controller, compiled at its first call."""
+def compiled_block(
+    controller: Controller, estimator: Estimator | None = None
+) -> Callable[..., Any]:
+    """Return the flight of a block with a controller, compiled at its first call.
+
+    Args:
+        controller: whose law flies.
+        estimator: that tells it the motion; the truth is told without one.
+    """
     whose = "" if controller.shipped else f" with {controller.name}"
+    what = f" on the estimate {estimator.name}" if estimator else ""
     return compile_cached(
-        make_fly_block(controller),
+        make_fly_block(controller, estimator),
         SOURCES,
-        f"flights by the thousand{whose}",
-        parts=174,
-        text=controller.digest,
+        f"flights by the thousand{whose}{what}",
+        parts=210 if estimator else 174,
+        text=controller.digest + (estimator.name if estimator else ""),
         file=str(controller.file),
         nogil=True,
         error_model="numpy",  # divisions that might raise make no vector instructions
@@ -437,6 +449,7 @@ class Batch(NamedTuple):
         crafts: what flies, K.
         which: (N) the craft of each candidate.
         schedule: of all.
+        senses: what tells the laws the motion; None on the truth.
     """
 
     controller: Controller
@@ -444,6 +457,7 @@ class Batch(NamedTuple):
     crafts: Crafts
     which: np.ndarray
     schedule: Schedule
+    senses: Senses | None = None
 
     @property
     def size(self) -> int:
@@ -477,7 +491,8 @@ class Batch(NamedTuple):
         peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1)
         shape = (len(self.time), len(kept), LANES)
 
-        fly_block = compiled_block(self.controller)
+        fly_block = compiled_block(self.controller, self.senses and self.senses.estimator)
+        hearing = self.senses and self.senses.hearing
 
         def work(first_block: int, last_block: int) -> None:
             samples = np.empty(shape)
@@ -487,6 +502,7 @@ class Batch(NamedTuple):
                     self.candidates.part(first, last),
                     self.crafts.chosen(self.which[first:last]),
                     self.schedule,
+                    hearing,
                     np.array(kept),
                     samples,
                     peak_use[first:last],
@@ -538,6 +554,8 @@ class RolloutEngine:
         own: values of all parameters by name, for what candidates do not name; without them those
             that follow from the vehicle.
         controller: whose law flies; the default one where none is given.
+        senses: what tells it the motion, as `make_senses` has it of the same rates; the truth is
+            told without them.
 
     Raises:
         WorkbenchError: if rates or variation cannot be flown.
@@ -553,7 +571,9 @@ class RolloutEngine:
         threads: int | None = None,
         own: Mapping[str, float] | None = None,
         controller: Controller | None = None,
+        senses: Senses | None = None,
     ) -> None:
+        self.senses = senses
         self.controller = controller or load_controller()
         self.vehicle = vehicle
         rates = rates or Rates()
@@ -731,16 +751,15 @@ class RolloutEngine:
         rotors = len(self.vehicle.rotors)
         noise = [self._seed] if seeds is None else seeds
         candidates = make_candidates(
-            self.controller, gains, self.gains, rotors, commands, starts, noise, before
+            self.controller, gains, self.gains, rotors, commands, starts, noise, before, self.senses
         )
         candidates = self._designed(candidates)
         count = len(candidates.gains)
         if variations is None and not candidates.payloads.any():
-            return Batch(
-                self.controller, candidates, self._crafts, np.zeros(count, dtype=int), schedule
-            )
-        crafts, which = self._different_crafts(variations, candidates.payloads)
-        return Batch(self.controller, candidates, crafts, which, schedule)
+            crafts, which = self._crafts, np.zeros(count, dtype=int)
+        else:
+            crafts, which = self._different_crafts(variations, candidates.payloads)
+        return Batch(self.controller, candidates, crafts, which, schedule, self.senses)
 
     def _designed(self, candidates: Candidates) -> Candidates:
         """Return candidates with what the controller designs of their gains."""
