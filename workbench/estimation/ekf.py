@@ -35,6 +35,12 @@ from workbench.plant.gravity import GRAVITY
 Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
+Three = tuple[Scalar, ...]
+Block = tuple[Scalar, ...]
+Error = tuple[Scalar, ...]
+"""A vector (3), a matrix of 3 x 3 row by row (9), errors (15)."""
+NONE, EAST, NORTH, UP = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+EXACT = (0.0,) * 15
 
 ERRORS, NOMINAL, CHANNELS = 15, 16, 10
 """Sizes of the error and of the nominal state, and numbers that are measured: place and velocity
@@ -51,6 +57,8 @@ NAMES = (
     "range_finder",
 )
 """Of the numbers that are measured."""
+HEIGHT, HEADING, DISTANCE = 6, 7, 8
+"""Places of those behind the GPS's."""
 COVARIANCE = NOMINAL
 INNOVATIONS = COVARIANCE + ERRORS * ERRORS
 SIZE = INNOVATIONS + 2 * CHANNELS
@@ -198,132 +206,598 @@ def estimate(x: Signal, imu: Signal, p_BI: Signal) -> tuple[Scalar, ...]:
     )
 
 
-@register_jitable
-def transition(x: Signal, imu: Signal, dt: float, F: np.ndarray) -> None:
-    """Write F (9, 15): errors of attitude, place and velocity after a period by all before it."""
+class Transition(NamedTuple):
+    """F in blocks of 3 x 3, row by row (9): errors after a period by those before it.
+
+    The rows of the place follow from these: p+ = p + dt / 2 (v + v+), as v grows steadily. An error
+    of attitude, place, velocity, gyro and accelerometer is t, p, v, g and a; the biases stay.
+    """
+
+    tt: Block
+    tg: Block
+    vt: Block
+    vg: Block
+    va: Block
+
+
+class Covariance(NamedTuple):
+    """P in blocks of 3 x 3, row by row (9), named as in `Transition`: the upper ones."""
+
+    tt: Block
+    tp: Block
+    tv: Block
+    tg: Block
+    ta: Block
+    pp: Block
+    pv: Block
+    pg: Block
+    pa: Block
+    vv: Block
+    vg: Block
+    va: Block
+    gg: Block
+    ga: Block
+    aa: Block
+
+
+@register_jitable(forceinline=True)
+def _plus(A: Block, B: Block) -> Block:
+    """Return A + B."""
+    return (
+        A[0] + B[0],
+        A[1] + B[1],
+        A[2] + B[2],
+        A[3] + B[3],
+        A[4] + B[4],
+        A[5] + B[5],
+        A[6] + B[6],
+        A[7] + B[7],
+        A[8] + B[8],
+    )
+
+
+@register_jitable(forceinline=True)
+def _scaled(s: Scalar, A: Block) -> Block:
+    """Return s A."""
+    return (
+        s * A[0],
+        s * A[1],
+        s * A[2],
+        s * A[3],
+        s * A[4],
+        s * A[5],
+        s * A[6],
+        s * A[7],
+        s * A[8],
+    )
+
+
+@register_jitable(forceinline=True)
+def _turned(A: Block) -> Block:
+    """Return A'."""
+    return A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]
+
+
+@register_jitable(forceinline=True)
+def _even(A: Block) -> Block:
+    """Return the symmetric block with A's upper triangle: halves would differ more and more."""
+    return A[0], A[1], A[2], A[1], A[4], A[5], A[2], A[5], A[8]
+
+
+@register_jitable(forceinline=True)
+def _times(A: Block, B: Block) -> Block:
+    """Return A B."""
+    return (
+        A[0] * B[0] + A[1] * B[3] + A[2] * B[6],
+        A[0] * B[1] + A[1] * B[4] + A[2] * B[7],
+        A[0] * B[2] + A[1] * B[5] + A[2] * B[8],
+        A[3] * B[0] + A[4] * B[3] + A[5] * B[6],
+        A[3] * B[1] + A[4] * B[4] + A[5] * B[7],
+        A[3] * B[2] + A[4] * B[5] + A[5] * B[8],
+        A[6] * B[0] + A[7] * B[3] + A[8] * B[6],
+        A[6] * B[1] + A[7] * B[4] + A[8] * B[7],
+        A[6] * B[2] + A[7] * B[5] + A[8] * B[8],
+    )
+
+
+@register_jitable(forceinline=True)
+def _outer(a: Three, b: Three, s: Scalar) -> Block:
+    """Return s a b'."""
+    x, y, z = s * a[0], s * a[1], s * a[2]
+    return (
+        x * b[0],
+        x * b[1],
+        x * b[2],
+        y * b[0],
+        y * b[1],
+        y * b[2],
+        z * b[0],
+        z * b[1],
+        z * b[2],
+    )
+
+
+@register_jitable(forceinline=True)
+def _with(A: Block, d: Scalar) -> Block:
+    """Return A + d I."""
+    return A[0] + d, A[1], A[2], A[3], A[4] + d, A[5], A[6], A[7], A[8] + d
+
+
+@register_jitable(forceinline=True)
+def transition(x: Signal, imu: Signal, dt: Scalar) -> Transition:
+    """Return the errors of attitude and velocity after a period by all before it.
+
+    Args:
+        x: nominal state before it (16).
+        imu: mean angular velocity and specific force in B (6).
+        dt: the period [s].
+    """
     w = (imu[0] - x[10], imu[1] - x[11], imu[2] - x[12])
     f = (imu[3] - x[13], imu[4] - x[14], imu[5] - x[15])
     whole = (dt * w[0], dt * w[1], dt * w[2])
     half = (0.5 * whole[0], 0.5 * whole[1], 0.5 * whole[2])
     one = (1.0, 0.0, 0.0, 0.0)
-    middle = rotation(turned_by(one, half))
-    after = rotation(turned_by(one, whole))
     R = rotation(turned_by((x[0], x[1], x[2], x[3]), half))
-    J, J_half = np.empty((3, 3)), np.empty((3, 3))
-    _right_jacobian(whole, J)
-    _right_jacobian(half, J_half)
-    F[:, :] = 0.0
-    for i in range(3):
-        F[3 + i, 3 + i] = 1.0
-        F[6 + i, 6 + i] = 1.0
-        F[3 + i, 6 + i] = dt
-        # - R_m [f x], row by row
-        r = (R[3 * i], R[3 * i + 1], R[3 * i + 2])
-        m = crossed(f, r)
-        for j in range(3):
-            F[i, j] = after[3 * j + i]
-            F[i, 9 + j] = -dt * J[i, j]
-            by_angle = m[0] * middle[3 * j] + m[1] * middle[3 * j + 1] + m[2] * middle[3 * j + 2]
-            by_bias = m[0] * J_half[0, j] + m[1] * J_half[1, j] + m[2] * J_half[2, j]
-            F[6 + i, j] = dt * by_angle
-            F[6 + i, 9 + j] = -0.5 * dt * dt * by_bias
-            F[6 + i, 12 + j] = -dt * r[j]
-            F[3 + i, j] = 0.5 * dt * F[6 + i, j]
-            F[3 + i, 9 + j] = 0.5 * dt * F[6 + i, 9 + j]
-            F[3 + i, 12 + j] = 0.5 * dt * F[6 + i, 12 + j]
+    # - R_m [f x], row by row
+    pull = (
+        crossed(f, (R[0], R[1], R[2]))
+        + crossed(f, (R[3], R[4], R[5]))
+        + crossed(f, (R[6], R[7], R[8]))
+    )
+    by_angle = _times(pull, _turned(rotation(turned_by(one, half))))
+    by_bias = _times(pull, _right_jacobian(half))
+    return Transition(
+        tt=_turned(rotation(turned_by(one, whole))),
+        tg=_scaled(-dt, _right_jacobian(whole)),
+        vt=_scaled(dt, by_angle),
+        vg=_scaled(-0.5 * dt * dt, by_bias),
+        va=_scaled(-dt, R),
+    )
 
 
-@register_jitable
-def _right_jacobian(turn: Signal, J: np.ndarray) -> None:
-    """Write J_r(turn), the error at the end of a turn by that of the turn; Solà, equation 183."""
+@register_jitable(forceinline=True)
+def _right_jacobian(turn: Three) -> Block:
+    """Return J_r(turn), the error at the end of a turn by that of the turn; Solà, equation 183."""
     x, y, z = turn
     s = x * x + y * y + z * z
     a = 0.5 - s * (1.0 / 24.0 - s / 720.0)
     b = 1.0 / 6.0 - s * (1.0 / 120.0 - s / 5040.0)
-    J[0, 0] = 1.0 + b * (x * x - s)
-    J[0, 1] = a * z + b * x * y
-    J[0, 2] = -a * y + b * x * z
-    J[1, 0] = -a * z + b * x * y
-    J[1, 1] = 1.0 + b * (y * y - s)
-    J[1, 2] = a * x + b * y * z
-    J[2, 0] = a * y + b * x * z
-    J[2, 1] = -a * x + b * y * z
-    J[2, 2] = 1.0 + b * (z * z - s)
+    return (
+        1.0 + b * (x * x - s),
+        a * z + b * x * y,
+        -a * y + b * x * z,
+        -a * z + b * x * y,
+        1.0 + b * (y * y - s),
+        a * x + b * y * z,
+        a * y + b * x * z,
+        -a * x + b * y * z,
+        1.0 + b * (z * z - s),
+    )
 
 
-@register_jitable
-def spread(P: np.ndarray, F: np.ndarray, settings: Signal, dt: float) -> None:
-    """Write F P F' + Q into P (15, 15).
+@register_jitable(forceinline=True)
+def spread(P: Covariance, F: Transition, settings: Signal, dt: Scalar) -> Covariance:
+    """Return F P F' + Q, by T = F P.
 
     Args:
         P: covariance of the errors.
-        F: see `transition`; biases stay as they are.
+        F: of the period.
         settings: see `settings.EkfSettings`.
         dt: the period [s].
     """
-    T = np.zeros((9, ERRORS))
-    for i in range(9):
-        for k in range(ERRORS):
-            share = F[i, k]
-            if share != 0.0:
-                for j in range(ERRORS):
-                    T[i, j] += share * P[k, j]
-    for i in range(9):
-        for j in range(i, 9):
-            total = 0.0
-            for k in range(ERRORS):
-                total += T[i, k] * F[j, k]
-            P[i, j] = total
-            P[j, i] = total
-        for j in range(9, ERRORS):
-            P[i, j] = T[i, j]
-            P[j, i] = T[i, j]
+    h = 0.5 * dt
+    T_tt = _plus(_times(F.tt, P.tt), _times(F.tg, _turned(P.tg)))
+    T_tp = _plus(_times(F.tt, P.tp), _times(F.tg, _turned(P.pg)))
+    T_tv = _plus(_times(F.tt, P.tv), _times(F.tg, _turned(P.vg)))
+    T_tg = _plus(_times(F.tt, P.tg), _times(F.tg, P.gg))
+    T_ta = _plus(_times(F.tt, P.ta), _times(F.tg, P.ga))
+    T_vt = _gone(F, P.tt, _turned(P.tv), _turned(P.tg), _turned(P.ta))
+    T_vp = _gone(F, P.tp, _turned(P.pv), _turned(P.pg), _turned(P.pa))
+    T_vv = _gone(F, P.tv, P.vv, _turned(P.vg), _turned(P.va))
+    T_vg = _gone(F, P.tg, P.vg, P.gg, _turned(P.ga))
+    T_va = _gone(F, P.ta, P.va, P.ga, P.aa)
+    T_pt = _plus(_turned(P.tp), _scaled(h, _plus(_turned(P.tv), T_vt)))
+    T_pp = _plus(P.pp, _scaled(h, _plus(_turned(P.pv), T_vp)))
+    T_pv = _plus(P.pv, _scaled(h, _plus(P.vv, T_vv)))
+    T_pg = _plus(P.pg, _scaled(h, _plus(P.vg, T_vg)))
+    T_pa = _plus(P.pa, _scaled(h, _plus(P.va, T_va)))
+    tt = _plus(_times(T_tt, _turned(F.tt)), _times(T_tg, _turned(F.tg)))
+    tv = _back(F, T_tt, T_tv, T_tg, T_ta)
+    vv = _back(F, T_vt, T_vv, T_vg, T_va)
+    pv = _back(F, T_pt, T_pv, T_pg, T_pa)
     gyro, accel = settings[0] * settings[0] * dt, settings[1] * settings[1] * dt
-    for i in range(3):
-        P[i, i] += gyro
-        P[3 + i, 3 + i] += accel * dt * dt / 3.0
-        P[3 + i, 6 + i] += 0.5 * accel * dt
-        P[6 + i, 3 + i] += 0.5 * accel * dt
-        P[6 + i, 6 + i] += accel
-        P[9 + i, 9 + i] += settings[2] * settings[2] * dt
-        P[12 + i, 12 + i] += settings[3] * settings[3] * dt
+    return Covariance(
+        tt=_with(_even(tt), gyro),
+        tp=_plus(T_tp, _scaled(h, _plus(T_tv, tv))),
+        tv=tv,
+        tg=T_tg,
+        ta=T_ta,
+        pp=_with(_even(_plus(T_pp, _scaled(h, _plus(T_pv, pv)))), accel * dt * dt / 3.0),
+        pv=_with(pv, 0.5 * accel * dt),
+        pg=T_pg,
+        pa=T_pa,
+        vv=_with(_even(vv), accel),
+        vg=T_vg,
+        va=T_va,
+        gg=_with(P.gg, settings[2] * settings[2] * dt),
+        ga=P.ga,
+        aa=_with(P.aa, settings[3] * settings[3] * dt),
+    )
 
 
-@register_jitable
-def fused(
-    P: np.ndarray, error: np.ndarray, row: np.ndarray, gap: float, variance: float, gate: float
-) -> float:
-    """Take a measured number into error (15) and covariance, in place; return its variance s.
+@register_jitable(forceinline=True)
+def _gone(F: Transition, P_t: Block, P_v: Block, P_g: Block, P_a: Block) -> Block:
+    """Return a block of F's row of the velocity times a column of P."""
+    T = _plus(_times(F.vt, P_t), P_v)
+    return _plus(T, _plus(_times(F.vg, P_g), _times(F.va, P_a)))
+
+
+@register_jitable(forceinline=True)
+def _back(F: Transition, T_t: Block, T_v: Block, T_g: Block, T_a: Block) -> Block:
+    """Return a row of T times the column of F' of the velocity."""
+    P = _plus(_times(T_t, _turned(F.vt)), T_v)
+    return _plus(P, _plus(_times(T_g, _turned(F.vg)), _times(T_a, _turned(F.va))))
+
+
+class Measured(NamedTuple):
+    """A measured number y = h(x) + noise.
+
+    Attributes:
+        t, p, v, g, a: H (3 each), the derivative of h by each error.
+        gap: y - h(x), NaN of what was not measured.
+        variance: of the noise.
+    """
+
+    t: Three
+    p: Three
+    v: Three
+    g: Three
+    a: Three
+    gap: Scalar
+    variance: Scalar
+
+
+class Fused(NamedTuple):
+    """What is known once a number was taken in.
+
+    Attributes:
+        P: covariance.
+        error: so far (15).
+        innovation: y - h(x) - H dx before it.
+        s: its variance.
+    """
+
+    P: Covariance
+    error: Error
+    innovation: Scalar
+    s: Scalar
+
+
+@register_jitable(forceinline=True)
+def _along(a: Three, b: Three) -> Scalar:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@register_jitable(forceinline=True)
+def _sum(a: Three, b: Three, c: Three, d: Three, e: Three) -> Three:
+    """Return the sum of five vectors."""
+    return (
+        a[0] + b[0] + c[0] + d[0] + e[0],
+        a[1] + b[1] + c[1] + d[1] + e[1],
+        a[2] + b[2] + c[2] + d[2] + e[2],
+    )
+
+
+@register_jitable(forceinline=True)
+def fused(P: Covariance, error: Error, m: Measured, gate: Scalar) -> Fused:
+    """Take a measured number in; what is beyond the gate, or none, changes nothing.
 
     Args:
-        P: covariance (15, 15).
-        error: so far.
-        row: H (15).
-        gap: y - h(x).
-        variance: of the measurement.
+        P: covariance.
+        error: so far (15).
+        m: the number.
         gate: it is left out beyond so many deviations.
     """
-    gain = np.zeros(ERRORS)
-    s, innovation = variance, gap
-    for k in range(ERRORS):
-        if row[k] != 0.0:
-            innovation -= row[k] * error[k]
-            for i in range(ERRORS):
-                gain[i] += P[i, k] * row[k]
-    for k in range(ERRORS):
-        s += row[k] * gain[k]
-    if innovation * innovation > gate * gate * s:
-        return s
-    for i in range(ERRORS):
-        share = gain[i] / s
-        error[i] += share * innovation
-        for j in range(i, ERRORS):  # rounding would make halves of its own differ more and more
-            P[i, j] -= share * gain[j]
-            P[j, i] = P[i, j]
-    return s
+    t, p, v, g, a = m.t, m.p, m.v, m.g, m.a
+    k_t = _sum(
+        into_world(P.tt, t),
+        into_world(P.tp, p),
+        into_world(P.tv, v),
+        into_world(P.tg, g),
+        into_world(P.ta, a),
+    )
+    k_p = _sum(
+        into_body(P.tp, t),
+        into_world(P.pp, p),
+        into_world(P.pv, v),
+        into_world(P.pg, g),
+        into_world(P.pa, a),
+    )
+    k_v = _sum(
+        into_body(P.tv, t),
+        into_body(P.pv, p),
+        into_world(P.vv, v),
+        into_world(P.vg, g),
+        into_world(P.va, a),
+    )
+    k_g = _sum(
+        into_body(P.tg, t),
+        into_body(P.pg, p),
+        into_body(P.vg, v),
+        into_world(P.gg, g),
+        into_world(P.ga, a),
+    )
+    k_a = _sum(
+        into_body(P.ta, t),
+        into_body(P.pa, p),
+        into_body(P.va, v),
+        into_body(P.ga, g),
+        into_world(P.aa, a),
+    )
+    s = _along(t, k_t) + _along(p, k_p) + _along(v, k_v) + _along(g, k_g) + _along(a, k_a)
+    s = s + m.variance
+    e_t, e_p, e_v = error[0:3], error[3:6], error[6:9]
+    e_g, e_a = error[9:12], error[12:15]
+    told = _along(t, e_t) + _along(p, e_p) + _along(v, e_v) + _along(g, e_g) + _along(a, e_a)
+    innovation = m.gap - told
+    counts = innovation * innovation <= gate * gate * s  # false of NaN
+    share = -1.0 / s if counts else 0.0
+    step = innovation / s if counts else 0.0
+    known = Covariance(
+        tt=_plus(P.tt, _outer(k_t, k_t, share)),
+        tp=_plus(P.tp, _outer(k_t, k_p, share)),
+        tv=_plus(P.tv, _outer(k_t, k_v, share)),
+        tg=_plus(P.tg, _outer(k_t, k_g, share)),
+        ta=_plus(P.ta, _outer(k_t, k_a, share)),
+        pp=_plus(P.pp, _outer(k_p, k_p, share)),
+        pv=_plus(P.pv, _outer(k_p, k_v, share)),
+        pg=_plus(P.pg, _outer(k_p, k_g, share)),
+        pa=_plus(P.pa, _outer(k_p, k_a, share)),
+        vv=_plus(P.vv, _outer(k_v, k_v, share)),
+        vg=_plus(P.vg, _outer(k_v, k_g, share)),
+        va=_plus(P.va, _outer(k_v, k_a, share)),
+        gg=_plus(P.gg, _outer(k_g, k_g, share)),
+        ga=_plus(P.ga, _outer(k_g, k_a, share)),
+        aa=_plus(P.aa, _outer(k_a, k_a, share)),
+    )
+    after = (
+        _moved(e_t, k_t, step)
+        + _moved(e_p, k_p, step)
+        + _moved(e_v, k_v, step)
+        + _moved(e_g, k_g, step)
+        + _moved(e_a, k_a, step)
+    )
+    return Fused(known, after, innovation, s)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
+def _moved(e: Three, k: Three, step: Scalar) -> Three:
+    return e[0] + step * k[0], e[1] + step * k[1], e[2] + step * k[2]
+
+
+@register_jitable(forceinline=True)
+def _lever(p: Signal, p_BI: Signal) -> Three:
+    return p[0] - p_BI[0], p[1] - p_BI[1], p[2] - p_BI[2]
+
+
+@register_jitable(forceinline=True)
+def measured_height(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
+    """Return what the barometer measures.
+
+    Args:
+        x: nominal state (16).
+        z: see `samples`.
+        mounting: see `samples.Mounting.packed`.
+        settings: see `settings.EkfSettings`.
+    """
+    R = rotation((x[0], x[1], x[2], x[3]))
+    arm = _lever(mounting[6:9], mounting[0:3])
+    return Measured(
+        t=crossed(arm, (R[6], R[7], R[8])),
+        p=UP,
+        v=NONE,
+        g=NONE,
+        a=NONE,
+        gap=z[BAROMETER + 1] - (x[6] + into_world(R, arm)[2]),
+        variance=settings[7] * settings[7],
+    )
+
+
+@register_jitable(forceinline=True)
+def measured_heading(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
+    """Return what the magnetometer measures; the arguments are those of `measured_height`."""
+    R = rotation((x[0], x[1], x[2], x[3]))
+    m_x, m_y, m_z = mounting[15], mounting[16], mounting[17]
+    level = m_x * m_x + m_y * m_y
+    k = (z[MAGNETOMETER + 1], z[MAGNETOMETER + 2], z[MAGNETOMETER + 3])
+    n_x, n_y, _ = into_world(R, k)
+    # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
+    # the measured one's noise would come into H, and seem to tell of the tilt
+    about = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
+    return Measured(
+        t=about,
+        p=NONE,
+        v=NONE,
+        g=NONE,
+        a=NONE,
+        gap=math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y),
+        variance=settings[8] * settings[8] / level,
+    )
+
+
+@register_jitable(forceinline=True)
+def measured_distance(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
+    """Return what the range finder measures; the arguments are those of `measured_height`."""
+    R = rotation((x[0], x[1], x[2], x[3]))
+    up = (R[6], R[7], R[8])
+    arm = _lever(mounting[9:12], mounting[0:3])
+    n = (mounting[12], mounting[13], mounting[14])
+    down = -into_world(R, n)[2]
+    height = x[6] + into_world(R, arm)[2]
+    by_place, by_view = crossed(arm, up), crossed(n, up)
+    tilt = height / (down * down)
+    return Measured(
+        t=(
+            by_place[0] / down + tilt * by_view[0],
+            by_place[1] / down + tilt * by_view[1],
+            by_place[2] / down + tilt * by_view[2],
+        ),
+        p=(0.0, 0.0, 1.0 / down),
+        v=NONE,
+        g=NONE,
+        a=NONE,
+        gap=z[RANGE_FINDER + 1] - height / down if down > LEAST_LOOK else math.nan,
+        variance=settings[9] * settings[9],
+    )
+
+
+@register_jitable(forceinline=True)
+def measured_motion(
+    x: Signal, z: Signal, mounting: Signal, settings: Signal
+) -> tuple[Measured, Measured, Measured, Measured, Measured, Measured]:
+    """Return the place and velocity that the GPS measures; the arguments are those before.
+
+    A sample is held against the motion at its own time: x, carried back over its age.
+    """
+    back = -z[GPS + 1]
+    imu = (z[0], z[1], z[2], z[3], z[4], z[5])
+    F = transition(x, imu, back)
+    then = propagated(x, imu, back)
+    R = rotation((then[0], then[1], then[2], then[3]))
+    arm = _lever(mounting[3:6], mounting[0:3])
+    turn = crossed((z[0] - x[10], z[1] - x[11], z[2] - x[12]), arm)
+    y, v = into_world(R, arm), into_world(R, turn)
+    east, north, up = (R[0], R[1], R[2]), (R[3], R[4], R[5]), (R[6], R[7], R[8])
+    level, height, speed = settings[4], settings[5], settings[6]
+    return (
+        _placed(
+            F,
+            F.vt[0:3],
+            F.vg[0:3],
+            F.va[0:3],
+            east,
+            arm,
+            EAST,
+            back,
+            z[GPS + 2] - then[4] - y[0],
+            level,
+        ),
+        _placed(
+            F,
+            F.vt[3:6],
+            F.vg[3:6],
+            F.va[3:6],
+            north,
+            arm,
+            NORTH,
+            back,
+            z[GPS + 3] - then[5] - y[1],
+            level,
+        ),
+        _placed(
+            F,
+            F.vt[6:9],
+            F.vg[6:9],
+            F.va[6:9],
+            up,
+            arm,
+            UP,
+            back,
+            z[GPS + 4] - then[6] - y[2],
+            height,
+        ),
+        _driven(
+            F,
+            F.vt[0:3],
+            F.vg[0:3],
+            F.va[0:3],
+            east,
+            arm,
+            turn,
+            EAST,
+            z[GPS + 5] - then[7] - v[0],
+            speed,
+        ),
+        _driven(
+            F,
+            F.vt[3:6],
+            F.vg[3:6],
+            F.va[3:6],
+            north,
+            arm,
+            turn,
+            NORTH,
+            z[GPS + 6] - then[8] - v[1],
+            speed,
+        ),
+        _driven(
+            F,
+            F.vt[6:9],
+            F.vg[6:9],
+            F.va[6:9],
+            up,
+            arm,
+            turn,
+            UP,
+            z[GPS + 7] - then[9] - v[2],
+            speed,
+        ),
+    )
+
+
+@register_jitable(forceinline=True)
+def _placed(
+    F: Transition,
+    vt: Three,
+    vg: Three,
+    va: Three,
+    r: Three,
+    arm: Three,
+    axis: Three,
+    back: Scalar,
+    gap: Scalar,
+    deviation: Scalar,
+) -> Measured:
+    """Return a coordinate of the antenna's place, along a row r of its R_WB."""
+    by_turn = crossed(arm, r)
+    h = 0.5 * back
+    return Measured(
+        t=_moved(into_body(F.tt, by_turn), vt, h),
+        p=axis,
+        v=(back * axis[0], back * axis[1], back * axis[2]),
+        g=_moved(into_body(F.tg, by_turn), vg, h),
+        a=(h * va[0], h * va[1], h * va[2]),
+        gap=gap,
+        variance=deviation * deviation,
+    )
+
+
+@register_jitable(forceinline=True)
+def _driven(
+    F: Transition,
+    vt: Three,
+    vg: Three,
+    va: Three,
+    r: Three,
+    arm: Three,
+    turn: Three,
+    axis: Three,
+    gap: Scalar,
+    deviation: Scalar,
+) -> Measured:
+    """Return a coordinate of the antenna's velocity, along a row r of its R_WB."""
+    by_turn = crossed(turn, r)
+    return Measured(
+        t=_moved(into_body(F.tt, by_turn), vt, 1.0),
+        p=NONE,
+        v=axis,
+        g=_moved(_moved(into_body(F.tg, by_turn), vg, 1.0), crossed(r, arm), 1.0),
+        a=va,
+        gap=gap,
+        variance=deviation * deviation,
+    )
+
+
 def rows_of(
     x: Signal, z: Signal, mounting: Signal, settings: Signal, rows: np.ndarray, gaps: np.ndarray
 ) -> None:
@@ -339,82 +813,82 @@ def rows_of(
     """
     rows[:, :] = 0.0
     gaps[:, :] = math.nan
-    R = rotation((x[0], x[1], x[2], x[3]))
-    p_BI = mounting[0:3]
+    found: list[tuple[int, Measured]] = []
     if z[GPS] > 0.0:
-        _gps_rows(x, z, mounting, settings, rows, gaps)
-    up = (R[6], R[7], R[8])
+        found += enumerate(measured_motion(x, z, mounting, settings))
     if z[BAROMETER] > 0.0:
-        arm = _lever(mounting[6:9], p_BI)
-        turn = crossed(arm, up)
-        gaps[6, 0] = z[BAROMETER + 1] - (x[6] + into_world(R, arm)[2])
-        gaps[6, 1] = settings[7] * settings[7]
-        rows[6, 5] = 1.0
-        for j in range(3):
-            rows[6, j] = turn[j]
+        found.append((HEIGHT, measured_height(x, z, mounting, settings)))
     if z[MAGNETOMETER] > 0.0:
-        m_x, m_y, m_z = mounting[15], mounting[16], mounting[17]
-        level = m_x * m_x + m_y * m_y
-        k = z[MAGNETOMETER + 1 : MAGNETOMETER + 4]
-        n_x, n_y, _ = into_world(R, (k[0], k[1], k[2]))
-        gaps[7, 0] = math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y)
-        gaps[7, 1] = settings[8] * settings[8] / level
-        # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
-        # the measured one's noise would come into H, and seem to tell of the tilt
-        about = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
-        for j in range(3):
-            rows[7, j] = about[j]
+        found.append((HEADING, measured_heading(x, z, mounting, settings)))
     if z[RANGE_FINDER] > 0.0:
-        arm = _lever(mounting[9:12], p_BI)
-        n = (mounting[12], mounting[13], mounting[14])
-        down = -into_world(R, n)[2]
-        if down > LEAST_LOOK:
-            height = x[6] + into_world(R, arm)[2]
-            by_place, by_view = crossed(arm, up), crossed(n, up)
-            gaps[8, 0] = z[RANGE_FINDER + 1] - height / down
-            gaps[8, 1] = settings[9] * settings[9]
-            rows[8, 5] = 1.0 / down
-            for j in range(3):
-                rows[8, j] = by_place[j] / down + height / (down * down) * by_view[j]
+        found.append((DISTANCE, measured_distance(x, z, mounting, settings)))
+    for channel, m in found:
+        if not math.isnan(m.gap):
+            rows[channel] = m.t + m.p + m.v + m.g + m.a
+            gaps[channel] = m.gap, m.variance
+
+
+def transition_rows(F: Transition, dt: float) -> np.ndarray:
+    """Return errors of attitude, place and velocity after a period by all before it (9, 15)."""
+    found, one = np.zeros((9, ERRORS)), np.eye(3)
+    tt, tg, vt, vg, va = (np.reshape(block, (3, 3)) for block in F)
+    found[0:3, 0:3], found[0:3, 9:12] = tt, tg
+    found[6:9, 0:3], found[6:9, 6:9], found[6:9, 9:12], found[6:9, 12:15] = vt, one, vg, va
+    found[3:6] = 0.5 * dt * found[6:9]
+    found[3:6, 3:6], found[3:6, 6:9] = one, dt * one
+    return found
 
 
 @register_jitable
-def _gps_rows(
-    x: Signal, z: Signal, mounting: Signal, settings: Signal, rows: np.ndarray, gaps: np.ndarray
-) -> None:
-    """Write what `rows_of` does of a sample of the GPS.
-
-    It is held against the motion at its own time: x, carried back over its age.
-    """
-    back = -z[GPS + 1]
-    F = np.empty((9, ERRORS))
-    transition(x, z[IMU:GPS], back, F)
-    then = propagated(x, z[IMU:GPS], back)
-    R = rotation(then[0:4])
-    w = (z[0] - x[10], z[1] - x[11], z[2] - x[12])
-    arm = _lever(mounting[3:6], mounting[0:3])
-    turn = crossed(w, arm)
-    place, speed = into_world(R, arm), into_world(R, turn)
-    for i in range(3):
-        r = (R[3 * i], R[3 * i + 1], R[3 * i + 2])
-        of_place, of_speed, of_bias = crossed(arm, r), crossed(turn, r), crossed(r, arm)
-        deviation = settings[4] if i < 2 else settings[5]
-        gaps[i, 0] = z[GPS + 2 + i] - (then[4 + i] + place[i])
-        gaps[i, 1] = deviation * deviation
-        gaps[3 + i, 0] = z[GPS + 5 + i] - (then[7 + i] + speed[i])
-        gaps[3 + i, 1] = settings[6] * settings[6]
-        for k in range(ERRORS):
-            rows[i, k], rows[3 + i, k] = F[3 + i, k], F[6 + i, k]
-            for j in range(3):
-                rows[i, k] += of_place[j] * F[j, k]
-                rows[3 + i, k] += of_speed[j] * F[j, k]
-        for j in range(3):
-            rows[3 + i, 9 + j] += of_bias[j]
+def _block(P: np.ndarray, row: int, column: int) -> Block:
+    """Return a block of a matrix, from a row and a column on."""
+    return (
+        P[row, column],
+        P[row, column + 1],
+        P[row, column + 2],
+        P[row + 1, column],
+        P[row + 1, column + 1],
+        P[row + 1, column + 2],
+        P[row + 2, column],
+        P[row + 2, column + 1],
+        P[row + 2, column + 2],
+    )
 
 
-@register_jitable(forceinline=True)
-def _lever(p: Signal, p_BI: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    return p[0] - p_BI[0], p[1] - p_BI[1], p[2] - p_BI[2]
+@register_jitable
+def blocks_of(P: np.ndarray) -> Covariance:
+    """Return a covariance (15, 15) in blocks."""
+    return Covariance(
+        _block(P, 0, 0),
+        _block(P, 0, 3),
+        _block(P, 0, 6),
+        _block(P, 0, 9),
+        _block(P, 0, 12),
+        _block(P, 3, 3),
+        _block(P, 3, 6),
+        _block(P, 3, 9),
+        _block(P, 3, 12),
+        _block(P, 6, 6),
+        _block(P, 6, 9),
+        _block(P, 6, 12),
+        _block(P, 9, 9),
+        _block(P, 9, 12),
+        _block(P, 12, 12),
+    )
+
+
+@register_jitable
+def write_blocks(blocks: Covariance, P: np.ndarray) -> None:
+    """Write a covariance in blocks into a matrix (15, 15)."""
+    number = 0
+    for row in range(0, ERRORS, 3):
+        for column in range(row, ERRORS, 3):
+            block = blocks[number]
+            number += 1
+            for i in range(3):
+                for j in range(3):
+                    P[row + i, column + j] = block[3 * i + j]
+                    P[column + j, row + i] = block[3 * i + j]
 
 
 @register_jitable
@@ -431,29 +905,46 @@ def update(
         dt: since the update before [s]; 0 at the first, which only measures.
     """
     x = memory[:NOMINAL]
-    P = memory[COVARIANCE:INNOVATIONS].reshape(ERRORS, ERRORS)
+    matrix = memory[COVARIANCE:INNOVATIONS].reshape(ERRORS, ERRORS)
+    P = blocks_of(matrix)
     if dt > 0.0:
-        F = np.empty((9, ERRORS))
-        transition(x, z[IMU:GPS], dt, F)
+        F = transition(x, z[IMU:GPS], dt)
         after = propagated(x, z[IMU:GPS], dt)
         for i in range(NOMINAL):
             x[i] = after[i]
-        spread(P, F, settings, dt)
+        P = spread(P, F, settings, dt)
     told = memory[INNOVATIONS:SIZE].reshape(CHANNELS, 2)
     told[:, :] = math.nan
-    if z[GPS] + z[BAROMETER] + z[MAGNETOMETER] + z[RANGE_FINDER] == 0.0:
-        return
-    rows, error = np.empty((CHANNELS, ERRORS)), np.zeros(ERRORS)
-    rows_of(x, z, mounting, settings, rows, told)
-    for channel in range(CHANNELS):
-        gap, variance = told[channel, 0], told[channel, 1]
-        if not math.isnan(gap):
-            for k in range(ERRORS):
-                told[channel, 0] -= rows[channel, k] * error[k]
-            told[channel, 1] = fused(P, error, rows[channel], gap, variance, settings[10])
+    error = EXACT
+    if z[GPS] > 0.0:
+        motion = measured_motion(x, z, mounting, settings)
+        for channel in range(len(motion)):
+            P, error = _take_in(P, error, motion[channel], settings, told[channel])
+    if z[BAROMETER] > 0.0:
+        height = measured_height(x, z, mounting, settings)
+        P, error = _take_in(P, error, height, settings, told[HEIGHT])
+    if z[MAGNETOMETER] > 0.0:
+        heading = measured_heading(x, z, mounting, settings)
+        P, error = _take_in(P, error, heading, settings, told[HEADING])
+    if z[RANGE_FINDER] > 0.0:
+        distance = measured_distance(x, z, mounting, settings)
+        P, error = _take_in(P, error, distance, settings, told[DISTANCE])
+    write_blocks(P, matrix)
     found = corrected(x, error)
     for i in range(NOMINAL):
         x[i] = found[i]
+
+
+@register_jitable
+def _take_in(
+    P: Covariance, error: Error, m: Measured, settings: Signal, told: np.ndarray
+) -> tuple[Covariance, Error]:
+    """Take a number in, and write its innovation and its variance."""
+    if math.isnan(m.gap):
+        return P, error
+    found = fused(P, error, m, settings[10])
+    told[0], told[1] = found.innovation, found.s
+    return found.P, found.error
 
 
 def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.ndarray:

@@ -28,10 +28,10 @@ def test_the_settled_gain_is_that_of_the_riccati_equation(monkeypatch):
     z = perfect_samples(HOVER, np.array([0, 0, 0, 0, 0, ekf.GRAVITY]), PLACES)
     K, P = settled_gain(SETTINGS, PLACES, DUTIES, PERIOD, x, z)
     F = np.eye(15)
-    ekf.transition(x, z[:6], PERIOD, rows := np.empty((9, 15)))
-    F[:9] = rows
+    motion = ekf.transition(x, z[:6], PERIOD)
+    F[:9] = ekf.transition_rows(motion, PERIOD)
     Q = np.zeros((15, 15))
-    ekf.spread(Q, np.zeros((9, 15)), SETTINGS, PERIOD)
+    ekf.write_blocks(ekf.spread(ekf.blocks_of(Q), motion, SETTINGS, PERIOD), Q)
     ekf.rows_of(x, z, PLACES, SETTINGS, H := np.empty((10, 15)), gaps := np.empty((10, 2)))
     duty = np.repeat([DUTIES["gps"], DUTIES["barometer"]], [6, 2])
     R = np.diag(gaps[:8, 1] / duty)

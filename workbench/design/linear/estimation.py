@@ -202,12 +202,10 @@ def settled_gain(
         z: perfect samples in the steady flight.
     """
     F = np.eye(ekf.ERRORS)
-    rows = np.empty((9, ekf.ERRORS))
-    ekf.transition(x, z[:6], period, rows)
-    F[:9] = rows
+    whole = ekf.transition(x, z[:6], period)
+    F[:9] = ekf.transition_rows(whole, period)
     Q = np.zeros((ekf.ERRORS, ekf.ERRORS))
-    still = np.zeros((9, ekf.ERRORS))
-    ekf.spread(Q, still, settings, period)
+    ekf.write_blocks(ekf.spread(ekf.blocks_of(Q), whole, settings, period), Q)
     H, gaps = np.empty((ekf.CHANNELS, ekf.ERRORS)), np.empty((ekf.CHANNELS, 2))
     ekf.rows_of(x, z, places, settings, H, gaps)
     information = np.zeros(ekf.CHANNELS)
