@@ -36,8 +36,8 @@ class ImuNoise(NamedTuple):
 
     Attributes:
         deviation: of a sample a physics step (6).
-        kept: share of the drift that is left after a physics step (6).
-        driven: deviation of what a physics step adds to it (6).
+        kept: share of the drift that is left from one reading to the next (6).
+        driven: deviation of what is added to it meanwhile (6).
         mean: of the bias (6).
         spread: deviation of the bias that is drawn once (6).
     """
@@ -49,16 +49,17 @@ class ImuNoise(NamedTuple):
     spread: tuple[float, ...]
 
 
-def imu_noise(sensor: Imu, step: float) -> ImuNoise:
+def imu_noise(sensor: Imu, step: float, period: float) -> ImuNoise:
     """Return the noise of a described IMU, of the densities that it has at its own rate.
 
     Args:
         sensor: the description's record.
         step: of physics [s].
+        period: between readings, at which the biases drift [s].
     """
     rate = sensor.rate or sensor.usual_rate
     noises = (*sensor.angular_velocity, *sensor.linear_acceleration)
-    drifts = [_drift(noise, step) for noise in noises]
+    drifts = [_drift(noise, period) for noise in noises]
     return ImuNoise(
         deviation=tuple(noise.at_rate(rate, 1.0 / step).stddev for noise in noises),
         kept=tuple(kept for kept, _ in drifts),
@@ -68,15 +69,10 @@ def imu_noise(sensor: Imu, step: float) -> ImuNoise:
     )
 
 
-def packed(sensor: Imu, step: float) -> np.ndarray:
-    """Return what the functions below know of an IMU (43).
-
-    Args:
-        sensor: the description's record.
-        step: of physics [s].
-    """
+def packed(sensor: Imu, step: float, period: float) -> np.ndarray:
+    """Return what the functions below know of an IMU (43); the arguments are those before."""
     turn = np.array(sensor.R_BS).ravel()
-    parts = ([1.0], sensor.p_BS, turn, *imu_noise(sensor, step))
+    parts = ([1.0], sensor.p_BS, turn, *imu_noise(sensor, step, period))
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
@@ -101,13 +97,13 @@ def six(values: Signal) -> Six:
     return values[0], values[1], values[2], values[3], values[4], values[5]
 
 
-def _drift(noise: Noise, step: float) -> tuple[float, float]:
-    """Return what a step leaves of a drift, and the deviation of what it adds, see `Noise`."""
+def _drift(noise: Noise, period: float) -> tuple[float, float]:
+    """Return what a period leaves of a drift, and the deviation of what it adds, see `Noise`."""
     time, density = noise.dynamic_bias_correlation_time, noise.dynamic_bias_stddev
     if time == 0.0:
         return 1.0, 0.0
-    variance = -0.5 * density**2 * time * math.expm1(-2.0 * step / time)
-    return math.exp(-step / time), math.sqrt(variance)
+    variance = -0.5 * density**2 * time * math.expm1(-2.0 * period / time)
+    return math.exp(-period / time), math.sqrt(variance)
 
 
 @register_jitable
@@ -173,7 +169,7 @@ def with_noise(exact: Signal, n: Signal, R_BS: Signal) -> Six:
 
 @register_jitable
 def step_drift(drift: Signal, number: int, imu: Signal, seed: float) -> None:
-    """Let the drift of the biases (6) go on for a physics step, in place."""
+    """Let the drift of the biases (6) go on from a reading to the next, in place."""
     drawn = np.empty(COUNT)
     draw_normals(seed, 2 * number + 1, drawn)
     for i in range(6):

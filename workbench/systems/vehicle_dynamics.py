@@ -221,8 +221,7 @@ def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-
         memory[ELAPSED] = 0.0
         for i in range(6):
             memory[SUMS + i] = 0.0
-    for i in range(every):
-        step_drift(memory[DRIFT:SPEEDS], number + i, imu, seed)
+        step_drift(memory[DRIFT:SPEEDS], number, imu, seed)
 
 
 def read_imu(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
@@ -334,7 +333,7 @@ class VehicleDynamics(LeafSystem):
             rotors = tuple(replace(rotor, ground_effect_coefficient=0.0) for rotor in rotors)
         n = self._n = len(rotors)
         self._step = step
-        read = packed(imu, step) if imu else np.zeros(CONSTANTS)
+        read = packed(imu, step, readout * step) if imu else np.zeros(CONSTANTS)
         self._constants, self._present = (
             np.concatenate(
                 [[step, length], FULL, [readout], read, rotor_rows(rotors, length).ravel()]

@@ -146,7 +146,7 @@ def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) 
     return Senses(
         estimator=estimator,
         hearing=Hearing(
-            imu=imu.packed(inertial, step),
+            imu=imu.packed(inertial, step, scenario.rates.control_period),
             mounting=mounting.packed(),
             R_BM=np.ascontiguousarray(magnetometer_turn(choices)),
             every=np.array([round(each.period / step) if each else 0 for each in heard]),
