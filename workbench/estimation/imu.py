@@ -106,7 +106,7 @@ def _drift(noise: Noise, period: float) -> tuple[float, float]:
     return math.exp(-period / time), math.sqrt(variance)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def measured(state: Signal, acceleration: Signal, p_BS: Signal) -> Six:
     """Return what a perfect IMU shows, in the axes of B.
 

@@ -42,10 +42,13 @@ from workbench.estimation.ekf import (
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER
 
 X, P, ERROR, SETTINGS = 0, 16, 151, 166
-MEASURED = SETTINGS + 11
+INPUT = SETTINGS + 11
+MEASURED = INPUT + 17
 SIZE = MEASURED + 17 * CHANNELS
 """Rows of the filter: its nominal state, its covariance block by block, errors found so far, its
-settings, and of each number that is measured H, gap and variance; and how many they are."""
+settings, what is taken in now, and of each number that is measured H, gap and variance; and how
+many they are. What is taken in stands in one place, and beside the rest: only loops over rows of
+one array, whose places are known, become vector instructions."""
 
 
 @register_jitable
@@ -136,12 +139,14 @@ def _put_measured(b, channel, i, m):  # type: ignore[no-untyped-def]
 @register_jitable
 def _propagate(b, rows, dt):  # type: ignore[no-untyped-def]
     """Let a period of the IMU pass."""
+    for i in range(6 * LANES):
+        b[INPUT * LANES + i] = rows[Z * LANES + i]
     for i in range(LANES):
-        x, imu = take16(b, X, i), take6(rows, Z, i)
+        x, imu = take16(b, X, i), take6(b, INPUT, i)
         known = spread(_covariance(b, i), transition(x, imu, dt), take4(b, SETTINGS, i), dt)
         _put_covariance(b, i, known)
     for i in range(LANES):
-        _put_nominal(b, i, propagated(take16(b, X, i), take6(rows, Z, i), dt))
+        _put_nominal(b, i, propagated(take16(b, X, i), take6(b, INPUT, i), dt))
 
 
 @register_jitable(forceinline=True)
@@ -153,16 +158,18 @@ def _put_nominal(b, i, x):  # type: ignore[no-untyped-def]
 @register_jitable
 def _take_in(b, channel):  # type: ignore[no-untyped-def]
     """Take a measured number in."""
-    row = MEASURED + 17 * channel
+    first = (MEASURED + 17 * channel) * LANES
+    for i in range(17 * LANES):
+        b[INPUT * LANES + i] = b[first + i]
     for i in range(LANES):
         m = Measured(
-            take3(b, row, i),
-            take3(b, row + 3, i),
-            take3(b, row + 6, i),
-            take3(b, row + 9, i),
-            take3(b, row + 12, i),
-            take(b, row + 15, i),
-            take(b, row + 16, i),
+            take3(b, INPUT, i),
+            take3(b, INPUT + 3, i),
+            take3(b, INPUT + 6, i),
+            take3(b, INPUT + 9, i),
+            take3(b, INPUT + 12, i),
+            take(b, INPUT + 15, i),
+            take(b, INPUT + 16, i),
         )
         error = take9(b, ERROR, i) + take6(b, ERROR + 9, i)
         found = fused(_covariance(b, i), error, m, take(b, SETTINGS + 10, i))
@@ -183,26 +190,6 @@ def run_ekf(rows, b, candidates, mounting, dt):  # type: ignore[no-untyped-def]
         mounting: see `Mounting.packed`.
         dt: since the update before, 0 at the first [s].
     """
-    places = (
-        mounting[0],
-        mounting[1],
-        mounting[2],
-        mounting[3],
-        mounting[4],
-        mounting[5],
-        mounting[6],
-        mounting[7],
-        mounting[8],
-        mounting[9],
-        mounting[10],
-        mounting[11],
-        mounting[12],
-        mounting[13],
-        mounting[14],
-        mounting[15],
-        mounting[16],
-        mounting[17],
-    )
     if dt > 0.0:
         _propagate(b, rows, dt)
     new = False
@@ -210,7 +197,7 @@ def run_ekf(rows, b, candidates, mounting, dt):  # type: ignore[no-untyped-def]
         new = True
         for i in range(LANES):
             x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            a = measured_motion(x, z, places, settings)
+            a = measured_motion(x, z, mounting, settings)
             _put_measured(b, 0, i, a[0])
             _put_measured(b, 1, i, a[1])
             _put_measured(b, 2, i, a[2])
@@ -223,19 +210,19 @@ def run_ekf(rows, b, candidates, mounting, dt):  # type: ignore[no-untyped-def]
         new = True
         for i in range(LANES):
             x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 6, i, measured_height(x, z, places, settings))
+            _put_measured(b, 6, i, measured_height(x, z, mounting, settings))
         _take_in(b, 6)
     if _any(rows, MAGNETOMETER):
         new = True
         for i in range(LANES):
             x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 7, i, measured_heading(x, z, places, settings))
+            _put_measured(b, 7, i, measured_heading(x, z, mounting, settings))
         _take_in(b, 7)
     if _any(rows, RANGE_FINDER):
         new = True
         for i in range(LANES):
             x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 8, i, measured_distance(x, z, places, settings))
+            _put_measured(b, 8, i, measured_distance(x, z, mounting, settings))
         _take_in(b, 8)
     if new:
         for i in range(LANES):
@@ -245,7 +232,7 @@ def run_ekf(rows, b, candidates, mounting, dt):  # type: ignore[no-untyped-def]
             put3(b, ERROR + 9, i, (0.0,) * 3)
             put3(b, ERROR + 12, i, (0.0,) * 3)
     for i in range(LANES):
-        found = estimate(take16(b, X, i), take3(rows, RATES, i), places[0:3])
+        found = estimate(take16(b, X, i), take3(rows, RATES, i), mounting[0:3])
         put13(rows, ESTIMATE, i, found)
 
 

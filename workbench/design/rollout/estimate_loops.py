@@ -52,7 +52,8 @@ class Perceived(NamedTuple):
 
     Attributes:
         rows: of the IMUs, see `imu_loops.ROWS`.
-        due: at which steps of a period whose IMU takes a sample (steps, 16).
+        due: 1 at steps of a period at which an IMU takes a sample, else 0 (steps, 16).
+        steps: of physics in a period.
         works: whether any filter of gyro or accelerometer does.
         alike: whether all candidates have the same noise.
         memory: of the estimators, as their loop has it.
@@ -66,6 +67,7 @@ class Perceived(NamedTuple):
 
     rows: Any
     due: Any
+    steps: Any
     works: Any
     alike: Any
     memory: Any
@@ -86,22 +88,35 @@ def _sample(block, perceived, candidates, hearing, number, step):  # type: ignor
         perceived.works,
         candidates.noises,
         perceived.alike,
-        hearing.imu,
+        hearing,
         number,
     )
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def _measure(block, perceived, candidates, hearing, number, step):  # type: ignore[no-untyped-def]
     """Let sensors measure for which it is due at a step of physics, and the IMUs' biases drift."""
+    a, b, c, d = hearing.every
+    if _due(number, a) or _due(number, b) or _due(number, c) or _due(number, d):
+        _take_samples(block, perceived, candidates, hearing, number, step)
+    if number % perceived.steps == 0:
+        drift(perceived.rows, candidates.noises, perceived.alike, hearing.imu_noise, number)
+
+
+@register_jitable(forceinline=True)
+def _due(number, every):  # type: ignore[no-untyped-def]
+    return every > 0 and number % every == 0
+
+
+@register_jitable
+def _take_samples(block, perceived, candidates, hearing, number, step):  # type: ignore[no-untyped-def]
+    """Let those sensors take a sample for which it is due."""
     for kind in range(4):
         every = hearing.every[kind]
-        if every > 0 and number % every == 0:
+        if _due(number, every):
             _take_sample(block, perceived, candidates.noises, hearing, kind, number // every)
             slot = (perceived.taken[kind] - 1) % hearing.depth
             perceived.stamps[kind, slot] = number * step
-    if number % len(perceived.due) == 0:
-        drift(perceived.rows, candidates.noises, perceived.alike, hearing.imu, number)
 
 
 @register_jitable
@@ -112,22 +127,29 @@ def _take_sample(block, perceived, noises, hearing, kind, count):  # type: ignor
     perceived.taken[kind] += 1
     places = perceived.waiting[kind, slot]
     _measure_exactly(block, hearing, kind, places)
-    drawn = np.empty(3 * MOST)
-    biases, drifts = perceived.biases[kind], perceived.drifts[kind]
-    for i in range(LANES):
-        if i == 0 or not perceived.alike:
-            counted_draws(noises[min(i, len(noises) - 1), 1 + kind], count, drawn[: 3 * n])
-        for k in range(n):
-            if first:
-                put(biases, k, i, noise[BIAS_MEAN, k] + noise[BIAS_DEVIATION, k] * drawn[2 * n + k])
-            bias = take(biases, k, i) + take(drifts, k, i)
-            value = take(places, k, i) + (noise[MEAN, k] + bias + noise[DEVIATION, k] * drawn[k])
-            precision = noise[PRECISION, k]
-            if precision > 0.0 and math.isfinite(value):
-                value = precision * round(value / precision)
-            put(places, k, i, value)
-            left = noise[KEPT, k] * take(drifts, k, i)
-            put(drifts, k, i, left + noise[DRIVEN, k] * drawn[n + k])
+    numbers, drawn = np.empty(3 * MOST), np.empty((3 * MOST, LANES))
+    for i in range(1 if perceived.alike else len(noises)):
+        counted_draws(noises[i, 1 + kind], count, numbers[: 3 * n])
+        drawn[: 3 * n, i] = numbers[: 3 * n]
+    for k in range(3 * n):
+        if perceived.alike:
+            drawn[k] = drawn[k, 0]
+    for k in range(n):
+        lanes = slice(k * LANES, (k + 1) * LANES)
+        bias, drifted = perceived.biases[kind, lanes], perceived.drifts[kind, lanes]
+        values, now, later, once = places[lanes], drawn[k], drawn[n + k], drawn[2 * n + k]
+        mean, deviation, precision = noise[MEAN, k], noise[DEVIATION, k], noise[PRECISION, k]
+        kept, driven = noise[KEPT, k], noise[DRIVEN, k]
+        if first:
+            for i in range(LANES):
+                bias[i] = noise[BIAS_MEAN, k] + noise[BIAS_DEVIATION, k] * once[i]
+        for i in range(LANES):
+            values[i] += mean + (bias[i] + drifted[i]) + deviation * now[i]
+        if precision > 0.0:
+            for i in range(LANES):
+                values[i] = precision * np.rint(values[i] / precision)
+        for i in range(LANES):
+            drifted[i] = kept * drifted[i] + driven * later[i]
 
 
 @register_jitable
@@ -135,7 +157,7 @@ def _measure_exactly(block, hearing, kind, places):  # type: ignore[no-untyped-d
     """Write what perfect sensors measure: one of `settings.HEARD`."""
     place = hearing.mounting
     if kind == 0:
-        p_BG = (place[3], place[4], place[5])
+        p_BG = place[3:6]
         for i in range(LANES):
             state = take13(block, STATE, i)
             arm = into_world(rotation(state[0:4]), p_BG)
@@ -145,20 +167,18 @@ def _measure_exactly(block, hearing, kind, places):  # type: ignore[no-untyped-d
             v_y = state[11] + w_z * arm[0] - w_x * arm[2]
             put3(places, 3, i, (v_x, v_y, state[12] + w_x * arm[1] - w_y * arm[0]))
     elif kind == 1:
-        p_BP = (place[6], place[7], place[8])
+        p_BP = place[6:9]
         for i in range(LANES):
             arm = into_world(rotation(take4(block, STATE, i)), p_BP)
             height = take(block, STATE + 6, i) + arm[2]
             put(places, 0, i, pressure_at(hearing.reference + height))
     elif kind == 2:
-        m_W, R_BM = (place[15], place[16], place[17]), hearing.R_BM
-        x, y, z = R_BM[0], R_BM[1], R_BM[2]
-        R = (x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
+        m_W, R_BM = place[15:18], hearing.R_BM
         for i in range(LANES):
             field = into_body(rotation(take4(block, STATE, i)), m_W)
-            put3(places, 0, i, into_body(R, field))
+            put3(places, 0, i, into_body(R_BM, field))
     else:
-        p_BR, n_BR = (place[9], place[10], place[11]), (place[12], place[13], place[14])
+        p_BR, n_BR = place[9:12], place[12:15]
         for i in range(LANES):
             R = rotation(take4(block, STATE, i))
             height = take(block, STATE + 6, i) + into_world(R, p_BR)[2]
@@ -205,10 +225,9 @@ def _deliver(perceived, hearing, now):  # type: ignore[no-untyped-def]
                 height = altitude_at(take(places, 0, i)) - hearing.reference
                 put(rows, Z + BAROMETER + 1, i, height)
         elif kind == 2:
-            x, y, z = hearing.R_BM[0], hearing.R_BM[1], hearing.R_BM[2]
-            R = (x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
+            R_BM = hearing.R_BM
             for i in range(LANES):
-                put3(rows, Z + MAGNETOMETER + 1, i, into_world(R, take3(places, 0, i)))
+                put3(rows, Z + MAGNETOMETER + 1, i, into_world(R_BM, take3(places, 0, i)))
         else:
             for i in range(LANES):
                 distance = take(places, 0, i)
@@ -246,7 +265,7 @@ def _run_each(estimator: Estimator) -> Callable[..., None]:
     def run(rows, memories, candidates, mounting, dt):  # type: ignore[no-untyped-def]
         many = len(memories)
         z = np.empty(SAMPLES)
-        p_BI = (mounting[0], mounting[1], mounting[2])
+        places, p_BI = np.array(mounting), mounting[0:3]
         for i in range(LANES):
             if i >= many:
                 put13(rows, ESTIMATE, i, take13(rows, ESTIMATE, many - 1))
@@ -254,7 +273,7 @@ def _run_each(estimator: Estimator) -> Callable[..., None]:
             for k in range(SAMPLES):
                 z[k] = take(rows, Z + k, i)
             memory = memories[i]
-            update(memory, z, candidates.filters[i], mounting, dt)
+            update(memory, z, candidates.filters[i], places, dt)
             put13(rows, ESTIMATE, i, estimate(memory[:NOMINAL], take3(rows, RATES, i), p_BI))
 
     return unique(run, estimator.name)
@@ -269,12 +288,13 @@ def make_knowing(estimator: Estimator) -> Knowing:
     @register_jitable
     def begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
         """Return what sensors and estimators remember at the start."""
-        rows, due = np.zeros(ROWS * LANES), np.zeros((schedule.steps, LANES), dtype=np.bool_)
-        works = fill_imu(block, rows, due, candidates, hearing.imu, schedule)
+        rows, due = np.zeros(ROWS * LANES), np.zeros((schedule.steps, LANES))
+        works = fill_imu(block, rows, due, candidates, hearing, schedule)
         depth, noises = hearing.depth, candidates.noises
-        return Perceived(
+        perceived = Perceived(
             rows,
             due,
+            schedule.steps,
             works,
             (noises == noises[0]).all(),
             begin_memory(candidates),
@@ -285,6 +305,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
             np.zeros((4, MOST * LANES)),
             np.zeros((4, MOST * LANES)),
         )
+        return perceived, rows
 
     @register_jitable
     def know(perceived, candidates, hearing, instant, period):  # type: ignore[no-untyped-def]
@@ -299,9 +320,9 @@ def make_knowing(estimator: Estimator) -> Knowing:
             put3(rows, ESTIMATE + 7, i, w_W)
 
     @register_jitable(forceinline=True)
-    def sense(block, i, places, row, perceived):  # type: ignore[no-untyped-def]
+    def sense(block, i, places, row, rows):  # type: ignore[no-untyped-def]
         """Put the estimate into a state that stands somewhere from a row on."""
-        put13(places, row, i, take13(perceived.rows, ESTIMATE, i))
+        put13(places, row, i, take13(rows, ESTIMATE, i))
 
     name = estimator.name
     return Knowing(

@@ -212,7 +212,7 @@ def make_fly_block(
         block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
         block[fixed:] = memory
         fill(block, rotors, candidates, crafts, schedule)
-        perceived = begin(block, candidates, hearing, schedule)
+        perceived, told = begin(block, candidates, hearing, schedule)
         coarse = candidates.computers[:, 2].any()
         give_commands(block, candidates.before)
         blades = crafts.turning[:, :, 6:8].any()
@@ -246,8 +246,8 @@ def make_fly_block(
                 break
             sample(block, perceived, candidates, hearing, instant * schedule.steps, 0)
             know(perceived, candidates, hearing, instant, schedule.period)
-            _look(block, seen, crafts.seen, updates, 0, sense, perceived)
-            _see(block, seen, crafts.seen, updates, sense, perceived)
+            _look(block, seen, crafts.seen, updates, 0, sense, told)
+            _see(block, seen, crafts.seen, updates, sense, told)
             if sags:
                 weaken(block, rotors, crafts.supply)
             want(block, rotors, crafts.estimate)
@@ -262,7 +262,7 @@ def make_fly_block(
                 if step > 0:
                     sample(block, perceived, candidates, hearing, number, step)
                 if step > 0 and looks[step]:
-                    _look(block, seen, crafts.seen, updates, step, sense, perceived)
+                    _look(block, seen, crafts.seen, updates, step, sense, told)
                 measure(block, perceived, candidates, hearing, number, schedule.step)
                 if acts[step]:
                     hold_commands(rotors, asked, crafts.acting, updates, step)
@@ -338,7 +338,7 @@ def _ask(rotors, places):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _look(block, seen, delays, updates, step, sense, perceived):  # type: ignore[no-untyped-def]
+def _look(block, seen, delays, updates, step, sense, told):  # type: ignore[no-untyped-def]
     """Remember the states of those whose law is to see what they are before this step."""
     if len(seen) == 1:
         return
@@ -347,17 +347,17 @@ def _look(block, seen, delays, updates, step, sense, perceived):  # type: ignore
         if delays[min(i, len(delays) - 1), 1] == step:
             for k in range(STATE_SIZE):
                 put(places, k, i, take(block, STATE + k, i))
-            sense(block, i, places, 0, perceived)
+            sense(block, i, places, 0, told)
 
 
 @register_jitable
-def _see(block, seen, delays, updates, sense, perceived):  # type: ignore[no-untyped-def]
+def _see(block, seen, delays, updates, sense, told):  # type: ignore[no-untyped-def]
     """Let the law see the state, or an older one where its craft is late."""
     ring = len(seen)
     if ring == 1:
         block[KNOWN * LANES : KNOWN * LANES + STATES] = block[:STATES]
         for i in range(LANES):
-            sense(block, i, block, KNOWN, perceived)
+            sense(block, i, block, KNOWN, told)
         return
     for i in range(LANES):
         late = delays[min(i, len(delays) - 1), 0]

@@ -42,13 +42,14 @@ class Knowing(NamedTuple):
     """How laws come to know the motion: functions that compile.
 
     Attributes:
-        begin: what is remembered at the start, of block, candidates, hearing and schedule.
+        begin: what is remembered at the start, and the rows that `sense` reads; of block,
+            candidates, hearing and schedule.
         sample: lets IMUs take their samples, of block, memory, candidates, hearing, number of the
             physics step and its place in the control period.
         know: what the estimators do at an instant, of memory, candidates, hearing, instant and
             control period [s].
         sense: puts what a law knows now into a state that stands somewhere from a row on, which
-            holds the true one; of block, candidate, place, row and memory.
+            holds the true one; of block, candidate, place, row and the rows that it reads.
         measure: lets other sensors measure before a physics step; of block, memory, candidates,
             hearing, number of the step and its length [s].
         rests: whether a drone that hovers without moving goes on doing so.
@@ -86,7 +87,7 @@ def _begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def
         for i in range(LANES):
             every = int(take(block, GYRO_EVERY, i))
             due[step, i] = every > 0 and step % every == 0
-    return due, due.any()
+    return (due, due.any()), block
 
 
 @register_jitable
@@ -114,7 +115,7 @@ def _sample_gyro(block, due):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _sense(block, i, places, row, perceived):  # type: ignore[no-untyped-def]
+def _sense(block, i, places, row, told):  # type: ignore[no-untyped-def]
     if take(block, GYRO_EVERY, i) > 0.0:
         state = sensed(take13(places, row, i), take3(block, RATES, i))
         put3(places, row + 7, i, state[7:10])

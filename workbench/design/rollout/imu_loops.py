@@ -37,18 +37,22 @@ from workbench.estimation.samples import SAMPLES
 
 BIAS, DRIFT, DRAWN, SCALE, EVERY, GYRO_FILTER, GYRO, RATES = 0, 6, 12, 18, 19, 20, 38, 50
 ACCEL_FILTER, ACCEL, SAMPLE, SUMS, ELAPSED, NEW = 53, 62, 68, 74, 80, 81
-Z = NEW + 6
+DUE = NEW + 6
+MOTION = DUE + 1
+Z = MOTION + 19
 ESTIMATE = Z + SAMPLES
 """Rows of the block of an IMU: its biases and their drift, normal numbers of a step, factor on the
 deviations, steps between samples, coefficients and states of the gyro's filters and what comes out
 of them, the same of the accelerometer's, sample before, integral since it was read and the steps
-that it took, -1 before the first, sample of this step; what the estimator gets, see
+that it took, -1 before the first, sample of this step, whether one is due (0, 1), a copy of the
+body's state and of its acceleration before, as loops over one array are the quickest; what the
+estimator gets, see
 `estimation.samples`; and the motion that the law knows (13)."""
 ROWS = ESTIMATE + 13
 
 
 @register_jitable
-def fill_imu(block, rows, due, candidates, constants, schedule):  # type: ignore[no-untyped-def]
+def fill_imu(block, rows, due, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
     """Fill the rows of all IMUs, and who takes a sample when; return whether any filter works."""
     works, bias = False, np.empty(6)
     for i in range(LANES):
@@ -58,7 +62,7 @@ def fill_imu(block, rows, due, candidates, constants, schedule):  # type: ignore
         period = every * schedule.step
         works = works or filters_gyro(settings, period) or settings[5] > 0.0
         for step in range(schedule.steps):
-            due[step, i] = step % every == 0
+            due[step, i] = 1.0 if step % every == 0 else 0.0
         put(rows, EVERY, i, 1.0 * every)
         put(rows, SCALE, i, 1.0 / math.sqrt(every))
         coefficients = gyro_filter(settings, period)
@@ -72,7 +76,7 @@ def fill_imu(block, rows, due, candidates, constants, schedule):  # type: ignore
         for k in range(12):
             put(rows, GYRO + k, i, states[k])
         put3(rows, RATES, i, w_B)
-        imu.drawn_bias(constants, candidates.noises[c, 0], bias)
+        imu.drawn_bias(hearing.imu, candidates.noises[c, 0], bias)
         for k in range(6):
             put(rows, BIAS + k, i, bias[k])
         put(rows, ELAPSED, i, -1.0)
@@ -80,25 +84,29 @@ def fill_imu(block, rows, due, candidates, constants, schedule):  # type: ignore
 
 
 @register_jitable
-def sample_imus(block, rows, due, works, noises, alike, constants, number):  # type: ignore[no-untyped-def]
+def sample_imus(block, rows, due, works, noises, alike, hearing, number):  # type: ignore[no-untyped-def]
     """Let those IMUs take a sample for which it is due at a step of physics.
 
     Args:
         block: of the candidates.
         rows: see `ROWS`.
-        due: for whom it is (16).
+        due: 1 for whom it is, else 0 (16).
         works: whether any filter does.
         noises: what noise starts from.
         alike: whether that is the same for all.
-        constants: see `imu.packed`.
+        hearing: the sensors.
         number: of the step.
     """
     _draw(rows, noises, alike, 2 * number)
-    p_BS = constants[imu.PLACE], constants[imu.PLACE + 1], constants[imu.PLACE + 2]
-    deviation, turn = imu.six(constants[imu.DEVIATION :]), constants[imu.TURN :]
-    R_BS = imu.six(turn) + (turn[6], turn[7], turn[8])
     for i in range(LANES):
-        exact = imu.measured(take13(block, STATE, i), take6(block, LAST, i), p_BS)
+        rows[DUE * LANES + i] = due[i]
+    for i in range(13 * LANES):
+        rows[MOTION * LANES + i] = block[STATE * LANES + i]
+    for i in range(6 * LANES):
+        rows[(MOTION + 13) * LANES + i] = block[LAST * LANES + i]
+    p_BS, R_BS, deviation = hearing.p_BS, hearing.R_BS, hearing.imu_noise.deviation
+    for i in range(LANES):
+        exact = imu.measured(take13(rows, MOTION, i), take6(rows, MOTION + 13, i), p_BS)
         bias, drifted = take6(rows, BIAS, i), take6(rows, DRIFT, i)
         drawn, scale = take6(rows, DRAWN, i), take(rows, SCALE, i)
         noise = (
@@ -111,24 +119,26 @@ def sample_imus(block, rows, due, works, noises, alike, constants, number):  # t
         )
         put6(rows, NEW, i, imu.with_noise(exact, noise, R_BS))
     if works:
-        _filter(rows, due)
+        _filter(rows)
     else:
         for i in range(LANES):
-            put3(rows, RATES, i, _chosen(due[i], take3(rows, NEW, i), take3(rows, RATES, i)))
+            here = take(rows, DUE, i) > 0.0
+            put3(rows, RATES, i, _chosen(here, take3(rows, NEW, i), take3(rows, RATES, i)))
             sums, new = take3(rows, SUMS + 3, i), take3(rows, NEW + 3, i)
-            share = take(rows, EVERY, i) if due[i] else 0.0
+            share = take(rows, EVERY, i) if here else 0.0
             put3(rows, SUMS + 3, i, _added(sums, new, share))
     for i in range(LANES):
         w, before = take3(rows, NEW, i), take3(rows, SAMPLE, i)
-        half = 0.5 * take(rows, EVERY, i) if due[i] else 0.0
+        here = take(rows, DUE, i) > 0.0
+        half = 0.5 * take(rows, EVERY, i) if here else 0.0
         sums = _added(_added(take3(rows, SUMS, i), before, half), w, half)
         put3(rows, SUMS, i, sums)
-        put3(rows, SAMPLE, i, _chosen(due[i], w, before))
+        put3(rows, SAMPLE, i, _chosen(here, w, before))
         f, before = take3(rows, NEW + 3, i), take3(rows, SAMPLE + 3, i)
-        put3(rows, SAMPLE + 3, i, _chosen(due[i], f, before))
+        put3(rows, SAMPLE + 3, i, _chosen(here, f, before))
         elapsed, every = take(rows, ELAPSED, i), take(rows, EVERY, i)
         later = elapsed + every if elapsed >= 0.0 else 0.0
-        put(rows, ELAPSED, i, later if due[i] else elapsed)
+        put(rows, ELAPSED, i, later if here else elapsed)
 
 
 @register_jitable(forceinline=True)
@@ -152,7 +162,7 @@ def _added(sums, values, share):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _filter(rows, due):  # type: ignore[no-untyped-def]
+def _filter(rows):  # type: ignore[no-untyped-def]
     """Let the new samples go through the filters of gyros and accelerometers."""
     for axis in range(3):
         row = GYRO + 4 * axis
@@ -160,8 +170,9 @@ def _filter(rows, due):  # type: ignore[no-untyped-def]
             coefficients, x = take18(rows, GYRO_FILTER, i), take4(rows, row, i)
             w, before = take(rows, NEW + axis, i), take(rows, RATES + axis, i)
             found, later = filtered_axis(coefficients, x, w), stepped_axis(coefficients, x, w)
-            put(rows, RATES + axis, i, found if due[i] else before)
-            put4(rows, row, i, _four(due[i], later, x))
+            here = take(rows, DUE, i) > 0.0
+            put(rows, RATES + axis, i, found if here else before)
+            put4(rows, row, i, _four(here, later, x))
     for axis in range(3):
         row = ACCEL + 2 * axis
         for i in range(LANES):
@@ -170,10 +181,11 @@ def _filter(rows, due):  # type: ignore[no-untyped-def]
             x_1, x_2 = take(rows, row, i), take(rows, row + 1, i)
             x_2 = f if first else x_2
             smooth, later = output(section, x_1, x_2, f), after(section, x_1, x_2, f)
-            put(rows, row, i, later[0] if due[i] else x_1)
-            put(rows, row + 1, i, later[1] if due[i] else x_2)
+            here = take(rows, DUE, i) > 0.0
+            put(rows, row, i, later[0] if here else x_1)
+            put(rows, row + 1, i, later[1] if here else x_2)
             total = take(rows, SUMS + 3 + axis, i)
-            put(rows, SUMS + 3 + axis, i, total + every * smooth if due[i] else total)
+            put(rows, SUMS + 3 + axis, i, total + every * smooth if here else total)
 
 
 @register_jitable(forceinline=True)
@@ -188,12 +200,12 @@ def _four(due, new, old):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def drift(rows, noises, alike, constants, number):  # type: ignore[no-untyped-def]
+def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-def]
     """Let the biases drift from a reading at a physics step to the next."""
-    if not constants[imu.DRIVEN : imu.MEAN].any():
+    kept, driven = imu_noise.kept, imu_noise.driven
+    if max(driven) == 0.0:
         return
     _draw(rows, noises, alike, 2 * number + 1)
-    kept, driven = imu.six(constants[imu.KEPT :]), imu.six(constants[imu.DRIVEN :])
     for i in range(LANES):
         before, drawn = take6(rows, DRIFT, i), take6(rows, DRAWN, i)
         drifted = (

@@ -37,12 +37,17 @@ disturbs sensors."""
 
 
 class Hearing(NamedTuple):
-    """Sensors as arrays for compiled code; rows of four are those of `HEARD`.
+    """Sensors for compiled code; what is of four is that of `HEARD`.
+
+    Tuples where that can be: to count who holds an array takes longer than to read it.
 
     Attributes:
-        imu: see `imu.packed` (43).
+        imu: see `imu.packed` (43); and the three that follow of it once more.
+        p_BS: place of the IMU (3) [m].
+        R_BS: its orientation, row by row (9).
+        imu_noise: see there.
         mounting: see `Mounting.packed` (18).
-        R_BM: of the magnetometer (3, 3).
+        R_BM: of the magnetometer, row by row (9).
         every: steps of physics between samples (4), 0 of what is not there.
         late: from a sample to its delivery (4) [s].
         depth: samples that wait at most.
@@ -55,10 +60,13 @@ class Hearing(NamedTuple):
     """
 
     imu: np.ndarray
-    mounting: np.ndarray
-    R_BM: np.ndarray
-    every: np.ndarray
-    late: np.ndarray
+    p_BS: tuple[float, ...]
+    R_BS: tuple[float, ...]
+    imu_noise: imu.ImuNoise
+    mounting: tuple[float, ...]
+    R_BM: tuple[float, ...]
+    every: tuple[int, ...]
+    late: tuple[float, ...]
     depth: int
     noise: np.ndarray
     reference: float
@@ -133,7 +141,7 @@ def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) 
     config = scenario.sensors
     choices = choose_sensors(vehicle, scenario)
     heard = [_first(choices, kind) for kind in HEARD]
-    step = scenario.rates.physics_step
+    step, period = scenario.rates.physics_step, scenario.rates.control_period
     inertial = find_imu(vehicle, config.noise)
     place = home or DEFAULT_HOME
     mounting = mounting_of(inertial, choices, place)
@@ -146,11 +154,16 @@ def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) 
     return Senses(
         estimator=estimator,
         hearing=Hearing(
-            imu=imu.packed(inertial, step, scenario.rates.control_period),
-            mounting=mounting.packed(),
-            R_BM=np.ascontiguousarray(magnetometer_turn(choices)),
-            every=np.array([round(each.period / step) if each else 0 for each in heard]),
-            late=np.array([each.latency - LATE if each else 0.0 for each in heard]),
+            imu=imu.packed(inertial, step, period),
+            p_BS=tuple(map(float, inertial.p_BS)),
+            R_BS=tuple(np.array(inertial.R_BS, dtype=float).ravel().tolist()),
+            imu_noise=imu.ImuNoise(
+                *(tuple(map(float, row)) for row in imu.imu_noise(inertial, step, period))
+            ),
+            mounting=tuple(mounting.packed().tolist()),
+            R_BM=tuple(magnetometer_turn(choices).ravel().tolist()),
+            every=tuple(round(each.period / step) if each else 0 for each in heard),
+            late=tuple(each.latency - LATE if each else 0.0 for each in heard),
             depth=max([1 + math.ceil(each.latency / each.period) for each in heard if each] or [1]),
             noise=np.array([_noise(each) for each in heard]),
             reference=float(reference),
