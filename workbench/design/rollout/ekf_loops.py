@@ -180,13 +180,13 @@ def _take_in(b, channel):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def run_ekf(rows, b, candidates, mounting, dt):  # type: ignore[no-untyped-def]
+def run_ekf(rows, b, settings, mounting, dt):  # type: ignore[no-untyped-def]
     """Let all filters do an update, and write their estimates.
 
     Args:
         rows: see `imu_loops.ROWS`.
         b: see `SIZE`.
-        candidates: see there.
+        settings: of the filters, which `b` has, too.
         mounting: see `Mounting.packed`.
         dt: since the update before, 0 at the first [s].
     """
@@ -196,8 +196,8 @@ def run_ekf(rows, b, candidates, mounting, dt):  # type: ignore[no-untyped-def]
     if _any(rows, GPS):
         new = True
         for i in range(LANES):
-            x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            a = measured_motion(x, z, mounting, settings)
+            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
+            a = measured_motion(x, z, mounting, own)
             _put_measured(b, 0, i, a[0])
             _put_measured(b, 1, i, a[1])
             _put_measured(b, 2, i, a[2])
@@ -209,20 +209,20 @@ def run_ekf(rows, b, candidates, mounting, dt):  # type: ignore[no-untyped-def]
     if _any(rows, BAROMETER):
         new = True
         for i in range(LANES):
-            x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 6, i, measured_height(x, z, mounting, settings))
+            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
+            _put_measured(b, 6, i, measured_height(x, z, mounting, own))
         _take_in(b, 6)
     if _any(rows, MAGNETOMETER):
         new = True
         for i in range(LANES):
-            x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 7, i, measured_heading(x, z, mounting, settings))
+            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
+            _put_measured(b, 7, i, measured_heading(x, z, mounting, own))
         _take_in(b, 7)
     if _any(rows, RANGE_FINDER):
         new = True
         for i in range(LANES):
-            x, z, settings = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 8, i, measured_distance(x, z, mounting, settings))
+            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
+            _put_measured(b, 8, i, measured_distance(x, z, mounting, own))
         _take_in(b, 8)
     if new:
         for i in range(LANES):

@@ -13,12 +13,11 @@ from workbench.design.rollout.imu_loops import (
     ELAPSED,
     ESTIMATE,
     RATES,
-    ROWS,
     SAMPLE,
     SUMS,
     Z,
+    begin_imus,
     drift,
-    fill_imu,
     sample_imus,
 )
 from workbench.design.rollout.rows import (
@@ -47,17 +46,17 @@ MEAN, DEVIATION, BIAS_MEAN, BIAS_DEVIATION, KEPT, DRIVEN, PRECISION = range(7)
 """Rows of `Hearing.noise`."""
 
 
-class Perceived(NamedTuple):
-    """What sensors and estimators of a block remember.
+class Sensors(NamedTuple):
+    """What the other sensors and the estimators of a block remember.
 
     Attributes:
-        rows: of the IMUs, see `imu_loops.ROWS`.
-        due: 1 at steps of a period at which an IMU takes a sample, else 0 (steps, 16).
-        steps: of physics in a period.
-        works: whether any filter of gyro or accelerometer does.
-        alike: whether all candidates have the same noise.
+        hearing: what they are.
+        rows: see `imu_loops.ROWS`.
+        noises: what their noise starts from (m, 5).
+        alike: whether that is the same for all.
         memory: of the estimators, as their loop has it.
-        waiting: samples of the others, a ring (4, depth, 6 x 16).
+        filters: settings of the estimators (m, k).
+        waiting: samples, a ring (4, depth, 6 x 16).
         stamps: of these (4, depth) [s].
         taken: how many each has taken (4).
         heard: stamp of the last one that the estimators had (4) [s].
@@ -65,12 +64,12 @@ class Perceived(NamedTuple):
         drifts: likewise.
     """
 
+    hearing: Any
     rows: Any
-    due: Any
-    steps: Any
-    works: Any
+    noises: Any
     alike: Any
     memory: Any
+    filters: Any
     waiting: Any
     stamps: Any
     taken: Any
@@ -79,68 +78,50 @@ class Perceived(NamedTuple):
     drifts: Any
 
 
-@register_jitable
-def _sample(block, perceived, candidates, hearing, number, step):  # type: ignore[no-untyped-def]
-    sample_imus(
-        block,
-        perceived.rows,
-        perceived.due[step],
-        perceived.works,
-        candidates.noises,
-        perceived.alike,
-        hearing,
-        number,
-    )
+@register_jitable(forceinline=True)
+def _is_due(every, number):  # type: ignore[no-untyped-def]
+    """Return whether any sensor takes a sample at a step of physics."""
+    a, b, c, d = every
+    return _divides(a, number) or _divides(b, number) or _divides(c, number) or _divides(d, number)
 
 
 @register_jitable(forceinline=True)
-def _measure(block, perceived, candidates, hearing, number, step):  # type: ignore[no-untyped-def]
-    """Let sensors measure for which it is due at a step of physics, and the IMUs' biases drift."""
-    a, b, c, d = hearing.every
-    if _due(number, a) or _due(number, b) or _due(number, c) or _due(number, d):
-        _take_samples(block, perceived, candidates, hearing, number, step)
-    if number % perceived.steps == 0:
-        drift(perceived.rows, candidates.noises, perceived.alike, hearing.imu_noise, number)
-
-
-@register_jitable(forceinline=True)
-def _due(number, every):  # type: ignore[no-untyped-def]
+def _divides(every, number):  # type: ignore[no-untyped-def]
     return every > 0 and number % every == 0
 
 
 @register_jitable
-def _take_samples(block, perceived, candidates, hearing, number, step):  # type: ignore[no-untyped-def]
-    """Let those sensors take a sample for which it is due."""
+def _measure(block, sensors, number, step):  # type: ignore[no-untyped-def]
+    """Let those sensors take a sample for which it is due at a step of physics."""
     for kind in range(4):
-        every = hearing.every[kind]
-        if _due(number, every):
-            _take_sample(block, perceived, candidates.noises, hearing, kind, number // every)
-            slot = (perceived.taken[kind] - 1) % hearing.depth
-            perceived.stamps[kind, slot] = number * step
+        every = sensors.hearing.every[kind]
+        if _divides(every, number):
+            slot = sensors.taken[kind] % sensors.hearing.depth
+            _take_sample(block, sensors, kind, slot, number // every)
+            sensors.stamps[kind, slot] = number * step
+            sensors.taken[kind] += 1
 
 
 @register_jitable
-def _take_sample(block, perceived, noises, hearing, kind, count):  # type: ignore[no-untyped-def]
+def _take_sample(block, sensors, kind, slot, count):  # type: ignore[no-untyped-def]
     """Let all sensors of a kind take a sample, by its count."""
-    n, noise = CHANNELS[kind], hearing.noise[kind]
-    slot, first = perceived.taken[kind] % hearing.depth, perceived.taken[kind] == 0
-    perceived.taken[kind] += 1
-    places = perceived.waiting[kind, slot]
-    _measure_exactly(block, hearing, kind, places)
+    n, noise, noises = CHANNELS[kind], sensors.hearing.noise[kind], sensors.noises
+    places = sensors.waiting[kind, slot]
+    _measure_exactly(block, sensors.hearing, kind, places)
     numbers, drawn = np.empty(3 * MOST), np.empty((3 * MOST, LANES))
-    for i in range(1 if perceived.alike else len(noises)):
+    for i in range(1 if sensors.alike else len(noises)):
         counted_draws(noises[i, 1 + kind], count, numbers[: 3 * n])
         drawn[: 3 * n, i] = numbers[: 3 * n]
     for k in range(3 * n):
-        if perceived.alike:
+        if sensors.alike:
             drawn[k] = drawn[k, 0]
     for k in range(n):
         lanes = slice(k * LANES, (k + 1) * LANES)
-        bias, drifted = perceived.biases[kind, lanes], perceived.drifts[kind, lanes]
+        bias, drifted = sensors.biases[kind, lanes], sensors.drifts[kind, lanes]
         values, now, later, once = places[lanes], drawn[k], drawn[n + k], drawn[2 * n + k]
         mean, deviation, precision = noise[MEAN, k], noise[DEVIATION, k], noise[PRECISION, k]
         kept, driven = noise[KEPT, k], noise[DRIVEN, k]
-        if first:
+        if count == 0:
             for i in range(LANES):
                 bias[i] = noise[BIAS_MEAN, k] + noise[BIAS_DEVIATION, k] * once[i]
         for i in range(LANES):
@@ -189,9 +170,9 @@ def _measure_exactly(block, hearing, kind, places):  # type: ignore[no-untyped-d
 
 
 @register_jitable
-def _deliver(perceived, hearing, now):  # type: ignore[no-untyped-def]
+def _deliver(sensors, now):  # type: ignore[no-untyped-def]
     """Write what sensors newly deliver, see `estimation.samples`."""
-    rows = perceived.rows
+    rows, hearing = sensors.rows, sensors.hearing
     for i in range(LANES):
         elapsed = take(rows, ELAPSED, i)
         sums, sample = take6(rows, SUMS, i), take6(rows, SAMPLE, i)
@@ -209,14 +190,22 @@ def _deliver(perceived, hearing, now):  # type: ignore[no-untyped-def]
         put6(rows, SUMS, i, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     for kind in range(4):
         flag = (GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER)[kind]
-        slot = _newest(perceived, hearing, kind, now)
+        slot, taken = -1, sensors.taken[kind]
+        for age in range(min(taken, hearing.depth)):
+            latest = (taken - 1 - age) % hearing.depth
+            stamp = sensors.stamps[kind, latest]
+            if stamp + hearing.late[kind] <= now:
+                if stamp != sensors.heard[kind]:
+                    sensors.heard[kind] = stamp
+                    slot = latest
+                break
         for i in range(LANES):
             put(rows, Z + flag, i, 1.0 if slot >= 0 else 0.0)
         if slot < 0:
             continue
-        places = perceived.waiting[kind, slot]
+        places = sensors.waiting[kind, slot]
         if kind == 0:
-            age = now - perceived.stamps[kind, slot]
+            age = now - sensors.stamps[kind, slot]
             for i in range(LANES):
                 put(rows, Z + GPS + 1, i, age)
                 put6(rows, Z + GPS + 2, i, take6(places, 0, i))
@@ -238,21 +227,6 @@ def _deliver(perceived, hearing, now):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _newest(perceived, hearing, kind, now):  # type: ignore[no-untyped-def]
-    """Return where the sample stands that a sensor delivers newly; -1 where there is none."""
-    taken = perceived.taken[kind]
-    for age in range(min(taken, hearing.depth)):
-        slot = (taken - 1 - age) % hearing.depth
-        stamp = perceived.stamps[kind, slot]
-        if stamp + hearing.late[kind] <= now:
-            if stamp != perceived.heard[kind]:
-                perceived.heard[kind] = stamp
-                return slot
-            return -1
-    return -1
-
-
-@register_jitable
 def _begin_each(candidates):  # type: ignore[no-untyped-def]
     return candidates.memories.copy()
 
@@ -262,7 +236,7 @@ def _run_each(estimator: Estimator) -> Callable[..., None]:
     update = estimator.update
 
     @register_jitable
-    def run(rows, memories, candidates, mounting, dt):  # type: ignore[no-untyped-def]
+    def run(rows, memories, filters, mounting, dt):  # type: ignore[no-untyped-def]
         many = len(memories)
         z = np.empty(SAMPLES)
         places, p_BI = np.array(mounting), mounting[0:3]
@@ -273,7 +247,7 @@ def _run_each(estimator: Estimator) -> Callable[..., None]:
             for k in range(SAMPLES):
                 z[k] = take(rows, Z + k, i)
             memory = memories[i]
-            update(memory, z, candidates.filters[i], places, dt)
+            update(memory, z, filters[i], places, dt)
             put13(rows, ESTIMATE, i, estimate(memory[:NOMINAL], take3(rows, RATES, i), p_BI))
 
     return unique(run, estimator.name)
@@ -287,17 +261,16 @@ def make_knowing(estimator: Estimator) -> Knowing:
 
     @register_jitable
     def begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
-        """Return what sensors and estimators remember at the start."""
-        rows, due = np.zeros(ROWS * LANES), np.zeros((schedule.steps, LANES))
-        works = fill_imu(block, rows, due, candidates, hearing, schedule)
-        depth, noises = hearing.depth, candidates.noises
-        perceived = Perceived(
-            rows,
-            due,
-            schedule.steps,
-            works,
-            (noises == noises[0]).all(),
+        """Return what sensors and estimators remember at the start, see `Knowing`."""
+        imus = begin_imus(block, candidates, hearing, schedule)
+        depth = hearing.depth
+        sensors = Sensors(
+            hearing,
+            imus.rows,
+            candidates.noises,
+            imus.alike,
             begin_memory(candidates),
+            candidates.filters,
             np.zeros((4, depth, MOST * LANES)),
             np.full((4, depth), math.nan),
             np.zeros(4, dtype=np.int64),
@@ -305,19 +278,21 @@ def make_knowing(estimator: Estimator) -> Knowing:
             np.zeros((4, MOST * LANES)),
             np.zeros((4, MOST * LANES)),
         )
-        return perceived, rows
+        return imus, sensors, hearing.every, imus.rows
 
     @register_jitable
-    def know(perceived, candidates, hearing, instant, period):  # type: ignore[no-untyped-def]
+    def know(sensors, instant, period):  # type: ignore[no-untyped-def]
         """Update the estimates, and write the motion that the laws know."""
-        rows = perceived.rows
-        _deliver(perceived, hearing, instant * period)
+        rows, hearing = sensors.rows, sensors.hearing
+        _deliver(sensors, instant * period)
         dt = period if instant > 0 else 0.0
-        run(rows, perceived.memory, candidates, hearing.mounting, dt)
+        run(rows, sensors.memory, sensors.filters, hearing.mounting, dt)
         for i in range(LANES):
             found = take13(rows, ESTIMATE, i)
             w_W = into_world(rotation(found[0:4]), found[7:10])
             put3(rows, ESTIMATE + 7, i, w_W)
+        number = instant * round(period / hearing.step)
+        drift(rows, sensors.noises[:, 0], sensors.alike, hearing.imu_noise, number)
 
     @register_jitable(forceinline=True)
     def sense(block, i, places, row, rows):  # type: ignore[no-untyped-def]
@@ -327,9 +302,10 @@ def make_knowing(estimator: Estimator) -> Knowing:
     name = estimator.name
     return Knowing(
         begin=unique(begin, name),
-        sample=_sample,
+        sample=sample_imus,
         know=unique(know, name),
         sense=unique(sense, name),
+        is_due=_is_due,
         measure=_measure,
         rests=False,
     )

@@ -191,7 +191,7 @@ def make_fly_block(
     """
     want = make_want(controller)
     knowing = make_knowing(estimator) if estimator else KNOW_TRUTH
-    begin, sample, know, sense, measure, rests = knowing
+    begin, sample, know, sense, is_due, measure, rests = knowing
     memory = np.repeat(np.array(controller.initial_memory), LANES)
 
     def fly_block(candidates, crafts, schedule, hearing, kept, samples, use, lost):  # type: ignore[no-untyped-def]
@@ -212,7 +212,7 @@ def make_fly_block(
         block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
         block[fixed:] = memory
         fill(block, rotors, candidates, crafts, schedule)
-        perceived, told = begin(block, candidates, hearing, schedule)
+        imus, sensors, every, told = begin(block, candidates, hearing, schedule)
         coarse = candidates.computers[:, 2].any()
         give_commands(block, candidates.before)
         blades = crafts.turning[:, :, 6:8].any()
@@ -244,8 +244,8 @@ def make_fly_block(
                     _keep(block, kept, samples[since // schedule.stride])
             if instant == schedule.end:
                 break
-            sample(block, perceived, candidates, hearing, instant * schedule.steps, 0)
-            know(perceived, candidates, hearing, instant, schedule.period)
+            sample(block, imus, instant * schedule.steps, 0)
+            know(sensors, instant, schedule.period)
             _look(block, seen, crafts.seen, updates, 0, sense, told)
             _see(block, seen, crafts.seen, updates, sense, told)
             if sags:
@@ -260,10 +260,11 @@ def make_fly_block(
             for step in range(schedule.steps):
                 number = instant * schedule.steps + step
                 if step > 0:
-                    sample(block, perceived, candidates, hearing, number, step)
+                    sample(block, imus, number, step)
                 if step > 0 and looks[step]:
                     _look(block, seen, crafts.seen, updates, step, sense, told)
-                measure(block, perceived, candidates, hearing, number, schedule.step)
+                if is_due(every, number):
+                    measure(block, sensors, number, schedule.step)
                 if acts[step]:
                     hold_commands(rotors, asked, crafts.acting, updates, step)
                 if pushed:

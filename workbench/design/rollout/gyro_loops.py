@@ -41,17 +41,19 @@ RATES = GYRO + STATES
 class Knowing(NamedTuple):
     """How laws come to know the motion: functions that compile.
 
+    What is called at every physics step takes few arrays: each call counts who holds them.
+
     Attributes:
-        begin: what is remembered at the start, and the rows that `sense` reads; of block,
-            candidates, hearing and schedule.
-        sample: lets IMUs take their samples, of block, memory, candidates, hearing, number of the
-            physics step and its place in the control period.
-        know: what the estimators do at an instant, of memory, candidates, hearing, instant and
-            control period [s].
+        begin: what IMUs remember at the start, what the other sensors and the estimators do, steps
+            between the samples of each, and the rows that `sense` reads; of block, candidates,
+            hearing and schedule.
+        sample: lets IMUs take their samples; of block, the first of these, number of the physics
+            step and its place in the control period.
+        know: what the estimators do at an instant; of the second, instant and control period [s].
         sense: puts what a law knows now into a state that stands somewhere from a row on, which
             holds the true one; of block, candidate, place, row and the rows that it reads.
-        measure: lets other sensors measure before a physics step; of block, memory, candidates,
-            hearing, number of the step and its length [s].
+        is_due: whether any sensor measures before a physics step; of the third, and its number.
+        measure: lets them do so; of block, the second, number of the step and its length [s].
         rests: whether a drone that hovers without moving goes on doing so.
     """
 
@@ -59,6 +61,7 @@ class Knowing(NamedTuple):
     sample: Callable[..., None]
     know: Callable[..., None]
     sense: Callable[..., None]
+    is_due: Callable[..., bool]
     measure: Callable[..., None]
     rests: bool
 
@@ -87,13 +90,13 @@ def _begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def
         for i in range(LANES):
             every = int(take(block, GYRO_EVERY, i))
             due[step, i] = every > 0 and step % every == 0
-    return (due, due.any()), block
+    return (due, due.any()), None, None, block
 
 
 @register_jitable
-def _sample(block, perceived, candidates, hearing, number, step):  # type: ignore[no-untyped-def]
+def _sample(block, gyros, number, step):  # type: ignore[no-untyped-def]
     """Let those take a sample for whom it is due."""
-    due, filters = perceived
+    due, filters = gyros
     if filters:
         _sample_gyro(block, due[step])
 
@@ -122,14 +125,19 @@ def _sense(block, i, places, row, told):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _know(perceived, candidates, hearing, instant, period):  # type: ignore[no-untyped-def]
+def _know(sensors, instant, period):  # type: ignore[no-untyped-def]
     """Do nothing: what is known is true."""
 
 
 @register_jitable
-def _measure(block, perceived, candidates, hearing, number, step):  # type: ignore[no-untyped-def]
+def _is_due(every, number):  # type: ignore[no-untyped-def]
+    return False
+
+
+@register_jitable
+def _measure(block, sensors, number, step):  # type: ignore[no-untyped-def]
     """Do nothing: no sensor is asked."""
 
 
-KNOW_TRUTH = Knowing(_begin, _sample, _know, _sense, _measure, rests=True)
+KNOW_TRUTH = Knowing(_begin, _sample, _know, _sense, _is_due, _measure, rests=True)
 """Of laws that fly on the true motion."""

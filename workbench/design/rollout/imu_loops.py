@@ -1,6 +1,7 @@
 """The IMUs of a block: loops over its candidates around the functions of `estimation.imu`."""
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,9 +52,34 @@ estimator gets, see
 ROWS = ESTIMATE + 13
 
 
+class Imus(NamedTuple):
+    """The IMUs of a block.
+
+    Attributes:
+        rows: see `ROWS`.
+        due: 1 at steps of a control period at which one takes a sample, else 0 (steps, 16).
+        works: whether any filter of gyro or accelerometer does.
+        noises: what their noise starts from (m).
+        alike: whether that is the same for all.
+        p_BS: their place (3) [m].
+        R_BS: their orientation, row by row (9).
+        deviation: of a sample a physics step (6).
+    """
+
+    rows: Any
+    due: Any
+    works: Any
+    noises: Any
+    alike: Any
+    p_BS: Any
+    R_BS: Any
+    deviation: Any
+
+
 @register_jitable
-def fill_imu(block, rows, due, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
-    """Fill the rows of all IMUs, and who takes a sample when; return whether any filter works."""
+def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
+    """Return the IMUs at the start."""
+    rows, due = np.zeros(ROWS * LANES), np.zeros((schedule.steps, LANES))
     works, bias = False, np.empty(6)
     for i in range(LANES):
         c = min(i, len(candidates.gains) - 1)
@@ -80,31 +106,30 @@ def fill_imu(block, rows, due, candidates, hearing, schedule):  # type: ignore[n
         for k in range(6):
             put(rows, BIAS + k, i, bias[k])
         put(rows, ELAPSED, i, -1.0)
-    return works
+    seeds = candidates.noises[:, 0].copy()
+    alike = (candidates.noises == candidates.noises[0]).all()
+    deviation = hearing.imu_noise.deviation
+    return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, deviation)
 
 
 @register_jitable
-def sample_imus(block, rows, due, works, noises, alike, hearing, number):  # type: ignore[no-untyped-def]
+def sample_imus(block, imus, number, step):  # type: ignore[no-untyped-def]
     """Let those IMUs take a sample for which it is due at a step of physics.
 
     Args:
         block: of the candidates.
-        rows: see `ROWS`.
-        due: 1 for whom it is, else 0 (16).
-        works: whether any filter does.
-        noises: what noise starts from.
-        alike: whether that is the same for all.
-        hearing: the sensors.
+        imus: see `Imus`.
         number: of the step.
+        step: its place in the control period.
     """
+    rows, due, works, noises, alike, p_BS, R_BS, deviation = imus
     _draw(rows, noises, alike, 2 * number)
     for i in range(LANES):
-        rows[DUE * LANES + i] = due[i]
+        rows[DUE * LANES + i] = due[step, i]
     for i in range(13 * LANES):
         rows[MOTION * LANES + i] = block[STATE * LANES + i]
     for i in range(6 * LANES):
         rows[(MOTION + 13) * LANES + i] = block[LAST * LANES + i]
-    p_BS, R_BS, deviation = hearing.p_BS, hearing.R_BS, hearing.imu_noise.deviation
     for i in range(LANES):
         exact = imu.measured(take13(rows, MOTION, i), take6(rows, MOTION + 13, i), p_BS)
         bias, drifted = take6(rows, BIAS, i), take6(rows, DRIFT, i)
@@ -223,11 +248,11 @@ def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-de
 def _draw(rows, noises, alike, number):  # type: ignore[no-untyped-def]
     """Write six normal numbers for each candidate."""
     drawn = np.empty(COUNT)
-    draw_normals(noises[0, 0], number, drawn)
+    draw_normals(noises[0], number, drawn)
     same = imu.six(drawn)
     for i in range(LANES):
         put6(rows, DRAWN, i, same)
     if not alike:
         for i in range(1, len(noises)):
-            draw_normals(noises[i, 0], number, drawn)
+            draw_normals(noises[i], number, drawn)
             put6(rows, DRAWN, i, imu.six(drawn))

@@ -49,6 +49,7 @@ class Hearing(NamedTuple):
         mounting: see `Mounting.packed` (18).
         R_BM: of the magnetometer, row by row (9).
         every: steps of physics between samples (4), 0 of what is not there.
+        step: of physics [s].
         late: from a sample to its delivery (4) [s].
         depth: samples that wait at most.
         noise: of each channel mean, deviation, mean and deviation of the bias, share of the drift
@@ -66,6 +67,7 @@ class Hearing(NamedTuple):
     mounting: tuple[float, ...]
     R_BM: tuple[float, ...]
     every: tuple[int, ...]
+    step: float
     late: tuple[float, ...]
     depth: int
     noise: np.ndarray
@@ -163,6 +165,7 @@ def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) 
             mounting=tuple(mounting.packed().tolist()),
             R_BM=tuple(magnetometer_turn(choices).ravel().tolist()),
             every=tuple(round(each.period / step) if each else 0 for each in heard),
+            step=step,
             late=tuple(each.latency - LATE if each else 0.0 for each in heard),
             depth=max([1 + math.ceil(each.latency / each.period) for each in heard if each] or [1]),
             noise=np.array([_noise(each) for each in heard]),
