@@ -278,7 +278,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
             np.zeros((4, MOST * LANES)),
             np.zeros((4, MOST * LANES)),
         )
-        return imus, sensors, hearing.every, imus.rows
+        return True, imus, sensors, hearing.every, imus.rows
 
     @register_jitable
     def know(sensors, instant, period):  # type: ignore[no-untyped-def]

@@ -212,7 +212,7 @@ def make_fly_block(
         block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
         block[fixed:] = memory
         fill(block, rotors, candidates, crafts, schedule)
-        imus, sensors, every, told = begin(block, candidates, hearing, schedule)
+        samples_imus, imus, sensors, every, told = begin(block, candidates, hearing, schedule)
         coarse = candidates.computers[:, 2].any()
         give_commands(block, candidates.before)
         blades = crafts.turning[:, :, 6:8].any()
@@ -244,7 +244,8 @@ def make_fly_block(
                     _keep(block, kept, samples[since // schedule.stride])
             if instant == schedule.end:
                 break
-            sample(block, imus, instant * schedule.steps, 0)
+            if samples_imus:
+                sample(block, imus, instant * schedule.steps, 0)
             know(sensors, instant, schedule.period)
             _look(block, seen, crafts.seen, updates, 0, sense, told)
             _see(block, seen, crafts.seen, updates, sense, told)
@@ -259,7 +260,7 @@ def make_fly_block(
             _ask(rotors, asked[updates % len(asked)])
             for step in range(schedule.steps):
                 number = instant * schedule.steps + step
-                if step > 0:
+                if samples_imus and step > 0:
                     sample(block, imus, number, step)
                 if step > 0 and looks[step]:
                     _look(block, seen, crafts.seen, updates, step, sense, told)

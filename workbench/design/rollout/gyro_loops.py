@@ -44,16 +44,18 @@ class Knowing(NamedTuple):
     What is called at every physics step takes few arrays: each call counts who holds them.
 
     Attributes:
-        begin: what IMUs remember at the start, what the other sensors and the estimators do, steps
-            between the samples of each, and the rows that `sense` reads; of block, candidates,
-            hearing and schedule.
-        sample: lets IMUs take their samples; of block, the first of these, number of the physics
+        begin: whether IMUs take samples, what they remember at the start, what the other sensors
+            and the estimators do, steps between the samples of each, and the rows that `sense`
+            reads; of block, candidates, hearing and schedule.
+        sample: lets IMUs take their samples; of block, what they remember, number of the physics
             step and its place in the control period.
-        know: what the estimators do at an instant; of the second, instant and control period [s].
+        know: what the estimators do at an instant; of what they remember, the instant and the
+            control period [s].
         sense: puts what a law knows now into a state that stands somewhere from a row on, which
             holds the true one; of block, candidate, place, row and the rows that it reads.
-        is_due: whether any sensor measures before a physics step; of the third, and its number.
-        measure: lets them do so; of block, the second, number of the step and its length [s].
+        is_due: whether any sensor measures before a physics step; of the steps between samples, and
+            its number.
+        measure: lets them do so; of block, what they remember, number of the step and its length.
         rests: whether a drone that hovers without moving goes on doing so.
     """
 
@@ -90,19 +92,13 @@ def _begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def
         for i in range(LANES):
             every = int(take(block, GYRO_EVERY, i))
             due[step, i] = every > 0 and step % every == 0
-    return (due, due.any()), None, None, block
+    return due.any(), due, None, None, block
 
 
 @register_jitable
 def _sample(block, gyros, number, step):  # type: ignore[no-untyped-def]
     """Let those take a sample for whom it is due."""
-    due, filters = gyros
-    if filters:
-        _sample_gyro(block, due[step])
-
-
-@register_jitable
-def _sample_gyro(block, due):  # type: ignore[no-untyped-def]
+    due = gyros[step]
     for i in range(LANES):
         w_B = body_rates(take13(block, STATE, i))
         rates = take3(block, RATES, i)

@@ -64,6 +64,7 @@ class Imus(NamedTuple):
         p_BS: their place (3) [m].
         R_BS: their orientation, row by row (9).
         deviation: of a sample a physics step (6).
+        drawn: places for normal numbers (6).
     """
 
     rows: Any
@@ -74,6 +75,7 @@ class Imus(NamedTuple):
     p_BS: Any
     R_BS: Any
     deviation: Any
+    drawn: Any
 
 
 @register_jitable
@@ -109,7 +111,7 @@ def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped
     seeds = candidates.noises[:, 0].copy()
     alike = (candidates.noises == candidates.noises[0]).all()
     deviation = hearing.imu_noise.deviation
-    return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, deviation)
+    return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, deviation, bias)
 
 
 @register_jitable
@@ -122,8 +124,8 @@ def sample_imus(block, imus, number, step):  # type: ignore[no-untyped-def]
         number: of the step.
         step: its place in the control period.
     """
-    rows, due, works, noises, alike, p_BS, R_BS, deviation = imus
-    _draw(rows, noises, alike, 2 * number)
+    rows, due, works, noises, alike, p_BS, R_BS, deviation, drawn = imus
+    _draw(rows, noises, alike, 2 * number, drawn)
     for i in range(LANES):
         rows[DUE * LANES + i] = due[step, i]
     for i in range(13 * LANES):
@@ -133,14 +135,14 @@ def sample_imus(block, imus, number, step):  # type: ignore[no-untyped-def]
     for i in range(LANES):
         exact = imu.measured(take13(rows, MOTION, i), take6(rows, MOTION + 13, i), p_BS)
         bias, drifted = take6(rows, BIAS, i), take6(rows, DRIFT, i)
-        drawn, scale = take6(rows, DRAWN, i), take(rows, SCALE, i)
+        random, scale = take6(rows, DRAWN, i), take(rows, SCALE, i)
         noise = (
-            bias[0] + drifted[0] + scale * deviation[0] * drawn[0],
-            bias[1] + drifted[1] + scale * deviation[1] * drawn[1],
-            bias[2] + drifted[2] + scale * deviation[2] * drawn[2],
-            bias[3] + drifted[3] + scale * deviation[3] * drawn[3],
-            bias[4] + drifted[4] + scale * deviation[4] * drawn[4],
-            bias[5] + drifted[5] + scale * deviation[5] * drawn[5],
+            bias[0] + drifted[0] + scale * deviation[0] * random[0],
+            bias[1] + drifted[1] + scale * deviation[1] * random[1],
+            bias[2] + drifted[2] + scale * deviation[2] * random[2],
+            bias[3] + drifted[3] + scale * deviation[3] * random[3],
+            bias[4] + drifted[4] + scale * deviation[4] * random[4],
+            bias[5] + drifted[5] + scale * deviation[5] * random[5],
         )
         put6(rows, NEW, i, imu.with_noise(exact, noise, R_BS))
     if works:
@@ -230,7 +232,7 @@ def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-de
     kept, driven = imu_noise.kept, imu_noise.driven
     if max(driven) == 0.0:
         return
-    _draw(rows, noises, alike, 2 * number + 1)
+    _draw(rows, noises, alike, 2 * number + 1, np.empty(COUNT))
     for i in range(LANES):
         before, drawn = take6(rows, DRIFT, i), take6(rows, DRAWN, i)
         drifted = (
@@ -245,9 +247,8 @@ def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-de
 
 
 @register_jitable
-def _draw(rows, noises, alike, number):  # type: ignore[no-untyped-def]
+def _draw(rows, noises, alike, number, drawn):  # type: ignore[no-untyped-def]
     """Write six normal numbers for each candidate."""
-    drawn = np.empty(COUNT)
     draw_normals(noises[0], number, drawn)
     same = imu.six(drawn)
     for i in range(LANES):
