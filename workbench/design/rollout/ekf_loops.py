@@ -136,7 +136,7 @@ def _put_measured(b, channel, i, m):  # type: ignore[no-untyped-def]
     put(b, row + 16, i, m.variance)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def _propagate(b, rows, dt):  # type: ignore[no-untyped-def]
     """Let a period of the IMU pass."""
     for i in range(6 * LANES):
@@ -179,7 +179,7 @@ def _take_in(b, channel):  # type: ignore[no-untyped-def]
         put(b, ERROR + 14, i, found.error[14])
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def run_ekf(rows, b, settings, mounting, dt):  # type: ignore[no-untyped-def]
     """Let all filters do an update, and write their estimates.
 

@@ -90,7 +90,7 @@ def _divides(every, number):  # type: ignore[no-untyped-def]
     return every > 0 and number % every == 0
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def _measure(block, sensors, number, step):  # type: ignore[no-untyped-def]
     """Let those sensors take a sample for which it is due at a step of physics."""
     for kind in range(4):
@@ -169,7 +169,7 @@ def _measure_exactly(block, hearing, kind, places):  # type: ignore[no-untyped-d
             put(places, 0, i, distance if distance >= hearing.nearest else -math.inf)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def _deliver(sensors, now):  # type: ignore[no-untyped-def]
     """Write what sensors newly deliver, see `estimation.samples`."""
     rows, hearing = sensors.rows, sensors.hearing
@@ -280,7 +280,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
         )
         return True, imus, sensors, hearing.every, imus.rows
 
-    @register_jitable
+    @register_jitable(forceinline=True)
     def know(sensors, instant, period):  # type: ignore[no-untyped-def]
         """Update the estimates, and write the motion that the laws know."""
         rows, hearing = sensors.rows, sensors.hearing

@@ -114,7 +114,7 @@ def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped
     return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, deviation, bias)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def sample_imus(block, imus, number, step):  # type: ignore[no-untyped-def]
     """Let those IMUs take a sample for which it is due at a step of physics.
 
@@ -226,7 +226,7 @@ def _four(due, new, old):  # type: ignore[no-untyped-def]
     )
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-def]
     """Let the biases drift from a reading at a physics step to the next."""
     kept, driven = imu_noise.kept, imu_noise.driven
@@ -246,7 +246,7 @@ def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-de
         put6(rows, DRIFT, i, drifted)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def _draw(rows, noises, alike, number, drawn):  # type: ignore[no-untyped-def]
     """Write six normal numbers for each candidate."""
     draw_normals(noises[0], number, drawn)
