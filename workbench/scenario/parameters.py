@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller, load_controller
-from workbench.control.parameter import Parameter
 from workbench.estimation.settings import ComplementarySettings, EkfSettings
 
 __all__ = [
