@@ -25,7 +25,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, find_row, unknown_name
 from workbench.common.own_file import (
@@ -48,6 +48,9 @@ from workbench.common.state import State
 from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
 from workbench.control.schedule import Schedule, parse_schedule, split_label, with_label
 from workbench.plant.gravity import GRAVITY
+
+if TYPE_CHECKING:
+    from workbench.estimation.estimators import Estimator
 
 DEFAULT = "pd"
 SHIPPED = ("pd", "pid", "lqi", "geometric", "indi")
@@ -133,6 +136,8 @@ class Controller:
         compiles: whether there can be machine code of it; a system of Drake's has none.
         derivatives: how linear models take it: "AutoDiff", or "differences".
         schedule: of its gains, if they are scheduled.
+        estimator: the user's own that tells it of the motion, if one does: its parameters are live
+            in the same flights.
     """
 
     name: str
@@ -149,10 +154,11 @@ class Controller:
     compiles: bool = True
     derivatives: str = "AutoDiff"
     schedule: Schedule | None = field(default=None, repr=False)
+    estimator: "Estimator | None" = field(default=None, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Let another process have the same text, whether or not it has the file."""
-        return unpickled, (self.name, str(self.file), self.text)
+        return unpickled, (self.name, str(self.file), self.text, self.estimator)
 
     @property
     def shipped(self) -> bool:
@@ -302,12 +308,22 @@ def _shipped_file(name: str) -> Path:
     return controllers_dir() / f"{name}.py"
 
 
-def unpickled(name: str, file: str, text: str) -> Controller:
+@lru_cache(maxsize=32)
+def with_estimator(controller: Controller, estimator: "Estimator | None") -> Controller:
+    """Return a controller that an estimator of the user's own tells of the motion, if one does."""
+    if estimator is controller.estimator:
+        return controller
+    return replace(controller, estimator=estimator)
+
+
+def unpickled(name: str, file: str, text: str, estimator: "Estimator | None" = None) -> Controller:
     """Return the controller of a text, in another process.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
     """
+    if estimator:
+        return with_estimator(unpickled(name, file, text), estimator)
     name, label = split_label(name)
     if label:
         return scheduled(unpickled(name, file, text), label)

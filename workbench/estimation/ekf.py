@@ -456,6 +456,22 @@ def update(
         x[i] = found[i]
 
 
+def nominal(state: Signal, p_BI: Signal) -> np.ndarray:
+    """Return the nominal state (16) of a known motion, without biases.
+
+    Args:
+        state: q_WB, p_WB, w_WB_W, v_WB_W (13).
+        p_BI: of the IMU (3) [m].
+    """
+    R = rotation(state[0:4])
+    w_B = into_body(R, state[7:10])
+    x = np.zeros(NOMINAL)
+    x[0:4] = np.asarray(state[0:4]) / np.linalg.norm(state[0:4])
+    x[4:7] = np.asarray(state[4:7]) + into_world(R, p_BI)
+    x[7:10] = np.asarray(state[10:13]) + into_world(R, crossed(w_B, p_BI))
+    return x
+
+
 def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.ndarray:
     """Return the memory of a filter that begins at a known motion.
 
@@ -464,12 +480,7 @@ def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.nd
         p_BI: of the IMU (3) [m].
         deviations: of its errors.
     """
-    R = rotation(state[0:4])
-    w_B = into_body(R, state[7:10])
     memory = np.full(SIZE, math.nan)
-    memory[0:4] = np.asarray(state[0:4]) / np.linalg.norm(state[0:4])
-    memory[4:7] = np.asarray(state[4:7]) + into_world(R, p_BI)
-    memory[7:10] = np.asarray(state[10:13]) + into_world(R, crossed(w_B, p_BI))
-    memory[10:16] = 0.0
+    memory[:NOMINAL] = nominal(state, p_BI)
     memory[COVARIANCE:INNOVATIONS] = np.diag(np.repeat(np.square(deviations), 3)).ravel()
     return memory

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat
 
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller
 from workbench.control.flight_law import law_constants
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
@@ -21,7 +21,7 @@ from workbench.scenario.configured import (
     tell_remarks,
     tell_world,
 )
-from workbench.scenario.scenario import Scenario, check_scenario, flown_tables
+from workbench.scenario.scenario import Scenario, check_scenario, flown_controller, flown_tables
 from workbench.scenario.vehicle_parameters import check_settings
 from workbench.session.script import scenario_feedforward, scenario_path
 from workbench.systems.bridge import Bridge
@@ -61,7 +61,7 @@ def build_flight(
     vehicle = make_vehicle(description)
     variation = scenario.vehicle.variation
     tell_remarks(description, vehicle)
-    controller = load_controller(scenario.controller)
+    controller = flown_controller(scenario)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
     remark_on_owner(scenario.vehicle.gains, vehicle.name, controller)
     world = read_configured_world(scenario)

@@ -46,7 +46,7 @@ from workbench.plant.meshes.side_files import side_files
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import read_configured, read_configured_world
-from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig, flown_controller
 
 MOST_BYTES = 200_000_000
 """Of all files of a scenario."""
@@ -216,7 +216,7 @@ def read_files(request: dict[str, str]) -> list[str]:
 
     sys.addaudithook(note)
     vehicle = make_vehicle(read_configured(scenario.vehicle))
-    flight_gains(vehicle, scenario.vehicle.gains, controller=load_controller(scenario.controller))
+    flight_gains(vehicle, scenario.vehicle.gains, controller=flown_controller(scenario))
     world = read_configured_world(scenario)
     _expand(scenario.vehicle)
     found = [path for path in map(Path, opened) if _is_input(path)]
