@@ -15,7 +15,6 @@ from workbench.estimation.ekf import propagated as propagated
 from workbench.estimation.ekf import turned_by as turned_by
 from workbench.estimation.samples import BAROMETER as BAROMETER
 from workbench.estimation.samples import GPS as GPS
-from workbench.estimation.samples import IMU as IMU
 from workbench.estimation.samples import MAGNETOMETER as MAGNETOMETER
 from workbench.estimation.samples import RANGE_FINDER as RANGE_FINDER
 from workbench.plant.gravity import GRAVITY as GRAVITY

@@ -123,7 +123,7 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
 
     scenario = Scenario()
     if args.scenario:
-        scenario = load_scenario(find_scenario(args.scenario), args.controllers[0], args.estimator)
+        scenario = load_scenario(find_scenario(args.scenario), args.controllers[0])
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)
     scenario.vehicle.args |= dict(args.arg)

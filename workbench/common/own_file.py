@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.jitable import register_jitable
 from workbench.common.parameter import Parameter
 from workbench.common.state import State
 
@@ -90,13 +89,6 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
         with at_most_lines(file):
             exec(code, module.__dict__)
     return module
-
-
-def mark_functions(module: types.ModuleType) -> None:
-    """Let machine code call each function of a module."""
-    for function in list(vars(module).values()):
-        if inspect.isfunction(function) and function.__module__ == module.__name__:
-            register_jitable(forceinline=True)(function)
 
 
 def stated_update(

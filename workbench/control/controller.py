@@ -28,11 +28,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, find_row, unknown_name
+from workbench.common.jitable import mark_functions
 from workbench.common.own_file import (
     at_most_lines,
     check_names,
     find_own,
-    mark_functions,
     own_errors,
     read_own,
     record,

@@ -23,12 +23,11 @@ import numpy as np
 
 from workbench.common.compiled import compile_cached
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.jitable import unique
+from workbench.common.jitable import mark_functions, unique
 from workbench.common.own_file import (
     at_most_lines,
     check_names,
     find_own,
-    mark_functions,
     own_errors,
     read_own,
     record,
@@ -244,7 +243,8 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
     check_names(file, "parameter", names)
     memory = stated_memory(file, own)
     begin, covariance = (_optional(file, own, each) for each in ("begin", "covariance"))
-    mark_functions(module)
+    # a place beyond an array's end would be read or written by machine code, and nobody told
+    mark_functions(module, boundscheck=True)
     initial = np.array([each.initial for each in memory])
 
     def begun(
@@ -395,7 +395,6 @@ def compiled_update(estimator: Estimator) -> Callable[..., None]:
     ) -> None:
         update(memory, z, settings, mounting, dt)
 
-    # a place beyond an array's end would be read or written there, and nobody told
     compiled = compile_cached(
         unique(run, f"{estimator.name}_{estimator.digest[:12]}"),
         SOURCES,
@@ -403,7 +402,7 @@ def compiled_update(estimator: Estimator) -> Callable[..., None]:
         parts=20,
         text=estimator.text,
         file=str(file),
-        boundscheck=True,
+        page="docs/estimation.md",
     )
 
     def checked(
