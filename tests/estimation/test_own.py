@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.phase_budget import PhaseStudy
 from workbench.design.linear.study import LinearStudy
@@ -15,6 +16,7 @@ from workbench.diagram.sensor_choice import choose_sensors
 from workbench.estimation import complementary
 from workbench.estimation.estimators import find_estimator
 from workbench.estimation.settings import ComplementarySettings
+from workbench.gui.gains.gain_rows import controller_gains, gain_label, is_gain, loop_gains
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, check_scenario
 from workbench.session.session import Session
 
@@ -168,6 +170,30 @@ def test_a_flight_begins_and_is_sure_as_the_file_says():
     assert session.get("lag_share") == 0.8
     with pytest.raises(WorkbenchError, match="lag_share is 2: keep it within 0 .. 1"):
         session.set("lag_share", 2.0)
+
+
+def test_an_edit_waits_until_the_next_flight(tmp_path):
+    """Another law that takes over goes on with the text that flies, and with its settings."""
+    path = written(tmp_path, name="edited")
+    session = Session(Scenario(estimator=str(path)), {"lag_share": 0.5})
+    session.tick(0.2)
+    text = TEXT.replace("0.2)]", '0.2), State("more", "1")]').replace("0.0, 0.2]", "0.0, 0.2, 0]")
+    path.write_text(text, encoding="utf-8")
+    session.fly_controller("pid")
+    session.tick(0.2)
+    assert session.get("lag_share") == 0.5
+    assert session.controller.estimator.text == TEXT
+    assert find_estimator(str(path)).text == text
+
+
+def test_sliders_and_questions_have_its_parameters():
+    subject = Subject(Scenario(estimator=str(LAG)), {"lag_share": 0.5})
+    assert subject.own["lag_share"] == 0.5
+    asked = {"lag_share": 0.4, "kp_pitch": 40.0}
+    assert asked.items() <= subject.gains(asked).items()
+    row = subject.table.find("lag_share")
+    assert gain_label(row).group == "Estimator of your own" and not is_gain(row)
+    assert controller_gains(asked) == loop_gains(asked) == asked
 
 
 def complaint(read, *words):

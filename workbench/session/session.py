@@ -459,7 +459,7 @@ class Session:
             script=[],
             vehicle=dataclasses.replace(scenario.vehicle, gains=gains),
         )
-        built = self._build(scenario, settings)
+        built = self._build(scenario, settings, estimator=law.estimator)
         built.bench.computer.run_law(interpreted=interpreted)
         with sentences(f"the controller {law.name} cannot take over"):
             live = LiveContext(built.bench, scenario, built.values, self.checkpoint())
