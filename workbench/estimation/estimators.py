@@ -340,7 +340,7 @@ def _tried(estimator: Estimator) -> None:
     file, update = estimator.file, estimator.update
     assert file
     where = f"{file}:{update.__code__.co_firstlineno}"
-    mounting, settings = Mounting(), np.array(estimator.settings())
+    mounting, settings = Mounting(), np.array(estimator.settings(), dtype=float)
     still = np.array([1.0, *[0.0] * 12])
     moves = np.array([0.97, 0.1, -0.2, 0.1, 1.0, 2.0, 3.0, 0.1, -0.2, 0.3, 0.5, -0.4, 0.2])
     for state, w, f in (

@@ -99,7 +99,8 @@ def estimator_model(
         update, begin = _settled_ekf(settings, places, duties, period, state, imu)
     else:
         update, begin, state = _averaged(estimator, settings, mounting, duties, period, state, imu)
-    names = (*NOMINAL, *((each.name, each.unit) for each in estimator.memory))
+    whose = f"{estimator.name}_" if estimator.file else ""  # else a v_x would be the motion's
+    names = (*NOMINAL, *((whose + each.name, each.unit) for each in estimator.memory))
 
     def updated(errors: np.ndarray) -> np.ndarray:
         """Return memory and motion seen after an update, as differences from the steady flight."""
