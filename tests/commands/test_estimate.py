@@ -135,7 +135,7 @@ def test_wrong_input_is_a_sentence_and_leaves_nothing(refused, log, path, tmp_pa
         "estimate", path, "--estimator", "complementary", "--set", "ekf_gate=3", *there
     )
     assert "ekf_gate is -1" in refused("estimate", path, "--set", "ekf_gate=-1", *there)
-    assert "invalid choice: 'truth'" in refused("estimate", path, "--estimator", "truth", *there)
+    assert "unknown estimator 'truth'" in refused("estimate", path, "--estimator", "truth", *there)
     assert not out.exists()
 
 

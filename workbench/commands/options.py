@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT, SHIPPED
-from workbench.estimation.settings import ESTIMATORS, TRUTH, check_estimator
+from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
@@ -93,14 +93,14 @@ def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "
     )
 
 
-def add_estimator_option(parser: "argparse._ActionsContainer") -> None:
-    """Add --estimator."""
+def add_estimator_option(parser: "argparse._ActionsContainer", instead: str = "scenario") -> None:
+    """Add --estimator; arguments are those of `add_controller_option`."""
     parser.add_argument(
         "--estimator",
-        metavar="NAME",
+        metavar="NAME|FILE",
         default="",
-        help=f"what the controller knows of the motion: {', '.join(ESTIMATORS)}; see "
-        f"docs/estimation.md (default: the scenario's, or {TRUTH})",
+        help=f"what the controller knows of the motion: {', '.join(ESTIMATORS)}, or a .py file of "
+        f"your own, which runs; see docs/estimation.md (default: the {instead}'s, or {TRUTH})",
     )
 
 
@@ -239,10 +239,9 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     Another model comes without the scenario's arguments and gains, which were for its own.
     """
     from workbench.common.resources import find_file, find_model, find_world
-    from workbench.control.controller import load_controller
     from workbench.gains.profiles import flown_by
     from workbench.scenario.parameters import parameter_table
-    from workbench.scenario.scenario import VehicleConfig
+    from workbench.scenario.scenario import VehicleConfig, flown_controller
 
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)
@@ -257,9 +256,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.world = args.world or scenario.world
     scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
     scenario.estimator = args.estimator or scenario.estimator
-    check_estimator(scenario.estimator)
-    law = load_controller(scenario.controller)
-    parameter_table(law).checked(dict(args.set))
+    parameter_table(flown_controller(scenario)).checked(dict(args.set))
     # a name that is wrong is refused here, before a second is spent on loading Drake
     find_model(scenario.vehicle.model)
     for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):

@@ -157,7 +157,6 @@ def _sweep(
     args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any
 ) -> "SweepTable":
     """Fly what the command line asks for."""
-    from workbench.control.controller import load_controller
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
     from workbench.design.reproduce import PAPER
     from workbench.design.sweep.compiled_flights import fly_compiled
@@ -165,13 +164,13 @@ def _sweep(
     from workbench.design.sweep.loops import axis_loop
     from workbench.design.sweep.sweep import sweep
     from workbench.estimation.settings import TRUTH
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
 
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
         raise WorkbenchError(f"{args.metric} is not measured: add --margins")
     paper = {figure.axis: figure.command for figure in PAPER}
     scenario = with_vehicle(Scenario(), args)
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     full = args.full or not law.compiles or scenario.estimator != TRUTH
     if full and not args.full:
         what = f"the estimator {scenario.estimator}" if law.compiles else law.name

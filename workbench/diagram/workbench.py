@@ -121,7 +121,8 @@ def make_workbench(
         bridge: to the network, or to a log; without one nothing is published.
         picture_period: between pictures in Meshcat [s], infinite for none but the first.
         feedforward: acceleration along the path in W (3) [m/s²], for laws that make use of it.
-        estimator: which of `ESTIMATORS` tells the controller of the motion; `sensors` are those
+        estimator: which of `ESTIMATORS` tells the controller of the motion, where the controller
+            has no estimator of the user's own; `sensors` are those
             that it listens to, and others.
         noise: whether the IMU that it reads has noise.
 
@@ -129,7 +130,7 @@ def make_workbench(
         WorkbenchError: if the description has no IMU, which every estimator needs.
     """
     builder = DiagramBuilder()
-    estimates = find_estimator(estimator)
+    estimates = controller.estimator or find_estimator(estimator)
     imu = find_imu(vehicle, noise) if estimates else None
     airframe = add_airframe(
         builder,

@@ -28,6 +28,7 @@ from workbench.logs.actions import read_action
 from workbench.logs.contents import (
     ACTIONS,
     CONTROLLER,
+    ESTIMATOR,
     FLIGHT,
     GAINS,
     LAW,
@@ -202,6 +203,7 @@ class FlightRecord:
         remark: what is missing, a sentence; "" if nothing is.
         controller: name, file and sha256 of the control law; empty in logs of earlier versions.
         law: text of its file, "" in those.
+        estimator: name, file and sha256 of an estimator of the user's own; empty without one.
         laws: texts of laws that took over in flight, by the name that their action has.
     """
 
@@ -217,6 +219,7 @@ class FlightRecord:
     remark: str
     controller: Mapping[str, str] = field(default_factory=dict)
     law: str = ""
+    estimator: Mapping[str, str] = field(default_factory=dict)
     laws: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -339,6 +342,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
             remark=_remark(found),
             controller=found.metadata.get(CONTROLLER, {}),
             law=found.attachments.get(LAW, b"").decode(),
+            estimator=found.metadata.get(ESTIMATOR, {}),
             laws={
                 name: data.decode()
                 for name, data in found.attachments.items()

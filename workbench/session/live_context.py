@@ -14,7 +14,7 @@ from workbench.control.mode import FlightMode
 from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
-from workbench.estimation.settings import ESTIMATORS
+from workbench.estimation.settings import ESTIMATORS, OWN
 from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
@@ -184,8 +184,10 @@ class LiveContext:
             return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
         if name == "air":
             return [self._bench.airframe.dynamics]
+        found = self._bench.navigation
+        if name == OWN and found:
+            return [found]
         if name in ESTIMATORS:
-            found = self._bench.navigation
             return [found] if found and found.estimator.name == name else []
         if not self._bench.diagram.HasSubsystemNamed(name):
             return []

@@ -75,7 +75,7 @@ class Navigation(LeafSystem):
         super().__init__()
         self._repeats = repeats
         self.estimator = estimator
-        self._run = compiled_update(estimator.name)
+        self._run = compiled_update(estimator)
         self._mounting, self._places = mounting, mounting.packed()
         self._R_BM, self._home, self._period = np.array(turn_BM), home, period
         self._known = known

@@ -93,7 +93,7 @@ def make_candidates(
     parameters = [row.name for row in controller.parameters]
     many = len(parameters)
     columns = (*parameters, *AirSettings._fields)
-    around = (*GyroSettings._fields, *ComputerSettings._fields)
+    around: tuple[str, ...] = (*GyroSettings._fields, *ComputerSettings._fields)
     if senses:
         around += senses.settings
     names = (*columns, *Payload._fields, *around, *weak)

@@ -34,8 +34,8 @@ from workbench.design.rollout.rows import (
     take13,
 )
 from workbench.design.rollout.senses import CHANNELS, MOST
-from workbench.dynamics.rigid_body import into_body, rotation
-from workbench.estimation.ekf import NOMINAL, estimate, into_world
+from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.estimation.ekf import NOMINAL, estimate
 from workbench.estimation.estimators import Estimator
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
 from workbench.estimation.settings import EKF

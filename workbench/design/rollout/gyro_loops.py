@@ -1,7 +1,7 @@
 """The truth that laws know, its angular velocity from the gyro: loops over a block's candidates."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class Knowing(NamedTuple):
         rests: whether a drone that hovers without moving goes on doing so.
     """
 
-    begin: Callable[..., object]
+    begin: Callable[..., Any]
     sample: Callable[..., None]
     know: Callable[..., None]
     sense: Callable[..., None]

@@ -207,10 +207,10 @@ def _filter(rows):  # type: ignore[no-untyped-def]
             f, first = take(rows, NEW + 3 + axis, i), take(rows, ELAPSED, i) < 0.0
             x_1, x_2 = take(rows, row, i), take(rows, row + 1, i)
             x_2 = f if first else x_2
-            smooth, later = output(section, x_1, x_2, f), after(section, x_1, x_2, f)
+            smooth, (y_1, y_2) = output(section, x_1, x_2, f), after(section, x_1, x_2, f)
             here = take(rows, DUE, i) > 0.0
-            put(rows, row, i, later[0] if here else x_1)
-            put(rows, row + 1, i, later[1] if here else x_2)
+            put(rows, row, i, y_1 if here else x_1)
+            put(rows, row + 1, i, y_2 if here else x_2)
             total = take(rows, SUMS + 3 + axis, i)
             put(rows, SUMS + 3 + axis, i, total + every * smooth if here else total)
 

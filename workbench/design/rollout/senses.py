@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -195,7 +195,7 @@ def _noise(choice: SensorChoice | None) -> np.ndarray:
     found = np.zeros((7, MOST))
     if choice is None:
         return found
-    sensor = choice.sensor
+    sensor: Any = choice.sensor
     match sensor.kind:
         case "gps":
             level, speed = sensor.horizontal_position, sensor.horizontal_velocity

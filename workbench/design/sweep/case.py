@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller
 from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
 from workbench.gains.gains import flight_gains
@@ -16,7 +16,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 from workbench.scenario.vehicle_parameters import check_parameters
 
 """Parameter that a step along an axis must stay below."""
@@ -62,7 +62,7 @@ class SweepCase:
     @property
     def controller(self) -> Controller:
         """What flies it."""
-        return load_controller(self.scenario.controller)
+        return flown_controller(self.scenario)
 
     def vehicle(self) -> Vehicle:
         """Return what flies, as its controller knows it.

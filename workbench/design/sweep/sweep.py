@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller
 from workbench.design.metrics import FLOWN, MARGINS
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.compiled_flights import fly_compiled
@@ -15,7 +15,7 @@ from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
 from workbench.estimation.settings import TRUTH
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 
 FLIGHT_SHARE = 0.1
 """Of the time, where margins are computed as well."""
@@ -61,7 +61,7 @@ def sweep(
     Raises:
         WorkbenchError: if that is no sweep.
     """
-    law = load_controller((scenario or Scenario()).controller)
+    law = flown_controller(scenario or Scenario())
     parsed = tuple(parse_range(each, law) if isinstance(each, str) else each for each in ranges)
     axis = axis or default_axis((each.name for each in parsed), law)
     case = SweepCase(axis, amplitude, duration, scenario or Scenario(), dict(settings or {}))

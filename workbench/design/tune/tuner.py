@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
 from workbench.design.linear.operating_point import Triple
 from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
 from workbench.design.step_response import HOVER
@@ -32,7 +31,7 @@ from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 
 ROUNDS = 6
 """So often the search goes back: to a corner that it left out, or to what the proof has shown."""
@@ -217,7 +216,7 @@ class Tuner:
                 "goes under 'robustness' in a wishes file"
             )
         self._wishes = wishes or Wishes()
-        self._controller = load_controller(self._scenario.controller)
+        self._controller = flown_controller(self._scenario)
         for wish in self._wishes.wishes:
             members(wish.subject, wish.metric, self._controller)
         self._settings = dict(settings or {})
