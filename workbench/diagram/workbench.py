@@ -16,6 +16,7 @@ from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.mounting import (
     deviations_at_start,
     find_imu,
+    gps_repeats,
     magnetometer_turn,
     mounting_of,
 )
@@ -169,6 +170,7 @@ def make_workbench(
     builder.Connect(known, modes.GetInputPort("state"))
     if navigation:
         builder.Connect(navigation.GetOutputPort("health"), modes.GetInputPort("health"))
+        builder.Connect(modes.GetOutputPort("mode"), navigation.GetInputPort("mode"))
     builder.Connect(reference, modes.GetInputPort("reference"))
     builder.Connect(pilot.GetOutputPort("request"), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
@@ -263,6 +265,7 @@ def _add_navigation(
             home=home,
             period=period,
             repeats=not any(each.stddev for each in imu.angular_velocity),
+            gps_repeats=gps_repeats(sensors),
         ),
     )
     builder.Connect(airframe.dynamics.GetOutputPort("imu"), navigation.GetInputPort("imu"))
