@@ -11,7 +11,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.control.controller import Controller
 from workbench.control.flight_mode import Settings
-from workbench.diagram.airframe import Airframe, add_airframe, add_battery
+from workbench.diagram.airframe import Airframe, Gauge, add_airframe, add_battery, add_gauge
 from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.mounting import (
     deviations_at_start,
@@ -84,6 +84,7 @@ class Workbench:
     visualizer: MeshcatVisualizer | None = None
     telemetry: Telemetry | None = None
     navigation: "Navigation | None" = None
+    gauge: Gauge | None = None
     topics: tuple[Topic, ...] = ()
 
 
@@ -149,7 +150,13 @@ def make_workbench(
         )
     known = navigation.GetOutputPort("state") if navigation else airframe.state
     sensed = navigation.GetOutputPort("state") if navigation else None
-    computer = add_computer(builder, controller, airframe, vehicle, gains, rates, variation, sensed)
+    gauge = None
+    if navigation and vehicle.battery:
+        gauge = add_gauge(builder, vehicle.battery, **parameter_values("gauge", gains))
+    voltage = gauge.system.GetOutputPort("voltage") if gauge else None
+    computer = add_computer(
+        builder, controller, airframe, vehicle, gains, rates, variation, sensed, voltage
+    )
     pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
     reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
     if feedforward is not None:
@@ -164,7 +171,9 @@ def make_workbench(
             wall_period=_wall_period(rates) if world.names else None,
         ),
     )
-    battery = add_battery(builder, airframe, vehicle, **parameter_values("battery", gains))
+    battery = add_battery(
+        builder, airframe, vehicle, **parameter_values("battery", gains), gauge=gauge
+    )
     builder.Connect(reference, computer.GetInputPort("reference"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
     builder.Connect(known, modes.GetInputPort("state"))
@@ -179,6 +188,10 @@ def make_workbench(
         "mode": modes.GetOutputPort("mode"),
         "charge": battery.GetOutputPort("charge"),
     }
+    if gauge:
+        known_charge = gauge.system.GetOutputPort("charge")
+        builder.Connect(known_charge, modes.GetInputPort("known_charge"))
+        signals |= {"known_charge": known_charge}
     if navigation:
         signals |= {
             "estimate": navigation.GetOutputPort("state"),
@@ -237,6 +250,7 @@ def make_workbench(
         visualizer=visualizer,
         telemetry=telemetry,
         navigation=navigation,
+        gauge=gauge,
         topics=topics,
     )
 

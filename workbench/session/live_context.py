@@ -25,7 +25,7 @@ from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
 from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PROBES, SHARES
-from workbench.systems.noise import noise_seed
+from workbench.systems.noise import noise_seed, seed_noise
 from workbench.systems.pilot import Wish
 from workbench.systems.vehicle_dynamics import BODY, FAULT, PAYLOAD, SETTINGS
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
@@ -73,6 +73,8 @@ class LiveContext:
             if scenario.sensors.noise:
                 seed = noise_seed(scenario.sensors.seed, "start of the estimate")
             bench.navigation.begin(self._of(bench.navigation), state, seed)
+        if bench.gauge:
+            seed_noise(bench.gauge.noise, root, scenario.sensors.seed)
         rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "rotors")]
         faults = {row.name: row.default for row in rows}
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
@@ -288,4 +290,6 @@ def _remedy(system: str) -> str:
         return f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
     if system in ESTIMATORS:
         return f"fly with that estimator, as `--estimator {system}`"
+    if system == "gauge":
+        return "fly a drone that states a battery on an estimate, as `--estimator ekf`"
     return "fly in a world with obstacles, as `--world room`"
