@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from workbench.commands.printing import say
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT, SHIPPED
 from workbench.estimation.settings import ESTIMATORS, TRUTH, check_estimator
@@ -265,7 +266,23 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):
         find_file(name)
     find_world(scenario.world)
+    _say_unused(scenario.estimator, [name for name, _ in args.set])
     return scenario
+
+
+def _say_unused(estimator: str, names: list[str]) -> None:
+    """Say which of the numbers that are set belong to estimators that do not fly."""
+    from workbench.scenario.parameters import parameter_table
+
+    for other in ESTIMATORS:
+        rows = {row.name for row in parameter_table().of(other)}
+        unused = [name for name in dict.fromkeys(names) if name in rows]
+        if other != estimator and unused:
+            flown = "the truth" if estimator == TRUTH else f"what {estimator} estimates"
+            say(
+                f"nothing goes by {' and '.join(unused)}, as the controller knows {flown}: "
+                f"add `--estimator {other}`"
+            )
 
 
 def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":

@@ -51,7 +51,8 @@ class LiveContext:
         Args:
             bench: what flies.
             scenario: its start and seed are used.
-            values: of parameters by name; those of faults are set, the others stay as built.
+            values: of parameters by name; those of faults and of what may not be there are set,
+                the others stay as built.
             checkpoint: from which the flight goes on, if it does not begin at the start.
 
         Raises:
@@ -75,7 +76,7 @@ class LiveContext:
             bench.navigation.begin(self._of(bench.navigation), state, seed)
         if bench.gauge:
             seed_noise(bench.gauge.noise, root, scenario.sensors.seed)
-        rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "rotors")]
+        rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "gauge", "rotors")]
         faults = {row.name: row.default for row in rows}
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         begin = InitializeParams()
