@@ -286,7 +286,11 @@ def _say_unused(estimator: str, names: list[str]) -> None:
 
 
 def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Give a scenario the sensors that the command line names, and return it."""
+    """Give a scenario the sensors that the command line names, and return it.
+
+    A log of a flight on an estimate also has the IMU, so that `workbench estimate` can run on it:
+    an estimator reads its own within the vehicle's update, and hears the others as they measure.
+    """
     if args.sensors is not None:
         names = [name.strip() for name in args.sensors.split(",")]
         scenario.sensors.use = [name for name in names if name not in ("", NO_SENSORS)]
@@ -294,4 +298,7 @@ def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
         scenario.sensors.seed = args.seed
     if args.no_noise:
         scenario.sensors.noise = False
+    logged = getattr(args, "log", None) is not None
+    if logged and scenario.estimator != TRUTH and not {"imu", "all"} & {*scenario.sensors.use}:
+        scenario.sensors.use = [*scenario.sensors.use, "imu"]
     return scenario

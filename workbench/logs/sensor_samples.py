@@ -59,7 +59,7 @@ def logged_sensors(record: FlightRecord) -> LoggedSensors:
     if "imu" not in record.topics:
         raise WorkbenchError(
             f"{record.path}: has no samples of an IMU, and no estimator does without: fly it with "
-            "`--sensors imu,gps,magnetometer --log FILE`"
+            "`--estimator ekf --log FILE`, or with `--sensors imu,gps,magnetometer --log FILE`"
         )
     if not len(record.states):
         raise WorkbenchError(
