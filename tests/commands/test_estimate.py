@@ -131,7 +131,7 @@ def test_wrong_input_is_a_sentence_and_leaves_nothing(refused, log, path, tmp_pa
     assert "unknown setting of ekf 'ekf_gate_'" in refused(
         "estimate", path, "--set", "ekf_gate_=3", *there
     )
-    assert "unknown setting of complementary 'ekf_gate'" in refused(
+    assert "ekf_gate is a setting of ekf, and complementary runs: add `--estimator ekf`" in refused(
         "estimate", path, "--estimator", "complementary", "--set", "ekf_gate=3", *there
     )
     assert "ekf_gate is -1" in refused("estimate", path, "--set", "ekf_gate=-1", *there)

@@ -40,6 +40,7 @@ def test_a_name_of_none_is_refused(command, refused):
     said = refused(*command.split(), "--estimator", "efk")
     assert "unknown estimator 'efk'" in said
     assert "ekf" in said
+    assert "did you mean 'ekf'?" in refused(*command.split(), "--estimator", "EKF")
 
 
 def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):

@@ -14,7 +14,7 @@ from workbench.control.mode import FlightMode
 from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
-from workbench.estimation.settings import ESTIMATORS
+from workbench.estimation.settings import ESTIMATORS, HEARD
 from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
@@ -288,7 +288,10 @@ def start_position(start: Start, vehicle: Vehicle) -> list[float]:
 def _remedy(system: str) -> str:
     """Return what to do about a system that is not there."""
     if system in SENSOR_KINDS:
-        return f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+        said = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+        if system in HEARD:
+            said += ", or fly on an estimate, which hears it, as `--estimator ekf`"
+        return said
     if system in ESTIMATORS:
         return f"fly with that estimator, as `--estimator {system}`"
     if system == "gauge":
