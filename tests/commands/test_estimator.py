@@ -81,6 +81,7 @@ def test_a_name_of_none_is_refused(command, refused):
     said = refused(*command.split(), "--estimator", "efk")
     assert "unknown estimator 'efk'" in said
     assert "ekf" in said
+    assert "did you mean 'ekf'?" in refused(*command.split(), "--estimator", "EKF")
 
 
 def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):
@@ -105,3 +106,33 @@ def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):
     refusal = run(*short, "--rotor-commands", table, "--estimator", "ekf")
     assert refusal.code == 2
     assert "--estimator" in refusal.err
+
+
+def test_a_number_of_an_estimator_that_does_not_fly_is_told_on_one_line(run, out, case):
+    short = ("fly", "hover", "--duration", "0.1", "--output", out, "--no-plots")
+    gate = ("--set", "ekf_gate=3")
+    for options, wanted in (
+        (
+            gate,
+            "nothing goes by ekf_gate, as the controller knows the truth: add `--estimator ekf`",
+        ),
+        (
+            (*gate, "--set", "ekf_barometer=1", "--estimator", "complementary"),
+            "nothing goes by ekf_gate and ekf_barometer, as the controller knows what "
+            "complementary estimates: add `--estimator ekf`",
+        ),
+        ((*gate, "--estimator", "ekf"), None),
+        (("--set", "kp_roll=40"), None),
+    ):
+        with case(options):
+            said = run(*short, *options)
+            assert said.code == 0, said.err
+            told = [line for line in said.err.splitlines() if "nothing goes by" in line]
+            assert told == ([f"workbench: {wanted}"] if wanted else [])
+
+
+def test_noise_of_a_voltage_that_nobody_estimates_is_refused(refused):
+    for options in ((), ("--estimator", "ekf")):  # the shipped drone states no battery
+        said = refused("fly", "hover", "--set", "voltage_noise=0.1", *options)
+        assert "voltage_noise cannot be set" in said
+        assert "on an estimate, as `--estimator ekf`" in said

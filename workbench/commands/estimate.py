@@ -10,7 +10,7 @@ from workbench.commands.options import add_command, add_json_option, add_output_
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
-from workbench.common.errors import unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.estimation.settings import EKF, ESTIMATORS, HEARD, TRUTH
 from workbench.scenario.parameters import split_setting
 
@@ -138,8 +138,15 @@ def _settings(
     table = parameter_table(with_estimator(load_controller(), own))
     names = estimator.settings._fields
     for name in given:
-        if name not in names:
-            raise unknown_name(f"setting of {estimator.name}", name, names)
+        if name in names:
+            continue
+        for other in ESTIMATORS:
+            if any(row.name == name for row in parameter_table().of(other)):
+                raise WorkbenchError(
+                    f"{name} is a setting of {other}, and {estimator.name} runs: add `--estimator "
+                    f"{other}`, or leave it out"
+                )
+        raise unknown_name(f"setting of {estimator.name}", name, names)
     values: dict[str, float] = estimator.settings()._asdict()
     values |= {name: value for name, value in record.settings.items() if name in names}
     return values | table.checked(given)

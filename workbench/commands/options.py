@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from workbench.commands.printing import say
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT, SHIPPED
 from workbench.estimation.settings import ESTIMATORS, TRUTH
@@ -262,11 +263,31 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):
         find_file(name)
     find_world(scenario.world)
+    _say_unused(scenario.estimator, [name for name, _ in args.set])
     return scenario
 
 
+def _say_unused(estimator: str, names: list[str]) -> None:
+    """Say which of the numbers that are set belong to estimators that do not fly."""
+    from workbench.scenario.parameters import parameter_table
+
+    for other in ESTIMATORS:
+        rows = {row.name for row in parameter_table().of(other)}
+        unused = [name for name in dict.fromkeys(names) if name in rows]
+        if other != estimator and unused:
+            flown = "the truth" if estimator == TRUTH else f"what {estimator} estimates"
+            say(
+                f"nothing goes by {' and '.join(unused)}, as the controller knows {flown}: "
+                f"add `--estimator {other}`"
+            )
+
+
 def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Give a scenario the sensors that the command line names, and return it."""
+    """Give a scenario the sensors that the command line names, and return it.
+
+    A log of a flight on an estimate also has the IMU, so that `workbench estimate` can run on it:
+    an estimator reads its own within the vehicle's update, and hears the others as they measure.
+    """
     if args.sensors is not None:
         names = [name.strip() for name in args.sensors.split(",")]
         scenario.sensors.use = [name for name in names if name not in ("", NO_SENSORS)]
@@ -274,4 +295,7 @@ def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
         scenario.sensors.seed = args.seed
     if args.no_noise:
         scenario.sensors.noise = False
+    logged = getattr(args, "log", None) is not None
+    if logged and scenario.estimator != TRUTH and not {"imu", "all"} & {*scenario.sensors.use}:
+        scenario.sensors.use = [*scenario.sensors.use, "imu"]
     return scenario

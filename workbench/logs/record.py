@@ -236,12 +236,21 @@ class FlightRecord:
 
     @cached_property
     def states(self) -> np.ndarray:
-        """Exact states of the plant: q_WB, p_WB, w_WB, v_WB; (n, 13)."""
+        """Exact states of the plant: q_WB, p_WB, w_WB, v_WB; (n, 13).
+
+        Raises:
+            WorkbenchError: if the log says that they have other fields.
+        """
         found = self.topics.get(_short(STATE.topic))
         if found is None:
             return np.zeros((0, 13))
         sizes = {"q_wb": 4, "p_wb": 3, "w_wb": 3, "v_wb": 3}
         names = [f"{name}.{index}" for name, size in sizes.items() for index in range(size)]
+        missing = [name for name in names if name not in found.columns]
+        if missing:
+            raise WorkbenchError(
+                f"{self.path}: its exact states have no {missing[0]}: it is damaged"
+            )
         return np.column_stack([found.columns[name].values for name in names])
 
     @cached_property

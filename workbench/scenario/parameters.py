@@ -168,6 +168,15 @@ OTHERS: tuple[Parameter, ...] = (
         "share of the battery's sag that commands to the rotors make up for",
     ),
     Parameter(
+        "voltage_noise",
+        "gauge",
+        "V",
+        0.0,
+        100.0,
+        0.0,
+        "deviation of the battery's measured voltage, in a flight on an estimate",
+    ),
+    Parameter(
         "warning_distance",
         "obstacles",
         "m",

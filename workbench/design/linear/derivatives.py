@@ -201,7 +201,7 @@ class Derivatives:
         self.settled_update.forget()
         live = live_numbers(self._vehicle, gains)
         pressure = 0.5 * live["drag_area"] * live["air_density"]
-        battery = (1.0, live["voltage_drop"], live["sag_compensation"])
+        battery = (1.0, live["voltage_drop"], live["sag_compensation"], 1.0)
         if pressure != self._pressure or battery != self._supply:
             self._pressure, self._supply = pressure, battery
             self._voltage = voltage_share(

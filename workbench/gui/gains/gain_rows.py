@@ -32,6 +32,7 @@ GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
 _SYSTEMS = {
     "modes": _MODES,
     "battery": "Battery",
+    "gauge": "Battery gauge",
     "gyro": "Gyro and accelerometer filters",
     "computer": "Setpoint, derivative and commands",
     "ekf": "EKF",
