@@ -162,16 +162,21 @@ class Subject:
         """Make the engine, and fly once, which loads the compiled code."""
         try:
             from workbench.design.rollout.engine import RolloutEngine
+            from workbench.design.rollout.senses import make_senses, why_not
 
             scenario = self.judged
+            vehicle = self.study.vehicle
+            # what cannot be compiled of an estimate, is predicted on the truth
+            known = not why_not(vehicle, scenario, self.own)
             engine = RolloutEngine(
-                self.study.vehicle,
+                vehicle,
                 scenario.rates,
                 scenario.vehicle.variation,
                 seed=scenario.sensors.seed,
                 threads=1,  # the flight beside has the other core
                 own=self.own,
                 controller=self.table.controller,
+                senses=make_senses(vehicle, scenario) if known else None,
             )
             engine.fly([{}], "x", 1.0, duration=FIRST_STEP)
             engine.measure([{}], "x", 1.0, duration=FIRST_STEP)

@@ -159,11 +159,10 @@ def _sweep(
     """Fly what the command line asks for."""
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
     from workbench.design.reproduce import PAPER
-    from workbench.design.sweep.compiled_flights import fly_compiled
+    from workbench.design.sweep.compiled_flights import fly_fastest
     from workbench.design.sweep.full_flights import fly_full
     from workbench.design.sweep.loops import axis_loop
     from workbench.design.sweep.sweep import sweep
-    from workbench.estimation.settings import TRUTH
     from workbench.scenario.scenario import Scenario, flown_controller
 
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
@@ -171,10 +170,6 @@ def _sweep(
     paper = {figure.axis: figure.command for figure in PAPER}
     scenario = with_vehicle(Scenario(), args)
     law = flown_controller(scenario)
-    full = args.full or not law.compiles or scenario.estimator != TRUTH
-    if full and not args.full:
-        what = f"the estimator {scenario.estimator}" if law.compiles else law.name
-        say(f"{what} has no compiled flights: candidates fly on the full diagram")
     return sweep(
         args.ranges,
         method=args.method,
@@ -186,7 +181,7 @@ def _sweep(
         scenario=scenario,
         settings=dict(args.set),
         loop=axis_loop(args.axis, law) if args.margins == _OWN_LOOP else args.margins,
-        fly=partial(fly_full, executor=executor) if full else fly_compiled,
+        fly=partial(fly_full if args.full else fly_fastest, executor=executor),
         progress=progress,
         stop=stopped,
     )

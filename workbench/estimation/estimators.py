@@ -123,6 +123,11 @@ class Estimator:
         """What tells the text of its file from any other (SHA-256)."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
+    @property
+    def key(self) -> str:
+        """What tells its functions from those of any other."""
+        return f"{self.name}_{self.digest[:12]}" if self.file else self.name
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Let another process have the same text, whether or not it has the file."""
         if self.file is None:
@@ -397,7 +402,7 @@ def compiled_update(estimator: Estimator) -> Callable[..., None]:
         update(memory, z, settings, mounting, dt)
 
     compiled = compile_cached(
-        unique(run, f"{estimator.name}_{estimator.digest[:12]}"),
+        unique(run, estimator.key),
         SOURCES,
         what,
         parts=20,

@@ -7,6 +7,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import astuple, dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ import numpy as np
 
 from workbench.common.compiled import compile_cached
 from workbench.common.errors import WorkbenchError
+from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, load_controller
 from workbench.control.flight_law import SOURCES as LAW
 from workbench.control.flight_law import Body, known_body, law_constants, packed
@@ -346,14 +348,12 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
 
 
 @lru_cache(maxsize=64)
-def compiled_block(
-    controller: Controller, estimator: Estimator | None = None
-) -> Callable[..., Any]:
+def compiled_block(controller: Controller, estimator: Estimator | None) -> Callable[..., Any]:
     """Return the flight of a block with a controller, compiled at its first call.
 
     Args:
         controller: whose law flies.
-        estimator: that tells it the motion; the truth is told without one.
+        estimator: that tells it the motion; None tells it the truth.
     """
     whose = "" if controller.shipped else f" with {controller.name}"
     what = f" on the estimate {estimator.name}" if estimator else ""
@@ -362,8 +362,8 @@ def compiled_block(
         SOURCES,
         f"flights by the thousand{whose}{what}",
         parts=210 if estimator else 174,
-        text=controller.digest + (estimator.name if estimator else ""),
-        file=str(controller.file),
+        text=controller.digest + (estimator.key if estimator else ""),
+        file=str(estimator.file if estimator and estimator.file else controller.file),
         nogil=True,
         error_model="numpy",  # divisions that might raise make no vector instructions
         fastmath={"contract"},  # a b + c in one instruction: a fifth quicker, equal to rounding
@@ -493,21 +493,23 @@ class Batch(NamedTuple):
 
         fly_block = compiled_block(self.controller, self.senses and self.senses.estimator)
         hearing = self.senses and self.senses.hearing
+        file = self.senses and self.senses.estimator.file
 
         def work(first_block: int, last_block: int) -> None:
             samples = np.empty(shape)
             for first in range(first_block * LANES, last_block * LANES, LANES):
                 last = min(first + LANES, self.size)
-                fly_block(
-                    self.candidates.part(first, last),
-                    self.crafts.chosen(self.which[first:last]),
-                    self.schedule,
-                    hearing,
-                    np.array(kept),
-                    samples,
-                    peak_use[first:last],
-                    lost_at[first:last],
-                )
+                with own_errors(file, "update") if file else nullcontext():
+                    fly_block(
+                        self.candidates.part(first, last),
+                        self.crafts.chosen(self.which[first:last]),
+                        self.schedule,
+                        hearing,
+                        np.array(kept),
+                        samples,
+                        peak_use[first:last],
+                        lost_at[first:last],
+                    )
                 keep(first, last, samples)
 
         blocks = run_chunks(work, -(-self.size // LANES), threads, progress, stop)

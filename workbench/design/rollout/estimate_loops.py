@@ -250,12 +250,12 @@ def _run_each(estimator: Estimator) -> Callable[..., None]:
             update(memory, z, filters[i], places, dt)
             put13(rows, ESTIMATE, i, estimate(memory[:NOMINAL], take3(rows, RATES, i), p_BI))
 
-    return unique(run, estimator.name)
+    return unique(run, estimator.key)
 
 
 def make_knowing(estimator: Estimator) -> Knowing:
     """Return how laws know the motion that an estimator tells."""
-    begin_memory, run = (begin_ekf, run_ekf)
+    begin_memory, run = begin_ekf, run_ekf
     if estimator.name != EKF:
         begin_memory, run = _begin_each, _run_each(estimator)
 
@@ -299,7 +299,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
         """Put the estimate into a state that stands somewhere from a row on."""
         put13(places, row, i, take13(rows, ESTIMATE, i))
 
-    name = estimator.name
+    name = estimator.key
     return Knowing(
         begin=unique(begin, name),
         sample=sample_imus,

@@ -305,7 +305,7 @@ def make_fly_block(
             lost[i] = int(take(block, LOST, i))
             use[i] = _use(rotors, i, lost[i] < 0)
 
-    whose = f"{controller.key}_{estimator.name}" if estimator else controller.key
+    whose = f"{controller.key}_{estimator.key}" if estimator else controller.key
     return unique(fly_block, whose)
 
 

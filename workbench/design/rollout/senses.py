@@ -18,7 +18,7 @@ from workbench.estimation import imu
 from workbench.estimation.ekf import ERRORS, InitialDeviations
 from workbench.estimation.estimators import Estimator, find_estimator
 from workbench.estimation.samples import Mounting
-from workbench.estimation.settings import HEARD
+from workbench.estimation.settings import HEARD, TRUTH
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.sensors import Barometer, RangeFinder
 from workbench.plant.vehicle import Vehicle
@@ -116,14 +116,25 @@ class Senses:
         return self.estimator.begin(state, self.mounting, drawn, self.known)
 
 
-def can_hear(values: Mapping[str, float]) -> bool:
-    """Return whether compiled flights have sensors as these values want them: sound ones.
+def why_not(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, float]) -> str:
+    """Return why compiled flights cannot know the motion as a scenario's law does; "" if they can.
 
     Args:
-        values: of parameters by name.
+        vehicle: as the law knows it.
+        scenario: its estimator and world count.
+        values: of parameters by name, those that differ from the table's defaults or all.
     """
-    rows = [row for row in parameter_table() if row.system in UNHEARD]
-    return all(values.get(row.name, row.default) == row.default for row in rows)
+    name = scenario.estimator
+    if name == TRUTH:
+        return ""
+    if vehicle.battery is not None:
+        return f"the charge of the battery, which flights on {name} estimate, is not compiled"
+    if scenario.world != Scenario.world:
+        return f"what sensors see of a world, which flights on {name} hear, is not compiled"
+    for row in parameter_table():
+        if row.system in UNHEARD and values.get(row.name, row.default) != row.default:
+            return f"{row.name}, which flights on {name} feel, is not compiled"
+    return ""
 
 
 def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) -> Senses | None:

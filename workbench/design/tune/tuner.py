@@ -26,7 +26,6 @@ from workbench.design.tune.twins import counterparts
 from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import Wish, members
 from workbench.design.tune.wish_file import Wishes
-from workbench.estimation.settings import TRUTH
 from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
@@ -279,7 +278,7 @@ class Tuner:
 
         It takes thousands of flights, so nobody would wait for it where each flies on the diagram.
         """
-        if not self._controller.compiles or self._scenario.estimator != TRUTH:
+        if not plan.problem.instruments.compiles:
             return Unmet()
         starts = [found.best.point, *plan.starts]
         try:
