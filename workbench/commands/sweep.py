@@ -43,8 +43,10 @@ def add_parser(commands: Any) -> None:
         "ranges",
         nargs="+",
         metavar="NAME=LOW..HIGH[:POINTS][:log]",
-        help="what is swept: a live parameter, or vary.mass, vary.inertia, vary.rotor_lag, which "
-        "the controller does not know of, or seed, of turbulence; as kp_roll=100..400:9",
+        help="what is swept: a gain, a filter, a setting of the estimator or another live "
+        "parameter; vary.mass, vary.inertia, vary.rotor_lag, vary.sensing_delay or "
+        "vary.command_delay, which the controller does not know of; or seed, of turbulence and "
+        "noise; as kp_roll=100..400:9",
     )
     parser.add_argument(
         "--axis",

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from workbench.common.cache import PROGRESS_LOGGER, cache_folder
 from workbench.common.errors import WorkbenchError
@@ -23,6 +23,8 @@ from workbench.common.jitable import tell_numba
 _PACKAGE = Path(__file__).parent.parent
 PERIOD = 4.0
 """Between two messages about one compilation [s]."""
+PATIENCE = 1.5
+"""A shorter wait for another process or thread is not told of [s]."""
 _PREPARING = threading.Lock()
 """One thread at a time: where numba's cache lies, and what it was told of, are the process's."""
 
@@ -237,14 +239,25 @@ def _alone(folder: Path | None, what: str) -> Iterator[None]:
         return
     with file:
         with suppress(OSError):  # some network file systems have no locks
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                logging.getLogger(PROGRESS_LOGGER).warning(
-                    "waiting for another process, which compiles %s", what
-                )
-                fcntl.flock(file, fcntl.LOCK_EX)
+            told = time.monotonic() + PATIENCE
+            while not _locks(file):
+                if time.monotonic() > told:
+                    logging.getLogger(PROGRESS_LOGGER).warning(
+                        "waiting for another process, which compiles %s", what
+                    )
+                    fcntl.flock(file, fcntl.LOCK_EX)
+                    break
+                time.sleep(0.01)  # who loads what is made takes less
         yield
+
+
+def _locks(file: IO[str]) -> bool:
+    """Return whether a file is locked now by this process and thread."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> str:

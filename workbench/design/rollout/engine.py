@@ -44,7 +44,6 @@ from workbench.systems.battery import PERIOD, hover_power, voltage_curve, voltag
 SOURCES = (
     *LAW,
     "estimation",
-    "systems/noise.py",
     "systems/sensors/barometer.py",
     "design/rollout",
     "design/tumbling.py",

@@ -34,12 +34,12 @@ from workbench.design.rollout.rows import (
     take13,
 )
 from workbench.design.rollout.senses import CHANNELS, MOST
+from workbench.dynamics.air.normals import counted_draws
 from workbench.dynamics.rigid_body import into_body, into_world, rotation
 from workbench.estimation.ekf import NOMINAL, estimate
 from workbench.estimation.estimators import Estimator
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
 from workbench.estimation.settings import EKF
-from workbench.systems.noise import counted_draws
 from workbench.systems.sensors.barometer import altitude_at, pressure_at
 
 MEAN, DEVIATION, BIAS_MEAN, BIAS_DEVIATION, KEPT, DRIVEN, PRECISION = range(7)
