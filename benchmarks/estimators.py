@@ -57,7 +57,7 @@ def main() -> int:
         for key, (estimator, z) in work.items():
             memory = estimator.begin(state, MOUNTING, np.zeros(ekf.ERRORS), ekf.InitialDeviations())
             settings, mounting = np.array(estimator.settings()), MOUNTING.packed()
-            update = compiled_update(estimator.name)
+            update = compiled_update(estimator)
             update(memory, z, settings, mounting, PERIOD)
             begun = time.process_time()
             for _ in range(UPDATES):

@@ -131,11 +131,11 @@ def test_wrong_input_is_a_sentence_and_leaves_nothing(refused, log, path, tmp_pa
     assert "unknown setting of ekf 'ekf_gate_'" in refused(
         "estimate", path, "--set", "ekf_gate_=3", *there
     )
-    assert "unknown setting of complementary 'ekf_gate'" in refused(
+    assert "ekf_gate is a setting of ekf, and complementary runs: add `--estimator ekf`" in refused(
         "estimate", path, "--estimator", "complementary", "--set", "ekf_gate=3", *there
     )
     assert "ekf_gate is -1" in refused("estimate", path, "--set", "ekf_gate=-1", *there)
-    assert "invalid choice: 'truth'" in refused("estimate", path, "--estimator", "truth", *there)
+    assert "unknown estimator 'truth'" in refused("estimate", path, "--estimator", "truth", *there)
     assert not out.exists()
 
 
@@ -162,3 +162,23 @@ def test_a_vehicle_that_is_another_one_by_now_is_refused(refused, tmp_path, out)
     said = refused("estimate", write("gone.mcap", "dh_drone", gone), "--output", out)
     assert "gone.urdf" in said
     assert np.isfinite(read_log(tmp_path / "other.mcap").states).all()
+
+
+def test_a_log_of_a_flight_on_an_estimate_needs_no_further_option(run, out):
+    """The IMU is in it by itself, and the flight is the same as without a log, to the bit."""
+    path, short = out / "flown.mcap", ("--duration", "2", "--no-plots", "--output", out)
+    flown = []
+    for log in ((), ("--log", path)):
+        for estimator in ("complementary", "ekf"):
+            said = run("fly", "hover", "--estimator", estimator, *log, *short)
+            assert said.code == 0, said.err
+            flown.append((out / "hover.csv").read_text(encoding="utf-8"))
+            if log:
+                told = run("estimate", path, "--no-plots", "--output", out, "--json")
+                assert told.code == 0, told.err
+                assert told.json["estimator"] == estimator
+                assert told.json["missing"] == ["barometer", "range_finder"]
+                (x,) = (row for row in told.json["estimate"]["states"] if row["name"] == "x")
+                assert 0.0 < x["worst"] < 0.5
+    assert flown[:2] == flown[2:]
+    assert flown[0] != flown[1]

@@ -1,6 +1,7 @@
 """`--estimator`: what the controller knows of the motion, in the commands."""
 
 import argparse
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +9,8 @@ from workbench.commands.cli import _parser
 from workbench.commands.options import add_vehicle_options, with_vehicle
 from workbench.live.choice import Choice
 from workbench.scenario.scenario import Scenario
+
+LAG = Path(__file__).parents[1] / "estimation" / "lag.py"
 
 
 def test_the_command_line_chooses_and_else_the_scenario_does():
@@ -26,9 +29,47 @@ def test_the_command_line_chooses_and_else_the_scenario_does():
     assert Choice(scenario="hover").load().estimator == "truth"
 
 
+def test_a_file_of_ones_own_flies_where_it_is_named(run, refused, tmp_path, out):
+    """A scenario that names it does not run it: its code would have the reader's rights."""
+    own = tmp_path / "own.py"
+    own.write_text(LAG.read_text(encoding="utf-8"), encoding="utf-8")
+    scenario = tmp_path / "own.yaml"
+    scenario.write_text("estimator: own.py\nduration: 1\n", encoding="utf-8")
+    said = refused("fly", scenario)
+    assert "own.yaml:1: own.py is Python that would run here: if you trust it, name it" in said
+    assert f"as --estimator {own}" in said
+    flown = ("fly", scenario, "--estimator", own, "--output", out, "--no-plots")
+    log = tmp_path / "own.mcap"
+    sensors = ("--sensors", "imu,gps,magnetometer")
+    found = run(*flown, "--set", "lag_share=0.5", *sensors, "--log", log, "--json")
+    assert found.code == 0, found.err
+    assert found.json["estimate"]["nees"] is not None
+    rows = run("params", "--estimator", own, "--set", "lag_share=0.5", "--json").json["parameters"]
+    (row,) = [row for row in rows if row["name"] == "lag_share"]
+    assert (row["value"], row["min"], row["max"], row["unit"]) == (0.5, 0.0, 1.0, "1")
+    assert "unknown parameter 'lag_shore': did you mean 'lag_share'" in refused(
+        *flown, "--set", "lag_shore=1"
+    )
+    for command in ("replay", "estimate"):
+        assert f"was flown on {own}, Python that would run here" in refused(command, log)
+    assert "equal: all" in run("replay", log, "--estimator", own).out
+    assert "was flown on own, and ekf has other parameters" in refused(
+        "replay", log, "--estimator", "ekf"
+    )
+    there = ("--output", out, "--no-plots", "--json")
+    estimated = run("estimate", log, "--estimator", own, "--set", "lag_share=0.4", *there).json
+    assert (estimated["estimator"], estimated["settings"]) == ("own", {"lag_share": 0.4})
+    own.write_text("def update(", encoding="utf-8")
+    assert f"{own}:1: is no Python" in refused("fly", "hover", "--estimator", own)
+    own.unlink()
+    assert f"{own}: No such file or directory: give the estimator's file" in refused(
+        "step", "--axis", "x", "--estimator", own
+    )
+
+
 def test_wherever_a_flight_takes_a_controller_it_takes_an_estimator():
     commands = _parser()._subparsers._group_actions[0].choices
-    of_files = {"replay", "regress"}  # those fly what a file says
+    of_files = {"regress"}  # it flies what a file says
     for name, command in commands.items():
         options = command._option_string_actions
         if "--controller" in options and name not in of_files:
@@ -40,6 +81,7 @@ def test_a_name_of_none_is_refused(command, refused):
     said = refused(*command.split(), "--estimator", "efk")
     assert "unknown estimator 'efk'" in said
     assert "ekf" in said
+    assert "did you mean 'ekf'?" in refused(*command.split(), "--estimator", "EKF")
 
 
 def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):
@@ -64,3 +106,33 @@ def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):
     refusal = run(*short, "--rotor-commands", table, "--estimator", "ekf")
     assert refusal.code == 2
     assert "--estimator" in refusal.err
+
+
+def test_a_number_of_an_estimator_that_does_not_fly_is_told_on_one_line(run, out, case):
+    short = ("fly", "hover", "--duration", "0.1", "--output", out, "--no-plots")
+    gate = ("--set", "ekf_gate=3")
+    for options, wanted in (
+        (
+            gate,
+            "nothing goes by ekf_gate, as the controller knows the truth: add `--estimator ekf`",
+        ),
+        (
+            (*gate, "--set", "ekf_barometer=1", "--estimator", "complementary"),
+            "nothing goes by ekf_gate and ekf_barometer, as the controller knows what "
+            "complementary estimates: add `--estimator ekf`",
+        ),
+        ((*gate, "--estimator", "ekf"), None),
+        (("--set", "kp_roll=40"), None),
+    ):
+        with case(options):
+            said = run(*short, *options)
+            assert said.code == 0, said.err
+            told = [line for line in said.err.splitlines() if "nothing goes by" in line]
+            assert told == ([f"workbench: {wanted}"] if wanted else [])
+
+
+def test_noise_of_a_voltage_that_nobody_estimates_is_refused(refused):
+    for options in ((), ("--estimator", "ekf")):  # the shipped drone states no battery
+        said = refused("fly", "hover", "--set", "voltage_noise=0.1", *options)
+        assert "voltage_noise cannot be set" in said
+        assert "on an estimate, as `--estimator ekf`" in said

@@ -112,13 +112,14 @@ def test_how_far_it_is_is_said(double_up, cache, caplog, monkeypatch):
     assert last.startswith("compiled twice a number in ")
 
 
-def test_one_process_compiles_and_another_waits_for_it(double_up, cache, caplog):
+def test_one_process_compiles_and_another_waits_for_it(double_up, cache, caplog, monkeypatch):
     """Two that begin at once would both compile for a minute, and each for longer."""
     compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
     (folder,) = cache.rglob("double_up")
     for path in [each for each in folder.rglob("*") if each.suffix in (".nbc", ".nbi")]:
         path.unlink()
     caplog.clear()
+    monkeypatch.setattr(compiled, "PATIENCE", 0.0)
     one = compiled.compile_cached(double_up, SOURCES, WHAT)
     with (folder / "lock").open("w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)

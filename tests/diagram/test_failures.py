@@ -110,6 +110,60 @@ def test_a_position_that_is_lost_for_good_ends_in_a_landing_that_says_so(case):
             assert not flight.reference.any()
 
 
+def test_a_frozen_gps_is_flown_as_a_silent_one_and_comes_back_as_one(case):
+    """What repeats is left out: the flight is that without GPS to the bit, held and then landed."""
+    limits = {"ekf": {"position_deviation_limit": 0.15}, "complementary": {"gps_timeout": 2.0}}
+    for estimator, settings in limits.items():
+        with case(estimator):
+            frozen, silent = (
+                flown(
+                    14.0,
+                    failing(gps_fault=fault),
+                    failing(at=AT + 1.5, gps_fault=0.0),
+                    failing(at=AT + 2.5, gps_fault=fault),
+                    estimator=estimator,
+                    settings=settings,
+                ).recording()
+                for fault in (1.0, 3.0)
+            )
+            reasons = [each.reason for each in summarise(silent).failsafes]
+            held = Reason.DEAD_RECKONING.label
+            assert reasons == [held, held, Reason.POSITION_LOST.label]
+            assert np.array_equal(frozen.p_WB, silent.p_WB)
+            assert np.array_equal(frozen.estimate, silent.estimate)
+            assert summarise(frozen).failsafes == summarise(silent).failsafes
+
+
+def test_an_exact_gps_that_stands_is_not_taken_for_frozen(case):
+    """The shipped GPS has no noise: on the ground it repeats itself, and so may a flight at rest.
+
+    With `noise: false` the IMU is exact, too.
+    """
+    script = [
+        Action(at=1.0, request="arm"),
+        Action(at=7.0, request="take_off", height=1.0),
+        Action(at=12.0, request="land"),
+    ]
+    for noise in (True, False):
+        for estimator, settings in (("ekf", {}), ("complementary", {"gps_timeout": 1.0})):
+            with case(noise, estimator):
+                session = flown(
+                    18.0,
+                    *script,
+                    estimator=estimator,
+                    on_ground=True,
+                    noise=noise,
+                    settings=settings,
+                )
+                flight = session.recording()
+                assert not flight.reason.any()
+                assert (
+                    np.linalg.norm(flight.estimate[:, 4:6] - flight.p_WB[:, :2], axis=1).max() < 0.2
+                )
+                assert flight.p_WB[:, 2].max() > 0.9
+                assert session.snapshot().mode is FlightMode.OFF
+
+
 def test_a_gyro_that_stands_still_stops_the_rotors_within_half_a_second(case):
     for estimator in ("ekf", "complementary"):
         for fault in (1.0, 3.0):

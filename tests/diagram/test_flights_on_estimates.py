@@ -114,9 +114,9 @@ def test_each_fault_has_its_consequence():
     assert min(within.values()) > 0.9
 
     frozen, noisy, silent = (turned_climb("gps", fault) for fault in (FROZEN, NOISY, SILENT))
-    assert frozen[0] > 0.5 and frozen[3] < 1.1 * sigma_x  # wrong, and sure of it
     assert noisy[0] > 1.0 and noisy[-1]["gps_x"] < 0.3
     assert silent[3] > 5.0 * sigma_x and "gps_x" not in silent[-1]
+    assert frozen == silent  # to the bit: what repeats is left out
 
     frozen, noisy, silent = (turned_climb("barometer", fault) for fault in (FROZEN, NOISY, SILENT))
     assert frozen[1] > 1.0 and frozen[-1]["gps_z"] < 0.5  # the GPS contradicts
@@ -142,13 +142,12 @@ def test_a_frozen_gyro_ends_the_flight_upside_down_and_not_in_a_traceback(estima
     assert judge_estimate(recording).states[0].worst > math.radians(45.0)
 
 
-def test_the_complementary_filter_follows_what_is_frozen():
+def test_the_complementary_filter_follows_a_frozen_compass():
     """It has no gate: a compass that stands turns the heading away."""
     turn = [Action(6.0, yaw_rate=0.3), Action(9.0, yaw_rate=0.0)]
-    for sensor, state, least in (("magnetometer", 2, math.radians(10.0)), ("gps", 3, 0.2)):
-        fault = Action(5.0, set={f"{sensor}_fault": FROZEN})
-        recording = flown([fault, *turn], estimator="complementary", duration=20.0)
-        errors = estimate_errors(recording)
-        off = np.hstack([errors.attitude_B, errors.position])
-        assert np.abs(off[:640]).max() < 0.1
-        assert np.abs(off[:, state]).max() > least, sensor
+    fault = Action(5.0, set={"magnetometer_fault": FROZEN})
+    recording = flown([fault, *turn], estimator="complementary", duration=20.0)
+    errors = estimate_errors(recording)
+    off = np.hstack([errors.attitude_B, errors.position])
+    assert np.abs(off[:640]).max() < 0.1
+    assert np.abs(off[:, 2]).max() > math.radians(10.0)

@@ -4,9 +4,14 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
+
+import workbench.estimators
 from workbench.commands.cli import main
+from workbench.estimation.estimators import find_estimator
 from workbench.estimation.settings import ComplementarySettings, EkfSettings
-from workbench.scenario.scenario import load_scenario
+from workbench.scenario.scenario import Scenario, load_scenario
+from workbench.session.session import Session
 
 PAGE = (Path(__file__).parents[2] / "docs" / "estimation.md").read_text(encoding="utf-8")
 
@@ -28,6 +33,28 @@ def test_the_python_prints_every_state(capsys):
         *("roll", "pitch", "yaw", "x", "y", "z"),
         *("v_x", "v_y", "v_z", "w_x", "w_y", "w_z"),
     ]
+
+
+def test_the_estimator_of_the_page_flies_as_it_shows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    part = PAGE[PAGE.index("## An estimator of your own") :]
+    text, commands = (
+        re.search(rf"```{kind}\n(.*?)```", part, re.DOTALL)[1] for kind in ("python", "sh")
+    )
+    Path("my_filter.py").write_text(text, encoding="utf-8")
+    for line in commands.splitlines():
+        assert main(shlex.split(line)[1:]) == 0, line
+    own = find_estimator("my_filter.py")
+    assert [row.name for row in own.parameters][0] == "pull_attitude"
+    session = Session(Scenario(estimator="my_filter.py"))
+    session.tick(10.0)
+    assert np.abs(session.recording().estimate[:, 4:7] - session.recording().p_WB).max() < 0.1
+
+
+def test_the_page_names_all_that_a_file_may_import():
+    names = [name for name in vars(workbench.estimators) if name[0].isalpha()]
+    assert len(names) > 15
+    assert [name for name in names if f"`{name}" not in PAGE] == []
 
 
 def test_a_log_is_estimated_as_the_page_shows(tmp_path, monkeypatch, capsys):

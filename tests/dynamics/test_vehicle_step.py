@@ -188,12 +188,26 @@ def test_a_weak_battery_lets_rotors_reach_less(vehicle):
             power = sum((r.motor_constant * 400.0**2) ** 1.5 for r in vehicle.rotors)
             now = sum((r.motor_constant * speeds[0] ** 2) ** 1.5 for r in vehicle.rotors)
             share = 0.95 - 0.02 * now / power
-            supply = (0.95, 0.02 / power, 0.0)
+            supply = (0.95, 0.02 / power, 0.0, 0.95)
             *_, speeds = step_in_still_air(
                 AT_REST, [0.0] * 6, speeds, [command] * 4, body, rows, supply
             )
         most = min(command, vehicle.rotors[0].max_rot_velocity)
         assert speeds == pytest.approx([share * most] * 4, abs=1e-6)
+
+
+def test_sag_is_compensated_as_far_as_it_is_known(vehicle):
+    """With the share c of what is known of the voltage s, w becomes s w / (1 + c (s_known - 1))."""
+    rows = rotor_rows(vehicle.rotors, STEP)
+    body = rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed()
+    for share, rest in ((0.0, 0.7), (0.6, 0.8), (1.0, 0.8), (1.0, 0.9)):
+        speeds = np.full(4, 400.0)
+        for _ in range(1024):
+            supply = (0.8, 0.0, share, rest)
+            *_, speeds = step_in_still_air(
+                AT_REST, [0.0] * 6, speeds, [400.0] * 4, body, rows, supply
+            )
+        assert speeds == pytest.approx([0.8 * 400.0 / (1.0 + share * (rest - 1.0))] * 4, abs=1e-6)
 
 
 def test_body_and_rotors_keep_their_angular_momentum(vehicle):

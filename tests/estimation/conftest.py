@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.estimation import ekf
+from workbench.estimation.estimators import compiled_update, find_estimator
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
-from workbench.systems.navigation import compiled_update
 
 G = np.array([0.0, 0.0, 9.81])
 PERIOD = 1 / 128
@@ -164,6 +164,6 @@ def kit():
         flight,
         samples,
         begin,
-        compiled_update("ekf"),
-        compiled_update("complementary"),
+        compiled_update(find_estimator("ekf")),
+        compiled_update(find_estimator("complementary")),
     )

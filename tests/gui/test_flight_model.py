@@ -1,5 +1,6 @@
 """A real flight behind the model: begun, ordered, broken, replaced and ended."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.flight_model import of_last_flight
 from workbench.live.choice import Choice
@@ -117,6 +119,29 @@ def test_who_hears_of_a_view_may_end_the_flight(workspace, canned, monkeypatch):
     flight.viewed.connect(lambda _: setattr(flight, "_live", None))
     flight._look()
     assert flight.live is None
+
+
+def test_a_controller_that_begins_a_flight_has_not_taken_over(
+    workspace, heard, canned, monkeypatch
+):
+    """The process has said what flies, and has not shown it yet."""
+    begun, _ = heard
+    flight, taken = workspace.flight, []
+    flight.taken_over.connect(taken.append)
+    view = replace(canned.views[0], controller=load_controller())
+    views = iter(
+        [replace(view, snapshot=None), view, replace(view, controller=load_controller("pid"))]
+    )
+    live = SimpleNamespace(
+        streamed=list, latest=lambda: next(views), missed=0, close=lambda *_: None
+    )
+    monkeypatch.setattr(flight, "_live", live)
+    flight._look()
+    flight._look()
+    assert (len(begun), len(taken)) == (1, 0)
+    flight._look()
+    assert (len(begun), len(taken)) == (1, 1)
+    monkeypatch.setattr(flight, "_live", None)
 
 
 @pytest.mark.slow

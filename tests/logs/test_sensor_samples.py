@@ -26,7 +26,7 @@ from workbench.logs.record import read_log
 from workbench.logs.sensor_samples import logged_sensors
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import load_vehicle, make_vehicle
-from workbench.scenario.scenario import Action, Scenario, VehicleConfig
+from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
 from workbench.scenario.sensors_config import SensorsConfig
 
 SILENT = 3.0
@@ -224,3 +224,32 @@ def test_turned_sensors_are_turned_back(record, monkeypatch):
 def _without(record, *topics):
     kept = {name: topic for name, topic in record.topics.items() if name not in topics}
     return dataclasses.replace(record, topics=kept)
+
+
+def test_what_a_frozen_gps_repeats_in_the_air_is_left_out_of_an_estimate(tmp_path, case):
+    """A GPS that froze gave as much as one that fell silent; one that stands gave all it sent."""
+    frozen, silent = 1.0, SILENT
+    given = {}
+    for fault in (frozen, silent, 0.0):
+        scenario = Scenario(
+            duration=5.0,
+            sensors=SensorsConfig(use=["imu", "gps"]),
+            script=[Action(2.0, set={"gps_fault": fault}), Action(4.0, set={"gps_fault": 0.0})],
+        )
+        path = tmp_path / f"{fault}.mcap"
+        LoggedFlight(path, scenario, {}).run(lambda share: None)
+        given[fault] = logged_sensors(read_log(path)).samples.gps
+    assert given[frozen].stamp.tolist() == given[silent].stamp.tolist()
+    assert np.array_equal(given[frozen].values, given[silent].values)
+    assert len(given[0.0].stamp) == 51
+    assert len(given[frozen].stamp) == 51 - 20
+    for noise in (True, False):
+        with case(noise):
+            scenario = Scenario(
+                duration=2.0,
+                start=Start(mode="off"),
+                sensors=SensorsConfig(use=["imu", "gps"], noise=noise),
+            )
+            path = tmp_path / f"stands {noise}.mcap"
+            LoggedFlight(path, scenario, {}).run(lambda share: None)
+            assert len(logged_sensors(read_log(path)).samples.gps.stamp) == 21

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.common.resources import find_model
+from workbench.control.mode import FlightMode
 from workbench.diagram.mounting import deviations_at_start, find_imu, mounting_of
 from workbench.estimation.ekf import ERRORS, InitialDeviations
 from workbench.estimation.estimators import TRIANGLE, find_estimator
@@ -14,7 +15,7 @@ from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import load_vehicle
 from workbench.plant.sensors import QUIET
 from workbench.scenario.parameters import parameter_table
-from workbench.systems.navigation import Navigation
+from workbench.systems.navigation import SIZES, Navigation
 
 PERIOD = 1 / 128
 
@@ -24,7 +25,7 @@ def imu():
     return find_imu(load_vehicle(find_model("dh_drone")), True)
 
 
-def navigation(imu, name="ekf"):
+def navigation(imu, name="ekf", *, gps_repeats=False):
     return Navigation(
         estimator=find_estimator(name),
         settings=parameter_table().defaults(),
@@ -33,6 +34,7 @@ def navigation(imu, name="ekf"):
         known=deviations_at_start(imu),
         home=DEFAULT_HOME,
         period=PERIOD,
+        gps_repeats=gps_repeats,
     )
 
 
@@ -77,3 +79,36 @@ def test_biases_at_the_start_are_those_of_the_description(imu):
     assert found.gyro_bias == pytest.approx((least.gyro_bias**2 + 0.05**2) ** 0.5)
     assert found.accel_bias == pytest.approx((least.accel_bias**2 + 0.05**2) ** 0.5)
     assert found[:3] == least[:3]
+
+
+def test_equal_samples_of_the_gps_count_where_nothing_moves_and_as_none_in_the_air(imu, case):
+    """Of two equal samples the second tells an innovation only where a sound GPS may repeat."""
+    at_home = np.array([DEFAULT_HOME.latitude, DEFAULT_HOME.longitude, DEFAULT_HOME.altitude])
+    for name, mode, turning, moved, rounds, wanted in (
+        ("frozen", FlightMode.HOVERING, True, False, False, False),
+        ("landing", FlightMode.LANDING, True, False, False, False),
+        ("works", FlightMode.HOVERING, True, True, False, True),
+        ("armed", FlightMode.ARMED, True, False, False, True),
+        ("an exact flight without motion", FlightMode.HOVERING, False, False, False, True),
+        ("one that rounds", FlightMode.HOVERING, True, False, True, True),
+    ):
+        with case(name):
+            system = navigation(imu, gps_repeats=rounds)
+            context = system.CreateDefaultContext()
+            reading = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81, 0.0, 0.0, 0.0])
+            for port in ("barometer", "magnetometer", "range_finder"):
+                system.GetInputPort(port).FixValue(context, np.full(SIZES[port], np.nan))
+            system.GetInputPort("mode").FixValue(context, [float(mode), *[0.0] * 9])
+            system.begin(context, np.array([1.0, *[0.0] * 12]), seed=3)
+            for update in range(3):
+                context.SetTime(update * PERIOD)
+                sample = np.array([update * PERIOD, *at_home, 0.0, 0.0, 0.0])
+                sample[4] += 1e-12 * update * moved
+                system.GetInputPort("gps").FixValue(context, sample)
+                system.GetInputPort("imu").FixValue(context, reading + 1e-6 * update * turning)
+                told = system.GetOutputPort("innovations").Eval(context)[:12]
+                after = system.EvalUniquePeriodicDiscreteUpdate(context)
+                assert np.isfinite(told).all() == (wanted or update == 0)
+                context.get_mutable_discrete_state().SetFrom(after)
+            age = system.GetOutputPort("health").Eval(context)[1]
+            assert age == pytest.approx(0.0 if wanted else 2 * PERIOD)

@@ -8,10 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
 from workbench.control.schedule import split_label
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 
 if TYPE_CHECKING:
     from workbench.design.fork import Forker
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.design.tune.retuned import LinearisedModels, RetunedModels
 
-AROUND = ("gyro", "computer", "ekf", "complementary")
+AROUND = ("gyro", "computer", "ekf", "complementary", "estimator")
 """Systems of filters and estimators: no gains, but loops feel their rows as they do gains."""
 OF_A_STEP = ("controller", "air", "payload", "rotors", *AROUND)
 """Whose parameters act on a step from hover."""
@@ -48,14 +47,14 @@ class Subject:
 
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
         self.scenario = self.judged = scenario
-        self.flown = load_controller(scenario.controller)
+        self.flown = flown_controller(scenario)
         self.settings = dict(settings)
         if self.flown.schedule is not None:
             # the values of its gain file are among the settings
             vehicle = replace(scenario.vehicle, gains="")
             controller, _ = split_label(scenario.controller)
             self.judged = replace(scenario, controller=controller, vehicle=vehicle, script=[])
-        self.table = parameter_table(load_controller(self.judged.controller))
+        self.table = parameter_table(flown_controller(self.judged))
         self.law = tuple(row.name for row in self.table.controller.parameters)
         self._around = tuple(row.name for system in AROUND for row in self.table.of(system))
         self._models: tuple[dict[str, float], RetunedModels | LinearisedModels] | None = None
@@ -163,16 +162,21 @@ class Subject:
         """Make the engine, and fly once, which loads the compiled code."""
         try:
             from workbench.design.rollout.engine import RolloutEngine
+            from workbench.design.rollout.senses import make_senses, why_not
 
             scenario = self.judged
+            vehicle = self.study.vehicle
+            # what cannot be compiled of an estimate, is predicted on the truth
+            known = not why_not(vehicle, scenario, self.own)
             engine = RolloutEngine(
-                self.study.vehicle,
+                vehicle,
                 scenario.rates,
                 scenario.vehicle.variation,
                 seed=scenario.sensors.seed,
                 threads=1,  # the flight beside has the other core
                 own=self.own,
                 controller=self.table.controller,
+                senses=make_senses(vehicle, scenario) if known else None,
             )
             engine.fly([{}], "x", 1.0, duration=FIRST_STEP)
             engine.measure([{}], "x", 1.0, duration=FIRST_STEP)

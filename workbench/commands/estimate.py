@@ -10,7 +10,7 @@ from workbench.commands.options import add_command, add_json_option, add_output_
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
-from workbench.common.errors import unknown_name
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.estimation.settings import EKF, ESTIMATORS, HEARD, TRUTH
 from workbench.scenario.parameters import split_setting
 
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from workbench.estimation.estimators import Estimator
     from workbench.estimation.run import Gap, SensorSamples
     from workbench.logs.record import FlightRecord
+
+
+_NAMES = [name for name in ESTIMATORS if name != TRUTH]
 
 
 def add_parser(commands: Any) -> None:
@@ -32,12 +35,11 @@ def add_parser(commands: Any) -> None:
         run,
     )
     parser.add_argument("log", type=Path, metavar="LOG", help="log of a flight (.mcap)")
-    names = [name for name in ESTIMATORS if name != TRUTH]
     parser.add_argument(
         "--estimator",
-        choices=names,
-        metavar="NAME",
-        help=f"{', '.join(names)}; see docs/estimation.md (default: the flight's, or {EKF})",
+        metavar="NAME|FILE",
+        help=f"{', '.join(_NAMES)}, or a .py file of your own, which runs; see docs/estimation.md "
+        f"(default: the flight's, or {EKF})",
     )
     parser.add_argument(
         "--set",
@@ -58,6 +60,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.estimation.estimators import find_estimator
     from workbench.estimation.run import gaps, run_estimator
     from workbench.logs.record import read_log
+    from workbench.logs.replay import logged_estimator
     from workbench.logs.sensor_samples import logged_sensors
 
     record = read_log(args.log)
@@ -68,10 +71,13 @@ def run(args: argparse.Namespace) -> int:
         picture = None
         if not args.no_plots:
             picture = outputs.add(args.output / f"{args.log.stem}-estimate.png")
-        flown_on = record.scenario().estimator
-        name = args.estimator or (flown_on if flown_on != TRUTH else EKF)
-        estimator = find_estimator(name)
-        assert estimator
+        flown_on = args.estimator or logged_estimator(record)
+        if not args.estimator and flown_on == TRUTH:
+            flown_on = EKF
+        estimator = find_estimator(flown_on)
+        if estimator is None:
+            raise unknown_name("estimator", args.estimator, _NAMES)
+        name = estimator.name
         settings = _settings(estimator, record, dict(args.set))
         sensors = logged_sensors(record)
         missing, silent = _missing(sensors.samples), gaps(sensors.samples.imu)
@@ -125,15 +131,25 @@ def _settings(
     Raises:
         WorkbenchError: if one that is given is none of the estimator's, or beyond its limits.
     """
+    from workbench.control.controller import load_controller, with_estimator
     from workbench.scenario.parameters import parameter_table
 
+    own = estimator if estimator.file else None
+    table = parameter_table(with_estimator(load_controller(), own))
     names = estimator.settings._fields
     for name in given:
-        if name not in names:
-            raise unknown_name(f"setting of {estimator.name}", name, names)
+        if name in names:
+            continue
+        for other in ESTIMATORS:
+            if any(row.name == name for row in parameter_table().of(other)):
+                raise WorkbenchError(
+                    f"{name} is a setting of {other}, and {estimator.name} runs: add `--estimator "
+                    f"{other}`, or leave it out"
+                )
+        raise unknown_name(f"setting of {estimator.name}", name, names)
     values: dict[str, float] = estimator.settings()._asdict()
     values |= {name: value for name, value in record.settings.items() if name in names}
-    return values | parameter_table().checked(given)
+    return values | table.checked(given)
 
 
 def _missing(samples: "SensorSamples") -> list[str]:

@@ -8,7 +8,11 @@ from workbench.commands.printing import print_table
 if TYPE_CHECKING:
     from workbench.design.estimation_errors import EstimateReport
 
-_SHOWN = {"rad": ("deg", math.degrees(1.0)), "rad/s": ("deg/s", math.degrees(1.0))}
+_SHOWN = {
+    "rad": ("deg", math.degrees(1.0)),
+    "rad/s": ("deg/s", math.degrees(1.0)),
+    "1": ("%", 100.0),
+}
 """Unit on screens of a unit, and what its numbers are multiplied with."""
 
 

@@ -143,7 +143,8 @@ def run(args: argparse.Namespace) -> int:
     if args.csv and args.rotor_commands and args.csv.resolve() == args.rotor_commands.resolve():
         raise WorkbenchError(f"{args.csv}: is the table that is flown: name another file for --csv")
     path = find_scenario(args.scenario)
-    scenario = with_sensors(with_vehicle(load_scenario(path, args.controller), args), args)
+    scenario = load_scenario(path, args.controller, args.estimator)
+    scenario = with_sensors(with_vehicle(scenario, args), args)
     scenario.sensors.keep = True
     title = scenario.title or path.stem
     if args.rotor_commands is not None:
@@ -239,12 +240,12 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
 
 def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
     """Fly in real time, and say what becomes of each edit of the law's file."""
-    from workbench.control.controller import load_controller
     from workbench.live.flight import LiveFlight
     from workbench.live.messages import Phase
     from workbench.scenario.configured import read_configured_world
+    from workbench.scenario.scenario import flown_controller
 
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     if law.shipped or args.html:
         raise WorkbenchError(
             "--watch is for a law of your own, and makes no film: name its file, as --controller "

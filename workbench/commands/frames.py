@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     flown = args.scenario is not None
     scenario = Scenario()
     if flown:
-        scenario = load_scenario(find_scenario(args.scenario), args.controller)
+        scenario = load_scenario(find_scenario(args.scenario), args.controller, args.estimator)
     scenario = with_vehicle(scenario, args)
     vehicle, world, tree = _read(scenario)
     for name in args.frames:

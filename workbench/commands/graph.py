@@ -71,12 +71,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _diagram(args: argparse.Namespace) -> "Diagram":
     """Return the diagram of a vehicle."""
-    from workbench.control.controller import load_controller
     from workbench.diagram.core import make_flight_core
     from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
     from workbench.session.session import Session
 
     scenario = with_vehicle(Scenario(), args)
@@ -84,7 +83,7 @@ def _diagram(args: argparse.Namespace) -> "Diagram":
         return Session(scenario, dict(args.set)).diagram
     description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     values = flight_gains(vehicle, scenario.vehicle.gains, dict(args.set), law)
     return make_flight_core(law, description, vehicle, values)
 

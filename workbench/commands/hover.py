@@ -44,11 +44,10 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly, print the table, write plot and log; 1 if something is not as demanded."""
-    from workbench.control.controller import load_controller
     from workbench.design.hover_check import check_hover
     from workbench.gains.gains import choose_gains
     from workbench.plant.plausible import doubts
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
 
     scenario = with_vehicle(Scenario(), args)
     with Outputs() as outputs:
@@ -62,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
             from workbench.design.plots_hover import plot_hover
 
             write_png(plot_hover(report), plot)
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set), law)
     unlikely = doubts(report.hover.vehicle)
     if args.json:

@@ -81,13 +81,12 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Judge, print, write pictures; 1 if a mode grows."""
-    from workbench.control.controller import load_controller
     from workbench.design.linear.operating_point import OperatingPoint, parse_point
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
 
     point = parse_point(args.at)
     scenario = with_vehicle(Scenario(), args)
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     if args.loop and law.loop(args.loop).hold and point != OperatingPoint():
         raise WorkbenchError(f"the loop {args.loop} is closed at hover only: leave --at out")
     if args.axis and not args.sensitivity:

@@ -284,7 +284,7 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
 
     if args.seed is not None and args.seed < 0:
         raise WorkbenchError(f"--seed is {args.seed}: give it a whole number, 0 or more")
-    scenario = load_scenario(find_scenario(args.scenario), args.controller)
+    scenario = load_scenario(find_scenario(args.scenario), args.controller, args.estimator)
     scenario = with_vehicle(scenario, args)
     if args.seed is not None:
         scenario.sensors.seed = args.seed

@@ -67,12 +67,11 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Linearise and print."""
-    from workbench.control.controller import load_controller
     from workbench.design.linear.linearize import linearize
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
 
     scenario = with_vehicle(Scenario(), args)
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     if law.derivatives != "AutoDiff":
         say(f"{law.name} does not convert to AutoDiffXd: its derivatives are {law.derivatives}")
     system = linearize(

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from workbench.commands.printing import say
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT, SHIPPED
-from workbench.estimation.settings import ESTIMATORS, TRUTH, check_estimator
+from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
@@ -93,14 +94,14 @@ def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "
     )
 
 
-def add_estimator_option(parser: "argparse._ActionsContainer") -> None:
-    """Add --estimator."""
+def add_estimator_option(parser: "argparse._ActionsContainer", instead: str = "scenario") -> None:
+    """Add --estimator; arguments are those of `add_controller_option`."""
     parser.add_argument(
         "--estimator",
-        metavar="NAME",
+        metavar="NAME|FILE",
         default="",
-        help=f"what the controller knows of the motion: {', '.join(ESTIMATORS)}; see "
-        f"docs/estimation.md (default: the scenario's, or {TRUTH})",
+        help=f"what the controller knows of the motion: {', '.join(ESTIMATORS)}, or a .py file of "
+        f"your own, which runs; see docs/estimation.md (default: the {instead}'s, or {TRUTH})",
     )
 
 
@@ -239,10 +240,9 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     Another model comes without the scenario's arguments and gains, which were for its own.
     """
     from workbench.common.resources import find_file, find_model, find_world
-    from workbench.control.controller import load_controller
     from workbench.gains.profiles import flown_by
     from workbench.scenario.parameters import parameter_table
-    from workbench.scenario.scenario import VehicleConfig
+    from workbench.scenario.scenario import VehicleConfig, flown_controller
 
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)
@@ -257,19 +257,37 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.world = args.world or scenario.world
     scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
     scenario.estimator = args.estimator or scenario.estimator
-    check_estimator(scenario.estimator)
-    law = load_controller(scenario.controller)
-    parameter_table(law).checked(dict(args.set))
+    parameter_table(flown_controller(scenario)).checked(dict(args.set))
     # a name that is wrong is refused here, before a second is spent on loading Drake
     find_model(scenario.vehicle.model)
     for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):
         find_file(name)
     find_world(scenario.world)
+    _say_unused(scenario.estimator, [name for name, _ in args.set])
     return scenario
 
 
+def _say_unused(estimator: str, names: list[str]) -> None:
+    """Say which of the numbers that are set belong to estimators that do not fly."""
+    from workbench.scenario.parameters import parameter_table
+
+    for other in ESTIMATORS:
+        rows = {row.name for row in parameter_table().of(other)}
+        unused = [name for name in dict.fromkeys(names) if name in rows]
+        if other != estimator and unused:
+            flown = "the truth" if estimator == TRUTH else f"what {estimator} estimates"
+            say(
+                f"nothing goes by {' and '.join(unused)}, as the controller knows {flown}: "
+                f"add `--estimator {other}`"
+            )
+
+
 def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Give a scenario the sensors that the command line names, and return it."""
+    """Give a scenario the sensors that the command line names, and return it.
+
+    A log of a flight on an estimate also has the IMU, so that `workbench estimate` can run on it:
+    an estimator reads its own within the vehicle's update, and hears the others as they measure.
+    """
     if args.sensors is not None:
         names = [name.strip() for name in args.sensors.split(",")]
         scenario.sensors.use = [name for name in names if name not in ("", NO_SENSORS)]
@@ -277,4 +295,7 @@ def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
         scenario.sensors.seed = args.seed
     if args.no_noise:
         scenario.sensors.noise = False
+    logged = getattr(args, "log", None) is not None
+    if logged and scenario.estimator != TRUTH and not {"imu", "all"} & {*scenario.sensors.use}:
+        scenario.sensors.use = [*scenario.sensors.use, "imu"]
     return scenario

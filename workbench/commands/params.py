@@ -30,16 +30,15 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the table."""
-    from workbench.control.controller import load_controller
     from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured
     from workbench.scenario.parameters import parameter_table
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
     from workbench.scenario.vehicle_parameters import vehicle_parameters
 
     scenario = with_vehicle(Scenario(), args)
-    config, law = scenario.vehicle, load_controller(scenario.controller)
+    config, law = scenario.vehicle, flown_controller(scenario)
     vehicle = make_vehicle(read_configured(config))
     values = flight_gains(vehicle, config.gains, dict(args.set), law)
     rows = [

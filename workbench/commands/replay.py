@@ -5,7 +5,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_controller_option, add_json_option
+from workbench.commands.options import (
+    add_command,
+    add_controller_option,
+    add_estimator_option,
+    add_json_option,
+)
 from workbench.commands.printing import print_json, say
 from workbench.commands.progress import progress_bar
 
@@ -26,6 +31,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("log", type=Path, metavar="LOG", help="log of a flight (.mcap)")
     add_controller_option(parser, "log")
+    add_estimator_option(parser, "log")
     add_json_option(parser)
 
 
@@ -38,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if record.remark:
         say(f"{args.log}: {record.remark}")
     with progress_bar(f"flying {args.log.name} again") as progress:
-        replayed = replay(record, progress, args.controller)
+        replayed = replay(record, progress, args.controller, args.estimator)
     if args.json:
         found = {"log": args.log, "equal": replayed.equal, "remark": record.remark}
         print_json(

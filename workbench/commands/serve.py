@@ -145,7 +145,7 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
     from workbench.common.resources import find_scenario
     from workbench.scenario.scenario import load_scenario, without_arrays
 
-    scenario = load_scenario(find_scenario(args.scenario), args.controller)
+    scenario = load_scenario(find_scenario(args.scenario), args.controller, args.estimator)
     if args.model and args.scenario == DEFAULT_SCENARIO and args.sensors is None:
         scenario.sensors.use = []  # those of another drone may have other names, or not be there
         say("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")

@@ -43,8 +43,10 @@ def add_parser(commands: Any) -> None:
         "ranges",
         nargs="+",
         metavar="NAME=LOW..HIGH[:POINTS][:log]",
-        help="what is swept: a live parameter, or vary.mass, vary.inertia, vary.rotor_lag, which "
-        "the controller does not know of, or seed, of turbulence; as kp_roll=100..400:9",
+        help="what is swept: a gain, a filter, a setting of the estimator or another live "
+        "parameter; vary.mass, vary.inertia, vary.rotor_lag, vary.sensing_delay or "
+        "vary.command_delay, which the controller does not know of; or seed, of turbulence and "
+        "noise; as kp_roll=100..400:9",
     )
     parser.add_argument(
         "--axis",
@@ -157,25 +159,19 @@ def _sweep(
     args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any
 ) -> "SweepTable":
     """Fly what the command line asks for."""
-    from workbench.control.controller import load_controller
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
     from workbench.design.reproduce import PAPER
-    from workbench.design.sweep.compiled_flights import fly_compiled
+    from workbench.design.sweep.compiled_flights import fly_fastest
     from workbench.design.sweep.full_flights import fly_full
     from workbench.design.sweep.loops import axis_loop
     from workbench.design.sweep.sweep import sweep
-    from workbench.estimation.settings import TRUTH
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
 
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
         raise WorkbenchError(f"{args.metric} is not measured: add --margins")
     paper = {figure.axis: figure.command for figure in PAPER}
     scenario = with_vehicle(Scenario(), args)
-    law = load_controller(scenario.controller)
-    full = args.full or not law.compiles or scenario.estimator != TRUTH
-    if full and not args.full:
-        what = f"the estimator {scenario.estimator}" if law.compiles else law.name
-        say(f"{what} has no compiled flights: candidates fly on the full diagram")
+    law = flown_controller(scenario)
     return sweep(
         args.ranges,
         method=args.method,
@@ -187,7 +183,7 @@ def _sweep(
         scenario=scenario,
         settings=dict(args.set),
         loop=axis_loop(args.axis, law) if args.margins == _OWN_LOOP else args.margins,
-        fly=partial(fly_full, executor=executor) if full else fly_compiled,
+        fly=partial(fly_full if args.full else fly_fastest, executor=executor),
         progress=progress,
         stop=stopped,
     )

@@ -99,13 +99,12 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Tune, print the table, write profile, report and picture; 1 if wishes cannot be met."""
-    from workbench.control.controller import load_controller
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.tune.tuner import Tuner
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, flown_controller
 
     scenario = with_vehicle(Scenario(), args)
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     tuner = Tuner(
         scenario,
         _wishes(args, law),

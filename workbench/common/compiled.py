@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from workbench.common.cache import PROGRESS_LOGGER, cache_folder
 from workbench.common.errors import WorkbenchError
@@ -23,6 +23,8 @@ from workbench.common.jitable import tell_numba
 _PACKAGE = Path(__file__).parent.parent
 PERIOD = 4.0
 """Between two messages about one compilation [s]."""
+PATIENCE = 1.5
+"""A shorter wait for another process or thread is not told of [s]."""
 _PREPARING = threading.Lock()
 """One thread at a time: where numba's cache lies, and what it was told of, are the process's."""
 
@@ -34,6 +36,7 @@ def compile_cached(
     parts: int = 1,
     text: str = "",
     file: str = "",
+    page: str = "docs/controllers.md",
     **options: Any,
 ) -> "Compiled":
     """Return `function` compiled at its first call, up to a minute once a machine.
@@ -48,10 +51,11 @@ def compile_cached(
         parts: about how many functions are compiled for it, for the progress that is told.
         text: what tells a source that stands elsewhere, as a user's own, from any other.
         file: where that stands, for the sentence about what cannot be compiled.
+        page: of the docs, which says what can be.
         options: of `numba.njit`, such as `nogil=True`, which lets other Python threads run
             meanwhile: worth it where a call takes long.
     """
-    return Compiled(function, sources, what, parts, text, file, options)
+    return Compiled(function, sources, what, parts, text, file, page, options)
 
 
 class Compiled:
@@ -69,6 +73,7 @@ class Compiled:
         parts: int,
         text: str,
         file: str,
+        page: str,
         options: Mapping[str, Any],
     ) -> None:
         self._function = function
@@ -77,6 +82,7 @@ class Compiled:
         self._parts = parts
         self._text = text
         self._file = file
+        self._page = page
         self._options = options
         self._dispatcher: Any = None
         self._ready = False
@@ -100,7 +106,7 @@ class Compiled:
         except (NumbaError, UnsupportedBytecodeError) as error:
             if not self._file:
                 raise
-            raise WorkbenchError(uncompilable(str(error), self._file)) from None
+            raise WorkbenchError(uncompilable(str(error), self._file, self._page)) from None
 
     @property
     def signatures(self) -> list[Any]:
@@ -157,12 +163,13 @@ class Compiled:
         return folder
 
 
-def uncompilable(said: str, file: str) -> str:
+def uncompilable(said: str, file: str, page: str) -> str:
     """Return numba's complaint about a user's file as a sentence.
 
     Args:
         said: by numba, which names every function on the way.
         file: of the user.
+        page: see `compile_cached`.
     """
     plain = re.sub(r"\x1b\[\d*m", "", said)
     lines = re.findall(rf"(?:{re.escape(file)}|{re.escape(Path(file).name)}) \((\d+)\)", plain)
@@ -178,7 +185,7 @@ def uncompilable(said: str, file: str) -> str:
     where = f"{file}:{lines[-1]}" if lines else file
     return (
         f"{where}: cannot be compiled at '{what:.120}': write it with numbers, tuples, + - * / ** "
-        "and comparisons, see docs/controllers.md"
+        f"and comparisons, see {page}"
     )
 
 
@@ -232,14 +239,25 @@ def _alone(folder: Path | None, what: str) -> Iterator[None]:
         return
     with file:
         with suppress(OSError):  # some network file systems have no locks
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                logging.getLogger(PROGRESS_LOGGER).warning(
-                    "waiting for another process, which compiles %s", what
-                )
-                fcntl.flock(file, fcntl.LOCK_EX)
+            told = time.monotonic() + PATIENCE
+            while not _locks(file):
+                if time.monotonic() > told:
+                    logging.getLogger(PROGRESS_LOGGER).warning(
+                        "waiting for another process, which compiles %s", what
+                    )
+                    fcntl.flock(file, fcntl.LOCK_EX)
+                    break
+                time.sleep(0.01)  # who loads what is made takes less
         yield
+
+
+def _locks(file: IO[str]) -> bool:
+    """Return whether a file is locked now by this process and thread."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> str:

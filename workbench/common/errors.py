@@ -25,7 +25,8 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     names = sorted(map(str, known))
     asked = str(name)
     asked = asked if len(asked) <= LONGEST_ECHO else f"{asked[:LONGEST_ECHO]}..."
-    near = get_close_matches(asked, names, n=1)
+    plain = {each.casefold(): each for each in reversed(names)}
+    near = [plain[each] for each in get_close_matches(asked.casefold(), plain, n=1)]
     hint = f"did you mean '{near[0]}'? " if near else ""
     listed = ", ".join(names)
     if len(listed) > LONGEST_LIST:

@@ -3,6 +3,8 @@
 numba takes half a second to load, and most commands compile nothing.
 """
 
+import inspect
+import types
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
@@ -14,7 +16,9 @@ _marked: list[tuple[Callable[..., Any], dict[str, Any]]] = []
 @overload
 def register_jitable(function: Function) -> Function: ...
 @overload
-def register_jitable(*, forceinline: bool = False) -> Callable[[Function], Function]: ...
+def register_jitable(
+    *, forceinline: bool = False, boundscheck: bool = False
+) -> Callable[[Function], Function]: ...
 def register_jitable(function: Any = None, **options: Any) -> Any:
     """Leave a function as it is for Python, and let compiled code call it.
 
@@ -28,6 +32,18 @@ def register_jitable(function: Any = None, **options: Any) -> Any:
         return each
 
     return mark if function is None else mark(function)
+
+
+def mark_functions(module: types.ModuleType, boundscheck: bool = False) -> None:
+    """Let compiled code call each function that a module defines.
+
+    Args:
+        module: with the functions.
+        boundscheck: whether a place beyond an array's end is an error there, as in Python.
+    """
+    for function in list(vars(module).values()):
+        if inspect.isfunction(function) and function.__module__ == module.__name__:
+            register_jitable(forceinline=True, boundscheck=boundscheck)(function)
 
 
 def unique(function: Function, key: str) -> Function:

@@ -17,61 +17,50 @@ floats and AutoDiffXd as they are, and numba compiles them with what they call.
 
 import hashlib
 import importlib
-import importlib.util
 import inspect
 import math
-import sys
-import traceback
 import types
-from collections import namedtuple
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, find_row, unknown_name
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import mark_functions
+from workbench.common.own_file import (
+    at_most_lines,
+    check_names,
+    find_own,
+    own_errors,
+    read_own,
+    record,
+    run_own,
+    stated_memory,
+    stated_parameters,
+    stated_update,
+    table_of,
+)
+from workbench.common.parameter import Parameter, gain
 from workbench.common.resources import controllers_dir
+from workbench.common.state import State
 from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
-from workbench.control.parameter import Parameter
 from workbench.control.schedule import Schedule, parse_schedule, split_label, with_label
 from workbench.plant.gravity import GRAVITY
+
+if TYPE_CHECKING:
+    from workbench.estimation.estimators import Estimator
 
 DEFAULT = "pd"
 SHIPPED = ("pd", "pid", "lqi", "geometric", "indi")
 ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 """Of `update`, in this order."""
-MOST_LINES = 1_000_000
-"""A file, or an update, that runs longer than this many lines is taken to be an endless loop."""
 CUTS = ("actuator", "error")
 AXES = ("", "x", "y", "z", "yaw")
 TRIAL_BODY = Body(1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.02), 0.1, 0.02, 0.01)
 TRIAL_PERIOD = 1 / 128
 """What a file's functions are tried with, see `_tried`."""
-
-
-def gain(
-    name: str,
-    unit: str,
-    limits: tuple[float, float],
-    default: float,
-    help: str,
-    group: str = "",
-) -> Parameter:
-    """Return a row of a controller's parameters.
-
-    Args:
-        name: unique among all parameters of a flight.
-        unit: SI.
-        limits: least and largest value.
-        default: where neither rule nor gain file says otherwise.
-        help: what it does, for a tool tip.
-        group: heading under which it is shown.
-    """
-    return Parameter(name, "controller", unit, *limits, default, help, group=group)
 
 
 LIMITS = "Limits"
@@ -128,18 +117,6 @@ class Loop:
         return self.error if cut == "error" else self.actuator or self.error
 
 
-@dataclass(frozen=True)
-class State:
-    """A number that a controller remembers, with its SI unit and its value at the start.
-
-    It stands at that value while the rotors idle.
-    """
-
-    name: str
-    unit: str
-    initial: float = 0.0
-
-
 @dataclass(frozen=True, eq=False)
 class Controller:
     """A control law with all that tools need to know of it.
@@ -159,6 +136,8 @@ class Controller:
         compiles: whether there can be machine code of it; a system of Drake's has none.
         derivatives: how linear models take it: "AutoDiff", or "differences".
         schedule: of its gains, if they are scheduled.
+        estimator: the user's own that tells it of the motion, if one does: its parameters are live
+            in the same flights.
     """
 
     name: str
@@ -175,10 +154,11 @@ class Controller:
     compiles: bool = True
     derivatives: str = "AutoDiff"
     schedule: Schedule | None = field(default=None, repr=False)
+    estimator: "Estimator | None" = field(default=None, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Let another process have the same text, whether or not it has the file."""
-        return unpickled, (self.name, str(self.file), self.text)
+        return unpickled, (self.name, str(self.file), self.text, self.estimator)
 
     @property
     def shipped(self) -> bool:
@@ -259,7 +239,7 @@ class Controller:
         """
         if self.design is None:
             return []
-        with law_errors(self.file, "design"):
+        with own_errors(self.file, "design"):
             found = [float(x) for x in self.design(body, self._record(own), dt)]
         if len(found) != len(self.designed) or not all(map(math.isfinite, found)):
             raise WorkbenchError(
@@ -291,21 +271,11 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
         return scheduled(load_controller(name), label)
     if name in SHIPPED:
         return _shipped(name)
-    if name.endswith(".py"):
-        path = Path(name)
+    path = find_own(name, "controller")
+    if path is not None:
         if path.stem in SHIPPED and path.resolve() == _shipped_file(path.stem):
             return _shipped(path.stem)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "is no text in UTF-8"
-            raise WorkbenchError(f"{path}: {reason}: give the controller's file") from None
-        return _from_text(path.stem, path.resolve(), text)
-    if "." in name:
-        found = importlib.util.find_spec(name) if _importable(name) else None
-        if found is None or not found.origin:
-            raise WorkbenchError(f"controller {name}: no such module is installed")
-        return load_controller(found.origin)
+        return _from_text(path.stem, path.resolve(), read_own(path, "controller"))
     if "@" in name:
         raise WorkbenchError(
             f"controller {name}: no schedule stands behind the @: write it as pd@speed=0,4,8"
@@ -327,14 +297,6 @@ def find_loop(name: str, controller: Controller | None = None) -> Loop:
     return (controller or load_controller()).loop(name)
 
 
-def _importable(name: str) -> bool:
-    """Return whether the package that a module stands in can be found."""
-    try:
-        return importlib.util.find_spec(name.rpartition(".")[0]) is not None
-    except (ImportError, ValueError):
-        return False
-
-
 @lru_cache(maxsize=len(SHIPPED))
 def _shipped(name: str) -> Controller:
     module = importlib.import_module(f"workbench.controllers.{name}")
@@ -346,12 +308,22 @@ def _shipped_file(name: str) -> Path:
     return controllers_dir() / f"{name}.py"
 
 
-def unpickled(name: str, file: str, text: str) -> Controller:
+@lru_cache(maxsize=32)
+def with_estimator(controller: Controller, estimator: "Estimator | None") -> Controller:
+    """Return a controller that an estimator of the user's own tells of the motion, if one does."""
+    if estimator is controller.estimator:
+        return controller
+    return replace(controller, estimator=estimator)
+
+
+def unpickled(name: str, file: str, text: str, estimator: "Estimator | None" = None) -> Controller:
     """Return the controller of a text, in another process.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
     """
+    if estimator:
+        return with_estimator(unpickled(name, file, text), estimator)
     name, label = split_label(name)
     if label:
         return scheduled(unpickled(name, file, text), label)
@@ -424,26 +396,18 @@ def scheduled(controller: Controller, label: str) -> Controller:
         [*(row.name for row in controller.parameters), *controller.designed],
     )
     law = schedule.update(controller.update, gains, [*fields, *controller.designed], made.key)
-    _once(controller.file, "parameter", [*(row.name for row in made.parameters), *made.designed])
+    check_names(
+        controller.file, "parameter", [*(row.name for row in made.parameters), *made.designed]
+    )
     return replace(made, update=law)
 
 
 @lru_cache(maxsize=32)
 def _from_text(name: str, file: Path, text: str) -> Controller:
     """Return the controller of a text; the same one for the same text."""
-    if not name.isidentifier():
-        raise WorkbenchError(f"{file}: call the file by letters, digits and _, as my_pid.py")
-    digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
-    module = types.ModuleType(f"workbench_controller_{name}_{digest}")
-    module.__file__ = str(file)
-    # machine code that is kept on disk finds its functions' module by this name
-    sys.modules[module.__name__] = module
-    with law_errors(file, ""):
-        code = compile(text, str(file), "exec")
-        with _at_most_lines(file):
-            exec(code, module.__dict__)
+    module = run_own("controller", name, file, text)
     controller = _from_module(name, file, text, module)
-    with law_errors(file, "update"), _at_most_lines(file):
+    with own_errors(file, "update"), at_most_lines(file):
         _tried(controller)
     return controller
 
@@ -453,38 +417,18 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
     own = vars(module)
     if "system" in own:
         return _from_system(name, file, text, own)
-    update = own.get("update")
-    if not inspect.isfunction(update):
-        raise WorkbenchError(f"{file}: has no update: write def update({', '.join(ARGUMENTS)})")
-    given = tuple(inspect.signature(update).parameters)
-    if given != ARGUMENTS:
-        raise WorkbenchError(
-            f"{file}:{update.__code__.co_firstlineno}: update takes ({', '.join(given)}): let it "
-            f"take ({', '.join(ARGUMENTS)})"
-        )
-    rows = (*_all(file, own, "PARAMETERS", Parameter, "gain(...)"), *COMMON)
-    memory = _all(file, own, "MEMORY", State, "State(...)")
-    loops = _all(file, own, "LOOPS", Loop, "Loop(...)")
+    update = stated_update(file, own, ARGUMENTS)
+    rows = (*stated_parameters(file, own), *COMMON)
+    memory = stated_memory(file, own)
+    loops = table_of(file, own, "LOOPS", Loop, "Loop(...)")
     points = own.get("POINTS", {})
-    designed = _all(file, own, "DESIGNED", str, '"k_speed"')
+    designed = table_of(file, own, "DESIGNED", str, '"k_speed"')
     if not isinstance(points, dict) or not all(
         isinstance(key, str) and isinstance(unit, str) for key, unit in points.items()
     ):
         raise WorkbenchError(f'{file}: POINTS is no table: write {{"roll_error": "rad", ...}}')
-    _once(file, "parameter", [*(row.name for row in rows), *designed])
-    _once(file, "state", [each.name for each in memory])
-    _once(file, "loop", [each.name for each in loops])
-    for row in rows:
-        if not row.minimum <= row.default <= row.maximum:
-            raise WorkbenchError(
-                f"{file}: the default of {row.name}, {row.default:g}, is not within "
-                f"{row.minimum:g} .. {row.maximum:g}: change one of the three"
-            )
-    for state in memory:
-        if not math.isfinite(state.initial):
-            raise WorkbenchError(
-                f"{file}: the state {state.name} begins with {state.initial}: write a finite number"
-            )
+    check_names(file, "parameter", [*(row.name for row in rows), *designed])
+    check_names(file, "loop", [each.name for each in loops])
     for loop in loops:
         for point in filter(None, (loop.error, loop.actuator)):
             if point not in points:
@@ -506,9 +450,7 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
         raise WorkbenchError(
             f"{file}: DESIGNED and design(vehicle, g, dt) belong together: write both or none"
         )
-    for function in list(own.values()):
-        if inspect.isfunction(function) and function.__module__ == module.__name__:
-            register_jitable(forceinline=True)(function)
+    mark_functions(module)
     return Controller(
         name=name,
         file=file,
@@ -537,10 +479,10 @@ def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Co
                 f"{file}: states system and {stated}: a system has states and ports of its own, so "
                 f"leave {stated} out"
             )
-    rows = (*_all(file, own, "PARAMETERS", Parameter, "gain(...)"), *COMMON)
-    _once(file, "parameter", [row.name for row in rows])
+    rows = (*stated_parameters(file, own), *COMMON)
+    check_names(file, "parameter", [row.name for row in rows])
     record_of_gains = record("Gains", [row.name for row in rows])
-    with law_errors(file, "system"):
+    with own_errors(file, "system"):
         system = make(TRIAL_BODY, record_of_gains(*(row.default for row in rows)), TRIAL_PERIOD)
     law = SystemLaw(file, make, system, TRIAL_PERIOD)
 
@@ -614,86 +556,3 @@ def _finite(where: str, found: Any, names: Sequence[str], what: str) -> tuple[An
                 "at rest in hover"
             )
     return found
-
-
-def record(name: str, fields: Sequence[str]) -> Any:
-    """Return a named tuple's type, whose fields only a controller's file knows."""
-    make: Any = namedtuple
-    return make(name, fields)
-
-
-def _all(file: Path, own: Mapping[str, Any], name: str, kind: type, make: str) -> tuple[Any, ...]:
-    """Return a table of the file."""
-    rows = own.get(name, ())
-    if not isinstance(rows, list | tuple) or not all(isinstance(row, kind) for row in rows):
-        raise WorkbenchError(f"{file}: {name} is no table: write {name} = [{make}, ...]")
-    return tuple(rows)
-
-
-def _once(file: Path, what: str, names: Sequence[str]) -> None:
-    """Refuse a name that stands twice, or that is none."""
-    for place, name in enumerate(names):
-        if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
-            raise WorkbenchError(f"{file}: '{name}' is no name of a {what}: use letters and _")
-        if name in names[:place]:
-            raise WorkbenchError(f"{file}: the {what} {name} stands there twice: leave one out")
-
-
-@contextmanager
-def law_errors(file: Path, what: str) -> Iterator[None]:
-    """Turn whatever the user's code raises into a sentence with file, line, and what to write."""
-    try:
-        yield
-    except WorkbenchError:
-        raise
-    except SyntaxError as error:
-        raise WorkbenchError(
-            f"{error.filename}:{error.lineno}: is no Python, {error.msg}: mend this line"
-        ) from None
-    except (Exception, SystemExit) as error:
-        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
-        line = f":{frames[-1].lineno}" if frames else ""
-        doing = f"{what} fails: " if what else ""
-        said = " ".join(str(error).split())
-        raise WorkbenchError(
-            f"{file}{line}: {doing}{type(error).__name__}: {said:.200}: {_instead(error)}"
-        ) from None
-
-
-def _instead(error: BaseException) -> str:
-    """Return what to write in place of a line that raises an error."""
-    if isinstance(error, ImportError):
-        return "import what workbench.controllers names, or install what is missing"
-    if "AutoDiffXd" in str(error):
-        return (
-            "linear models take derivatives through it, which know + - * / ** and comparisons "
-            "alone: write the function with those"
-        )
-    if isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):
-        return f"it has {', '.join(error.obj._fields)}"
-    return "mend this line"
-
-
-@contextmanager
-def _at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
-    """Stop the user's code after so many lines: nothing else ends an endless loop in a thread."""
-    left = most
-
-    def count(frame: types.FrameType, event: str, _: Any) -> Any:
-        nonlocal left
-        if frame.f_code.co_filename != str(file):
-            return None
-        if event == "line":
-            left -= 1
-            if left < 0:
-                raise WorkbenchError(
-                    f"{file}:{frame.f_lineno}: runs on and on: there is a loop without an end"
-                )
-        return count
-
-    before = sys.gettrace()
-    sys.settrace(count)
-    try:
-        yield
-    finally:
-        sys.settrace(before)

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.common.jitable import made_function, register_jitable, unique
-from workbench.control.controller import Controller, record
+from workbench.common.own_file import record
+from workbench.control.controller import Controller
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.control.guidance import LIFT, MOTORS, Body, Measured, Setpoint
 from workbench.control.mixer import mix

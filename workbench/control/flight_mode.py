@@ -101,7 +101,8 @@ REASON = ModeState._fields.index("reason")
 class Situation(NamedTuple):
     """What the flight mode sees at an update; frames and units as in `pd`.
 
-    `health` is that of the estimate that place and velocity come from, None on the truth.
+    `health` is that of the estimate that place and velocity come from, None on the truth. What the
+    battery still has decides when the rotors stop, what is known of it when the drone lands.
     """
 
     time: float
@@ -114,6 +115,7 @@ class Situation(NamedTuple):
     charge: float
     standing_height: float
     health: Health | None = None
+    known_charge: float | None = None
 
 
 def hears(mode: FlightMode, request: Request) -> bool:
@@ -158,7 +160,8 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
         return _landing(request, state, now, settings)
     if request is Request.LAND:
         return _enter(FlightMode.LANDING, state, now, _shortcoming(now.health))
-    if now.charge <= settings.battery_reserve:
+    known = now.charge if now.known_charge is None else now.known_charge
+    if known <= settings.battery_reserve:
         return _enter(FlightMode.LANDING, state, now, Reason.BATTERY_LOW)
     if lost:
         return _losing_position(_enter(FlightMode.LANDING, state, now), now)

@@ -1,9 +1,9 @@
 """Control laws, each a file; and all that a file of a law may import, see docs/controllers.md."""
 
+from workbench.common.parameter import gain as gain
+from workbench.common.state import State as State
 from workbench.control.compensator import compensator as compensator
 from workbench.control.controller import Loop as Loop
-from workbench.control.controller import State as State
-from workbench.control.controller import gain as gain
 from workbench.control.flight_state import attitude_matrix as attitude_matrix
 from workbench.control.guidance import position_error as position_error
 from workbench.control.guidance import velocity_setpoint as velocity_setpoint

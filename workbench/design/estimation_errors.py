@@ -1,6 +1,6 @@
 """How far an estimate was off, and whether it was as far off as it took itself to be."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -50,6 +50,10 @@ class Estimated(Protocol):
     def innovations(self) -> np.ndarray: ...
     @property
     def p_BI(self) -> np.ndarray: ...
+    @property
+    def charge(self) -> np.ndarray: ...
+    @property
+    def known_charge(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,7 @@ class EstimateOverTruth:
         estimate: (N, 13) likewise; so the next three are as in a `Recording`.
         biases: (N, 6) of gyro [rad/s] and accelerometer [m/s²] in B, estimated.
         p_BI: place of the IMU in B (3) [m].
+        charge: (0) a log has no estimate of the charge; so the next one.
     """
 
     time: np.ndarray
@@ -73,6 +78,8 @@ class EstimateOverTruth:
     biases: np.ndarray
     p_BI: np.ndarray
     estimated: bool = True
+    charge: np.ndarray = field(default_factory=lambda: np.empty(0))
+    known_charge: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @property
     def q_WB(self) -> np.ndarray:
@@ -266,12 +273,19 @@ def judge_estimate(recording: Estimated) -> EstimateReport | None:
     errors = estimate_errors(recording)
     if errors is None:
         return None
-    states = tuple(
-        StateError(name, unit, float(np.sqrt(np.mean(each**2))), float(np.abs(each).max()))
+    states = [
+        _state_error(name, unit, each)
         for quantity, names, unit in _ROWS
         for name, each in zip(names, getattr(errors, quantity).T, strict=True)
-    )
-    return EstimateReport(states, _judged_nees(recording), _told(recording))
+    ]
+    if recording.known_charge.size:
+        off = recording.charge - recording.known_charge[:, 0]
+        states.append(_state_error("charge", "1", off))
+    return EstimateReport(tuple(states), _judged_nees(recording), _told(recording))
+
+
+def _state_error(name: str, unit: str, errors: np.ndarray) -> StateError:
+    return StateError(name, unit, float(np.sqrt(np.mean(errors**2))), float(np.abs(errors).max()))
 
 
 def _judged_nees(recording: Estimated) -> Nees | None:

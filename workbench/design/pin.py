@@ -27,7 +27,7 @@ from workbench.plant.loading import make_vehicle
 from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
+from workbench.scenario.scenario import Rates, Scenario, VehicleConfig, flown_controller
 
 _HEAD = """\
 # Pinned from a flight: limits have room around what it was like, and baselines are its curves.
@@ -260,7 +260,7 @@ def pin_step(
     _check_files(path, profile, overwrite)
     tell = progress or _tell_nobody
     vehicle = make_vehicle(read_configured(scenario.vehicle))
-    law = load_controller(scenario.controller)
+    law = flown_controller(scenario)
     settings = parameter_table(law).checked(gains)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, law)
     kept = make_profile(vehicle, values, f"pinned for {path.name}", law)

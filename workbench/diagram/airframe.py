@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import GyroSettings
+from workbench.plant.battery import BatteryPack
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 from workbench.plant.payload import payload_of
@@ -17,7 +18,9 @@ from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
-from workbench.systems.battery import Battery
+from workbench.systems.battery import PERIOD, Battery
+from workbench.systems.charge_gauge import ChargeGauge
+from workbench.systems.noise import CountedNoise, add_counted_noise
 from workbench.systems.vehicle_dynamics import VehicleDynamics
 
 
@@ -54,6 +57,14 @@ class Airframe:
         """Return what is recorded of every flight; `commands` are those of the rotors."""
         names = ("state", "acceleration", "thrusts", "speeds", "wind")
         return {name: self.dynamics.GetOutputPort(name) for name in names} | {"commands": commands}
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """What estimates the charge, and the source of its noise."""
+
+    system: ChargeGauge
+    noise: CountedNoise
 
 
 def add_airframe(
@@ -103,6 +114,7 @@ def add_battery(
     vehicle: Vehicle,
     battery_duration: float,
     sag_compensation: float,
+    gauge: Gauge | None = None,
 ) -> Battery:
     """Add the battery of an airframe, which weakens its rotors where the description states one.
 
@@ -112,6 +124,7 @@ def add_battery(
         vehicle: as the law knows it: with its hover the battery lasts the duration.
         battery_duration: of a hover on the full battery [s].
         sag_compensation: share of its sag that is made up for.
+        gauge: that measures it, and by whose charge its sag is compensated, if any does.
     """
     battery = builder.AddNamedSystem(
         "battery",
@@ -122,4 +135,20 @@ def add_battery(
     builder.Connect(dynamics.GetOutputPort(thrusts), battery.GetInputPort("thrusts"))
     if dynamics.HasInputPort("supply"):
         builder.Connect(battery.GetOutputPort("supply"), dynamics.GetInputPort("supply"))
+    if gauge:
+        system = gauge.system
+        builder.Connect(battery.GetOutputPort("terminals"), system.GetInputPort("terminals"))
+        builder.Connect(system.GetOutputPort("open_circuit"), battery.GetInputPort("open_circuit"))
     return battery
+
+
+def add_gauge(builder: DiagramBuilder, pack: BatteryPack, voltage_noise: float) -> Gauge:
+    """Add what estimates the charge of a battery; `add_battery` connects the two.
+
+    Args:
+        builder: the diagram being built.
+        pack: what is known of the battery.
+        voltage_noise: deviation of its measured voltage [V].
+    """
+    gauge = builder.AddNamedSystem("gauge", ChargeGauge(pack=pack, voltage_noise=voltage_noise))
+    return Gauge(gauge, add_counted_noise(builder, gauge.noise_input, PERIOD))

@@ -139,6 +139,7 @@ def add_computer(
     rates: Rates,
     variation: Variation = NOMINAL,
     sensed: OutputPort | None = None,
+    voltage: OutputPort | None = None,
 ) -> FlightComputer:
     """Add the sampled controller, and connect the airframe.
 
@@ -152,6 +153,7 @@ def add_computer(
         variation: whose delays the flight has; the systems `STATE_DELAY` and `COMMAND_DELAY`
             remember what is on its way.
         sensed: the motion that the law knows (13), where that is not the airframe's.
+        voltage: of the battery that it knows (1), where that is not the true one.
     """
     computer = builder.AddNamedSystem(
         "controller",
@@ -176,8 +178,8 @@ def add_computer(
     builder.Connect(state, computer.GetInputPort("state"))
     builder.Connect(commands, airframe.commands)
     if airframe.dynamics.HasOutputPort("voltage"):
-        voltage = airframe.dynamics.GetOutputPort("voltage")
-        builder.Connect(voltage, computer.GetInputPort("voltage"))
+        told = voltage or airframe.dynamics.GetOutputPort("voltage")
+        builder.Connect(told, computer.GetInputPort("voltage"))
     return computer
 
 

@@ -10,7 +10,7 @@ from workbench.diagram.sensor_choice import SensorChoice, without_noise
 from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
 from workbench.plant.home import Home
-from workbench.plant.sensors import Imu, Noise, Sensor
+from workbench.plant.sensors import Gps, Imu, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
 
 
@@ -73,6 +73,23 @@ def magnetometer_turn(choices: Sequence[SensorChoice]) -> np.ndarray:
     """Return the orientation R_BM (3, 3) of the first magnetometer."""
     magnetometer = _first(choices, "magnetometer")
     return np.array(magnetometer.R_BS) if magnetometer else np.eye(3)
+
+
+def gps_repeats(choices: Sequence[SensorChoice]) -> bool:
+    """Return whether the first GPS, if it is sound, may give equal samples of a drone in the air.
+
+    A drone in the air always moves by a little, which all show but those that round all their
+    numbers to steps that their noise does not cross.
+    """
+    gps = _first(choices, "gps")
+    if gps is None:
+        return False
+    assert isinstance(gps, Gps)
+    noises = (
+        *(gps.horizontal_position, gps.vertical_position),
+        *(gps.horizontal_velocity, gps.vertical_velocity),
+    )
+    return all(noise.precision > noise.stddev for noise in noises)
 
 
 def _first(choices: Sequence[SensorChoice], kind: str) -> Sensor | None:

@@ -11,11 +11,12 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.control.controller import Controller
 from workbench.control.flight_mode import Settings
-from workbench.diagram.airframe import Airframe, add_airframe, add_battery
+from workbench.diagram.airframe import Airframe, Gauge, add_airframe, add_battery, add_gauge
 from workbench.diagram.core import add_computer, parameter_values
 from workbench.diagram.mounting import (
     deviations_at_start,
     find_imu,
+    gps_repeats,
     magnetometer_turn,
     mounting_of,
 )
@@ -83,6 +84,7 @@ class Workbench:
     visualizer: MeshcatVisualizer | None = None
     telemetry: Telemetry | None = None
     navigation: "Navigation | None" = None
+    gauge: Gauge | None = None
     topics: tuple[Topic, ...] = ()
 
 
@@ -121,7 +123,8 @@ def make_workbench(
         bridge: to the network, or to a log; without one nothing is published.
         picture_period: between pictures in Meshcat [s], infinite for none but the first.
         feedforward: acceleration along the path in W (3) [m/s²], for laws that make use of it.
-        estimator: which of `ESTIMATORS` tells the controller of the motion; `sensors` are those
+        estimator: which of `ESTIMATORS` tells the controller of the motion, where the controller
+            has no estimator of the user's own; `sensors` are those
             that it listens to, and others.
         noise: whether the IMU that it reads has noise.
 
@@ -129,7 +132,7 @@ def make_workbench(
         WorkbenchError: if the description has no IMU, which every estimator needs.
     """
     builder = DiagramBuilder()
-    estimates = find_estimator(estimator)
+    estimates = controller.estimator or find_estimator(estimator)
     imu = find_imu(vehicle, noise) if estimates else None
     airframe = add_airframe(
         builder,
@@ -148,7 +151,13 @@ def make_workbench(
         )
     known = navigation.GetOutputPort("state") if navigation else airframe.state
     sensed = navigation.GetOutputPort("state") if navigation else None
-    computer = add_computer(builder, controller, airframe, vehicle, gains, rates, variation, sensed)
+    gauge = None
+    if navigation and vehicle.battery:
+        gauge = add_gauge(builder, vehicle.battery, **parameter_values("gauge", gains))
+    voltage = gauge.system.GetOutputPort("voltage") if gauge else None
+    computer = add_computer(
+        builder, controller, airframe, vehicle, gains, rates, variation, sensed, voltage
+    )
     pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
     reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
     if feedforward is not None:
@@ -163,12 +172,15 @@ def make_workbench(
             wall_period=_wall_period(rates) if world.names else None,
         ),
     )
-    battery = add_battery(builder, airframe, vehicle, **parameter_values("battery", gains))
+    battery = add_battery(
+        builder, airframe, vehicle, **parameter_values("battery", gains), gauge=gauge
+    )
     builder.Connect(reference, computer.GetInputPort("reference"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
     builder.Connect(known, modes.GetInputPort("state"))
     if navigation:
         builder.Connect(navigation.GetOutputPort("health"), modes.GetInputPort("health"))
+        builder.Connect(modes.GetOutputPort("mode"), navigation.GetInputPort("mode"))
     builder.Connect(reference, modes.GetInputPort("reference"))
     builder.Connect(pilot.GetOutputPort("request"), modes.GetInputPort("request"))
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
@@ -177,6 +189,10 @@ def make_workbench(
         "mode": modes.GetOutputPort("mode"),
         "charge": battery.GetOutputPort("charge"),
     }
+    if gauge:
+        known_charge = gauge.system.GetOutputPort("charge")
+        builder.Connect(known_charge, modes.GetInputPort("known_charge"))
+        signals |= {"known_charge": known_charge}
     if navigation:
         signals |= {
             "estimate": navigation.GetOutputPort("state"),
@@ -235,6 +251,7 @@ def make_workbench(
         visualizer=visualizer,
         telemetry=telemetry,
         navigation=navigation,
+        gauge=gauge,
         topics=topics,
     )
 
@@ -263,6 +280,7 @@ def _add_navigation(
             home=home,
             period=period,
             repeats=not any(each.stddev for each in imu.angular_velocity),
+            gps_repeats=gps_repeats(sensors),
         ),
     )
     builder.Connect(airframe.dynamics.GetOutputPort("imu"), navigation.GetInputPort("imu"))

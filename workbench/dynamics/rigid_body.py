@@ -87,6 +87,17 @@ def rotation(q_WB: Signal) -> Matrix:
 
 
 @register_jitable(forceinline=True)
+def into_world(R_WB: Signal, a_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
+    """Return a vector of B in W."""
+    x, y, z = a_B
+    return (
+        R_WB[0] * x + R_WB[1] * y + R_WB[2] * z,
+        R_WB[3] * x + R_WB[4] * y + R_WB[5] * z,
+        R_WB[6] * x + R_WB[7] * y + R_WB[8] * z,
+    )
+
+
+@register_jitable(forceinline=True)
 def into_body(R_WB: Signal, a_W: Signal) -> Three:
     """Return a vector of W in B."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R_WB

@@ -67,7 +67,7 @@ ROW = ANSWER + CONSTANTS
 """Size of a rotor's row, 26."""
 MOST_GROUND_EFFECT = 4.0 / 15.0
 """Of thrust."""
-FULL = (1.0, 0.0, 0.0)
+FULL = (1.0, 0.0, 0.0, 1.0)
 """A supply whose voltage is always that of the full battery, see `voltage_share`."""
 LEAST_VOLTAGE = 0.1
 """Share of the full one below which nothing makes up for it."""
@@ -247,7 +247,8 @@ def loaded(supply: Signal, power: Scalar) -> Scalar:
 
     Args:
         supply: voltage without load, and what it falls by over power, both over the full one's
-            without load [1, N^-3/2]; and see `supplied`.
+            without load [1, N^-3/2]; the share of sag that is compensated; and the voltage without
+            load as that knows it.
         power: sum of the rotors' `power_share` [N^3/2].
     """
     share = supply[0] - supply[1] * power
@@ -257,19 +258,22 @@ def loaded(supply: Signal, power: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def supplied(command: Scalar, most: float, voltage: Scalar, compensation: Scalar) -> Scalar:
+def supplied(
+    command: Scalar, most: float, voltage: Scalar, known: Scalar, compensation: Scalar
+) -> Scalar:
     """Return the speed that a rotor goes to at a command [rad/s].
 
     Args:
         command: speed [rad/s].
         most: largest speed on the full battery [rad/s].
         voltage: see `loaded`.
+        known: the same as the compensation knows it.
         compensation: share of what the voltage lacks that the command is raised for.
     """
-    known = 1.0 + compensation * (voltage - 1.0)
-    if known < LEAST_VOLTAGE:
-        known = LEAST_VOLTAGE
-    return voltage * within(command / known, most)
+    share = 1.0 + compensation * (known - 1.0)
+    if share < LEAST_VOLTAGE:
+        share = LEAST_VOLTAGE
+    return voltage * within(command / share, most)
 
 
 @register_jitable
@@ -387,9 +391,10 @@ def step_vehicle(
         next_speeds: n places for speeds at its end [rad/s].
     """
     voltage = voltage_share(speeds, shares, supply, rotors)
+    known = voltage + (supply[3] - supply[0])
     for i in range(len(rotors)):
         constants = rotors[i][ANSWER:ROW]
-        command = supplied(commands[i], constants[0], voltage, supply[2])
+        command = supplied(commands[i], constants[0], voltage, known, supply[2])
         middles[i], slopes[i], next_speeds[i] = step_rotor(command, speeds[i], constants)
     R_WB, w_W, v_W = middle(state, last, step)
     p_BoBcm_B = body[13:16]

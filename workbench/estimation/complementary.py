@@ -28,8 +28,8 @@ from typing import Any
 import numpy as np
 
 from workbench.common.jitable import register_jitable
-from workbench.dynamics.rigid_body import into_body, rotation
-from workbench.estimation.ekf import crossed, into_world, turned_by
+from workbench.dynamics.rigid_body import into_world, rotation
+from workbench.estimation.ekf import NOMINAL, crossed, nominal, turned_by
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER
 from workbench.plant.gravity import GRAVITY
 
@@ -37,7 +37,6 @@ Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
-NOMINAL = 16
 LAST = NOMINAL
 SIZE = LAST + 4 + 3 + 3 + 1
 """Places in the memory: attitude, place and velocity of the IMU in W, biases of gyro and (none of)
@@ -146,11 +145,7 @@ def initial(state: Signal, p_BI: Signal) -> np.ndarray:
         state: q_WB, p_WB, w_WB_W, v_WB_W (13).
         p_BI: of the IMU (3) [m].
     """
-    R = rotation(state[0:4])
-    w_B = into_body(R, state[7:10])
     memory = np.zeros(SIZE)
-    memory[0:4] = np.asarray(state[0:4]) / np.linalg.norm(state[0:4])
-    memory[4:7] = np.asarray(state[4:7]) + into_world(R, p_BI)
-    memory[7:10] = np.asarray(state[10:13]) + into_world(R, crossed(w_B, p_BI))
+    memory[:NOMINAL] = nominal(state, p_BI)
     assert math.isfinite(memory.sum())
     return memory

@@ -28,17 +28,38 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.common.jitable import register_jitable
-from workbench.dynamics.rigid_body import into_body, rotation
+from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.estimation.covariance import (
+    ERRORS as ERRORS,
+)
+from workbench.estimation.covariance import (
+    Block,
+    Covariance,
+    Error,
+    Measured,
+    Three,
+    Transition,
+    blocks_of,
+    fused,
+    moved,
+    scaled,
+    spread,
+    times,
+    transposed,
+    write_blocks,
+)
 from workbench.estimation.samples import BAROMETER, GPS, IMU, MAGNETOMETER, RANGE_FINDER
 from workbench.plant.gravity import GRAVITY
 
 Scalar = Any
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
+NONE, EAST, NORTH, UP = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+EXACT = (0.0,) * 15
 
-ERRORS, NOMINAL, CHANNELS = 15, 16, 10
-"""Sizes of the error and of the nominal state, and numbers that are measured: place and velocity
-of the antenna (6), height, heading, distance, and one place to spare."""
+NOMINAL, CHANNELS = 16, 10
+"""Sizes of the nominal state, and numbers that are measured: place and velocity of the antenna (6),
+height, heading, distance, and one place to spare."""
 NAMES = (
     "gps_x",
     "gps_y",
@@ -51,6 +72,8 @@ NAMES = (
     "range_finder",
 )
 """Of the numbers that are measured."""
+HEIGHT, HEADING, DISTANCE = 6, 7, 8
+"""Places of those behind the GPS's."""
 COVARIANCE = NOMINAL
 INNOVATIONS = COVARIANCE + ERRORS * ERRORS
 SIZE = INNOVATIONS + 2 * CHANNELS
@@ -94,17 +117,6 @@ def turned_by(q: Signal, turn: Signal) -> tuple[Scalar, Scalar, Scalar, Scalar]:
 def crossed(a: Signal, b: Signal) -> tuple[Scalar, Scalar, Scalar]:
     """Return the cross product of two vectors."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@register_jitable(forceinline=True)
-def into_world(R_WB: Signal, a_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return a vector of B in W."""
-    x, y, z = a_B
-    return (
-        R_WB[0] * x + R_WB[1] * y + R_WB[2] * z,
-        R_WB[3] * x + R_WB[4] * y + R_WB[5] * z,
-        R_WB[6] * x + R_WB[7] * y + R_WB[8] * z,
-    )
 
 
 @register_jitable
@@ -198,132 +210,281 @@ def estimate(x: Signal, imu: Signal, p_BI: Signal) -> tuple[Scalar, ...]:
     )
 
 
-@register_jitable
-def transition(x: Signal, imu: Signal, dt: float, F: np.ndarray) -> None:
-    """Write F (9, 15): errors of attitude, place and velocity after a period by all before it."""
+@register_jitable(forceinline=True)
+def transition(x: Signal, imu: Signal, dt: Scalar) -> Transition:
+    """Return the errors of attitude and velocity after a period by all before it.
+
+    Args:
+        x: nominal state before it (16).
+        imu: mean angular velocity and specific force in B (6).
+        dt: the period [s].
+    """
     w = (imu[0] - x[10], imu[1] - x[11], imu[2] - x[12])
     f = (imu[3] - x[13], imu[4] - x[14], imu[5] - x[15])
     whole = (dt * w[0], dt * w[1], dt * w[2])
     half = (0.5 * whole[0], 0.5 * whole[1], 0.5 * whole[2])
     one = (1.0, 0.0, 0.0, 0.0)
-    middle = rotation(turned_by(one, half))
-    after = rotation(turned_by(one, whole))
     R = rotation(turned_by((x[0], x[1], x[2], x[3]), half))
-    J, J_half = np.empty((3, 3)), np.empty((3, 3))
-    _right_jacobian(whole, J)
-    _right_jacobian(half, J_half)
-    F[:, :] = 0.0
-    for i in range(3):
-        F[3 + i, 3 + i] = 1.0
-        F[6 + i, 6 + i] = 1.0
-        F[3 + i, 6 + i] = dt
-        # - R_m [f x], row by row
-        r = (R[3 * i], R[3 * i + 1], R[3 * i + 2])
-        m = crossed(f, r)
-        for j in range(3):
-            F[i, j] = after[3 * j + i]
-            F[i, 9 + j] = -dt * J[i, j]
-            by_angle = m[0] * middle[3 * j] + m[1] * middle[3 * j + 1] + m[2] * middle[3 * j + 2]
-            by_bias = m[0] * J_half[0, j] + m[1] * J_half[1, j] + m[2] * J_half[2, j]
-            F[6 + i, j] = dt * by_angle
-            F[6 + i, 9 + j] = -0.5 * dt * dt * by_bias
-            F[6 + i, 12 + j] = -dt * r[j]
-            F[3 + i, j] = 0.5 * dt * F[6 + i, j]
-            F[3 + i, 9 + j] = 0.5 * dt * F[6 + i, 9 + j]
-            F[3 + i, 12 + j] = 0.5 * dt * F[6 + i, 12 + j]
+    # - R_m [f x], row by row
+    pull = (
+        crossed(f, (R[0], R[1], R[2]))
+        + crossed(f, (R[3], R[4], R[5]))
+        + crossed(f, (R[6], R[7], R[8]))
+    )
+    by_angle = times(pull, transposed(rotation(turned_by(one, half))))
+    by_bias = times(pull, _right_jacobian(half))
+    return Transition(
+        tt=transposed(rotation(turned_by(one, whole))),
+        tg=scaled(-dt, _right_jacobian(whole)),
+        vt=scaled(dt, by_angle),
+        vg=scaled(-0.5 * dt * dt, by_bias),
+        va=scaled(-dt, R),
+    )
 
 
-@register_jitable
-def _right_jacobian(turn: Signal, J: np.ndarray) -> None:
-    """Write J_r(turn), the error at the end of a turn by that of the turn; Solà, equation 183."""
+@register_jitable(forceinline=True)
+def _right_jacobian(turn: Three) -> Block:
+    """Return J_r(turn), the error at the end of a turn by that of the turn; Solà, equation 183."""
     x, y, z = turn
     s = x * x + y * y + z * z
     a = 0.5 - s * (1.0 / 24.0 - s / 720.0)
     b = 1.0 / 6.0 - s * (1.0 / 120.0 - s / 5040.0)
-    J[0, 0] = 1.0 + b * (x * x - s)
-    J[0, 1] = a * z + b * x * y
-    J[0, 2] = -a * y + b * x * z
-    J[1, 0] = -a * z + b * x * y
-    J[1, 1] = 1.0 + b * (y * y - s)
-    J[1, 2] = a * x + b * y * z
-    J[2, 0] = a * y + b * x * z
-    J[2, 1] = -a * x + b * y * z
-    J[2, 2] = 1.0 + b * (z * z - s)
+    return (
+        1.0 + b * (x * x - s),
+        a * z + b * x * y,
+        -a * y + b * x * z,
+        -a * z + b * x * y,
+        1.0 + b * (y * y - s),
+        a * x + b * y * z,
+        a * y + b * x * z,
+        -a * x + b * y * z,
+        1.0 + b * (z * z - s),
+    )
 
 
-@register_jitable
-def spread(P: np.ndarray, F: np.ndarray, settings: Signal, dt: float) -> None:
-    """Write F P F' + Q into P (15, 15).
+@register_jitable(forceinline=True)
+def _lever(p: Signal, p_BI: Signal) -> Three:
+    return p[0] - p_BI[0], p[1] - p_BI[1], p[2] - p_BI[2]
+
+
+@register_jitable(forceinline=True)
+def measured_height(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
+    """Return what the barometer measures.
 
     Args:
-        P: covariance of the errors.
-        F: see `transition`; biases stay as they are.
+        x: nominal state (16).
+        z: see `samples`.
+        mounting: see `samples.Mounting.packed`.
         settings: see `settings.EkfSettings`.
-        dt: the period [s].
     """
-    T = np.zeros((9, ERRORS))
-    for i in range(9):
-        for k in range(ERRORS):
-            share = F[i, k]
-            if share != 0.0:
-                for j in range(ERRORS):
-                    T[i, j] += share * P[k, j]
-    for i in range(9):
-        for j in range(i, 9):
-            total = 0.0
-            for k in range(ERRORS):
-                total += T[i, k] * F[j, k]
-            P[i, j] = total
-            P[j, i] = total
-        for j in range(9, ERRORS):
-            P[i, j] = T[i, j]
-            P[j, i] = T[i, j]
-    gyro, accel = settings[0] * settings[0] * dt, settings[1] * settings[1] * dt
-    for i in range(3):
-        P[i, i] += gyro
-        P[3 + i, 3 + i] += accel * dt * dt / 3.0
-        P[3 + i, 6 + i] += 0.5 * accel * dt
-        P[6 + i, 3 + i] += 0.5 * accel * dt
-        P[6 + i, 6 + i] += accel
-        P[9 + i, 9 + i] += settings[2] * settings[2] * dt
-        P[12 + i, 12 + i] += settings[3] * settings[3] * dt
+    R = rotation((x[0], x[1], x[2], x[3]))
+    arm = _lever(mounting[6:9], mounting[0:3])
+    return Measured(
+        t=crossed(arm, (R[6], R[7], R[8])),
+        p=UP,
+        v=NONE,
+        g=NONE,
+        a=NONE,
+        gap=z[BAROMETER + 1] - (x[6] + into_world(R, arm)[2]),
+        variance=settings[7] * settings[7],
+    )
 
 
-@register_jitable
-def fused(
-    P: np.ndarray, error: np.ndarray, row: np.ndarray, gap: float, variance: float, gate: float
-) -> float:
-    """Take a measured number into error (15) and covariance, in place; return its variance s.
+@register_jitable(forceinline=True)
+def measured_heading(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
+    """Return what the magnetometer measures; the arguments are those of `measured_height`."""
+    R = rotation((x[0], x[1], x[2], x[3]))
+    m_x, m_y, m_z = mounting[15], mounting[16], mounting[17]
+    level = m_x * m_x + m_y * m_y
+    k = (z[MAGNETOMETER + 1], z[MAGNETOMETER + 2], z[MAGNETOMETER + 3])
+    n_x, n_y, _ = into_world(R, k)
+    # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
+    # the measured one's noise would come into H, and seem to tell of the tilt
+    about = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
+    return Measured(
+        t=about,
+        p=NONE,
+        v=NONE,
+        g=NONE,
+        a=NONE,
+        gap=math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y),
+        variance=settings[8] * settings[8] / level,
+    )
 
-    Args:
-        P: covariance (15, 15).
-        error: so far.
-        row: H (15).
-        gap: y - h(x).
-        variance: of the measurement.
-        gate: it is left out beyond so many deviations.
+
+@register_jitable(forceinline=True)
+def measured_distance(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
+    """Return what the range finder measures; the arguments are those of `measured_height`."""
+    R = rotation((x[0], x[1], x[2], x[3]))
+    up = (R[6], R[7], R[8])
+    arm = _lever(mounting[9:12], mounting[0:3])
+    n = (mounting[12], mounting[13], mounting[14])
+    down = -into_world(R, n)[2]
+    height = x[6] + into_world(R, arm)[2]
+    by_place, by_view = crossed(arm, up), crossed(n, up)
+    tilt = height / (down * down)
+    return Measured(
+        t=(
+            by_place[0] / down + tilt * by_view[0],
+            by_place[1] / down + tilt * by_view[1],
+            by_place[2] / down + tilt * by_view[2],
+        ),
+        p=(0.0, 0.0, 1.0 / down),
+        v=NONE,
+        g=NONE,
+        a=NONE,
+        gap=z[RANGE_FINDER + 1] - height / down if down > LEAST_LOOK else math.nan,
+        variance=settings[9] * settings[9],
+    )
+
+
+@register_jitable(forceinline=True)
+def measured_motion(
+    x: Signal, z: Signal, mounting: Signal, settings: Signal
+) -> tuple[Measured, Measured, Measured, Measured, Measured, Measured]:
+    """Return the place and velocity that the GPS measures; the arguments are those before.
+
+    A sample is held against the motion at its own time: x, carried back over its age.
     """
-    gain = np.zeros(ERRORS)
-    s, innovation = variance, gap
-    for k in range(ERRORS):
-        if row[k] != 0.0:
-            innovation -= row[k] * error[k]
-            for i in range(ERRORS):
-                gain[i] += P[i, k] * row[k]
-    for k in range(ERRORS):
-        s += row[k] * gain[k]
-    if innovation * innovation > gate * gate * s:
-        return s
-    for i in range(ERRORS):
-        share = gain[i] / s
-        error[i] += share * innovation
-        for j in range(i, ERRORS):  # rounding would make halves of its own differ more and more
-            P[i, j] -= share * gain[j]
-            P[j, i] = P[i, j]
-    return s
+    back = -z[GPS + 1]
+    imu = (z[0], z[1], z[2], z[3], z[4], z[5])
+    F = transition(x, imu, back)
+    then = propagated(x, imu, back)
+    R = rotation((then[0], then[1], then[2], then[3]))
+    arm = _lever(mounting[3:6], mounting[0:3])
+    turn = crossed((z[0] - x[10], z[1] - x[11], z[2] - x[12]), arm)
+    y, v = into_world(R, arm), into_world(R, turn)
+    east, north, up = (R[0], R[1], R[2]), (R[3], R[4], R[5]), (R[6], R[7], R[8])
+    level, height, speed = settings[4], settings[5], settings[6]
+    return (
+        _placed(
+            F,
+            F.vt[0:3],
+            F.vg[0:3],
+            F.va[0:3],
+            east,
+            arm,
+            EAST,
+            back,
+            z[GPS + 2] - then[4] - y[0],
+            level,
+        ),
+        _placed(
+            F,
+            F.vt[3:6],
+            F.vg[3:6],
+            F.va[3:6],
+            north,
+            arm,
+            NORTH,
+            back,
+            z[GPS + 3] - then[5] - y[1],
+            level,
+        ),
+        _placed(
+            F,
+            F.vt[6:9],
+            F.vg[6:9],
+            F.va[6:9],
+            up,
+            arm,
+            UP,
+            back,
+            z[GPS + 4] - then[6] - y[2],
+            height,
+        ),
+        _driven(
+            F,
+            F.vt[0:3],
+            F.vg[0:3],
+            F.va[0:3],
+            east,
+            arm,
+            turn,
+            EAST,
+            z[GPS + 5] - then[7] - v[0],
+            speed,
+        ),
+        _driven(
+            F,
+            F.vt[3:6],
+            F.vg[3:6],
+            F.va[3:6],
+            north,
+            arm,
+            turn,
+            NORTH,
+            z[GPS + 6] - then[8] - v[1],
+            speed,
+        ),
+        _driven(
+            F,
+            F.vt[6:9],
+            F.vg[6:9],
+            F.va[6:9],
+            up,
+            arm,
+            turn,
+            UP,
+            z[GPS + 7] - then[9] - v[2],
+            speed,
+        ),
+    )
 
 
-@register_jitable
+@register_jitable(forceinline=True)
+def _placed(
+    F: Transition,
+    vt: Three,
+    vg: Three,
+    va: Three,
+    r: Three,
+    arm: Three,
+    axis: Three,
+    back: Scalar,
+    gap: Scalar,
+    deviation: Scalar,
+) -> Measured:
+    """Return a coordinate of the antenna's place, along a row r of its R_WB."""
+    by_turn = crossed(arm, r)
+    h = 0.5 * back
+    return Measured(
+        t=moved(into_body(F.tt, by_turn), vt, h),
+        p=axis,
+        v=(back * axis[0], back * axis[1], back * axis[2]),
+        g=moved(into_body(F.tg, by_turn), vg, h),
+        a=(h * va[0], h * va[1], h * va[2]),
+        gap=gap,
+        variance=deviation * deviation,
+    )
+
+
+@register_jitable(forceinline=True)
+def _driven(
+    F: Transition,
+    vt: Three,
+    vg: Three,
+    va: Three,
+    r: Three,
+    arm: Three,
+    turn: Three,
+    axis: Three,
+    gap: Scalar,
+    deviation: Scalar,
+) -> Measured:
+    """Return a coordinate of the antenna's velocity, along a row r of its R_WB."""
+    by_turn = crossed(turn, r)
+    return Measured(
+        t=moved(into_body(F.tt, by_turn), vt, 1.0),
+        p=NONE,
+        v=axis,
+        g=moved(moved(into_body(F.tg, by_turn), vg, 1.0), crossed(r, arm), 1.0),
+        a=va,
+        gap=gap,
+        variance=deviation * deviation,
+    )
+
+
 def rows_of(
     x: Signal, z: Signal, mounting: Signal, settings: Signal, rows: np.ndarray, gaps: np.ndarray
 ) -> None:
@@ -339,82 +500,19 @@ def rows_of(
     """
     rows[:, :] = 0.0
     gaps[:, :] = math.nan
-    R = rotation((x[0], x[1], x[2], x[3]))
-    p_BI = mounting[0:3]
+    found: list[tuple[int, Measured]] = []
     if z[GPS] > 0.0:
-        _gps_rows(x, z, mounting, settings, rows, gaps)
-    up = (R[6], R[7], R[8])
+        found += enumerate(measured_motion(x, z, mounting, settings))
     if z[BAROMETER] > 0.0:
-        arm = _lever(mounting[6:9], p_BI)
-        turn = crossed(arm, up)
-        gaps[6, 0] = z[BAROMETER + 1] - (x[6] + into_world(R, arm)[2])
-        gaps[6, 1] = settings[7] * settings[7]
-        rows[6, 5] = 1.0
-        for j in range(3):
-            rows[6, j] = turn[j]
+        found.append((HEIGHT, measured_height(x, z, mounting, settings)))
     if z[MAGNETOMETER] > 0.0:
-        m_x, m_y, m_z = mounting[15], mounting[16], mounting[17]
-        level = m_x * m_x + m_y * m_y
-        k = z[MAGNETOMETER + 1 : MAGNETOMETER + 4]
-        n_x, n_y, _ = into_world(R, (k[0], k[1], k[2]))
-        gaps[7, 0] = math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y)
-        gaps[7, 1] = settings[8] * settings[8] / level
-        # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
-        # the measured one's noise would come into H, and seem to tell of the tilt
-        about = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
-        for j in range(3):
-            rows[7, j] = about[j]
+        found.append((HEADING, measured_heading(x, z, mounting, settings)))
     if z[RANGE_FINDER] > 0.0:
-        arm = _lever(mounting[9:12], p_BI)
-        n = (mounting[12], mounting[13], mounting[14])
-        down = -into_world(R, n)[2]
-        if down > LEAST_LOOK:
-            height = x[6] + into_world(R, arm)[2]
-            by_place, by_view = crossed(arm, up), crossed(n, up)
-            gaps[8, 0] = z[RANGE_FINDER + 1] - height / down
-            gaps[8, 1] = settings[9] * settings[9]
-            rows[8, 5] = 1.0 / down
-            for j in range(3):
-                rows[8, j] = by_place[j] / down + height / (down * down) * by_view[j]
-
-
-@register_jitable
-def _gps_rows(
-    x: Signal, z: Signal, mounting: Signal, settings: Signal, rows: np.ndarray, gaps: np.ndarray
-) -> None:
-    """Write what `rows_of` does of a sample of the GPS.
-
-    It is held against the motion at its own time: x, carried back over its age.
-    """
-    back = -z[GPS + 1]
-    F = np.empty((9, ERRORS))
-    transition(x, z[IMU:GPS], back, F)
-    then = propagated(x, z[IMU:GPS], back)
-    R = rotation(then[0:4])
-    w = (z[0] - x[10], z[1] - x[11], z[2] - x[12])
-    arm = _lever(mounting[3:6], mounting[0:3])
-    turn = crossed(w, arm)
-    place, speed = into_world(R, arm), into_world(R, turn)
-    for i in range(3):
-        r = (R[3 * i], R[3 * i + 1], R[3 * i + 2])
-        of_place, of_speed, of_bias = crossed(arm, r), crossed(turn, r), crossed(r, arm)
-        deviation = settings[4] if i < 2 else settings[5]
-        gaps[i, 0] = z[GPS + 2 + i] - (then[4 + i] + place[i])
-        gaps[i, 1] = deviation * deviation
-        gaps[3 + i, 0] = z[GPS + 5 + i] - (then[7 + i] + speed[i])
-        gaps[3 + i, 1] = settings[6] * settings[6]
-        for k in range(ERRORS):
-            rows[i, k], rows[3 + i, k] = F[3 + i, k], F[6 + i, k]
-            for j in range(3):
-                rows[i, k] += of_place[j] * F[j, k]
-                rows[3 + i, k] += of_speed[j] * F[j, k]
-        for j in range(3):
-            rows[3 + i, 9 + j] += of_bias[j]
-
-
-@register_jitable(forceinline=True)
-def _lever(p: Signal, p_BI: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    return p[0] - p_BI[0], p[1] - p_BI[1], p[2] - p_BI[2]
+        found.append((DISTANCE, measured_distance(x, z, mounting, settings)))
+    for channel, m in found:
+        if not math.isnan(m.gap):
+            rows[channel] = m.t + m.p + m.v + m.g + m.a
+            gaps[channel] = m.gap, m.variance
 
 
 @register_jitable
@@ -431,29 +529,62 @@ def update(
         dt: since the update before [s]; 0 at the first, which only measures.
     """
     x = memory[:NOMINAL]
-    P = memory[COVARIANCE:INNOVATIONS].reshape(ERRORS, ERRORS)
+    matrix = memory[COVARIANCE:INNOVATIONS].reshape(ERRORS, ERRORS)
+    P = blocks_of(matrix)
     if dt > 0.0:
-        F = np.empty((9, ERRORS))
-        transition(x, z[IMU:GPS], dt, F)
+        F = transition(x, z[IMU:GPS], dt)
         after = propagated(x, z[IMU:GPS], dt)
         for i in range(NOMINAL):
             x[i] = after[i]
-        spread(P, F, settings, dt)
+        P = spread(P, F, settings, dt)
     told = memory[INNOVATIONS:SIZE].reshape(CHANNELS, 2)
     told[:, :] = math.nan
-    if z[GPS] + z[BAROMETER] + z[MAGNETOMETER] + z[RANGE_FINDER] == 0.0:
-        return
-    rows, error = np.empty((CHANNELS, ERRORS)), np.zeros(ERRORS)
-    rows_of(x, z, mounting, settings, rows, told)
-    for channel in range(CHANNELS):
-        gap, variance = told[channel, 0], told[channel, 1]
-        if not math.isnan(gap):
-            for k in range(ERRORS):
-                told[channel, 0] -= rows[channel, k] * error[k]
-            told[channel, 1] = fused(P, error, rows[channel], gap, variance, settings[10])
+    error = EXACT
+    if z[GPS] > 0.0:
+        motion = measured_motion(x, z, mounting, settings)
+        for channel in range(len(motion)):
+            P, error = _take_in(P, error, motion[channel], settings, told[channel])
+    if z[BAROMETER] > 0.0:
+        height = measured_height(x, z, mounting, settings)
+        P, error = _take_in(P, error, height, settings, told[HEIGHT])
+    if z[MAGNETOMETER] > 0.0:
+        heading = measured_heading(x, z, mounting, settings)
+        P, error = _take_in(P, error, heading, settings, told[HEADING])
+    if z[RANGE_FINDER] > 0.0:
+        distance = measured_distance(x, z, mounting, settings)
+        P, error = _take_in(P, error, distance, settings, told[DISTANCE])
+    write_blocks(P, matrix)
     found = corrected(x, error)
     for i in range(NOMINAL):
         x[i] = found[i]
+
+
+@register_jitable
+def _take_in(
+    P: Covariance, error: Error, m: Measured, settings: Signal, told: np.ndarray
+) -> tuple[Covariance, Error]:
+    """Take a number in, and write its innovation and its variance."""
+    if math.isnan(m.gap):
+        return P, error
+    found = fused(P, error, m, settings[10])
+    told[0], told[1] = found.innovation, found.s
+    return found.P, found.error
+
+
+def nominal(state: Signal, p_BI: Signal) -> np.ndarray:
+    """Return the nominal state (16) of a known motion, without biases.
+
+    Args:
+        state: q_WB, p_WB, w_WB_W, v_WB_W (13).
+        p_BI: of the IMU (3) [m].
+    """
+    R = rotation(state[0:4])
+    w_B = into_body(R, state[7:10])
+    x = np.zeros(NOMINAL)
+    x[0:4] = np.asarray(state[0:4]) / np.linalg.norm(state[0:4])
+    x[4:7] = np.asarray(state[4:7]) + into_world(R, p_BI)
+    x[7:10] = np.asarray(state[10:13]) + into_world(R, crossed(w_B, p_BI))
+    return x
 
 
 def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.ndarray:
@@ -464,12 +595,7 @@ def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.nd
         p_BI: of the IMU (3) [m].
         deviations: of its errors.
     """
-    R = rotation(state[0:4])
-    w_B = into_body(R, state[7:10])
     memory = np.full(SIZE, math.nan)
-    memory[0:4] = np.asarray(state[0:4]) / np.linalg.norm(state[0:4])
-    memory[4:7] = np.asarray(state[4:7]) + into_world(R, p_BI)
-    memory[7:10] = np.asarray(state[10:13]) + into_world(R, crossed(w_B, p_BI))
-    memory[10:16] = 0.0
+    memory[:NOMINAL] = nominal(state, p_BI)
     memory[COVARIANCE:INNOVATIONS] = np.diag(np.repeat(np.square(deviations), 3)).ravel()
     return memory

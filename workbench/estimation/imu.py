@@ -36,8 +36,8 @@ class ImuNoise(NamedTuple):
 
     Attributes:
         deviation: of a sample a physics step (6).
-        kept: share of the drift that is left after a physics step (6).
-        driven: deviation of what a physics step adds to it (6).
+        kept: share of the drift that is left from one reading to the next (6).
+        driven: deviation of what is added to it meanwhile (6).
         mean: of the bias (6).
         spread: deviation of the bias that is drawn once (6).
     """
@@ -49,16 +49,17 @@ class ImuNoise(NamedTuple):
     spread: tuple[float, ...]
 
 
-def imu_noise(sensor: Imu, step: float) -> ImuNoise:
+def imu_noise(sensor: Imu, step: float, period: float) -> ImuNoise:
     """Return the noise of a described IMU, of the densities that it has at its own rate.
 
     Args:
         sensor: the description's record.
         step: of physics [s].
+        period: between readings, at which the biases drift [s].
     """
     rate = sensor.rate or sensor.usual_rate
     noises = (*sensor.angular_velocity, *sensor.linear_acceleration)
-    drifts = [_drift(noise, step) for noise in noises]
+    drifts = [_drift(noise, period) for noise in noises]
     return ImuNoise(
         deviation=tuple(noise.at_rate(rate, 1.0 / step).stddev for noise in noises),
         kept=tuple(kept for kept, _ in drifts),
@@ -68,15 +69,10 @@ def imu_noise(sensor: Imu, step: float) -> ImuNoise:
     )
 
 
-def packed(sensor: Imu, step: float) -> np.ndarray:
-    """Return what the functions below know of an IMU (43).
-
-    Args:
-        sensor: the description's record.
-        step: of physics [s].
-    """
+def packed(sensor: Imu, step: float, period: float) -> np.ndarray:
+    """Return what the functions below know of an IMU (43); the arguments are those before."""
     turn = np.array(sensor.R_BS).ravel()
-    parts = ([1.0], sensor.p_BS, turn, *imu_noise(sensor, step))
+    parts = ([1.0], sensor.p_BS, turn, *imu_noise(sensor, step, period))
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
@@ -101,16 +97,16 @@ def six(values: Signal) -> Six:
     return values[0], values[1], values[2], values[3], values[4], values[5]
 
 
-def _drift(noise: Noise, step: float) -> tuple[float, float]:
-    """Return what a step leaves of a drift, and the deviation of what it adds, see `Noise`."""
+def _drift(noise: Noise, period: float) -> tuple[float, float]:
+    """Return what a period leaves of a drift, and the deviation of what it adds, see `Noise`."""
     time, density = noise.dynamic_bias_correlation_time, noise.dynamic_bias_stddev
     if time == 0.0:
         return 1.0, 0.0
-    variance = -0.5 * density**2 * time * math.expm1(-2.0 * step / time)
-    return math.exp(-step / time), math.sqrt(variance)
+    variance = -0.5 * density**2 * time * math.expm1(-2.0 * period / time)
+    return math.exp(-period / time), math.sqrt(variance)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def measured(state: Signal, acceleration: Signal, p_BS: Signal) -> Six:
     """Return what a perfect IMU shows, in the axes of B.
 
@@ -155,20 +151,25 @@ def noisy_sample(
     n = np.empty(6)
     for i in range(6):
         n[i] = bias[i] + bias[6 + i] + scale * imu[DEVIATION + i] * drawn[i]
-    R = imu[TURN : TURN + 9]
+    return with_noise(exact, n, imu[TURN : TURN + 9])
+
+
+@register_jitable(forceinline=True)
+def with_noise(exact: Signal, n: Signal, R_BS: Signal) -> Six:
+    """Return a sample in the axes of B (6) with noise in those of the sensor (6)."""
     return (
-        exact[0] + R[0] * n[0] + R[1] * n[1] + R[2] * n[2],
-        exact[1] + R[3] * n[0] + R[4] * n[1] + R[5] * n[2],
-        exact[2] + R[6] * n[0] + R[7] * n[1] + R[8] * n[2],
-        exact[3] + R[0] * n[3] + R[1] * n[4] + R[2] * n[5],
-        exact[4] + R[3] * n[3] + R[4] * n[4] + R[5] * n[5],
-        exact[5] + R[6] * n[3] + R[7] * n[4] + R[8] * n[5],
+        exact[0] + R_BS[0] * n[0] + R_BS[1] * n[1] + R_BS[2] * n[2],
+        exact[1] + R_BS[3] * n[0] + R_BS[4] * n[1] + R_BS[5] * n[2],
+        exact[2] + R_BS[6] * n[0] + R_BS[7] * n[1] + R_BS[8] * n[2],
+        exact[3] + R_BS[0] * n[3] + R_BS[1] * n[4] + R_BS[2] * n[5],
+        exact[4] + R_BS[3] * n[3] + R_BS[4] * n[4] + R_BS[5] * n[5],
+        exact[5] + R_BS[6] * n[3] + R_BS[7] * n[4] + R_BS[8] * n[5],
     )
 
 
 @register_jitable
 def step_drift(drift: Signal, number: int, imu: Signal, seed: float) -> None:
-    """Let the drift of the biases (6) go on for a physics step, in place."""
+    """Let the drift of the biases (6) go on from a reading to the next, in place."""
     drawn = np.empty(COUNT)
     draw_normals(seed, 2 * number + 1, drawn)
     for i in range(6):

@@ -120,7 +120,7 @@ def run_estimator(
     """
     imu = _split(samples.imu)
     count = len(imu.stamp)
-    update, places = compiled_update(estimator.name), mounting.packed()
+    update, places = compiled_update(estimator), mounting.packed()
     numbers = np.array(settings, dtype=float)
     inputs = _inputs(samples, imu)
     memory = np.array(begin, dtype=float)

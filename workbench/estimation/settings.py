@@ -5,26 +5,15 @@ Commands read this before anything heavy is loaded.
 
 from typing import NamedTuple
 
-from workbench.common.errors import unknown_name
-
 TRUTH = "truth"
 """What a controller knows is the true motion."""
 COMPLEMENTARY, EKF = "complementary", "ekf"
 ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
-"""What a scenario may name."""
+"""What a scenario may name, besides a file of the user's own."""
+OWN = "estimator"
+"""System of the parameters of an estimator of the user's own, see `Parameter`."""
 HEARD = ("gps", "barometer", "magnetometer", "range_finder")
 """Kinds of sensors that an estimator listens to, besides the IMU."""
-
-
-def check_estimator(name: str) -> str:
-    """Return the name of an estimator.
-
-    Raises:
-        WorkbenchError: if there is none of that name.
-    """
-    if name not in ESTIMATORS:
-        raise unknown_name("estimator", name, ESTIMATORS)
-    return name
 
 
 class EkfSettings(NamedTuple):

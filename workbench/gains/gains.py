@@ -4,8 +4,9 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from workbench.common.own_file import own_errors
 from workbench.common.resources import find_file
-from workbench.control.controller import Controller, law_errors
+from workbench.control.controller import Controller
 from workbench.gains.profiles import GainFile, gains_at, load_gains, owner_of, save_gains
 from workbench.plant.drag import drag_area
 from workbench.plant.vehicle import Vehicle
@@ -61,7 +62,7 @@ def rule_gains(vehicle: Vehicle, controller: Controller | None = None) -> dict[s
     law = table.controller
     values: dict[str, float] = {}
     if law.rule is not None:
-        with law_errors(law.file, "rule"):
+        with own_errors(law.file, "rule"):
             values = dict(law.rule(vehicle))
     values["drag_area"] = drag_area(vehicle.mass)
     found = {}

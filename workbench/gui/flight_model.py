@@ -272,7 +272,7 @@ class FlightModel(QObject):
         if began_anew(before, view):
             self._good = self._present
             self.begun.emit(view)
-        elif view.controller is not before.controller and view.controller and view.scenario:
+        elif took_over(before, view) and view.controller and view.scenario:
             law, other = view.controller, before.controller
             if other is None or law.reference != other.reference:
                 # gains of the same law do with sets of them as well
@@ -336,6 +336,14 @@ def began_anew(before: LiveView, view: LiveView) -> bool:
     if before.snapshot is None or before.vehicle is not view.vehicle:
         return True
     return view.flight != before.flight
+
+
+def took_over(before: LiveView, view: LiveView) -> bool:
+    """Return whether another controller flies, between two views of a flight.
+
+    Before its first snapshot it is known what is to fly, and nothing does yet.
+    """
+    return before.snapshot is not None and view.controller is not before.controller
 
 
 def of_last_flight(published: list[Published], view: LiveView) -> list[Published]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from workbench.common.resources import find_file, find_model, find_scenario, find_world
 from workbench.control.controller import load_controller
-from workbench.estimation.settings import check_estimator
+from workbench.estimation.estimators import find_estimator
 from workbench.gains.profiles import flown_by
 from workbench.scenario.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
 
@@ -25,7 +25,7 @@ class Choice:
         args: values of arguments of the drone's xacro file, by name.
         packages: folders that its description refers to, by the package's name.
         controller: a shipped one's name, or a file's path.
-        estimator: a name of `ESTIMATORS`.
+        estimator: a name of `ESTIMATORS`, or a file's path.
     """
 
     scenario: str = ""
@@ -55,7 +55,7 @@ class Choice:
         if self.controller:
             load_controller(self.controller)
         if self.estimator:
-            check_estimator(self.estimator)
+            find_estimator(self.estimator)
 
     def load(self) -> Scenario:
         """Return the scenario.
@@ -66,7 +66,7 @@ class Choice:
         self.check()
         scenario = Scenario()
         if self.scenario:
-            scenario = load_scenario(find_scenario(self.scenario), self.controller)
+            scenario = load_scenario(find_scenario(self.scenario), self.controller, self.estimator)
         if self.model:
             scenario.vehicle = VehicleConfig(model=self.model)
             # rates and latencies were for the sensors of the scenario's own drone

@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection, wait
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller, load_controller, with_estimator
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
@@ -408,7 +408,8 @@ class Flying:
 
     def _take_over(self, name_or_path: str) -> None:
         """Let another law fly from here on, interpreted where there is no machine code of it."""
-        law = load_controller(name_or_path)
+        estimator = self._session.controller.estimator
+        law = with_estimator(load_controller(name_or_path), estimator)
         # a script that sets what it has not would break the flight later, or after a reset
         check_scenario(replace(self._session.flown_scenario, controller=name_or_path))
         action = Action(controller=name_or_path, interpreted=not has_machine_code(law))

@@ -10,6 +10,7 @@ import yaml
 from workbench.common.resources import list_models, list_worlds
 from workbench.control.controller import DEFAULT, SHIPPED, Controller
 from workbench.control.schedule import split_label, with_label
+from workbench.estimation.settings import ESTIMATORS
 from workbench.gateways.ros_messages.conversion import Channel
 from workbench.scenario.scenario import Scenario
 
@@ -25,6 +26,10 @@ CONTROLLER = "controller"
 """Name of the metadata with name, file and sha256 of the control law; attachment: its text."""
 LAW = "controller.py"
 LAW_TYPE = "text/x-python"
+ESTIMATOR = "estimator"
+"""Name of the metadata with name, file and sha256 of an estimator of the user's own, where the
+flight knew its motion from one; attachment: its text."""
+ESTIMATOR_TEXT = "estimator.py"
 LAWS = "controllers/"
 """Beginning of the names of attachments with the texts of laws that took over in flight."""
 TOPICS = "topics.json"
@@ -50,6 +55,7 @@ def scenario_text(scenario: Scenario) -> str:
         scenario,
         world=_from_root(scenario.world, list_worlds()),
         controller=_controller_from_root(scenario.controller),
+        estimator=_from_root(scenario.estimator, list(ESTIMATORS)),
         vehicle=replace(
             vehicle,
             model=_from_root(vehicle.model, list_models()),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller
 from workbench.gateways.ros_messages.cdr import codec
 from workbench.gateways.ros_messages.conversion import Channel, Conversion, Make, conversion
 from workbench.gateways.ros_messages.library import schema_text
@@ -21,6 +21,8 @@ from workbench.logs.actions import action_text
 from workbench.logs.contents import (
     ACTIONS,
     CONTROLLER,
+    ESTIMATOR,
+    ESTIMATOR_TEXT,
     FLIGHT,
     GAINS,
     LAW,
@@ -36,7 +38,7 @@ from workbench.logs.contents import (
 )
 from workbench.logs.mcap_writer import MAGIC, McapWriter
 from workbench.logs.versions import versions
-from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.scenario import Action, Scenario, flown_controller
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
@@ -91,7 +93,7 @@ class FlightLog:
         vehicle: str,
         controller: Controller | None = None,
     ) -> None:
-        law = controller or load_controller(scenario.controller)
+        law = controller or flown_controller(scenario)
         self.path = path
         self.said = ""
         self._step = scenario.rates.physics_step
@@ -201,6 +203,11 @@ class FlightLog:
         whose = {"name": law.name, "file": str(law.file), "sha256": law.digest}
         writer.add_metadata(CONTROLLER, whose)
         writer.attach(LAW, LAW_TYPE, law.text.encode(), now)
+        if law.estimator:
+            own = law.estimator
+            whose = {"name": own.name, "file": str(own.file), "sha256": own.digest}
+            writer.add_metadata(ESTIMATOR, whose)
+            writer.attach(ESTIMATOR_TEXT, LAW_TYPE, own.text.encode(), now)
         writer.attach(SCENARIO, "application/yaml", scenario_text(scenario).encode(), now)
         writer.attach(
             GAINS, "application/yaml", gains_text(vehicle, values, law.name).encode(), now

@@ -28,6 +28,7 @@ from workbench.logs.actions import read_action
 from workbench.logs.contents import (
     ACTIONS,
     CONTROLLER,
+    ESTIMATOR,
     FLIGHT,
     GAINS,
     LAW,
@@ -202,6 +203,7 @@ class FlightRecord:
         remark: what is missing, a sentence; "" if nothing is.
         controller: name, file and sha256 of the control law; empty in logs of earlier versions.
         law: text of its file, "" in those.
+        estimator: name, file and sha256 of an estimator of the user's own; empty without one.
         laws: texts of laws that took over in flight, by the name that their action has.
     """
 
@@ -217,6 +219,7 @@ class FlightRecord:
     remark: str
     controller: Mapping[str, str] = field(default_factory=dict)
     law: str = ""
+    estimator: Mapping[str, str] = field(default_factory=dict)
     laws: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -233,12 +236,21 @@ class FlightRecord:
 
     @cached_property
     def states(self) -> np.ndarray:
-        """Exact states of the plant: q_WB, p_WB, w_WB, v_WB; (n, 13)."""
+        """Exact states of the plant: q_WB, p_WB, w_WB, v_WB; (n, 13).
+
+        Raises:
+            WorkbenchError: if the log says that they have other fields.
+        """
         found = self.topics.get(_short(STATE.topic))
         if found is None:
             return np.zeros((0, 13))
         sizes = {"q_wb": 4, "p_wb": 3, "w_wb": 3, "v_wb": 3}
         names = [f"{name}.{index}" for name, size in sizes.items() for index in range(size)]
+        missing = [name for name in names if name not in found.columns]
+        if missing:
+            raise WorkbenchError(
+                f"{self.path}: its exact states have no {missing[0]}: it is damaged"
+            )
         return np.column_stack([found.columns[name].values for name in names])
 
     @cached_property
@@ -339,6 +351,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
             remark=_remark(found),
             controller=found.metadata.get(CONTROLLER, {}),
             law=found.attachments.get(LAW, b"").decode(),
+            estimator=found.metadata.get(ESTIMATOR, {}),
             laws={
                 name: data.decode()
                 for name, data in found.attachments.items()

@@ -9,12 +9,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller, is_shipped, load_controller
+from workbench.control.controller import Controller, is_shipped
 from workbench.control.schedule import split_label, with_label
+from workbench.estimation.settings import ESTIMATORS
 from workbench.link.backplane import Sampled
 from workbench.logs.record import FlightRecord
 from workbench.logs.versions import versions
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Scenario, flown_controller
 from workbench.session.script import repeated
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -66,6 +68,7 @@ def replay(
     record: FlightRecord,
     progress: Callable[[float], None] | None = None,
     controller: str = "",
+    estimator: str = "",
 ) -> Replayed:
     """Fly a log again, up to its end or the first difference.
 
@@ -74,6 +77,7 @@ def replay(
         progress: takes the share done, 0 .. 1.
         controller: that flew: a shipped one's name, a file's path, or the path of the log itself,
             for the texts that it holds. Python that only the log names does not run.
+        estimator: on which it was flown, a shipped one's name or a file's path; likewise.
 
     Raises:
         WorkbenchError: if it has no states, or cannot be flown here.
@@ -81,23 +85,30 @@ def replay(
     if not len(record.states):
         raise WorkbenchError(f"{record.path}: has no states, so there is nothing to fly again")
     with TemporaryDirectory() as folder:
-        return _replayed(record, progress, controller, Path(folder))
+        return _replayed(record, progress, controller, estimator, Path(folder))
 
 
 def _replayed(
     record: FlightRecord,
     progress: Callable[[float], None] | None,
     controller: str,
+    estimator: str,
     folder: Path,
 ) -> Replayed:
     first, compared = None, 0
     logged = dict(zip(record.state_ns, record.states, strict=True))
-    scenario = again(record, controller, folder)
-    law, whose = load_controller(scenario.controller), record.controller.get("name")
+    scenario = again(record, controller, folder, estimator)
+    law, whose = flown_controller(scenario), record.controller.get("name")
     if whose not in (None, law.name):
         raise WorkbenchError(
             f"{record.path}: was flown by {whose}, and {law.name} is another law with other gains: "
             f"name the file of {whose}, as --controller {record.controller['file']}"
+        )
+    table = parameter_table(law)
+    if record.estimator and not all(name in table for name in record.values):
+        raise WorkbenchError(
+            f"{record.path}: was flown on {record.estimator['name']}, and {scenario.estimator} has "
+            f"other parameters: name its file, as --estimator {record.estimator['file']}"
         )
     for sampled in _flown(record, scenario, progress):
         state = logged.get(sampled.published.t_ns)
@@ -115,16 +126,17 @@ def _replayed(
     return Replayed(compared, record.duration, first, _changed(record, law))
 
 
-def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
+def again(record: FlightRecord, controller: str, folder: Path, estimator: str = "") -> Scenario:
     """Return the scenario that flies a log again: what was done stands in its script.
 
     Args:
         record: what was read of it.
         controller: see `replay`.
         folder: an empty one, for the texts of laws.
+        estimator: see `replay`.
 
     Raises:
-        WorkbenchError: if only the log names a controller that is not shipped.
+        WorkbenchError: if only the log names a controller or an estimator that is not shipped.
     """
     scenario = record.scenario()
     actions = [done.action for done in record.done]
@@ -159,9 +171,25 @@ def again(record: FlightRecord, controller: str, folder: Path) -> Scenario:
             f"you trust it, name it yourself, as --controller {scenario.controller}"
         )
     scenario.controller = controller or scenario.controller
+    scenario.estimator = estimator or logged_estimator(record)
     # the gain file may have changed since: the log has all values
     vehicle = dataclasses.replace(scenario.vehicle, gains="")
     return repeated(dataclasses.replace(scenario, vehicle=vehicle), {}, actions, record.duration)
+
+
+def logged_estimator(record: FlightRecord) -> str:
+    """Return the estimator on which a log was flown.
+
+    Raises:
+        WorkbenchError: if it is Python that only the log names.
+    """
+    name = record.scenario().estimator
+    if name in ESTIMATORS:
+        return name
+    raise WorkbenchError(
+        f"{record.path}: was flown on {name}, Python that would run here: if you trust it, name "
+        f"it yourself, as --estimator {name}"
+    )
 
 
 def _same_file(one: str, other: Path) -> bool:
@@ -223,6 +251,10 @@ def _changed(record: FlightRecord, law: Controller) -> tuple[str, ...]:
             f"controller {law.name} with SHA-256 {law.digest[:12]}..., was {whose['name']} with "
             f"{whose['sha256'][:12]}..."
         )
+    own, was = law.estimator, record.estimator
+    if was and (own is None or own.digest != was["sha256"]):
+        flown = f"{own.name} with SHA-256 {own.digest[:12]}..." if own else "a shipped one"
+        found.append(f"estimator {flown}, was {was['name']} with {was['sha256'][:12]}...")
     found += (
         f"{name} {now.get(name, 'unknown')}, was {was}"
         for name, was in {"physics": "1", **record.versions}.items()

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.mode import FlightMode
 from workbench.diagram.mounting import (
     deviations_at_start,
+    gps_repeats,
     magnetometer_turn,
     mounting_of,
 )
@@ -59,7 +61,7 @@ def logged_sensors(record: FlightRecord) -> LoggedSensors:
     if "imu" not in record.topics:
         raise WorkbenchError(
             f"{record.path}: has no samples of an IMU, and no estimator does without: fly it with "
-            "`--sensors imu,gps,magnetometer --log FILE`"
+            "`--estimator ekf --log FILE`, or with `--sensors imu,gps,magnetometer --log FILE`"
         )
     if not len(record.states):
         raise WorkbenchError(
@@ -91,7 +93,7 @@ def logged_sensors(record: FlightRecord) -> LoggedSensors:
     return LoggedSensors(
         samples=SensorSamples(
             imu=Stamped(*(each[compared] for each in samples)),
-            gps=_gps(record, home),
+            gps=_gps(record, home, samples, repeats=gps_repeats(choices)),
             magnetometer=_magnetometer(record, magnetometer_turn(choices)),
         ),
         mounting=mounting_of(imu, choices, home),
@@ -108,7 +110,11 @@ def _imu(record: FlightRecord, R_BS: np.ndarray) -> Stamped:
     return _in_order(topic.stamps, topic.time, np.hstack([rates @ R_BS.T, forces @ R_BS.T]))
 
 
-def _gps(record: FlightRecord, home: Home) -> Stamped | None:
+def _gps(record: FlightRecord, home: Home, imu: Stamped, *, repeats: bool) -> Stamped | None:
+    """Return the samples of the GPS without those that count as none in flight, too.
+
+    A frozen GPS repeats itself to the bit in the air, see `systems.navigation`.
+    """
     if "gps" not in record.topics or "gps_velocity" not in record.topics:
         return None
     places, velocities = record.topics["gps"], record.topics["gps_velocity"]
@@ -118,7 +124,17 @@ def _gps(record: FlightRecord, home: Home) -> Stamped | None:
     latitude, longitude = np.radians(fixes[:, :2]).T
     p_W = in_world(latitude, longitude, fixes[:, 2], home)
     v_W = _columns(record, "gps_velocity", [f"twist.linear.{axis}" for axis in "xyz"])[second]
-    return _in_order(places.stamps[first], places.time[first], np.column_stack([*p_W, v_W]))
+    values = np.column_stack([*p_W, v_W])
+    told = _in_order(places.stamps[first], places.time[first], values)
+    if repeats or "drone_state" not in record.topics or not len(told.stamp):
+        return told
+    mode = record.series("drone_state.mode")
+    then = mode.values[np.maximum(np.searchsorted(mode.time, told.stamp, "right") - 1, 0)]
+    after = np.clip(np.searchsorted(imu.stamp, told.stamp, "right"), 1, len(imu.stamp) - 1)
+    frozen = np.append(False, (told.values[1:] == told.values[:-1]).all(axis=1))
+    frozen &= ~np.isin(then, (FlightMode.OFF, FlightMode.ARMED))
+    frozen &= (imu.values[after, :3] != imu.values[after - 1, :3]).any(axis=1)
+    return Stamped(*(each[~frozen] for each in told))
 
 
 def _magnetometer(record: FlightRecord, R_BM: np.ndarray) -> Stamped | None:

@@ -6,11 +6,15 @@ parameter never rebuilds the diagram; what would need that stands in the scenari
 
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller, load_controller
-from workbench.control.parameter import Parameter
 from workbench.estimation.settings import ComplementarySettings, EkfSettings
+
+if TYPE_CHECKING:
+    from workbench.estimation.estimators import Estimator
 
 __all__ = [
     "MOST_ROTORS",
@@ -164,6 +168,15 @@ OTHERS: tuple[Parameter, ...] = (
         "share of the battery's sag that commands to the rotors make up for",
     ),
     Parameter(
+        "voltage_noise",
+        "gauge",
+        "V",
+        0.0,
+        100.0,
+        0.0,
+        "deviation of the battery's measured voltage, in a flight on an estimate",
+    ),
+    Parameter(
         "warning_distance",
         "obstacles",
         "m",
@@ -275,22 +288,26 @@ class ParameterTable:
     """The rows of a flight with a controller, in their order.
 
     Args:
-        controller: whose rows come first.
+        controller: whose rows come first; those of an estimator of the user's own come last.
 
     Raises:
-        WorkbenchError: if the controller has a row by a name that is taken.
+        WorkbenchError: if one of the two has a row by a name that is taken.
     """
 
     def __init__(self, controller: Controller) -> None:
-        taken = {row.name for row in OTHERS}
-        for row in controller.parameters:
-            if row.name in taken:
-                raise WorkbenchError(
-                    f"{controller.file}: the parameter {row.name} is one of every flight: give "
-                    "it another name"
-                )
+        estimator = controller.estimator
+        taken = {row.name: "one of every flight" for row in OTHERS}
+        stating: list[Controller | Estimator] = [controller, *([estimator] if estimator else [])]
+        for of in stating:
+            for row in of.parameters:
+                if row.name in taken:
+                    raise WorkbenchError(
+                        f"{of.file}: the parameter {row.name} is {taken[row.name]}: give it "
+                        "another name"
+                    )
+            taken |= {row.name: f"one of {of.name}" for row in of.parameters}
         self.controller = controller
-        self.rows = (*controller.parameters, *OTHERS)
+        self.rows = (*controller.parameters, *OTHERS, *(estimator.parameters if estimator else ()))
         self._by_name = {row.name: row for row in self.rows}
 
     def __iter__(self) -> Iterator[Parameter]:

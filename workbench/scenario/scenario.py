@@ -4,6 +4,7 @@ import dataclasses
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
@@ -16,10 +17,20 @@ from workbench.common.yaml_files import (
     dump_changes,
     read_yaml,
 )
-from workbench.control.controller import DEFAULT, SHIPPED, is_shipped, load_controller
+from workbench.control.controller import (
+    DEFAULT,
+    SHIPPED,
+    Controller,
+    is_shipped,
+    load_controller,
+    with_estimator,
+)
 from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.plant.variation import Variation
 from workbench.scenario.parameters import ParameterTable, parameter_table
+
+if TYPE_CHECKING:
+    from workbench.estimation.estimators import Estimator
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
 
 REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
@@ -154,7 +165,7 @@ class Scenario:
     """Everything that a flight is built from; equal scenarios give equal flights, to the bit.
 
     The controller is a shipped one's name, or the path of a file of Python, which runs. The
-    estimator is one of `ESTIMATORS`: what the controller knows of the motion.
+    estimator is what the controller knows of the motion: one of `ESTIMATORS`, or such a file.
     """
 
     title: str = ""
@@ -170,13 +181,14 @@ class Scenario:
     figure_eight: FigureEight | None = None
 
 
-def load_scenario(path: Path | str, controller: str = "") -> Scenario:
+def load_scenario(path: Path | str, controller: str = "", estimator: str = "") -> Scenario:
     """Read and check a scenario file.
 
     Args:
         path: the file.
         controller: that flies in place of the one that the file names: a shipped one's name, or a
             file's path. A file of Python that only the scenario names does not run.
+        estimator: likewise.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
@@ -191,6 +203,9 @@ def load_scenario(path: Path | str, controller: str = "") -> Scenario:
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     scenario.controller = chosen_controller(file, scenario.controller, controller)
+    scenario.estimator = _chosen(
+        file, "estimator", scenario.estimator, estimator, scenario.estimator in ESTIMATORS
+    )
     check_scenario(scenario, file)
     find_files(scenario.vehicle, file)
     find_scenario_world(scenario, file)
@@ -210,15 +225,36 @@ def chosen_controller(file: YamlFile, named: str, given: str, trusted: Path | No
         WorkbenchError: if only the file names a controller that is not shipped: its code would run
             with the rights of who merely reads a scenario.
     """
-    if given or is_shipped(named):
+    return _chosen(file, "controller", named, given, is_shipped(named), trusted)
+
+
+def _chosen(
+    file: YamlFile, key: str, named: str, given: str, shipped: bool, trusted: Path | None = None
+) -> str:
+    """Return the controller or the estimator that flies.
+
+    Args:
+        file: that names one.
+        key: by which it does, and the option's name.
+        named: by the file.
+        given: by who asks, "" for none.
+        shipped: whether what the file names is.
+        trusted: see `chosen_controller`.
+
+    Raises:
+        WorkbenchError: see there.
+    """
+    if given or shipped:
         return given or named
+    if "." not in named:
+        return named  # no Python: whoever looks for it says which names there are
     beside = file.path.parent / named
     path = beside if beside.is_file() else named
     if trusted and beside.resolve().is_relative_to(trusted.resolve()):
         return str(beside)
     raise WorkbenchError(
-        f"{file.where('controller')}{named} is Python that would run here: if you trust it, name "
-        f"it yourself, as --controller {path}"
+        f"{file.where(key)}{named} is Python that would run here: if you trust it, name it "
+        f"yourself, as --{key} {path}"
     )
 
 
@@ -259,13 +295,18 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         raise refuse(("duration",), "must be a positive time in seconds")
     if scenario.start.mode not in START_MODES:
         raise refuse(("start", "mode"), f"must be one of {', '.join(START_MODES)}")
+
+    def stated(key: str) -> str:
+        return file.where(key) if file and key in file.data else ""
+
+    try:
+        flown_estimator(scenario)
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{stated('estimator')}{error}") from None
     try:
         tables = flown_tables(scenario)
     except WorkbenchError as error:
-        where = file.where("controller") if file else ""
-        raise WorkbenchError(f"{where}{error}") from None
-    if scenario.estimator not in ESTIMATORS:
-        raise refuse(("estimator",), f"must be one of {', '.join(ESTIMATORS)}")
+        raise WorkbenchError(f"{stated('controller')}{error}") from None
     step = scenario.rates.physics_step
     if not step >= FINEST_STEP:
         raise refuse(("rates", "physics_step"), f"must be {FINEST_STEP:g} s or more")
@@ -334,17 +375,45 @@ def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:
         action.controller = scenario.controller
 
 
+def flown_estimator(scenario: Scenario) -> "Estimator | None":
+    """Return the estimator of the user's own that a scenario flies on, None for a shipped one.
+
+    Raises:
+        WorkbenchError: if it cannot be read.
+    """
+    if scenario.estimator in ESTIMATORS:
+        return None
+    from workbench.estimation.estimators import find_estimator  # most flights need not load it
+
+    return find_estimator(scenario.estimator)
+
+
+def flown_controller(scenario: Scenario, controller: str = "") -> Controller:
+    """Return the controller that flies a scenario, and with it an estimator of the user's own.
+
+    Args:
+        scenario: that is flown.
+        controller: another one than the scenario's.
+
+    Raises:
+        WorkbenchError: if one of them cannot be read.
+    """
+    law = load_controller(controller or scenario.controller)
+    return with_estimator(law, flown_estimator(scenario))
+
+
 def flown_tables(scenario: Scenario) -> list[ParameterTable]:
     """Return the parameter table at each action of a script, after a controller that it names.
 
     Raises:
         WorkbenchError: if a controller cannot be read.
     """
-    table = parameter_table(load_controller(scenario.controller))
+    table = parameter_table(flown_controller(scenario))
     found = [table] * len(scenario.script)
     for index in sorted(range(len(found)), key=lambda index: scenario.script[index].at):
         controller = scenario.script[index].controller
-        table = table if controller is None else parameter_table(load_controller(controller))
+        if controller is not None:
+            table = parameter_table(flown_controller(scenario, controller))
         found[index] = table
     return found
 

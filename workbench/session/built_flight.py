@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat
 
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller, with_estimator
 from workbench.control.flight_law import law_constants
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import Workbench, make_workbench
+from workbench.estimation.estimators import Estimator
 from workbench.gains.gains import flight_gains, remark_on_owner
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, payload_of
@@ -21,7 +22,7 @@ from workbench.scenario.configured import (
     tell_remarks,
     tell_world,
 )
-from workbench.scenario.scenario import Scenario, check_scenario, flown_tables
+from workbench.scenario.scenario import Scenario, check_scenario, flown_controller, flown_tables
 from workbench.scenario.vehicle_parameters import check_settings
 from workbench.session.script import scenario_feedforward, scenario_path
 from workbench.systems.bridge import Bridge
@@ -54,14 +55,20 @@ def build_flight(
     meshcat: Meshcat | None,
     bridge: Bridge | None,
     picture_period: float,
+    estimator: Estimator | None = None,
 ) -> BuiltFlight:
-    """Read and build what a scenario names; arguments and exceptions are those of `Session`."""
+    """Read and build what a scenario names; arguments and exceptions are those of `Session`.
+
+    An estimator of the user's own that flew before flies on, whatever its file has by now.
+    """
     check_scenario(scenario)
     description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
     variation = scenario.vehicle.variation
     tell_remarks(description, vehicle)
-    controller = load_controller(scenario.controller)
+    controller = flown_controller(scenario)
+    if estimator:
+        controller = with_estimator(controller, estimator)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
     remark_on_owner(scenario.vehicle.gains, vehicle.name, controller)
     world = read_configured_world(scenario)

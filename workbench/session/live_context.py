@@ -14,7 +14,7 @@ from workbench.control.mode import FlightMode
 from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
-from workbench.estimation.settings import ESTIMATORS
+from workbench.estimation.settings import ESTIMATORS, HEARD, OWN
 from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
@@ -25,7 +25,7 @@ from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.system_states import read_states, write_states
 from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PROBES, SHARES
-from workbench.systems.noise import noise_seed
+from workbench.systems.noise import noise_seed, seed_noise
 from workbench.systems.pilot import Wish
 from workbench.systems.vehicle_dynamics import BODY, FAULT, PAYLOAD, SETTINGS
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
@@ -51,7 +51,8 @@ class LiveContext:
         Args:
             bench: what flies.
             scenario: its start and seed are used.
-            values: of parameters by name; those of faults are set, the others stay as built.
+            values: of parameters by name; those of faults and of what may not be there are set,
+                the others stay as built.
             checkpoint: from which the flight goes on, if it does not begin at the start.
 
         Raises:
@@ -73,7 +74,9 @@ class LiveContext:
             if scenario.sensors.noise:
                 seed = noise_seed(scenario.sensors.seed, "start of the estimate")
             bench.navigation.begin(self._of(bench.navigation), state, seed)
-        rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "rotors")]
+        if bench.gauge:
+            seed_noise(bench.gauge.noise, root, scenario.sensors.seed)
+        rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "gauge", "rotors")]
         faults = {row.name: row.default for row in rows}
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         begin = InitializeParams()
@@ -184,8 +187,10 @@ class LiveContext:
             return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
         if name == "air":
             return [self._bench.airframe.dynamics]
+        found = self._bench.navigation
+        if name == OWN and found:
+            return [found]
         if name in ESTIMATORS:
-            found = self._bench.navigation
             return [found] if found and found.estimator.name == name else []
         if not self._bench.diagram.HasSubsystemNamed(name):
             return []
@@ -285,7 +290,12 @@ def start_position(start: Start, vehicle: Vehicle) -> list[float]:
 def _remedy(system: str) -> str:
     """Return what to do about a system that is not there."""
     if system in SENSOR_KINDS:
-        return f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+        said = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+        if system in HEARD:
+            said += ", or fly on an estimate, which hears it, as `--estimator ekf`"
+        return said
     if system in ESTIMATORS:
         return f"fly with that estimator, as `--estimator {system}`"
+    if system == "gauge":
+        return "fly a drone that states a battery on an estimate, as `--estimator ekf`"
     return "fly in a world with obstacles, as `--world room`"

@@ -52,6 +52,8 @@ class Recording:
         covariance: (N, 45) of the first nine errors, its upper triangle row by row.
         innovations: (N, 20) of each measured number, see `ekf.CHANNELS`, the innovation and its
             variance; NaN where none came at that time.
+        known_charge: (N, 1) the charge as the controller knew it, 0 .. 1; (N, 0) where it knew the
+            true one, or no battery is stated.
         reason: (N) why the mode is what nobody asked for, see `control.mode.Reason`.
     """
 
@@ -76,6 +78,7 @@ class Recording:
     covariance: np.ndarray = field(default_factory=_nothing)
     innovations: np.ndarray = field(default_factory=_nothing)
     reason: np.ndarray = field(default_factory=_nothing)
+    known_charge: np.ndarray = field(default_factory=_nothing)
 
     def __repr__(self) -> str:
         return f"<Recording of {self.vehicle.name}: {len(self.time)} samples>"
@@ -93,7 +96,7 @@ class Recording:
                 the body, speeds, commands and thrusts of the rotors (n), reference (8), mode
                 (mode, ...), charge (1), wind (3); obstacle (clearance, ...) in a world that has
                 obstacles; estimate (13), deviations (15), covariance (45) and innovations (20)
-                where an estimator flies.
+                where an estimator flies, and known_charge (1) where it knows of a battery.
         """
         state, acceleration = signals["state"], signals["acceleration"]
         return cls(
@@ -116,6 +119,7 @@ class Recording:
                 signals["obstacle"][:, 0] if "obstacle" in signals else np.full(len(time), np.inf)
             ),
             reason=_reasons(signals["mode"]),
+            known_charge=signals.get("known_charge", np.empty((len(time), 0))),
             **{name: signals.get(name, np.empty((len(time), 0))) for name in ESTIMATED},
         )
 
@@ -233,7 +237,10 @@ class Recording:
         """Return the estimate and its deviations as named columns, none where there is none."""
         if not self.estimated:
             return {}
-        return estimate_columns(self.estimate, self.deviations)
+        columns = estimate_columns(self.estimate, self.deviations)
+        if self.known_charge.size:
+            columns["estimate.charge [1]"] = self.known_charge[:, 0]
+        return columns
 
 
 def estimate_columns(estimate: np.ndarray, deviations: np.ndarray) -> dict[str, np.ndarray]:

@@ -18,7 +18,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError, sentences, unknown_name
-from workbench.control.controller import LIMITS, Controller, load_controller
+from workbench.control.controller import LIMITS, Controller, load_controller, with_estimator
 from workbench.control.flight_mode import REASON
 from workbench.control.mode import FlightMode, Reason, Request
 from workbench.diagram.kept_samples import read_samples
@@ -441,7 +441,8 @@ class Session:
 
     def _take_over(self, name_or_path: str, interpreted: bool) -> None:
         """Let another controller fly from now on, or the same one in another way."""
-        law, scenario = load_controller(name_or_path), self._first.scenario
+        scenario = self._first.scenario
+        law = with_estimator(load_controller(name_or_path), self.controller.estimator)
         if law is self.controller:
             self.run_law(interpreted=interpreted)
             return
@@ -458,7 +459,7 @@ class Session:
             script=[],
             vehicle=dataclasses.replace(scenario.vehicle, gains=gains),
         )
-        built = self._build(scenario, settings)
+        built = self._build(scenario, settings, estimator=law.estimator)
         built.bench.computer.run_law(interpreted=interpreted)
         with sentences(f"the controller {law.name} cannot take over"):
             live = LiveContext(built.bench, scenario, built.values, self.checkpoint())

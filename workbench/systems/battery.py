@@ -22,11 +22,15 @@ class Battery(LeafSystem):
     Power in hover goes with thrust to the 3/2 (momentum theory), so with P the sum of
     thrust^(3/2) over rotors, d(charge)/dt = -P / P_hover / duration.
 
-    Input port:
+    Input ports:
         thrusts (n): of the rotors at rest far from the ground [N].
+        open_circuit (1): voltage without load over that of the full battery as the compensation of
+            sag knows it; the true one where nothing is connected.
     Output ports:
         charge (1), 1 full, 0 empty.
-        supply (3): see `vehicle_step.loaded`.
+        supply (4): see `vehicle_step.loaded`.
+        terminals (2): voltage under load [V] and current [A]; there where the vehicle states a
+            battery.
     Numeric parameter 0: duration in hover [s], and the share of sag that is compensated.
     """
 
@@ -34,18 +38,24 @@ class Battery(LeafSystem):
         super().__init__()
         n = len(vehicle.rotors)
         self._hover_power = hover_power(vehicle)
+        self._pack = vehicle.battery
         self._curve, self._drop = voltage_curve(vehicle), voltage_drop(vehicle, 1.0)
         self.DeclareNumericParameter(BasicVector([duration, compensation]))
         self._thrusts = self.DeclareVectorInputPort("thrusts", n)
+        self._known = self.DeclareVectorInputPort("open_circuit", 1)
         self.DeclareStateOutputPort("charge", self.DeclareDiscreteState([1.0]))
         needs = {self.xd_ticket(), self.all_parameters_ticket()}
-        self.DeclareVectorOutputPort("supply", 3, self._calc_supply, needs)
+        self.DeclareVectorOutputPort("supply", 4, self._calc_supply, needs | {self._known.ticket()})
+        if self._pack:
+            self.DeclareVectorOutputPort(
+                "terminals", 2, self._calc_terminals, needs | {self._thrusts.ticket()}
+            )
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         charge = context.get_discrete_state(0).CopyToVector()[0]
         duration = context.get_numeric_parameter(0).CopyToVector()[0]
-        power = sum(thrust**1.5 for thrust in self._thrusts.Eval(context).tolist())
+        power = self._power(context)
         used = PERIOD * power / self._hover_power / duration
         discrete_state.set_value([max(0.0, charge - used)])
 
@@ -53,7 +63,21 @@ class Battery(LeafSystem):
         charge = context.get_discrete_state(0).CopyToVector()[0]
         duration, compensation = context.get_numeric_parameter(0).CopyToVector()
         open_circuit = np.interp(charge, self._curve[:, 0], self._curve[:, 1])
-        output.SetFromVector([open_circuit, self._drop / duration, compensation])
+        known = self._known.Eval(context)[0] if self._known.HasValue(context) else open_circuit
+        output.SetFromVector([open_circuit, self._drop / duration, compensation, known])
+
+    def _calc_terminals(self, context: Context, output: BasicVector) -> None:
+        assert self._pack
+        charge = context.get_discrete_state(0).CopyToVector()[0]
+        duration = context.get_numeric_parameter(0).CopyToVector()[0]
+        current = self._pack.capacity * self._power(context) / self._hover_power / duration
+        full = self._pack.open_circuit_voltage[-1][1]
+        open_circuit = full * np.interp(charge, self._curve[:, 0], self._curve[:, 1])
+        output.SetFromVector([max(0.0, open_circuit - self._pack.resistance * current), current])
+
+    def _power(self, context: Context) -> float:
+        """Return the sum of the rotors' thrusts to the 3/2 [N^3/2]."""
+        return float(sum(thrust**1.5 for thrust in self._thrusts.Eval(context).tolist()))
 
 
 def hover_power(vehicle: Vehicle) -> float:

@@ -9,7 +9,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller, law_errors
+from workbench.common.own_file import own_errors
+from workbench.control.controller import Controller
 from workbench.control.flight_law import FILTERED as STAGES
 from workbench.control.flight_law import (
     PLAIN,
@@ -235,7 +236,7 @@ class FlightComputer(LeafSystem):
         try:
             self._run(*numbers)
         except Exception:
-            with law_errors(self._controller.file, "update"):
+            with own_errors(self._controller.file, "update"):
                 raise
 
 

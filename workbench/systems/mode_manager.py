@@ -24,6 +24,7 @@ class ModeManager(LeafSystem):
         reference (8): see `guidance.Reference`.
         request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
         charge (1): of the battery, 0 .. 1.
+        known_charge (1): the same as it is known, by which the drone lands; unconnected, the truth.
         walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
         health (4): see `flight_mode.Health`; unconnected, the state is the truth.
     Output ports:
@@ -56,6 +57,7 @@ class ModeManager(LeafSystem):
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._request = self.DeclareVectorInputPort("request", 3)
         self._charge = self.DeclareVectorInputPort("charge", 1)
+        self._known_charge = self.DeclareVectorInputPort("known_charge", 1)
         self._walls = self.DeclareVectorInputPort("walls", 4 * WALLS)
         self._health = self.DeclareVectorInputPort("health", len(Health._fields))
         self.guidance_index = self.DeclareDiscreteState(len(Guidance._fields))
@@ -90,6 +92,11 @@ class ModeManager(LeafSystem):
             health=(
                 Health(*self._health.Eval(context).tolist())
                 if self._health.HasValue(context)
+                else None
+            ),
+            known_charge=(
+                float(self._known_charge.Eval(context)[0])
+                if self._known_charge.HasValue(context)
                 else None
             ),
         )

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from workbench.control.flight_mode import Health
+from workbench.control.flight_mode import GPS_LATE, Health, ModeState
+from workbench.control.mode import FlightMode
 from workbench.estimation import ekf
 from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
 from workbench.estimation.samples import (
@@ -20,7 +21,7 @@ from workbench.estimation.settings import HEARD
 from workbench.plant.geodesy import in_world
 from workbench.plant.home import Home
 
-MEMORY, STAMPS, HELD, AGES, RATES = range(5)
+MEMORY, STAMPS, HELD, AGES, RATES, FIX = range(6)
 """Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Of a delivered sample with its stamp, of each of `HEARD`."""
@@ -36,10 +37,16 @@ class Navigation(LeafSystem):
     What it puts out at an update has the samples of that time in it: there the outputs follow from
     state and inputs, and the update keeps what they were until the next one.
 
+    A sample of the GPS that equals the one before, in all its numbers and to the bit, counts as
+    none: the receiver is frozen, whatever its stamps say. An exact GPS at rest repeats itself as
+    well, so equal samples count as ever on the ground, unless the GPS was late before, and while
+    the gyro's readings are equal, as those of an exact one in a flight without any motion are.
+
     Input ports:
         imu (9): see `vehicle_dynamics.read_imu`.
         gps (7), barometer (3), magnetometer (4), range_finder (2): stamp and sample delivered
             last; nothing where nothing is connected.
+        mode (10): see `flight_mode.ModeState`; in the air where nothing is connected.
     Output ports:
         memory: of the estimator.
         state (13): estimated q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s]; the angular velocity
@@ -58,6 +65,7 @@ class Navigation(LeafSystem):
         home: where the world's origin lies.
         period: between updates [s].
         repeats: whether a sound IMU may give equal readings, as one without noise does.
+        gps_repeats: whether a sound GPS may in flight, as one that rounds and has no noise does.
     """
 
     def __init__(
@@ -71,11 +79,12 @@ class Navigation(LeafSystem):
         home: Home,
         period: float,
         repeats: bool = False,
+        gps_repeats: bool = False,
     ) -> None:
         super().__init__()
-        self._repeats = repeats
+        self._repeats, self._gps_repeats = repeats, gps_repeats
         self.estimator = estimator
-        self._run = compiled_update(estimator.name)
+        self._run = compiled_update(estimator)
         self._mounting, self._places = mounting, mounting.packed()
         self._R_BM, self._home, self._period = np.array(turn_BM), home, period
         self._known = known
@@ -88,8 +97,10 @@ class Navigation(LeafSystem):
         self.DeclareDiscreteState(still)
         self.DeclareDiscreteState(len(Health._fields) - 1)
         self.DeclareDiscreteState(np.full(3, np.nan))
+        self.DeclareDiscreteState(np.full(SIZES["gps"] - 1, np.nan))
         self._imu = self.DeclareVectorInputPort("imu", 9)
         self._heard = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
+        self._mode = self.DeclareVectorInputPort("mode", len(ModeState._fields))
         self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
         self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
         self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
@@ -115,6 +126,7 @@ class Navigation(LeafSystem):
         context.SetDiscreteState(HELD, state)
         context.SetDiscreteState(AGES, np.zeros(len(Health._fields) - 1))
         context.SetDiscreteState(RATES, np.full(3, np.nan))
+        context.SetDiscreteState(FIX, np.full(SIZES["gps"] - 1, np.nan))
 
     def _is_update(self, context: Context) -> bool:
         """Return whether an update is due now."""
@@ -160,18 +172,19 @@ class Navigation(LeafSystem):
             port.Eval(context)[0] if port.HasValue(context) else np.nan for port in self._heard
         ]
         discrete_state.set_value(STAMPS, stamps)
-        rates = self._imu.Eval(context)[:3]
+        gps = self._heard[HEARD.index("gps")]
+        if gps.HasValue(context):
+            discrete_state.set_value(FIX, gps.Eval(context)[1:])
         renewed = np.array(
             [
                 self._takes_in(context, "gps"),
-                self._repeats
-                or not np.array_equal(rates, context.get_discrete_state(RATES).value()),
+                self._repeats or not self._gyro_repeats(context),
                 self._takes_in(context, "magnetometer"),
             ]
         )
         ages = context.get_discrete_state(AGES).value() + self._period
         discrete_state.set_value(AGES, np.where(renewed, 0.0, ages))
-        discrete_state.set_value(RATES, rates)
+        discrete_state.set_value(RATES, self._imu.Eval(context)[:3])
 
     def _takes_in(self, context: Context, kind: str) -> bool:
         """Return whether a sensor has a new sample that the estimate goes by, or is not there."""
@@ -219,4 +232,27 @@ class Navigation(LeafSystem):
         if not port.HasValue(context):
             return None
         sample: np.ndarray = port.Eval(context)
-        return None if np.isnan(sample[0]) or sample[0] == before else sample
+        if np.isnan(sample[0]) or sample[0] == before:
+            return None
+        frozen = HEARD[place] == "gps" and self._is_frozen(context, sample)
+        return None if frozen else sample
+
+    def _is_frozen(self, context: Context, gps: np.ndarray) -> bool:
+        """Return whether a sample of the GPS, with its stamp (7), is the one before once more."""
+        if self._gps_repeats or self._gyro_repeats(context):
+            return False
+        late = context.get_discrete_state(AGES).value()[0] > GPS_LATE
+        if not late and not self._in_the_air(context):
+            return False
+        return np.array_equal(gps[1:], context.get_discrete_state(FIX).value())
+
+    def _gyro_repeats(self, context: Context) -> bool:
+        """Return whether the gyro's readings are those of the update before."""
+        rates = self._imu.Eval(context)[:3]
+        return np.array_equal(rates, context.get_discrete_state(RATES).value())
+
+    def _in_the_air(self, context: Context) -> bool:
+        """Return whether the flight mode is one of flying, from the take-off to the landing."""
+        if not self._mode.HasValue(context):
+            return True
+        return self._mode.Eval(context)[0] not in (FlightMode.OFF, FlightMode.ARMED)

@@ -14,7 +14,7 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import RandomSource
 
 from workbench.common.compiled import compile_cached
-from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.air.normals import counted_draws
 
 
 def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> RandomSource:
@@ -25,19 +25,7 @@ def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> Random
     return source
 
 
-def counted_draws(seed: float, number: int, draws: np.ndarray) -> None:
-    """Write the standard normal numbers of a sample, any number of them; this gets compiled."""
-    blocks = -(-len(draws) // COUNT)
-    block = np.empty(COUNT)
-    for place in range(len(draws)):
-        if place % COUNT == 0:
-            draw_normals(seed, number * blocks + place // COUNT, block)
-        draws[place] = block[place % COUNT]
-
-
-compiled_draws = compile_cached(
-    counted_draws, ("dynamics/air/normals.py", "systems/noise.py"), "the noise of sensors"
-)
+compiled_draws = compile_cached(counted_draws, ("dynamics/air/normals.py",), "the noise of sensors")
 
 
 class CountedNoise(LeafSystem):

@@ -85,7 +85,7 @@ TOUCHED = -1.0
 """In place of a number of steps: it touched something in the step before."""
 DONE, NEAR, BROKEN = range(3)
 """What came of a step, see `advance`."""
-SUPPLY, READOUT, IMU = 2, 5, 6
+SUPPLY, READOUT, IMU = 2, 6, 7
 ROTORS = IMU + CONSTANTS
 """Places of the battery's supply, of the steps between two readings of the IMU, of that, and of the
 rotors, in the constants of `advance`."""
@@ -113,7 +113,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         time: now [s].
         commands: speeds that the rotors are to reach (n) [rad/s].
         values: of numeric parameter 0.
-        constants: the physics step [s]; the step to do [s]; the battery's supply (3), see
+        constants: the physics step [s]; the step to do [s]; the battery's supply (4), see
             `vehicle_step.loaded`; steps between two readings of the IMU; that, see `imu.packed`,
             or zeros where nobody reads it; and a row a rotor for that step, see
             `vehicle_step.rotor_rows`.
@@ -221,8 +221,7 @@ def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-
         memory[ELAPSED] = 0.0
         for i in range(6):
             memory[SUMS + i] = 0.0
-    for i in range(every):
-        step_drift(memory[DRIFT:SPEEDS], number + i, imu, seed)
+        step_drift(memory[DRIFT:SPEEDS], number, imu, seed)
 
 
 def read_imu(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
@@ -282,7 +281,7 @@ class VehicleDynamics(LeafSystem):
 
     Input ports:
         commands (n): speeds that the rotors are to reach [rad/s]; what they cannot do is cut.
-        supply (3): of the battery, see `vehicle_step.loaded`; there where the description states
+        supply (4): of the battery, see `vehicle_step.loaded`; there where the description states
             one, and where nothing is connected its voltage is always the full one.
     Output ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
@@ -334,7 +333,7 @@ class VehicleDynamics(LeafSystem):
             rotors = tuple(replace(rotor, ground_effect_coefficient=0.0) for rotor in rotors)
         n = self._n = len(rotors)
         self._step = step
-        read = packed(imu, step) if imu else np.zeros(CONSTANTS)
+        read = packed(imu, step, readout * step) if imu else np.zeros(CONSTANTS)
         self._constants, self._present = (
             np.concatenate(
                 [[step, length], FULL, [readout], read, rotor_rows(rotors, length).ravel()]
@@ -351,7 +350,7 @@ class VehicleDynamics(LeafSystem):
         self.DeclareNumericParameter(BasicVector(list(payload)))
         self._commands = self.DeclareVectorInputPort("commands", n)
         stated = description.battery is not None
-        self._supply = self.DeclareVectorInputPort("supply", 3) if stated else None
+        self._supply = self.DeclareVectorInputPort("supply", 4) if stated else None
         if self._supply:
             needs = {self.xd_ticket(), self._supply.ticket()}
             self.DeclareVectorOutputPort("voltage", 1, self._calc_voltage, needs)

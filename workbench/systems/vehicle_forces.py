@@ -91,10 +91,11 @@ def VehicleForces_(T: Any) -> Any:
             """Return the slopes of the rotors' speeds (n) [rad/s²]."""
             commands, speeds = self._commands.Eval(context).tolist(), self._speeds(context)
             _, _, drop, share = context.get_numeric_parameter(0).CopyToVector().tolist()
-            voltage = voltage_share(speeds, [1.0] * len(speeds), (1.0, drop, share), self._rows)
+            supply = (1.0, drop, share, 1.0)
+            voltage = voltage_share(speeds, [1.0] * len(speeds), supply, self._rows)
             turning = zip(commands, speeds, self._rows, strict=True)
             return [
-                speed_slope(supplied(u, row[ANSWER], voltage, share), w, row[ANSWER:ROW])
+                speed_slope(supplied(u, row[ANSWER], voltage, voltage, share), w, row[ANSWER:ROW])
                 for u, w, row in turning
             ]
 

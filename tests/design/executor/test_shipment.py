@@ -114,12 +114,15 @@ def test_a_file_that_is_not_there_is_a_sentence():
         with_absolute_paths(Scenario(vehicle=VehicleConfig(gains="gone.yaml")))
 
 
-def test_a_controllers_file_is_sent(tmp_path):
-    law = tmp_path / "law.py"
+def test_files_of_a_controller_and_an_estimator_are_sent(tmp_path):
+    law, own = tmp_path / "law.py", tmp_path / "lag.py"
     law.write_text((controllers_dir() / "pd.py").read_text())
-    scenario = with_absolute_paths(Scenario(controller=str(law)))
+    own.write_text((Path(__file__).parents[2] / "estimation/lag.py").read_text())
+    scenario = with_absolute_paths(Scenario(controller=str(law), estimator=str(own)))
     found = shipment(scenario)
-    assert str(law) in dict(found.files)
+    assert {str(law), str(own)} <= dict(found.files).keys()
     (tmp_path / "kept").mkdir()
     root = found.unpacked(tmp_path / "kept")
-    assert Path(moved_below(root, scenario).controller).read_text() == law.read_text()
+    moved = moved_below(root, scenario)
+    assert Path(moved.controller).read_text() == law.read_text()
+    assert Path(moved.estimator).read_text() == own.read_text()

@@ -9,11 +9,12 @@ import pytest
 from workbench.design.rollout import agreement as module
 from workbench.design.rollout.agreement import Trial, agreement, random_trials
 from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.senses import make_senses
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Scenario, Start, VehicleConfig, flown_controller
 
 TESTS = Path(__file__).resolve().parents[2]
 DRONES, SHARED = TESTS / "drones", TESTS.parent / "../shared/models"
@@ -83,6 +84,45 @@ def test_so_do_drones_with_filters(around):
     engine = RolloutEngine(vehicle)
     one, other = engine.fly([{}, around], "x", 2.0, duration=1.0).velocity_W
     assert np.abs(one - other).max() > 1e-4
+
+
+OWN = TESTS / "estimation" / "lag.py"
+
+
+@pytest.mark.parametrize(
+    "estimator",
+    [
+        "ekf",
+        pytest.param("complementary", marks=pytest.mark.slow),
+        pytest.param(str(OWN), marks=pytest.mark.slow, id="own"),
+    ],
+)
+def test_so_do_drones_on_an_estimate(estimator):
+    """With all noises, filters, a gyro of its own rate, and late sensing."""
+    config = VehicleConfig(variation=Variation(sensing_delay=0.003, mass=1.1))
+    scenario = Scenario(vehicle=config, estimator=estimator)
+    vehicle = make_vehicle(read_configured(config))
+    around = {"gyro_lowpass": 60.0, "gyro_rate": 300.0, "accel_lowpass": 40.0}
+    if estimator == "ekf":
+        around["ekf_gate"] = 3.0
+    plain = random_trials(vehicle, flight_gains(vehicle), 8, 5)
+    trials = [
+        replace(trial, gains={**trial.gains, **(around if number % 4 < 2 else {})})
+        for number, trial in enumerate(plain)
+    ]
+    found = agreement(scenario, trials, duration=3.0)
+    assert_agrees(found)
+    assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
+    senses = make_senses(vehicle, scenario)
+    law = flown_controller(scenario)
+    one = RolloutEngine(vehicle, controller=law, senses=senses, threads=1)
+    gains = [{"kp_roll": 100.0 + k} for k in range(20)]
+    seeds = list(range(20))
+    whole = one.fly(gains, "x", 2.0, duration=0.5, seeds=seeds).velocity_W
+    assert np.array_equal(
+        one.fly(gains[3:], "x", 2.0, duration=0.5, seeds=seeds[3:]).velocity_W, whole[3:]
+    )
+    assert np.abs(np.diff(whole, axis=0)).max(axis=(1, 2)).min() > 1e-5
 
 
 @pytest.mark.parametrize("known", [0.0, 0.3, 0.2], ids=["unknown", "known", "misjudged"])

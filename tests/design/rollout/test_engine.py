@@ -282,7 +282,7 @@ def test_flights_of_all_kinds_are_compiled_once(engine):
     engine.measure(many, "z", 1.0, duration=0.1)
     start = start_state(engine.vehicle, Start())
     engine.fly_from(many, np.tile(start, (20, 1)), np.zeros((20, 4)), duration=0.1)
-    assert len(compiled_block(load_controller()).signatures) == 1
+    assert len(compiled_block(load_controller(), None).signatures) == 1
     assert len(compiled_measures.signatures) == 1
 
 

@@ -84,6 +84,35 @@ def test_variations_rotors_and_air_act():
         assert abs(np.diff(table.column("peak"))[0]) > 1e-3, text
 
 
+def test_on_an_estimate_filters_delays_noise_and_the_filter_itself_act(caplog):
+    """Compiled; what is not compiled flies on the full diagram, and that is said."""
+    scenario = Scenario(estimator="ekf")
+    for text in (
+        "gyro_lowpass=15..100:2",
+        "vary.sensing_delay=0..0.02:2",
+        "ekf_gps_velocity=0.05..2:2",
+        "seed=1..2:2",
+    ):
+        table = sweep([text], axis="x", amplitude=2.0, duration=1.0, scenario=scenario)
+        assert abs(np.diff(table.column("peak"))[0]) > 1e-4, text
+    flown = fly_step("x", 2.0, duration=1.0, scenario=scenario)
+    assert table.present_values[0] == pytest.approx(flown.metrics.rise_time, abs=1e-9)
+    assert "full diagram" not in caplog.text
+    with pytest.raises(WorkbenchError, match=r"nothing goes by it, as .* truth: add --estimator"):
+        sweep(["ekf_gate=2..4:2"], duration=0.2)
+    iron = {"magnetometer_disturbance_x": 1e-5}
+    table = sweep(
+        ["kp_roll=200..300:2"],
+        axis="y",
+        amplitude=2.0,
+        duration=0.2,
+        scenario=scenario,
+        settings=iron,
+        stop=lambda: True,
+    )
+    assert "magnetometer_disturbance_x, which flights on ekf feel, is not compiled" in caplog.text
+
+
 def test_a_scenarios_gains_and_variation_hold_for_all(tmp_path):
     path = tmp_path / "soft.yaml"
     path.write_text("gains: {kp_velocity_z: 2.0}\n")

@@ -33,7 +33,6 @@ from workbench.common.resources import (
     list_worlds,
     models_dir,
 )
-from workbench.control.controller import load_controller
 from workbench.control.schedule import split_label
 from workbench.gains.gains import flight_gains
 from workbench.ipc.limited import LimitedError, run_limited, serve
@@ -46,7 +45,7 @@ from workbench.plant.meshes.side_files import side_files
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import read_configured, read_configured_world
-from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Scenario, VehicleConfig, flown_controller
 
 MOST_BYTES = 200_000_000
 """Of all files of a scenario."""
@@ -156,8 +155,11 @@ def with_absolute_paths(scenario: Scenario) -> Scenario:
         vehicle.packages[name] = str(Path(folder).expanduser().resolve())
     if found.world not in list_worlds():
         found.world = str(find_world(found.world))
+    law = flown_controller(found)
     if split_label(found.controller)[0].endswith(".py"):
-        found.controller = load_controller(found.controller).reference
+        found.controller = law.reference
+    if law.estimator:
+        found.estimator = str(law.estimator.file)
     return found
 
 
@@ -171,7 +173,7 @@ def moved_below(root: Path, scenario: Scenario) -> Scenario:
     vehicle = found.vehicle
     vehicle.model, vehicle.rotors = moved(vehicle.model), moved(vehicle.rotors)
     vehicle.gains, found.world = moved(vehicle.gains), moved(found.world)
-    found.controller = moved(found.controller)
+    found.controller, found.estimator = moved(found.controller), moved(found.estimator)
     for name, folder in vehicle.packages.items():
         vehicle.packages[name] = moved(folder)
         # one of which no file is read is there all the same
@@ -193,8 +195,12 @@ def _own_paths(scenario: Scenario) -> Iterator[str]:
         yield vehicle.model
     if scenario.world not in list_worlds():
         yield scenario.world
-    if scenario.controller.endswith(".py"):
-        yield scenario.controller
+    yield from _own_code(scenario)
+
+
+def _own_code(scenario: Scenario) -> list[str]:
+    """Return the files of a controller and of an estimator of the user's own."""
+    return [name for name in (scenario.controller, scenario.estimator) if name.endswith(".py")]
 
 
 def read_files(request: dict[str, str]) -> list[str]:
@@ -216,13 +222,12 @@ def read_files(request: dict[str, str]) -> list[str]:
 
     sys.addaudithook(note)
     vehicle = make_vehicle(read_configured(scenario.vehicle))
-    flight_gains(vehicle, scenario.vehicle.gains, controller=load_controller(scenario.controller))
+    flight_gains(vehicle, scenario.vehicle.gains, controller=flown_controller(scenario))
     world = read_configured_world(scenario)
     _expand(scenario.vehicle)
     found = [path for path in map(Path, opened) if _is_input(path)]
     found += _meshes(world)
-    if scenario.controller.endswith(".py"):
-        found.append(Path(scenario.controller))
+    found += map(Path, _own_code(scenario))
     found += [side for path in found for side in side_files(path, path.read_bytes())]
     folders = dict.fromkeys(folder for path in found for folder in path.parents)
     found += [folder / marker for folder in folders for marker in _MARKERS]

@@ -119,7 +119,8 @@ def input_deviations(
     with so much less weight: its noise then counts by the root of the ratio more.
     """
     rates = study.scenario.rates
-    imu = imu_noise(find_imu(study.vehicle, study.scenario.sensors.noise), rates.physics_step)
+    inertial = find_imu(study.vehicle, study.scenario.sensors.noise)
+    imu = imu_noise(inertial, rates.physics_step, rates.control_period)
     names = [signal.name for signal in model.inputs]
     samples = sum(name.startswith("gyro_noise_x_") for name in names)
     every = round(rates.control_period / rates.physics_step) / samples

@@ -12,6 +12,7 @@ from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import FILTERS, LinearStudy
 from workbench.estimation.settings import TRUTH
+from workbench.scenario.parameters import parameter_table
 
 PARTS = ("law", "filters", "estimator", "delay", "hold", "rotors")
 """In the order in which they are told."""
@@ -84,7 +85,9 @@ class PhaseStudy:
         unfiltered = {**(gains or {}), **dict.fromkeys(FILTERS, 0.0)}
         filtering = any((gains or study.gains).get(name, study.gains[name]) for name in FILTERS)
         plain = study.sampled(point, unfiltered) if filtering else model
-        true = plain if self._on_truth is study else self._on_truth.sampled(point, unfiltered)
+        true = plain
+        if self._on_truth is not study:
+            true = self._on_truth.sampled(point, self._of_truth(unfiltered))
         rates, lag = study.scenario.rates, self._rotor_lag(point, gains)
         delays = study.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
         late = (1 + delays.sensing + delays.command) * rates.physics_step
@@ -110,9 +113,14 @@ class PhaseStudy:
             found.append(PhaseBudget(loop.name, frequency, law, **parts))
         return tuple(found)
 
+    def _of_truth(self, gains: Mapping[str, float]) -> dict[str, float]:
+        """Return those of some values that a flight on the truth has, too."""
+        table = parameter_table(self._on_truth.controller)
+        return {name: value for name, value in gains.items() if name in table}
+
     def _rotor_lag(self, point: OperatingPoint, gains: Mapping[str, float] | None) -> float:
         """Return the mean time constant of the rotors in a flight [s]."""
-        vehicle = self._on_truth.bare_vehicle(point, gains)
+        vehicle = self._on_truth.bare_vehicle(point, self._of_truth(gains or {}))
         places = [
             place for place, name in enumerate(vehicle.state_names) if name.startswith("speed_")
         ]

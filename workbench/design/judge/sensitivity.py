@@ -18,7 +18,6 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator_
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import DEFAULT, load_controller
 from workbench.control.guidance import Guidance, Reference
 from workbench.design.metrics import FLOWN
 from workbench.design.step_response import LEAST_DURATION, START_HEIGHT
@@ -32,7 +31,7 @@ from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import AXES
 from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 
 STEP = 1 / 128
 """Of the integrator, Runge-Kutta of third order, and between the samples of the curves [s]."""
@@ -232,7 +231,7 @@ def fly_carried(
         )
     description = read_configured(config)
     vehicle = make_vehicle(description)
-    controller = load_controller(scenario.controller if scenario else DEFAULT)
+    controller = flown_controller(scenario or Scenario())
     if controller.designed:
         raise WorkbenchError(
             f"sensitivities need derivatives, and {controller.name} designs numbers of its gains: "

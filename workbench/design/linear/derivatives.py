@@ -8,7 +8,8 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
-from workbench.control.controller import Controller, law_errors
+from workbench.common.own_file import own_errors
+from workbench.control.controller import Controller
 from workbench.control.flight_law import (
     FILTERED,
     ComputerSettings,
@@ -200,7 +201,7 @@ class Derivatives:
         self.settled_update.forget()
         live = live_numbers(self._vehicle, gains)
         pressure = 0.5 * live["drag_area"] * live["air_density"]
-        battery = (1.0, live["voltage_drop"], live["sag_compensation"])
+        battery = (1.0, live["voltage_drop"], live["sag_compensation"], 1.0)
         if pressure != self._pressure or battery != self._supply:
             self._pressure, self._supply = pressure, battery
             self._voltage = voltage_share(
@@ -259,7 +260,7 @@ class Derivatives:
         probes[points:] = seeds[5]
         loops: list[Any] = [*_seeded(closed, probes), *[0.0] * points]
         commands = _seeded(before, seeds[2])
-        with law_errors(self.controller.file, "update"):
+        with own_errors(self.controller.file, "update"):
             after, remembered = self._law.update(
                 _seeded(state, state_seeds(state[:4]) @ seeds[0]),
                 self._voltage,

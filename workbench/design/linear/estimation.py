@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.dynamics.rigid_body import into_body, rotation
-from workbench.estimation import complementary, ekf
-from workbench.estimation.ekf import crossed, into_world
-from workbench.estimation.estimators import Estimator
+from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.estimation import covariance, ekf
+from workbench.estimation.ekf import crossed
+from workbench.estimation.estimators import Estimator, compiled_update
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -28,6 +28,12 @@ DOUBLINGS = 16
 """The covariance is that after 2^16 control periods: 512 s at 128 Hz."""
 DIFFERENCE = 1e-6
 """By which numbers differ for derivatives."""
+LEAST = 1e-6
+"""A derivative below this is rounding: of places of hundreds of metres, by that difference."""
+CHECKED = 128
+"""Updates between two looks whether a memory has settled."""
+SETTLED = 1e-9
+"""It has where it changes evenly, but for this share of itself."""
 MOTION, IMU, RATES = 12, 6, 3
 """Sizes of true motion, mean sample of the IMU, and of what comes out of the gyro's filters."""
 FLAGS = {
@@ -91,10 +97,10 @@ def estimator_model(
     imu = np.concatenate([np.zeros(3), force])
     if estimator.name == EKF:
         update, begin = _settled_ekf(settings, places, duties, period, state, imu)
-        names = _NOMINAL
     else:
-        update, begin = _averaged(settings, places, duties, period, state)
-        names = (*_NOMINAL, *_LAST)
+        update, begin, state = _averaged(estimator, settings, mounting, duties, period, state, imu)
+    whose = f"{estimator.name}_" if estimator.file else ""  # else a v_x would be the motion's
+    names = (*NOMINAL, *((whose + each.name, each.unit) for each in estimator.memory))
 
     def updated(errors: np.ndarray) -> np.ndarray:
         """Return memory and motion seen after an update, as differences from the steady flight."""
@@ -114,10 +120,16 @@ def estimator_model(
         for seed in np.eye(size)
     ]
     by = np.array(columns).T
+    acting = _acting(by, len(names))
+    rows = np.concatenate([acting, np.full(MOTION, True)])
+    columns_kept = np.full(size, True)
+    columns_kept[MOTION + IMU + RATES :][: len(names)] = acting
+    by = by[np.ix_(rows, columns_kept)]
+    names = tuple(name for name, acts in zip(names, acting, strict=True) if acts)
     return EstimatorModel(by[: len(names)], by[len(names) :], names)
 
 
-_NOMINAL = tuple(
+NOMINAL = tuple(
     (f"estimated_{name}_{axis}", unit)
     for name, unit in (
         ("angle", "rad"),
@@ -128,11 +140,7 @@ _NOMINAL = tuple(
     )
     for axis in "xyz"
 )
-_LAST = (
-    *((f"gps_p_{axis}", "m") for axis in "xyz"),
-    *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
-    ("barometer_height", "m"),
-)
+"""The nominal state of every estimator, as its errors, with units."""
 MEASURED = (
     *((f"gps_p_{axis}", "m") for axis in "xyz"),
     *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
@@ -141,8 +149,6 @@ MEASURED = (
     ("range_finder_distance", "m"),
 )
 """What sensors besides the IMU measure, with units."""
-ESTIMATED = (*_NOMINAL, *_LAST)
-"""All names of what estimators remember."""
 
 
 def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -202,12 +208,10 @@ def settled_gain(
         z: perfect samples in the steady flight.
     """
     F = np.eye(ekf.ERRORS)
-    rows = np.empty((9, ekf.ERRORS))
-    ekf.transition(x, z[:6], period, rows)
-    F[:9] = rows
+    whole = ekf.transition(x, z[:6], period)
+    F[:9] = covariance.transition_rows(whole, period)
     Q = np.zeros((ekf.ERRORS, ekf.ERRORS))
-    still = np.zeros((9, ekf.ERRORS))
-    ekf.spread(Q, still, settings, period)
+    covariance.write_blocks(covariance.spread(covariance.blocks_of(Q), whole, settings, period), Q)
     H, gaps = np.empty((ekf.CHANNELS, ekf.ERRORS)), np.empty((ekf.CHANNELS, 2))
     ekf.rows_of(x, z, places, settings, H, gaps)
     information = np.zeros(ekf.CHANNELS)
@@ -255,27 +259,23 @@ def _settled_ekf(
 
 
 def _averaged(
+    estimator: Estimator,
     settings: np.ndarray,
-    places: np.ndarray,
+    mounting: Mounting,
     duties: dict[str, float],
     period: float,
     state: np.ndarray,
-) -> tuple[Update, np.ndarray]:
-    """Return the mean of updates with and without each sample, and its memory in steady flight."""
-    begin = complementary.initial(state, places[0:3])
-    begin[complementary.LAST] = float("gps" in duties)
-    begin[complementary.LAST + 1] = float("barometer" in duties)
-    begin[complementary.LAST + 4 : complementary.LAST + 7] = begin[4:7]
-    begin[complementary.LAST + 7 : complementary.LAST + 10] = begin[7:10]
-    begin[complementary.LAST + 10] = begin[6]
-    back = begin.copy()
-    for place in (slice(4, 7), slice(complementary.LAST + 4, complementary.LAST + 7)):
-        back[place] -= period * state[10:13]
-    back[complementary.LAST + 10] -= period * state[12]
+    imu: np.ndarray,
+) -> tuple[Update, np.ndarray, np.ndarray]:
+    """Return the mean of updates with and without each sample, a settled memory, and the state.
+
+    The memory is that one period before the state, which has moved on from the given one.
+    """
+    run, places = compiled_update(estimator), mounting.packed()
 
     def one(memory: np.ndarray, z: np.ndarray) -> np.ndarray:
         after = memory.copy()
-        complementary.update(after, z, settings, places, period)
+        run(after, z, settings, places, period)
         return after
 
     def update(memory: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -289,7 +289,41 @@ def _averaged(
             found += duty * (one(memory, some) - without)
         return found
 
-    return update, back
+    motion = np.concatenate([np.zeros(3), period * state[10:13], np.zeros(6)])
+    memory = estimator.begin(state, mounting, np.zeros(ekf.ERRORS), ekf.InitialDeviations())
+    grown = np.full(memory.size, np.inf)
+    for _ in range(2**DOUBLINGS // CHECKED):
+        before, last = memory, grown
+        for _ in range(CHECKED):
+            state = _moved(state, motion)
+            memory = update(memory, perfect_samples(state, imu, places))
+        grown = memory - before
+        # a place or a clock goes on evenly, and nothing depends on it
+        if np.all(np.abs(grown - last) <= 1e-15 + SETTLED * np.abs(memory)):
+            break
+    return update, memory, _moved(state, motion)
+
+
+def _acting(by: np.ndarray, count: int) -> np.ndarray:
+    """Return whether each number that is remembered carries anything from sensors to the estimate.
+
+    A settled covariance, a clock or a flag does not. The nominal state always counts.
+
+    Args:
+        by: derivatives, see `EstimatorModel`, of memory and motion seen.
+        count: of what is remembered.
+    """
+    begin = MOTION + IMU + RATES
+    strong = np.abs(by) > LEAST
+    among = strong[:count, begin : begin + count]
+    driven = np.delete(strong[:count], np.s_[begin : begin + count], axis=1).any(axis=1)
+    read = strong[count:, begin : begin + count].any(axis=0)
+    driven[: ekf.ERRORS] = read[: ekf.ERRORS] = True
+    for _ in range(count):
+        driven = driven | among[:, driven].any(axis=1)
+        read = read | among[read].any(axis=0)
+    acting: np.ndarray = driven & read
+    return acting
 
 
 def _moved(state: np.ndarray, motion: np.ndarray) -> np.ndarray:
@@ -330,5 +364,5 @@ def _difference(begin: np.ndarray, after: np.ndarray) -> np.ndarray:
     nominal = np.concatenate(
         [_turn(begin[:4], after[:4]), after[4 : ekf.NOMINAL] - begin[4 : ekf.NOMINAL]]
     )
-    rest = after[ekf.NOMINAL + 4 :] - begin[ekf.NOMINAL + 4 :]
+    rest = after[ekf.NOMINAL :] - begin[ekf.NOMINAL :]
     return np.concatenate([nominal, rest])

@@ -1,7 +1,7 @@
 """Names and units of the signals of linear models."""
 
 from workbench.control.controller import Controller
-from workbench.design.linear.estimation import ESTIMATED, MEASURED
+from workbench.design.linear.estimation import MEASURED, NOMINAL
 from workbench.design.linear.model import Signal
 
 
@@ -69,8 +69,8 @@ def sensor_noise(samples: int) -> tuple[Signal, ...]:
 
 
 def estimated() -> tuple[Signal, ...]:
-    """Return what estimators remember."""
-    return tuple(Signal(name, unit) for name, unit in ESTIMATED)
+    """Return what every estimator remembers, see `Estimator.memory` for the rest."""
+    return tuple(Signal(name, unit) for name, unit in NOMINAL)
 
 
 def yaw_moment() -> tuple[Signal, ...]:

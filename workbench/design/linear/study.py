@@ -9,7 +9,7 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import WorkbenchError, sentences
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller
 from workbench.control.flight_law import FILTERED
 from workbench.design.linear.attitude import heading_turn, reduced, state_seeds, turn_with_heading
 from workbench.design.linear.autodiff import constants, gradient
@@ -61,7 +61,7 @@ from workbench.plant.variation import Delays, varied
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured, read_configured_world
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Rates, Scenario, check_scenario
+from workbench.scenario.scenario import Rates, Scenario, check_scenario, flown_controller
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
 from workbench.systems.controller import GAINS, PROBES
 
@@ -584,7 +584,7 @@ class LinearStudy:
         config = self.scenario.vehicle
         self._description = description or read_configured(config)
         self.vehicle = make_vehicle(self._description)
-        self.controller = load_controller(self.scenario.controller)
+        self.controller = flown_controller(self.scenario)
         self.gains: Mapping[str, float] = flight_gains(
             self.vehicle, config.gains, controller=self.controller
         )
@@ -592,6 +592,8 @@ class LinearStudy:
         self._derivatives = Derivatives(
             self.controller, self._flown, self.vehicle, self.gains, self.scenario.rates
         )
+        own = self.controller.estimator
+        self._estimator = own or find_estimator(self.scenario.estimator)
         _, self._rate = sampled_estimate(self.scenario.rates.control_period)
         self.home = DEFAULT_HOME
         self._mounting: Mounting | None = None
@@ -715,7 +717,7 @@ class LinearStudy:
         Raises:
             WorkbenchError: in a turn, which has none.
         """
-        estimator = find_estimator(self.scenario.estimator)
+        estimator = self._estimator
         if not estimator:
             return None
         if trim.point.yaw_rate:
@@ -729,11 +731,10 @@ class LinearStudy:
     def _estimator_with(
         self, settings: np.ndarray, state: np.ndarray, vdot_WB: np.ndarray
     ) -> EstimatorModel:
-        estimator = find_estimator(self.scenario.estimator)
-        assert estimator and self._mounting
+        assert self._estimator and self._mounting
         period = self.scenario.rates.control_period
         return estimator_model(
-            estimator, settings, self._mounting, self._duties, period, state, vdot_WB
+            self._estimator, settings, self._mounting, self._duties, period, state, vdot_WB
         )
 
     @property

@@ -13,6 +13,7 @@ import numpy as np
 from workbench.common.errors import FlightBrokenError
 from workbench.control.controller import COMMON, Controller
 from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.senses import make_senses
 from workbench.design.rollout.starts import start_state
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
@@ -114,7 +115,7 @@ def agreement(
     """Fly trials on the full diagram and on the compiled engine, and compare them.
 
     Args:
-        scenario: its vehicle and rates fly; start and script are the trials'.
+        scenario: its vehicle, estimator, sensors and rates fly; start and script are the trials'.
         trials: N of them.
         duration: of each [s].
         progress: called with the share done.
@@ -127,6 +128,8 @@ def agreement(
         Scenario(
             vehicle=scenario.vehicle,
             controller=scenario.controller,
+            estimator=scenario.estimator,
+            sensors=scenario.sensors,
             rates=rates,
             duration=duration,
         )
@@ -134,7 +137,15 @@ def agreement(
     law = session.controller
     own = flight_gains(session.vehicle, scenario.vehicle.gains, controller=law)
     variation = scenario.vehicle.variation
-    engine = RolloutEngine(session.vehicle, rates, variation, own=own, controller=law)
+    engine = RolloutEngine(
+        session.vehicle,
+        rates,
+        variation,
+        seed=scenario.sensors.seed,
+        own=own,
+        controller=law,
+        senses=make_senses(session.vehicle, scenario),
+    )
     flights = engine.fly_from(
         [each.gains for each in trials],
         np.array([start_state(session.vehicle, each.start) for each in trials]),

@@ -89,7 +89,8 @@ def move(block, rotors, blades, changes, sags, compensation, pushed, step):  # t
         if sags:
             for i in range(LANES):
                 held, most = take(rotor, HELD, i), take(rotor, TURN + ANSWER, i)
-                speed = supplied(held, most, take(block, VOLTAGE, i), compensation)
+                voltage = take(block, VOLTAGE, i)
+                speed = supplied(held, most, voltage, voltage, compensation)
                 _step_speed(rotor, i, speed)
         else:
             for i in range(LANES):

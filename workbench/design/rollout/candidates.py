@@ -9,6 +9,7 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ComputerSettings
 from workbench.control.guidance import Reference
+from workbench.design.rollout.senses import Senses
 from workbench.design.step_response import HOVER
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import GyroSettings
@@ -32,6 +33,9 @@ class Candidates(NamedTuple):
         starts: (N, 13) state of the plant, see `rigid_body.State`; its place is held while no
             pilot steers.
         seeds: (N) of the turbulence.
+        filters: (N, k) settings of the estimator, none on the truth; and so the next two.
+        noises: (N, 5) what the noise of the sensors starts from, see `Senses.seeds`.
+        memories: (N, size) of the estimators at the start.
     """
 
     gains: np.ndarray
@@ -44,6 +48,9 @@ class Candidates(NamedTuple):
     before: np.ndarray
     starts: np.ndarray
     seeds: np.ndarray
+    filters: np.ndarray
+    noises: np.ndarray
+    memories: np.ndarray
 
     def part(self, first: int, last: int) -> "Candidates":
         """Return those from `first` up to before `last`."""
@@ -59,6 +66,7 @@ def make_candidates(
     starts: np.ndarray,
     seeds: Sequence[int],
     before: Sequence[float] = HOVER,
+    senses: Senses | None = None,
 ) -> Candidates:
     """Return candidates as arrays.
 
@@ -75,6 +83,7 @@ def make_candidates(
         starts: state of the plant for all of them (13) or each (N, 13).
         seeds: of each one's noise (N), as in a scenario, or of all (1).
         before: velocity in W that all are commanded before the edge (3) [m/s].
+        senses: what tells their laws the motion; the truth is told without them.
 
     Raises:
         WorkbenchError: if a name is unknown, a value no number, one of a payload out of its limits,
@@ -84,7 +93,9 @@ def make_candidates(
     parameters = [row.name for row in controller.parameters]
     many = len(parameters)
     columns = (*parameters, *AirSettings._fields)
-    around = (*GyroSettings._fields, *ComputerSettings._fields)
+    around: tuple[str, ...] = (*GyroSettings._fields, *ComputerSettings._fields)
+    if senses:
+        around += senses.settings
     names = (*columns, *Payload._fields, *around, *weak)
     if isinstance(gains, np.ndarray):
         table = _from_array(gains, [own[name] for name in names], controller)
@@ -94,21 +105,49 @@ def make_candidates(
     shares = np.ones((len(table), rotors))
     behind = len(columns) + len(Payload._fields)
     signals = behind + len(GyroSettings._fields)
+    filters = signals + len(ComputerSettings._fields)
     shares[:, : len(weak)] = table[:, behind + len(around) :]
     references, earlier = (np.zeros((len(table), len(Reference._fields))) for _ in range(2))
     references[:, :4] = _for_each("commands", commands, len(table), 4)
     earlier[:, :3] = before
+    begun = _for_each("starts", starts, len(table), 13)
+    noises, memories = _begun(senses, begun, seeds)
     return Candidates(
         gains=table[:, :many].copy(),
         air=table[:, many : len(columns)].copy(),
         shares=shares,
         payloads=_checked(table[:, len(columns) : behind]),
         gyros=table[:, behind:signals].copy(),
-        computers=table[:, signals : behind + len(around)].copy(),
+        computers=table[:, signals:filters].copy(),
         commands=references,
         before=earlier,
-        starts=_for_each("starts", starts, len(table), 13),
+        starts=begun,
         seeds=_air_seeds(seeds, len(table)),
+        filters=table[:, filters : behind + len(around)].copy(),
+        noises=noises,
+        memories=memories,
+    )
+
+
+def _begun(
+    senses: Senses | None, starts: np.ndarray, seeds: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what noises start from, and what estimators remember at the starts."""
+    count = len(starts)
+    if senses is None:
+        return np.zeros((count, 0)), np.zeros((count, 0))
+    own = seeds if len(seeds) == count else list(seeds) * count
+    noises = {seed: senses.seeds(seed) for seed in set(own)}
+    memories: dict[tuple[int, bytes], np.ndarray] = {}
+    for seed, start in zip(own, starts, strict=True):
+        key = seed, start.tobytes()
+        if key not in memories:
+            memories[key] = senses.memory(start, seed)
+    return (
+        np.array([noises[seed] for seed in own]),
+        np.array(
+            [memories[seed, start.tobytes()] for seed, start in zip(own, starts, strict=True)]
+        ),
     )
 
 

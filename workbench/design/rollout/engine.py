@@ -7,6 +7,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import astuple, dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ import numpy as np
 
 from workbench.common.compiled import compile_cached
 from workbench.common.errors import WorkbenchError
+from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, load_controller
 from workbench.control.flight_law import SOURCES as LAW
 from workbench.control.flight_law import Body, known_body, law_constants, packed
@@ -23,10 +25,12 @@ from workbench.design.rollout.candidates import Candidates, make_candidates
 from workbench.design.rollout.flight import make_fly_block
 from workbench.design.rollout.measuring import NUMBERS, measure_steps
 from workbench.design.rollout.rows import LANES
+from workbench.design.rollout.senses import Senses
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, HOVER, check_duration, check_step, stepped
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.vehicle_step import rotor_rows
+from workbench.estimation.estimators import Estimator
 from workbench.gains.gains import flight_gains
 from workbench.plant.payload import NO_PAYLOAD, Payload, laden
 from workbench.plant.rotors import Rotor
@@ -39,7 +43,8 @@ from workbench.systems.battery import PERIOD, hover_power, voltage_curve, voltag
 
 SOURCES = (
     *LAW,
-    "estimation/gyro.py",
+    "estimation",
+    "systems/sensors/barometer.py",
     "design/rollout",
     "design/tumbling.py",
     "design/response_metrics.py",
@@ -342,16 +347,22 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
 
 
 @lru_cache(maxsize=64)
-def compiled_block(controller: Controller) -> Callable[..., Any]:
-    """Return the flight of a block with a controller, compiled at its first call."""
+def compiled_block(controller: Controller, estimator: Estimator | None) -> Callable[..., Any]:
+    """Return the flight of a block with a controller, compiled at its first call.
+
+    Args:
+        controller: whose law flies.
+        estimator: that tells it the motion; None tells it the truth.
+    """
     whose = "" if controller.shipped else f" with {controller.name}"
+    what = f" on the estimate {estimator.name}" if estimator else ""
     return compile_cached(
-        make_fly_block(controller),
+        make_fly_block(controller, estimator),
         SOURCES,
-        f"flights by the thousand{whose}",
-        parts=174,
-        text=controller.digest,
-        file=str(controller.file),
+        f"flights by the thousand{whose}{what}",
+        parts=210 if estimator else 174,
+        text=controller.digest + (estimator.key if estimator else ""),
+        file=str(estimator.file if estimator and estimator.file else controller.file),
         nogil=True,
         error_model="numpy",  # divisions that might raise make no vector instructions
         fastmath={"contract"},  # a b + c in one instruction: a fifth quicker, equal to rounding
@@ -437,6 +448,7 @@ class Batch(NamedTuple):
         crafts: what flies, K.
         which: (N) the craft of each candidate.
         schedule: of all.
+        senses: what tells the laws the motion; None on the truth.
     """
 
     controller: Controller
@@ -444,6 +456,7 @@ class Batch(NamedTuple):
     crafts: Crafts
     which: np.ndarray
     schedule: Schedule
+    senses: Senses | None = None
 
     @property
     def size(self) -> int:
@@ -477,21 +490,25 @@ class Batch(NamedTuple):
         peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1)
         shape = (len(self.time), len(kept), LANES)
 
-        fly_block = compiled_block(self.controller)
+        fly_block = compiled_block(self.controller, self.senses and self.senses.estimator)
+        hearing = self.senses and self.senses.hearing
+        file = self.senses and self.senses.estimator.file
 
         def work(first_block: int, last_block: int) -> None:
             samples = np.empty(shape)
             for first in range(first_block * LANES, last_block * LANES, LANES):
                 last = min(first + LANES, self.size)
-                fly_block(
-                    self.candidates.part(first, last),
-                    self.crafts.chosen(self.which[first:last]),
-                    self.schedule,
-                    np.array(kept),
-                    samples,
-                    peak_use[first:last],
-                    lost_at[first:last],
-                )
+                with own_errors(file, "update") if file else nullcontext():
+                    fly_block(
+                        self.candidates.part(first, last),
+                        self.crafts.chosen(self.which[first:last]),
+                        self.schedule,
+                        hearing,
+                        np.array(kept),
+                        samples,
+                        peak_use[first:last],
+                        lost_at[first:last],
+                    )
                 keep(first, last, samples)
 
         blocks = run_chunks(work, -(-self.size // LANES), threads, progress, stop)
@@ -538,6 +555,8 @@ class RolloutEngine:
         own: values of all parameters by name, for what candidates do not name; without them those
             that follow from the vehicle.
         controller: whose law flies; the default one where none is given.
+        senses: what tells it the motion, as `make_senses` has it of the same rates; the truth is
+            told without them.
 
     Raises:
         WorkbenchError: if rates or variation cannot be flown.
@@ -553,7 +572,9 @@ class RolloutEngine:
         threads: int | None = None,
         own: Mapping[str, float] | None = None,
         controller: Controller | None = None,
+        senses: Senses | None = None,
     ) -> None:
+        self.senses = senses
         self.controller = controller or load_controller()
         self.vehicle = vehicle
         rates = rates or Rates()
@@ -731,16 +752,15 @@ class RolloutEngine:
         rotors = len(self.vehicle.rotors)
         noise = [self._seed] if seeds is None else seeds
         candidates = make_candidates(
-            self.controller, gains, self.gains, rotors, commands, starts, noise, before
+            self.controller, gains, self.gains, rotors, commands, starts, noise, before, self.senses
         )
         candidates = self._designed(candidates)
         count = len(candidates.gains)
         if variations is None and not candidates.payloads.any():
-            return Batch(
-                self.controller, candidates, self._crafts, np.zeros(count, dtype=int), schedule
-            )
-        crafts, which = self._different_crafts(variations, candidates.payloads)
-        return Batch(self.controller, candidates, crafts, which, schedule)
+            crafts, which = self._crafts, np.zeros(count, dtype=int)
+        else:
+            crafts, which = self._different_crafts(variations, candidates.payloads)
+        return Batch(self.controller, candidates, crafts, which, schedule, self.senses)
 
     def _designed(self, candidates: Candidates) -> Candidates:
         """Return candidates with what the controller designs of their gains."""

@@ -23,7 +23,8 @@ from workbench.design.rollout.body_loops import (
     note_lost,
     weaken,
 )
-from workbench.design.rollout.gyro_loops import due_samples, fill_gyro, sample_gyro, sense
+from workbench.design.rollout.estimate_loops import make_knowing
+from workbench.design.rollout.gyro_loops import KNOW_TRUTH, fill_gyro
 from workbench.design.rollout.law_loops import (
     command,
     make_want,
@@ -76,6 +77,7 @@ from workbench.design.rollout.rows import (
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES
 from workbench.dynamics.vehicle_step import ANSWER, INFLOW, ROW, given
+from workbench.estimation.estimators import Estimator
 from workbench.estimation.filters import lowpass
 
 _AIR = AirSettings._fields
@@ -178,18 +180,28 @@ def is_lively(air):  # type: ignore[no-untyped-def]
     return found
 
 
-def make_fly_block(controller: Controller) -> Callable[..., None]:
-    """Return the flight of a block of candidates with a controller's law."""
+def make_fly_block(
+    controller: Controller, estimator: Estimator | None = None
+) -> Callable[..., None]:
+    """Return the flight of a block of candidates with a controller's law.
+
+    Args:
+        controller: whose law flies.
+        estimator: that tells it the motion; the truth is told without one.
+    """
     want = make_want(controller)
+    knowing = make_knowing(estimator) if estimator else KNOW_TRUTH
+    begin, sample, know, sense, is_due, measure, rests = knowing
     memory = np.repeat(np.array(controller.initial_memory), LANES)
 
-    def fly_block(candidates, crafts, schedule, kept, samples, use, lost):  # type: ignore[no-untyped-def]
+    def fly_block(candidates, crafts, schedule, hearing, kept, samples, use, lost):  # type: ignore[no-untyped-def]
         """Fly up to 16 candidates side by side; this is what gets compiled.
 
         Args:
             candidates: m of them, see `Candidates`.
             crafts: one for each.
             schedule: when things happen, see `Schedule`.
+            hearing: sensors of the estimator; None on the truth.
             kept: (k) which of the state's numbers to keep, see `rigid_body.State`.
             samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
             use: (m) places for the largest share of its speed limit at which a rotor ran.
@@ -200,8 +212,7 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
         block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
         block[fixed:] = memory
         fill(block, rotors, candidates, crafts, schedule)
-        due = due_samples(block, schedule.steps)
-        filters = due.any()
+        samples_imus, imus, sensors, every, told = begin(block, candidates, hearing, schedule)
         coarse = candidates.computers[:, 2].any()
         give_commands(block, candidates.before)
         blades = crafts.turning[:, :, 6:8].any()
@@ -233,10 +244,11 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
                     _keep(block, kept, samples[since // schedule.stride])
             if instant == schedule.end:
                 break
-            if filters:
-                sample_gyro(block, due[0])
-            _look(block, seen, crafts.seen, updates, 0)
-            _see(block, seen, crafts.seen, updates)
+            if samples_imus:
+                sample(block, imus, instant * schedule.steps, 0)
+            know(sensors, instant, schedule.period)
+            _look(block, seen, crafts.seen, updates, 0, sense, told)
+            _see(block, seen, crafts.seen, updates, sense, told)
             if sags:
                 weaken(block, rotors, crafts.supply)
             want(block, rotors, crafts.estimate)
@@ -248,10 +260,12 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
             _ask(rotors, asked[updates % len(asked)])
             for step in range(schedule.steps):
                 number = instant * schedule.steps + step
-                if filters and step > 0:
-                    sample_gyro(block, due[step])
+                if samples_imus and step > 0:
+                    sample(block, imus, number, step)
                 if step > 0 and looks[step]:
-                    _look(block, seen, crafts.seen, updates, step)
+                    _look(block, seen, crafts.seen, updates, step, sense, told)
+                if is_due(every, number):
+                    measure(block, sensors, number, schedule.step)
                 if acts[step]:
                     hold_commands(rotors, asked, crafts.acting, updates, step)
                 if pushed:
@@ -283,7 +297,7 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
             if note_lost(block, instant) == LANES:
                 _keep_nothing(samples, instant, schedule)
                 break
-            if instant == STILL_PERIODS and instant < schedule.edge and not sags:
+            if rests and instant == STILL_PERIODS and instant < schedule.edge and not sags:
                 calm, hold = block.copy(), rotors.copy()
                 if _find_still(block, lively, still):
                     instant = schedule.edge
@@ -291,7 +305,8 @@ def make_fly_block(controller: Controller) -> Callable[..., None]:
             lost[i] = int(take(block, LOST, i))
             use[i] = _use(rotors, i, lost[i] < 0)
 
-    return unique(fly_block, controller.key)
+    whose = f"{controller.key}_{estimator.key}" if estimator else controller.key
+    return unique(fly_block, whose)
 
 
 @register_jitable
@@ -325,7 +340,7 @@ def _ask(rotors, places):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _look(block, seen, delays, updates, step):  # type: ignore[no-untyped-def]
+def _look(block, seen, delays, updates, step, sense, told):  # type: ignore[no-untyped-def]
     """Remember the states of those whose law is to see what they are before this step."""
     if len(seen) == 1:
         return
@@ -334,17 +349,17 @@ def _look(block, seen, delays, updates, step):  # type: ignore[no-untyped-def]
         if delays[min(i, len(delays) - 1), 1] == step:
             for k in range(STATE_SIZE):
                 put(places, k, i, take(block, STATE + k, i))
-            sense(block, i, places, 0)
+            sense(block, i, places, 0, told)
 
 
 @register_jitable
-def _see(block, seen, delays, updates):  # type: ignore[no-untyped-def]
+def _see(block, seen, delays, updates, sense, told):  # type: ignore[no-untyped-def]
     """Let the law see the state, or an older one where its craft is late."""
     ring = len(seen)
     if ring == 1:
         block[KNOWN * LANES : KNOWN * LANES + STATES] = block[:STATES]
         for i in range(LANES):
-            sense(block, i, block, KNOWN)
+            sense(block, i, block, KNOWN, told)
         return
     for i in range(LANES):
         late = delays[min(i, len(delays) - 1), 0]

@@ -1,4 +1,7 @@
-"""The gyro of a block: loops over its candidates around the filters' own functions."""
+"""The truth that laws know, its angular velocity from the gyro: loops over a block's candidates."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,6 +38,36 @@ RATES = GYRO + STATES
 """Angular velocity in B of the last sample (3)."""
 
 
+class Knowing(NamedTuple):
+    """How laws come to know the motion: functions that compile.
+
+    What is called at every physics step takes few arrays: each call counts who holds them.
+
+    Attributes:
+        begin: whether IMUs take samples, what they remember at the start, what the other sensors
+            and the estimators do, steps between the samples of each, and the rows that `sense`
+            reads; of block, candidates, hearing and schedule.
+        sample: lets IMUs take their samples; of block, what they remember, number of the physics
+            step and its place in the control period.
+        know: what the estimators do at an instant; of what they remember, the instant and the
+            control period [s].
+        sense: puts what a law knows now into a state that stands somewhere from a row on, which
+            holds the true one; of block, candidate, place, row and the rows that it reads.
+        is_due: whether any sensor measures before a physics step; of the steps between samples, and
+            its number.
+        measure: lets them do so; of block, what they remember, number of the step and its length.
+        rests: whether a drone that hovers without moving goes on doing so.
+    """
+
+    begin: Callable[..., Any]
+    sample: Callable[..., None]
+    know: Callable[..., None]
+    sense: Callable[..., None]
+    is_due: Callable[..., bool]
+    measure: Callable[..., None]
+    rests: bool
+
+
 @register_jitable
 def fill_gyro(block, i, settings, schedule):  # type: ignore[no-untyped-def]
     """Fill a candidate's rows, once its state is there."""
@@ -52,19 +85,20 @@ def fill_gyro(block, i, settings, schedule):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def due_samples(block, steps):  # type: ignore[no-untyped-def]
+def _begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
     """Return at which steps of a period each gyro that filters takes a sample (steps, 16)."""
-    due = np.zeros((steps, LANES), dtype=np.bool_)
-    for step in range(steps):
+    due = np.zeros((schedule.steps, LANES), dtype=np.bool_)
+    for step in range(schedule.steps):
         for i in range(LANES):
             every = int(take(block, GYRO_EVERY, i))
             due[step, i] = every > 0 and step % every == 0
-    return due
+    return due.any(), due, None, None, block
 
 
 @register_jitable
-def sample_gyro(block, due):  # type: ignore[no-untyped-def]
+def _sample(block, gyros, number, step):  # type: ignore[no-untyped-def]
     """Let those take a sample for whom it is due."""
+    due = gyros[step]
     for i in range(LANES):
         w_B = body_rates(take13(block, STATE, i))
         rates = take3(block, RATES, i)
@@ -80,8 +114,26 @@ def sample_gyro(block, due):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def sense(block, i, places, row):  # type: ignore[no-untyped-def]
-    """Put what the gyro gives into a state that stands somewhere from a row on."""
+def _sense(block, i, places, row, told):  # type: ignore[no-untyped-def]
     if take(block, GYRO_EVERY, i) > 0.0:
         state = sensed(take13(places, row, i), take3(block, RATES, i))
         put3(places, row + 7, i, state[7:10])
+
+
+@register_jitable
+def _know(sensors, instant, period):  # type: ignore[no-untyped-def]
+    """Do nothing: what is known is true."""
+
+
+@register_jitable
+def _is_due(every, number):  # type: ignore[no-untyped-def]
+    return False
+
+
+@register_jitable
+def _measure(block, sensors, number, step):  # type: ignore[no-untyped-def]
+    """Do nothing: no sensor is asked."""
+
+
+KNOW_TRUTH = Knowing(_begin, _sample, _know, _sense, _is_due, _measure, rests=True)
+"""Of laws that fly on the true motion."""

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller
 from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
+from workbench.estimation.settings import COMPLEMENTARY, EKF, TRUTH
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
@@ -16,7 +17,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 from workbench.scenario.vehicle_parameters import check_parameters
 
 """Parameter that a step along an axis must stay below."""
@@ -62,7 +63,7 @@ class SweepCase:
     @property
     def controller(self) -> Controller:
         """What flies it."""
-        return load_controller(self.scenario.controller)
+        return flown_controller(self.scenario)
 
     def vehicle(self) -> Vehicle:
         """Return what flies, as its controller knows it.
@@ -109,7 +110,15 @@ class SweepCase:
         """
         table = parameter_table(self.controller)
         rows = [row.name for row in table]
-        check_parameters(vehicle, [each.name for each in ranges if each.name in rows], table)
+        names = [each.name for each in ranges if each.name in rows]
+        check_parameters(vehicle, names, table)
+        for name in names:
+            system, flown = table.find(name).system, self.scenario.estimator
+            if system in (COMPLEMENTARY, EKF) and system != flown:
+                raise WorkbenchError(
+                    f"{name} is swept, and nothing goes by it, as the controller knows "
+                    f"{'the truth' if flown == TRUTH else flown}: add --estimator {system}"
+                )
         axis = find_axis(self.axis)
         lows = {each.name: each.low for each in ranges}
         most = lows.get(axis.limit, self.values(vehicle)[axis.limit])

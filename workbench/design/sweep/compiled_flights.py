@@ -1,14 +1,21 @@
 """Candidates flown by the compiled engine, thousands a second."""
 
+import logging
 from collections.abc import Sequence
 from dataclasses import astuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.common.cache import PROGRESS_LOGGER
 from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.senses import make_senses, why_not
 from workbench.design.sweep.case import Candidate, SweepCase
 from workbench.design.sweep.flown import Flown, Progress, Stop, nothing_flown
 from workbench.plant.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from workbench.design.executor.executor import Executor
 
 
 def fly_compiled(
@@ -29,7 +36,11 @@ def fly_compiled(
     """
     seed = case.scenario.sensors.seed
     engine = RolloutEngine(
-        vehicle, case.scenario.rates, own=case.values(vehicle), controller=case.controller
+        vehicle,
+        case.scenario.rates,
+        own=case.values(vehicle),
+        controller=case.controller,
+        senses=make_senses(vehicle, case.scenario),
     )
     measured = engine.measure(
         [each.settings for each in candidates],
@@ -50,3 +61,36 @@ def fly_compiled(
     flown.values[done] = values
     flown.diverged_at[done] = measured.diverged_at
     return flown
+
+
+def fly_fastest(
+    case: SweepCase,
+    vehicle: Vehicle,
+    candidates: Sequence[Candidate],
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+    *,
+    executor: "Executor | None" = None,
+) -> Flown:
+    """Fly candidates on the compiled engine, or on the full diagram where that is not compiled.
+
+    Args:
+        case: the step.
+        vehicle: as its controller knows it.
+        candidates: (N) what is flown.
+        progress: called with the share done.
+        stop: True ends with what is done.
+        executor: where those of the diagram fly, see `fly_full`.
+    """
+    law, swept = case.controller, dict[str, float]()
+    for candidate in candidates:
+        swept |= candidate.settings
+    reason = why_not(vehicle, case.scenario, case.values(vehicle) | swept)
+    if not law.compiles:
+        reason = f"{law.name} is not compiled"
+    if not reason:
+        return fly_compiled(case, vehicle, candidates, progress, stop)
+    from workbench.design.sweep.full_flights import fly_full  # it loads all of a session
+
+    logging.getLogger(PROGRESS_LOGGER).warning(f"{reason}: candidates fly on the full diagram")
+    return fly_full(case, vehicle, candidates, progress, stop, executor=executor)

@@ -8,7 +8,8 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
-from workbench.plant.variation import LEAST, MOST, Variation
+from workbench.estimation.settings import COMPLEMENTARY, EKF, OWN
+from workbench.plant.variation import DELAYS, Variation
 from workbench.scenario.parameters import parameter_table
 
 POINTS = 9
@@ -16,11 +17,11 @@ POINTS = 9
 MOST_POINTS = 10_000
 VARY = "vary."
 """What the names of variations begin with; they are of the drone, not of its controller."""
-VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag"))
+VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag", *DELAYS))
 SEED = "seed"
-"""The name of the turbulence's seed."""
+"""The name of the seed of turbulence and of sensors' noise."""
 LARGEST_SEED = 2**31 - 1
-_SYSTEMS = ("controller", "air", "payload", "rotors")
+_SYSTEMS = ("controller", "air", "payload", "rotors", "gyro", "computer", COMPLEMENTARY, EKF, OWN)
 """Whose rows act in a step flight."""
 
 
@@ -35,8 +36,8 @@ class SweepRange:
     """A number that is swept.
 
     Attributes:
-        name: a live parameter that acts in a step flight, or vary.mass, vary.inertia,
-            vary.rotor_lag, or seed, whose values are whole.
+        name: a live parameter that acts in a step flight, or one of `VARIATIONS`, or seed, whose
+            values are whole.
         low: smallest value.
         high: largest value.
         points: how many a grid has, both ends among them.
@@ -62,8 +63,8 @@ class SweepRange:
             except WorkbenchError:
                 raise unknown_name("parameter", self.name, names) from None
             raise WorkbenchError(
-                f"{self.name} is none of what a sweep varies: gains, limits, air, payload, rotors, "
-                f"and {', '.join(VARIATIONS)}"
+                f"{self.name} is none of what a sweep varies: gains, limits, filters, settings of "
+                f"the estimator, air, payload, rotors, and {', '.join(VARIATIONS)}"
             )
         for value in (self.low, self.high):
             check_value(self.name, value, self.controller)
@@ -87,7 +88,9 @@ class SweepRange:
     @property
     def unit(self) -> str:
         """Of the values."""
-        if self.name in (*VARIATIONS, SEED):
+        if self.name in VARIATIONS:
+            return "s" if self.name.removeprefix(VARY) in DELAYS else "1"
+        if self.name == SEED:
             return "1"
         return parameter_table(self.controller).find(self.name).unit
 
@@ -142,8 +145,6 @@ def check_value(name: str, value: float, controller: Controller | None = None) -
             raise WorkbenchError(f"a seed is {value:g}: give a whole number 0 .. {LARGEST_SEED}")
     elif name not in VARIATIONS:
         parameter_table(controller).find(name).check(value)
-    elif math.isfinite(value):
-        factor: dict[str, Any] = {name.removeprefix(VARY): value}
-        Variation(**factor).check()
     else:
-        raise WorkbenchError(f"{name} is {value:g}: give a factor within {LEAST:g} .. {MOST:g}")
+        varied: dict[str, Any] = {name.removeprefix(VARY): value}
+        Variation(**varied).check()

@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import Controller, load_controller
 from workbench.design.metrics import FLOWN, MARGINS
 from workbench.design.sweep.case import SweepCase
-from workbench.design.sweep.compiled_flights import fly_compiled
+from workbench.design.sweep.compiled_flights import fly_fastest
 from workbench.design.sweep.flown import FlySweep, Progress, Stop
 from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
-from workbench.estimation.settings import TRUTH
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 
 FLIGHT_SHARE = 0.1
 """Of the time, where margins are computed as well."""
@@ -35,7 +33,7 @@ def sweep(
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     loop: str = "",
-    fly: FlySweep | None = None,
+    fly: FlySweep = fly_fastest,
     progress: Progress | None = None,
     stop: Stop | None = None,
 ) -> SweepTable:
@@ -53,15 +51,15 @@ def sweep(
         scenario: its vehicle, gains, world and rates are used.
         settings: parameter values that all candidates share.
         loop: whose margins are computed as well, see `linear.loops`; "" for none.
-        fly: `fly_compiled`, or `fly_full` for the full diagram, in processes or, with its
-            executor bound by `functools.partial`, anywhere; without, the first that can fly it.
+        fly: `fly_fastest`, or `fly_full` for the full diagram; in processes or, with its executor
+            bound by `functools.partial`, anywhere.
         progress: called with the share done, 0 .. 1.
         stop: asked from time to time; True ends the sweep with what is done.
 
     Raises:
         WorkbenchError: if that is no sweep.
     """
-    law = load_controller((scenario or Scenario()).controller)
+    law = flown_controller(scenario or Scenario())
     parsed = tuple(parse_range(each, law) if isinstance(each, str) else each for each in ranges)
     axis = axis or default_axis((each.name for each in parsed), law)
     case = SweepCase(axis, amplitude, duration, scenario or Scenario(), dict(settings or {}))
@@ -74,9 +72,7 @@ def sweep(
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
-    flown = (fly or _flying(law, case.scenario))(
-        case, vehicle, candidates, _part(progress, 0.0, share), stop
-    )
+    flown = fly(case, vehicle, candidates, _part(progress, 0.0, share), stop)
     metrics, values = FLOWN, flown.values
     if cut:
         from workbench.design.sweep.loop_margins import candidate_margins
@@ -100,15 +96,6 @@ def sweep(
         present=present,
         present_values=values[0],
     )
-
-
-def _flying(law: Controller, scenario: Scenario) -> FlySweep:
-    """Return what flies candidates of a law fastest; compiled flights know the true motion."""
-    if law.compiles and scenario.estimator == TRUTH:
-        return fly_compiled
-    from workbench.design.sweep.full_flights import fly_full  # it loads all of a session
-
-    return fly_full
 
 
 def _part(progress: Progress | None, first: float, last: float) -> Callable[[float], None] | None:

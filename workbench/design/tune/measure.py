@@ -5,6 +5,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -22,6 +23,7 @@ from workbench.design.linear.operating_point import OperatingPoint, Triple
 from workbench.design.linear.study import LinearStudy
 from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.senses import make_senses, why_not
 from workbench.design.step_response import HOVER, START_HEIGHT, fly_step
 from workbench.design.step_response import HOVER as STILL
 from workbench.design.tune.case import NOMINAL, Case
@@ -29,7 +31,6 @@ from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.retuned import LinearisedModels, RetunedModels, retuned_models
 from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
-from workbench.estimation.settings import TRUTH
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
@@ -192,20 +193,27 @@ class Instruments:
             self._studies[case] = LinearStudy(scenario)
         return self._studies[case]
 
+    @cached_property
+    def compiles(self) -> bool:
+        """Whether steps fly compiled."""
+        return self.controller.compiles and not why_not(self.vehicle, self._scenario, self.base)
+
     def _engine(self, case: Case) -> RolloutEngine:
         if case not in self._engines:
             self._engines[case] = RolloutEngine(
                 self.vehicle,
                 self._scenario.rates,
                 case.variation,
+                seed=self._scenario.sensors.seed,
                 controller=self.controller,
+                senses=make_senses(self.vehicle, self._scenario),
             )
         return self._engines[case]
 
     def responses(self, gains: Sequence[Gains], axis: str, case: Case) -> "Responses":
         """Return flown steps of an axis: compiled, or on the diagram where that cannot be."""
         step = self.steps[axis]
-        if not self.controller.compiles or self._scenario.estimator != TRUTH:
+        if not self.compiles:
             return self._flown_on_the_diagram(gains, axis, step, case)
         flown = self._engine(case).fly(
             gains, axis, step.amplitude, duration=step.duration, velocity=self.point.velocity

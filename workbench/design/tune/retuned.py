@@ -153,7 +153,7 @@ def retuned_models(
     study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]
 ) -> RetunedModels | LinearisedModels:
     """Return what gives models for many sets of gains; arguments are those of `RetunedModels`."""
-    if study.controller is load_controller():
+    if study.controller.update is load_controller().update:
         return RetunedModels(study, point, gains)
     return LinearisedModels(study, point, gains)
 

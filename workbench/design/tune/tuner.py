@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
 from workbench.design.linear.operating_point import Triple
 from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
 from workbench.design.step_response import HOVER
@@ -27,12 +26,11 @@ from workbench.design.tune.twins import counterparts
 from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import Wish, members
 from workbench.design.tune.wish_file import Wishes
-from workbench.estimation.settings import TRUTH
 from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, flown_controller
 
 ROUNDS = 6
 """So often the search goes back: to a corner that it left out, or to what the proof has shown."""
@@ -217,7 +215,7 @@ class Tuner:
                 "goes under 'robustness' in a wishes file"
             )
         self._wishes = wishes or Wishes()
-        self._controller = load_controller(self._scenario.controller)
+        self._controller = flown_controller(self._scenario)
         for wish in self._wishes.wishes:
             members(wish.subject, wish.metric, self._controller)
         self._settings = dict(settings or {})
@@ -280,7 +278,7 @@ class Tuner:
 
         It takes thousands of flights, so nobody would wait for it where each flies on the diagram.
         """
-        if not self._controller.compiles or self._scenario.estimator != TRUTH:
+        if not plan.problem.instruments.compiles:
             return Unmet()
         starts = [found.best.point, *plan.starts]
         try:

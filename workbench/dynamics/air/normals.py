@@ -47,3 +47,20 @@ def draw_normals(seed: float, number: int, normals: np.ndarray) -> None:
         length = math.sqrt(-2.0 * math.log(radius))
         normals[2 * pair] = length * math.cos(2.0 * math.pi * turn)
         normals[2 * pair + 1] = length * math.sin(2.0 * math.pi * turn)
+
+
+@register_jitable
+def counted_draws(seed: float, number: int, draws: np.ndarray) -> None:
+    """Write the standard normal numbers of a sample, any number of them.
+
+    Args:
+        seed: a whole number.
+        number: of the sample, from 0.
+        draws: places for them.
+    """
+    blocks = -(-len(draws) // COUNT)
+    block = np.empty(COUNT)
+    for place in range(len(draws)):
+        if place % COUNT == 0:
+            draw_normals(seed, number * blocks + place // COUNT, block)
+        draws[place] = block[place % COUNT]

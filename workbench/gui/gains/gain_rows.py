@@ -32,10 +32,12 @@ GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
 _SYSTEMS = {
     "modes": _MODES,
     "battery": "Battery",
+    "gauge": "Battery gauge",
     "gyro": "Gyro and accelerometer filters",
     "computer": "Setpoint, derivative and commands",
     "ekf": "EKF",
     "complementary": "Complementary filter",
+    "estimator": "Estimator of your own",
     "obstacles": "Obstacles",
     "air": "Air, gusts and pushes",
     "payload": _PAYLOAD,
@@ -94,7 +96,7 @@ _LABELS = {
 _IN_A_SET = re.compile(r"_at_\d+(_\d+)?$")
 """What ends the name of a scheduled gain: a screen says once which set it shows."""
 _OTHERS = frozenset(row.name for row in OTHERS)
-_AROUND = ("gyro", "computer", "ekf", "complementary")
+_AROUND = ("gyro", "computer", "ekf", "complementary", "estimator")
 _FELT = frozenset(row.name for row in OTHERS if row.system in _AROUND)
 """Of filters and estimators: no gains, and no part of a profile, but a loop feels them alike."""
 _NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMITS}

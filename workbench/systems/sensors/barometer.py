@@ -5,6 +5,7 @@ import math
 import numpy as np
 from pydrake.systems.framework import Context
 
+from workbench.common.jitable import register_jitable
 from workbench.plant.home import Home
 from workbench.plant.sensors import Barometer as BarometerRecord
 from workbench.systems.sensors.mounting import motion
@@ -113,6 +114,7 @@ class Barometer(NoisySensor):
         return BarometerReading(stamp, self._frame, pressure, altitude)
 
 
+@register_jitable
 def pressure_at(altitude: float) -> float:
     """Return the pressure [Pa] at an altitude above the sea [m]."""
     geopotential = _EARTH_RADIUS * altitude / (_EARTH_RADIUS + altitude)
@@ -121,6 +123,7 @@ def pressure_at(altitude: float) -> float:
     return _SEA_LEVEL_PRESSURE * (1.0 - _LAPSE * geopotential / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
 
 
+@register_jitable
 def altitude_at(pressure: float) -> float:
     """Return the altitude above the sea [m] at which a pressure [Pa] is found."""
     pressure = max(pressure, _LEAST_PRESSURE)

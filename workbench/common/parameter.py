@@ -56,3 +56,24 @@ class Parameter:
         if self.whole and not float(value).is_integer():
             raise WorkbenchError(f"{where}{self.name} is {value:g}: it is {self.help}")
         return float(value)
+
+
+def gain(
+    name: str,
+    unit: str,
+    limits: tuple[float, float],
+    default: float,
+    help: str,
+    group: str = "",
+) -> Parameter:
+    """Return a row of the parameters that a file of the user's own states.
+
+    Args:
+        name: unique among all parameters of a flight.
+        unit: SI.
+        limits: least and largest value.
+        default: where neither rule nor gain file says otherwise.
+        help: what it does, for a tool tip.
+        group: heading under which it is shown.
+    """
+    return Parameter(name, "controller", unit, *limits, default, help, group=group)

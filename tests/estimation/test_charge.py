@@ -1,0 +1,74 @@
+"""The observer of the state of charge, against closed forms and scipy's roots."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from workbench.estimation.charge import (
+    SETTLING_TIME,
+    charge_by_voltage,
+    next_charge,
+    open_circuit,
+)
+from workbench.plant.battery import BatteryPack
+
+PACK = BatteryPack(900.0, 0.06, ((0.0, 9.6), (0.15, 10.9), (0.8, 11.9), (1.0, 12.6)))
+LEVEL = BatteryPack(900.0, 0.06, ((0.0, 9.6), (0.3, 11.4), (0.7, 11.4), (1.0, 12.6)))
+DT = 0.125
+
+
+def discharge(pack, start, current, seconds, noise=0.0):
+    """Return what is known and the true charge after each update of an even discharge."""
+    draws = noise * np.random.default_rng(1).standard_normal(round(seconds / DT))
+    curve = np.array(pack.open_circuit_voltage)
+    known, true, found = start, 1.0, []
+    for draw in draws:
+        voltage = np.interp(true, curve[:, 0], curve[:, 1]) - pack.resistance * current
+        known = next_charge(known, voltage + draw, current, pack, DT)
+        true -= current * DT / pack.capacity
+        found.append((known, true))
+    return np.array(found).T
+
+
+def test_the_charge_under_load_is_where_the_curve_has_the_voltage():
+    for current in (0.0, 15.0, 60.0):
+        for charge in (0.02, 0.15, 0.4, 0.85, 1.0):
+            voltage = open_circuit(charge, PACK) - PACK.resistance * current
+            root = brentq(
+                lambda q, u=voltage, i=current: open_circuit(q, PACK) - u - 0.06 * i, 0, 1
+            )
+            assert charge_by_voltage(voltage, current, PACK, 0.5) == pytest.approx(root, abs=1e-9)
+            assert root == pytest.approx(charge, abs=1e-9)
+    assert charge_by_voltage(12.95, 0.0, PACK, 0.5) == pytest.approx(1.1)  # as the curve came
+    assert charge_by_voltage(9.6 - 0.13, 0.0, PACK, 0.5) == pytest.approx(-0.015)
+
+
+def test_where_the_curve_is_level_the_voltage_tells_a_range(case):
+    for near, wanted in ((0.1, 0.3), (0.3, 0.3), (0.5, 0.5), (0.9, 0.7)):
+        with case(near):
+            assert charge_by_voltage(11.4, 0.0, LEVEL, near) == pytest.approx(wanted)
+    known, true = discharge(LEVEL, 1.0, 15.0, 55.0)
+    assert known == pytest.approx(true, abs=1e-9)
+
+
+def test_an_error_at_the_start_falls_as_that_of_a_first_order(case):
+    for start in (0.7, 0.9):
+        with case(start):
+            known, true = discharge(PACK, start, 3.0, 200.0)
+            time = DT * np.arange(1, len(known) + 1)
+            assert true == pytest.approx(1.0 - 3.0 * time / 900.0)
+            wanted = (start - 1.0) * np.exp(-time / SETTLING_TIME)
+            assert known - true == pytest.approx(wanted, abs=1e-9)
+
+
+def test_noise_of_the_voltage_is_left_as_far_as_the_gain_lets_it():
+    """Of white noise an observer of the gain g leaves the share g / (2 - g) of its variance."""
+    known, true = discharge(PACK, 1.0, 0.2, 4400.0, noise=0.1)
+    straight = (true > 0.3) & (true < 0.65)  # a deviation and more from where the slope changes
+    slope = (11.9 - 10.9) / (0.8 - 0.15)
+    gain = 1.0 - math.exp(-DT / SETTLING_TIME)
+    wanted = 0.1 / slope * math.sqrt(gain / (2.0 - gain))
+    assert 0.8 * wanted < (known - true)[straight].std() < 1.25 * wanted
+    assert known[straight] == pytest.approx(true[straight], abs=0.01)

@@ -1,0 +1,241 @@
+"""A Python file of the user's own: how it is found, read and run, and how its tables are checked.
+
+Controllers and estimators are such files. Their code runs with the rights of whoever names them.
+"""
+
+import hashlib
+import importlib.util
+import inspect
+import math
+import sys
+import traceback
+import types
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from workbench.common.errors import WorkbenchError
+from workbench.common.parameter import Parameter
+from workbench.common.state import State
+
+MOST_LINES = 1_000_000
+"""A file, or an update, that runs longer than this many lines is taken to be an endless loop."""
+
+
+def find_own(name: str, what: str) -> Path | None:
+    """Return the file that a name stands for, None for a name that is neither file nor module.
+
+    Args:
+        name: path of a file that ends in .py, or an importable module's, with a dot in it.
+        what: it states, for people.
+
+    Raises:
+        WorkbenchError: if there is no such module.
+    """
+    if name.endswith(".py"):
+        return Path(name)
+    if "." not in name:
+        return None
+    found = importlib.util.find_spec(name) if _importable(name) else None
+    if found is None or not found.origin:
+        raise WorkbenchError(f"{what} {name}: no such module is installed")
+    return Path(found.origin)
+
+
+def read_own(path: Path, what: str) -> str:
+    """Return the text of a file of the user's own.
+
+    Raises:
+        WorkbenchError: if it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "is no text in UTF-8"
+        raise WorkbenchError(f"{path}: {reason}: give the {what}'s file") from None
+
+
+def _importable(name: str) -> bool:
+    """Return whether the package that a module stands in can be found."""
+    try:
+        return importlib.util.find_spec(name.rpartition(".")[0]) is not None
+    except (ImportError, ValueError):
+        return False
+
+
+def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
+    """Return the module that a text makes.
+
+    Args:
+        what: it states: "controller" or "estimator".
+        name: of the file, without its ending.
+        file: where it stands.
+        text: of it.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    if not name.isidentifier():
+        raise WorkbenchError(f"{file}: call the file by letters, digits and _, as my_{what}.py")
+    digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
+    module = types.ModuleType(f"workbench_{what}_{name}_{digest}")
+    module.__file__ = str(file)
+    # machine code that is kept on disk finds its functions' module by this name
+    sys.modules[module.__name__] = module
+    with own_errors(file, ""):
+        code = compile(text, str(file), "exec")
+        with at_most_lines(file):
+            exec(code, module.__dict__)
+    return module
+
+
+def stated_update(
+    file: Path, own: Mapping[str, Any], arguments: Sequence[str]
+) -> Callable[..., Any]:
+    """Return a file's `update`.
+
+    Raises:
+        WorkbenchError: if there is none, or it takes other arguments.
+    """
+    update = own.get("update")
+    if not inspect.isfunction(update):
+        raise WorkbenchError(f"{file}: has no update: write def update({', '.join(arguments)})")
+    given = tuple(inspect.signature(update).parameters)
+    if given != tuple(arguments):
+        raise WorkbenchError(
+            f"{file}:{update.__code__.co_firstlineno}: update takes ({', '.join(given)}): let it "
+            f"take ({', '.join(arguments)})"
+        )
+    return update
+
+
+def stated_parameters(file: Path, own: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    """Return a file's `PARAMETERS`.
+
+    Raises:
+        WorkbenchError: if one is no row, or its default is beyond its limits.
+    """
+    rows = table_of(file, own, "PARAMETERS", Parameter, "gain(...)")
+    for row in rows:
+        if not row.minimum <= row.default <= row.maximum:
+            raise WorkbenchError(
+                f"{file}: the default of {row.name}, {row.default:g}, is not within "
+                f"{row.minimum:g} .. {row.maximum:g}: change one of the three"
+            )
+    return rows
+
+
+def stated_memory(file: Path, own: Mapping[str, Any]) -> tuple[State, ...]:
+    """Return a file's `MEMORY`.
+
+    Raises:
+        WorkbenchError: if one is no row, stands there twice, or begins with no finite number.
+    """
+    memory = table_of(file, own, "MEMORY", State, "State(...)")
+    check_names(file, "state", [each.name for each in memory])
+    for state in memory:
+        if not math.isfinite(state.initial):
+            raise WorkbenchError(
+                f"{file}: the state {state.name} begins with {state.initial}: write a finite number"
+            )
+    return memory
+
+
+def table_of(
+    file: Path, own: Mapping[str, Any], name: str, kind: type, make: str
+) -> tuple[Any, ...]:
+    """Return a table of a file.
+
+    Args:
+        file: where it stands.
+        own: all that the file states, by name.
+        name: of the table.
+        kind: of its rows.
+        make: a row as people write it.
+
+    Raises:
+        WorkbenchError: if it has other things in it.
+    """
+    rows = own.get(name, ())
+    if not isinstance(rows, list | tuple) or not all(isinstance(row, kind) for row in rows):
+        raise WorkbenchError(f"{file}: {name} is no table: write {name} = [{make}, ...]")
+    return tuple(rows)
+
+
+def check_names(file: Path, what: str, names: Sequence[str]) -> None:
+    """Refuse a name that stands twice, or that is none."""
+    for place, name in enumerate(names):
+        if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
+            raise WorkbenchError(f"{file}: '{name}' is no name of a {what}: use letters and _")
+        if name in names[:place]:
+            raise WorkbenchError(f"{file}: the {what} {name} stands there twice: leave one out")
+
+
+def record(name: str, fields: Sequence[str], defaults: Sequence[float] | None = None) -> Any:
+    """Return a named tuple's type, whose fields only a file of the user's own knows."""
+    make: Any = namedtuple
+    return make(name, fields, defaults=defaults)
+
+
+@contextmanager
+def own_errors(file: Path, what: str) -> Iterator[None]:
+    """Turn whatever the user's code raises into a sentence with file, line, and what to write."""
+    try:
+        yield
+    except WorkbenchError:
+        raise
+    except SyntaxError as error:
+        raise WorkbenchError(
+            f"{error.filename}:{error.lineno}: is no Python, {error.msg}: mend this line"
+        ) from None
+    except (Exception, SystemExit) as error:
+        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
+        line = f":{frames[-1].lineno}" if frames else ""
+        doing = f"{what} fails: " if what else ""
+        said = " ".join(str(error).split())
+        raise WorkbenchError(
+            f"{file}{line}: {doing}{type(error).__name__}: {said:.200}: {_instead(error)}"
+        ) from None
+
+
+def _instead(error: BaseException) -> str:
+    """Return what to write in place of a line that raises an error."""
+    if isinstance(error, ImportError):
+        if str(error.name).startswith("workbench."):
+            return f"import what {error.name} names"
+        return "install what is missing"
+    if "AutoDiffXd" in str(error):
+        return (
+            "linear models take derivatives through it, which know + - * / ** and comparisons "
+            "alone: write the function with those"
+        )
+    if isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):
+        return f"it has {', '.join(error.obj._fields)}"
+    return "mend this line"
+
+
+@contextmanager
+def at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
+    """Stop the user's code after so many lines: nothing else ends an endless loop in a thread."""
+    left = most
+
+    def count(frame: types.FrameType, event: str, _: Any) -> Any:
+        nonlocal left
+        if frame.f_code.co_filename != str(file):
+            return None
+        if event == "line":
+            left -= 1
+            if left < 0:
+                raise WorkbenchError(
+                    f"{file}:{frame.f_lineno}: runs on and on: there is a loop without an end"
+                )
+        return count
+
+    before = sys.gettrace()
+    sys.settrace(count)
+    try:
+        yield
+    finally:
+        sys.settrace(before)

@@ -1,0 +1,20 @@
+"""All that a file of an estimator of the user's own may import, see docs/estimation.md."""
+
+from workbench.common.parameter import gain as gain
+from workbench.common.state import State as State
+from workbench.dynamics.rigid_body import into_body as into_body
+from workbench.dynamics.rigid_body import into_world as into_world
+from workbench.dynamics.rigid_body import rotation as rotation
+from workbench.estimation.complementary import turning as turning
+from workbench.estimation.covariance import ERRORS as ERRORS
+from workbench.estimation.ekf import NOMINAL as NOMINAL
+from workbench.estimation.ekf import corrected as corrected
+from workbench.estimation.ekf import crossed as crossed
+from workbench.estimation.ekf import nominal as nominal
+from workbench.estimation.ekf import propagated as propagated
+from workbench.estimation.ekf import turned_by as turned_by
+from workbench.estimation.samples import BAROMETER as BAROMETER
+from workbench.estimation.samples import GPS as GPS
+from workbench.estimation.samples import MAGNETOMETER as MAGNETOMETER
+from workbench.estimation.samples import RANGE_FINDER as RANGE_FINDER
+from workbench.plant.gravity import GRAVITY as GRAVITY
