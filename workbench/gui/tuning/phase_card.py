@@ -1,5 +1,7 @@
 """The card of phases: what turned each loop at its crossover, while a slider moves."""
 
+import math
+
 from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop
@@ -31,6 +33,8 @@ PARTS = {
 """What turns a phase, in plain words, by its name in `JudgedLoop.turned`."""
 MARGIN = find_limit("phase_margin")
 LEFT = "what is left to −180°: 180° and all parts"
+HEADS = {"estimator": "estim."}
+"""For which a narrow window has room."""
 ROWS = 9
 """That are expected before they are known."""
 
@@ -54,7 +58,14 @@ def costliest(loop: JudgedLoop) -> str:
     The law is left out: it has the body's own -90 or -180 degrees, and would always be the one.
     """
     cost, name = min((angle, name) for name, angle in loop.turned if name != LAW)
-    return name if MARGIN.text(cost) != MARGIN.text(0.0) else ""
+    return name if degrees(cost) != degrees(0.0) else ""
+
+
+def degrees(angle: float) -> str:
+    """Return an angle in degrees; from 10 on without decimals, for a narrow column."""
+    shown = math.degrees(angle)
+    text = f"{shown:.{0 if abs(shown) >= 9.95 else 1}f}"
+    return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
 
 
 def phase_headline(judged: Judged, limit_of: LimitOf) -> str:
@@ -66,7 +77,7 @@ def phase_headline(judged: Judged, limit_of: LimitOf) -> str:
     most = costliest(loop) if loop.turned else ""
     if not most:
         return f"Weakest: {name}"
-    return f"Weakest: {name}; {most} cost most, {MARGIN.text(dict(loop.turned)[most])}°"
+    return f"Weakest: {name}; most: {most} {degrees(dict(loop.turned)[most])}°"
 
 
 def _row(loop: JudgedLoop, old: JudgedLoop | None, strong: bool, limit_of: LimitOf) -> Row:
@@ -74,8 +85,8 @@ def _row(loop: JudgedLoop, old: JudgedLoop | None, strong: bool, limit_of: Limit
     most = costliest(loop) if turned else ""
     cells = []
     for name, words in PARTS.items():
-        text = MARGIN.text(turned[name]) if turned else "–"
-        was = MARGIN.text(before[name]) if turned and before else text
+        text = degrees(turned[name]) if turned else "–"
+        was = degrees(before[name]) if turned and before else text
         help = f"{loop_label(loop.name)}: {name}, {words}"
         if turned:
             help = f"{help}: {text}° at {loop.crossover:.3g} rad/s"
@@ -109,7 +120,7 @@ class PhaseCard(Card):
         self._limits = limits
         self.table = NumberTable(
             "Where the phase of every loop went, in degrees at its crossover",
-            [f"{name} °" for name in (*PARTS, "margin")],
+            [f"{HEADS.get(name, name)} °" for name in (*PARTS, "margin")],
             workspace.look,
             paired=True,
             widest="yaw rate",
