@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.schedule import split_label
-from workbench.scenario.parameters import parameter_table
+from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
 
 if TYPE_CHECKING:
@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.design.tune.retuned import LinearisedModels, RetunedModels
 
-AROUND = ("gyro", "computer", "ekf", "complementary", "estimator")
-"""Systems of filters and estimators: no gains, but loops feel their rows as they do gains."""
-OF_A_STEP = ("controller", "air", "payload", "rotors", *AROUND)
+OF_A_STEP = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
 """Whose parameters act on a step from hover."""
 FIRST_STEP = 0.1
 """Duration of the flight that loads the compiled code [s]."""
@@ -56,7 +54,7 @@ class Subject:
             self.judged = replace(scenario, controller=controller, vehicle=vehicle, script=[])
         self.table = parameter_table(flown_controller(self.judged))
         self.law = tuple(row.name for row in self.table.controller.parameters)
-        self._around = tuple(row.name for system in AROUND for row in self.table.of(system))
+        self._around = tuple(row.name for system in SIGNAL_PATH for row in self.table.of(system))
         self._models: tuple[dict[str, float], RetunedModels | LinearisedModels] | None = None
         self._loading: Future[RolloutEngine] | None = None
 

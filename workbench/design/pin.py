@@ -22,12 +22,19 @@ from workbench.design.regress.running import regress
 from workbench.design.regress.spec import Case, Limit, Spec, SpecFile, Tolerance
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
 from workbench.design.step_response import check_duration, check_step
+from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.gains.gains import flight_gains, make_profile, save_gains
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Rates, Scenario, VehicleConfig, flown_controller
+from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
+from workbench.scenario.scenario import (
+    Rates,
+    Scenario,
+    SensorsConfig,
+    VehicleConfig,
+    flown_controller,
+)
 
 _HEAD = """\
 # Pinned from a flight: limits have room around what it was like, and baselines are its curves.
@@ -75,6 +82,10 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
     head = {"title": content.title, "vehicle": _vehicle(content.vehicle, path.parent, profile)}
     if content.controller != DEFAULT:
         head["controller"] = _controller(content.controller, path.parent)
+    if content.estimator != TRUTH:
+        head["estimator"] = content.estimator
+    if content.sensors != SensorsConfig():
+        head["sensors"] = yaml.safe_load(dump_changes(content.sensors))
     if content.rates != Rates():
         head["rates"] = yaml.safe_load(dump_changes(content.rates))
     lines = [_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
@@ -240,7 +251,8 @@ def pin_step(
 
     Args:
         path: of the spec, NAME.spec.yaml; NAME.gains.yaml and NAME.baseline are written beside it.
-        scenario: its vehicle and rates are pinned; world, sensors, start and script are a step's.
+        scenario: its vehicle, estimator, sensors and rates are pinned; world, start and script are
+            a step's.
         gains: parameter values over those of the scenario.
         axis: x, y, z or yaw.
         amplitude: of the command [m/s] or [rad/s].
@@ -259,11 +271,19 @@ def pin_step(
     profile = _profile(path)
     _check_files(path, profile, overwrite)
     tell = progress or _tell_nobody
+    if scenario.estimator not in ESTIMATORS:
+        raise WorkbenchError(
+            f"a spec flies on a shipped estimator, and not on {scenario.estimator}: pin without it"
+        )
     vehicle = make_vehicle(read_configured(scenario.vehicle))
     law = flown_controller(scenario)
     settings = parameter_table(law).checked(gains)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, law)
     kept = make_profile(vehicle, values, f"pinned for {path.name}", law)
+    # margins feel them, and those of a spec know no settings of its cases
+    table = parameter_table(law)
+    felt = {name: x for name, x in gains.items() if table.find(name).system in SIGNAL_PATH}
+    kept = dataclasses.replace(kept, gains={**kept.gains, **felt})
     title = f"{vehicle.name}: a step of {amplitude:g} {find_axis(axis).unit} along {axis}, pinned"
     case = Case(
         name=f"step {axis} {amplitude:g}",
@@ -278,6 +298,8 @@ def pin_step(
         title=title,
         vehicle=dataclasses.replace(scenario.vehicle),
         controller=scenario.controller,
+        estimator=scenario.estimator,
+        sensors=scenario.sensors,
         rates=scenario.rates,
         cases=[case],
         margins=_all_margins(law) if margins else {},

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller, load_controller
-from workbench.estimation.settings import ComplementarySettings, EkfSettings
+from workbench.estimation.settings import (
+    COMPLEMENTARY,
+    EKF,
+    OWN,
+    ComplementarySettings,
+    EkfSettings,
+)
 
 if TYPE_CHECKING:
     from workbench.estimation.estimators import Estimator
@@ -107,6 +113,8 @@ COMPLEMENTARY_ROWS = (
     ("complementary_velocity_time", "s", 100.0, "time constant of the velocity by GPS"),
     ("complementary_height_time", "s", 100.0, "time constant of the height by barometer"),
 )
+SIGNAL_PATH = ("gyro", "computer", COMPLEMENTARY, EKF, OWN)
+"""Systems of filters and estimators: no gains, but loops feel their rows as they do gains."""
 MOST_ROTORS = 12
 """So many can be weakened; a vehicle may have fewer, or more."""
 SENSOR_KINDS = ("imu", "gps", "lidar", "range_finder", "barometer", "depth_camera", "magnetometer")

@@ -175,6 +175,7 @@ def test_an_action_of_a_script_is_named_with_its_line(spec):
         ),
         ("vehicle: {model: gone}\n", ":1: unknown model 'gone'"),
         ("world: nowhere\n", ":1: unknown world 'nowhere'"),
+        ("estimator: kalman\ncases: []\n", ":1: unknown estimator 'kalman'"),
         ("rates: {physics_step: 1}\n", "must be at most"),
     ],
 )

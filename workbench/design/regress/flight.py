@@ -129,6 +129,7 @@ def changed(spec: Spec, changes: Changes) -> Scenario:
     scenario = Scenario(
         vehicle=copy.deepcopy(content.vehicle),
         controller=content.controller,
+        estimator=content.estimator,
         world=content.world,
         sensors=copy.deepcopy(content.sensors),
         rates=copy.deepcopy(content.rates),

@@ -8,12 +8,13 @@ from typing import Any
 import yaml
 from pydrake.common.yaml import yaml_load_typed
 
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import YamlFile, check_schema, read_yaml, with_numbers
 from workbench.control.controller import DEFAULT
 from workbench.design.regress.case_check import check_case
 from workbench.design.regress.spec import Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, slug
+from workbench.estimation.settings import ESTIMATORS
 from workbench.scenario.scenario import (
     Scenario,
     check_scenario,
@@ -44,9 +45,13 @@ def load_spec(path: Path | str, controller: str = "", trusted: Path | None = Non
     except (RuntimeError, TypeError, ValueError) as error:
         raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
     content.controller = chosen_controller(file, content.controller, controller, trusted)
+    if content.estimator not in ESTIMATORS:
+        unknown = unknown_name("estimator", content.estimator, ESTIMATORS)
+        raise WorkbenchError(f"{file.where('estimator')}{unknown}")
     common = Scenario(
         vehicle=content.vehicle,
         controller=content.controller,
+        estimator=content.estimator,
         world=content.world,
         sensors=content.sensors,
         rates=content.rates,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from workbench.control.controller import DEFAULT
+from workbench.estimation.settings import TRUTH
 from workbench.scenario.scenario import Action, Rates, Start, VehicleConfig
 from workbench.scenario.sensors_config import SensorsConfig
 
@@ -81,7 +82,7 @@ class SpecFile:
 
     Attributes:
         title: what it is about.
-        vehicle: as in a scenario; so controller, world, sensors and rates.
+        vehicle: as in a scenario; so controller, estimator, world, sensors and rates.
         cases: flights.
         at: operating point of the margins, as `workbench linearize` takes it.
         margins: limits by loop and by the name of a margin.
@@ -90,6 +91,7 @@ class SpecFile:
     title: str = ""
     vehicle: VehicleConfig = field(default_factory=VehicleConfig)
     controller: str = DEFAULT
+    estimator: str = TRUTH
     world: str = "empty"
     sensors: SensorsConfig = field(default_factory=SensorsConfig)
     rates: Rates = field(default_factory=Rates)

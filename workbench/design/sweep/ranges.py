@@ -8,9 +8,8 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
-from workbench.estimation.settings import COMPLEMENTARY, EKF, OWN
 from workbench.plant.variation import DELAYS, Variation
-from workbench.scenario.parameters import parameter_table
+from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 
 POINTS = 9
 """Of a range that does not say how many."""
@@ -21,7 +20,7 @@ VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag", 
 SEED = "seed"
 """The name of the seed of turbulence and of sensors' noise."""
 LARGEST_SEED = 2**31 - 1
-_SYSTEMS = ("controller", "air", "payload", "rotors", "gyro", "computer", COMPLEMENTARY, EKF, OWN)
+_SYSTEMS = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
 """Whose rows act in a step flight."""
 
 

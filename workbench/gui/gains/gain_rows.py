@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from workbench.control.controller import COMMON
-from workbench.scenario.parameters import OTHERS, Parameter, ParameterTable
+from workbench.scenario.parameters import OTHERS, SIGNAL_PATH, Parameter, ParameterTable
 
 PAIRS = (
     ("kp_velocity_x", "kp_velocity_y"),
@@ -96,8 +96,7 @@ _LABELS = {
 _IN_A_SET = re.compile(r"_at_\d+(_\d+)?$")
 """What ends the name of a scheduled gain: a screen says once which set it shows."""
 _OTHERS = frozenset(row.name for row in OTHERS)
-_AROUND = ("gyro", "computer", "ekf", "complementary", "estimator")
-_FELT = frozenset(row.name for row in OTHERS if row.system in _AROUND)
+_FELT = frozenset(row.name for row in OTHERS if row.system in SIGNAL_PATH)
 """Of filters and estimators: no gains, and no part of a profile, but a loop feels them alike."""
 _NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMITS}
 
