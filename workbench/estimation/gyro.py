@@ -29,6 +29,7 @@ class GyroSettings(NamedTuple):
     gyro_notch: float = 0.0
     gyro_notch_width: float = 20.0
     accel_lowpass: float = 0.0
+    accel_lowpass_order: float = 2.0
 
 
 UNFILTERED = GyroSettings()

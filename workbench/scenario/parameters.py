@@ -247,6 +247,16 @@ OTHERS: tuple[Parameter, ...] = (
         "cut-off of the accelerometer's low-pass, which estimators use; 0 for none",
     ),
     Parameter(
+        "accel_lowpass_order",
+        "gyro",
+        "1",
+        1.0,
+        2.0,
+        2.0,
+        "order of the accelerometer's low-pass, 1 or 2",
+        whole=True,
+    ),
+    Parameter(
         "setpoint_lowpass",
         "computer",
         "Hz",

@@ -205,7 +205,7 @@ def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-
     seed, first = settings[IMU_SEED - SETTINGS], memory[ELAPSED] < 0.0
     if first:
         drawn_bias(imu, seed, memory[BIAS:DRIFT])
-    section = lowpass(settings[5], 2.0, every * period)
+    section = lowpass(settings[5], settings[6], every * period)
     for i in range(3):
         row, force = ACCEL + 2 * i, sample[3 + i]
         if first:
@@ -238,7 +238,7 @@ def read_imu(time, values, constants, state, memory, reading):  # type: ignore[n
     )
     coefficients = gyro_filter(settings, every * period)
     rates = filtered_rates(coefficients, memory[GYRO:RATES], sample[0:3])
-    section = lowpass(settings[5], 2.0, every * period)
+    section = lowpass(settings[5], settings[6], every * period)
     for i in range(3):
         reading[i], reading[3 + i], reading[6 + i] = sample[i], sample[3 + i], rates[i]
         if memory[ELAPSED] >= 0.0:

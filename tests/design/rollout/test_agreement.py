@@ -103,6 +103,7 @@ def test_so_do_drones_on_an_estimate(estimator):
     scenario = Scenario(vehicle=config, estimator=estimator)
     vehicle = make_vehicle(read_configured(config))
     around = {"gyro_lowpass": 60.0, "gyro_rate": 300.0, "accel_lowpass": 40.0}
+    around["accel_lowpass_order"] = 1.0
     if estimator == "ekf":
         around["ekf_gate"] = 3.0
     plain = random_trials(vehicle, flight_gains(vehicle), 8, 5)

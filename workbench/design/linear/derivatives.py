@@ -195,7 +195,7 @@ class Derivatives:
         self.gyro_every = sample_steps(gyro[0], self._physics_step, steps)
         self.gyro_filters = filters_gyro(gyro, self.gyro_every * self._physics_step)
         self._gyro_filter = gyro_filter(gyro, self.gyro_every * self._physics_step)
-        self._accel_filter = lowpass(gyro[5], 2.0, self.gyro_every * self._physics_step)
+        self._accel_filter = lowpass(gyro[5], gyro[6], self.gyro_every * self._physics_step)
         self.gyro.forget()
         self.update.forget()
         self.settled_update.forget()

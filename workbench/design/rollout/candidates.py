@@ -26,7 +26,7 @@ class Candidates(NamedTuple):
         air: (N, 19) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
         payloads: (N, 8) see `Payload`.
-        gyros: (N, 5) see `GyroSettings`.
+        gyros: (N, 7) see `GyroSettings`.
         computers: (N, 3) see `ComputerSettings`.
         commands: (N, 8) from the edge on; see `guidance.Reference`.
         before: (N, 8) the same before the edge.

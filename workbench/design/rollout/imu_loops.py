@@ -96,7 +96,7 @@ def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped
         coefficients = gyro_filter(settings, period)
         for k in range(18):
             put(rows, GYRO_FILTER + k, i, coefficients[k])
-        section = lowpass(settings[5], 2.0, period)
+        section = lowpass(settings[5], settings[6], period)
         for k in range(9):
             put(rows, ACCEL_FILTER + k, i, section[k])
         w_B = body_rates(take13(block, STATE, i))

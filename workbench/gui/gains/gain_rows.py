@@ -69,6 +69,7 @@ class GainLabel:
 
 
 _LABELS = {
+    "accel_lowpass_order": GainLabel("Gyro and accelerometer filters", "Accel order"),
     "kp_velocity_x": GainLabel(_VELOCITY, "Velocity x", "Kp"),
     "kp_velocity_y": GainLabel(_VELOCITY, "Velocity y", "Kp"),
     "kp_velocity_z": GainLabel(_VELOCITY, "Velocity z", "Kp"),
