@@ -33,7 +33,7 @@ def sweep(
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     loop: str = "",
-    fly: FlySweep = fly_fastest,
+    fly: FlySweep | None = None,
     progress: Progress | None = None,
     stop: Stop | None = None,
 ) -> SweepTable:
@@ -51,8 +51,8 @@ def sweep(
         scenario: its vehicle, gains, world and rates are used.
         settings: parameter values that all candidates share.
         loop: whose margins are computed as well, see `linear.loops`; "" for none.
-        fly: `fly_fastest`, or `fly_full` for the full diagram; in processes or, with its executor
-            bound by `functools.partial`, anywhere.
+        fly: `fly_fastest` where none is given, or `fly_full` for the full diagram; in processes
+            or, with its executor bound by `functools.partial`, anywhere.
         progress: called with the share done, 0 .. 1.
         stop: asked from time to time; True ends the sweep with what is done.
 
@@ -72,7 +72,7 @@ def sweep(
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
-    flown = fly(case, vehicle, candidates, _part(progress, 0.0, share), stop)
+    flown = (fly or fly_fastest)(case, vehicle, candidates, _part(progress, 0.0, share), stop)
     metrics, values = FLOWN, flown.values
     if cut:
         from workbench.design.sweep.loop_margins import candidate_margins
