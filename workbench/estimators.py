@@ -13,6 +13,7 @@ from workbench.estimation.ekf import crossed as crossed
 from workbench.estimation.ekf import nominal as nominal
 from workbench.estimation.ekf import propagated as propagated
 from workbench.estimation.ekf import turned_by as turned_by
+from workbench.estimation.samples import AGES as AGES
 from workbench.estimation.samples import BAROMETER as BAROMETER
 from workbench.estimation.samples import GPS as GPS
 from workbench.estimation.samples import MAGNETOMETER as MAGNETOMETER

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from workbench.estimation import ekf
 from workbench.estimation.covariance import transition_rows
 from workbench.estimation.samples import (
+    AGES,
     BAROMETER,
     GPS,
     MAGNETOMETER,
@@ -69,7 +70,7 @@ class Textbook:
 
     def measurement(self, z, settings, mounting):
         """Return y - h(x), H and the variances of what is measured."""
-        y, expected, r = told(self.R, z, settings, mounting)
+        y, expected, r = told(self.R, self.x, z, settings, mounting)
         H = derivative(lambda errors: expected(*added(self.R, self.x, errors)))
         return y - expected(self.R, self.x), H, r
 
@@ -93,7 +94,7 @@ def moved(R, x, z, dt):
     return R * Rotation.from_rotvec(turn), np.concatenate([p, v, x[..., 6:]], axis=-1)
 
 
-def told(R_0, z, settings, mounting):
+def told(R_0, x_0, z, settings, mounting):
     """Return what was measured, the function that expects it, and the variances.
 
     Of the field the heading is measured, of what is read in B and turned by the attitude R_0: a
@@ -116,24 +117,33 @@ def told(R_0, z, settings, mounting):
     if z[BAROMETER]:
         y.append(z[BAROMETER + 1])
         r.append(settings.ekf_barometer**2)
-        parts.append(lambda R, x: x[..., 2:3] + R.apply(arm_P)[..., 2:])
+
+        def height(R, x):
+            R, x = moved(R, x, z, -z[AGES])
+            return x[..., 2:3] + R.apply(arm_P)[..., 2:]
+
+        parts.append(height)
     if z[MAGNETOMETER]:
         true = np.arctan2(m[1], m[0])
-        read = R_0.apply(z[MAGNETOMETER + 1 : MAGNETOMETER + 4])
+        R_then, _ = moved(R_0, x_0, z, -z[AGES + 1])
+        read = R_then.apply(z[MAGNETOMETER + 1 : MAGNETOMETER + 4])
         y.append((true - np.arctan2(read[1], read[0]) + np.pi) % (2 * np.pi) - np.pi)
         r.append(settings.ekf_magnetometer**2 / (m[0] ** 2 + m[1] ** 2))
 
         def heading(R, x):
-            n = (R_0 * R.inv()).apply(m)
+            n = (R_then * moved(R, x, z, -z[AGES + 1])[0].inv()).apply(m)
             return true - np.arctan2(n[..., 1:2], n[..., 0:1])
 
         parts.append(heading)
     if z[RANGE_FINDER]:
         y.append(z[RANGE_FINDER + 1])
         r.append(settings.ekf_range_finder**2)
-        parts.append(
-            lambda R, x: (x[..., 2:3] + R.apply(arm_R)[..., 2:]) / -R.apply(mounting.n_BR)[..., 2:]
-        )
+
+        def distance(R, x):
+            R, x = moved(R, x, z, -z[AGES + 2])
+            return (x[..., 2:3] + R.apply(arm_R)[..., 2:]) / -R.apply(mounting.n_BR)[..., 2:]
+
+        parts.append(distance)
 
     def together(R, x):
         return np.concatenate([x[..., :0], *(part(R, x) for part in parts)], axis=-1)
@@ -188,7 +198,7 @@ def anything(rng):
     x[6] += 8.0
     places = rng.uniform(-0.3, 0.3, (4, 3))
     mounting = Mounting(*places, MOUNTING.n_BR, MOUNTING.m_W)
-    z = np.concatenate([3 * rng.normal(size=3), 5 * rng.normal(size=3) + G, np.zeros(16)])
+    z = np.concatenate([3 * rng.normal(size=3), 5 * rng.normal(size=3) + G, np.zeros(SAMPLES - 6)])
     z[GPS : GPS + 8] = [1.0, rng.uniform(0.0, 0.05), *rng.normal(size=6)]
     z[BAROMETER : BAROMETER + 2] = 1.0, rng.normal()
     z[MAGNETOMETER : MAGNETOMETER + 4] = [
@@ -196,6 +206,7 @@ def anything(rng):
         *(R.inv().apply(MOUNTING.m_W) + 5e-6 * rng.normal(size=3)),
     ]
     z[RANGE_FINDER : RANGE_FINDER + 2] = 1.0, rng.normal()
+    z[AGES:] = rng.uniform(0.0, 0.02, 3)
     return x, z, mounting
 
 
@@ -244,7 +255,7 @@ def test_rows_are_the_derivatives_of_what_is_measured(case):
         rows, gaps = np.empty((10, 15)), np.empty((10, 2))
         ekf.rows_of(x, z, mounting.packed(), SETTINGS, rows, gaps)
         R = Rotation.from_quat(x[:4], scalar_first=True)
-        y, expected, variances = told(R, z, SETTINGS, mounting)
+        y, expected, variances = told(R, x[4:], z, SETTINGS, mounting)
         H = derivative(lambda e, R=R, x=x, told=expected: told(*added(R, x[4:], e)))
         for row, kind in enumerate(kinds):
             with case(number, kind):

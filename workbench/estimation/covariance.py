@@ -232,6 +232,28 @@ class Measured(NamedTuple):
     variance: Scalar
 
 
+@register_jitable(forceinline=True)
+def carried(m: Measured, F: Transition, dt: Scalar) -> Measured:
+    """Return H F: what a number measures of the errors now that was measured `dt` later.
+
+    Args:
+        m: by the errors then.
+        F: of the time from now to then.
+        dt: that time, below 0 for a sample that is old [s].
+    """
+    h = 0.5 * dt
+    pulled = moved(m.v, m.p, h)
+    return Measured(
+        t=moved(into_body(F.tt, m.t), into_body(F.vt, pulled), 1.0),
+        p=m.p,
+        v=moved(m.v, m.p, dt),
+        g=moved(moved(m.g, into_body(F.tg, m.t), 1.0), into_body(F.vg, pulled), 1.0),
+        a=moved(m.a, into_body(F.va, pulled), 1.0),
+        gap=m.gap,
+        variance=m.variance,
+    )
+
+
 class Fused(NamedTuple):
     """What is known once a number was taken in.
 

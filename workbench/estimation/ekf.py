@@ -15,8 +15,8 @@ A measurement y = h(x) + noise of variance r is a row H: with s = H P H' + r and
     dx = dx + K (y - h(x) - H dx)      P = P - K s K'
 
 one number after the other, which is the same as all at once where their noises are independent.
-One whose innovation is beyond the gate is left out. A sample of the GPS that is T old is held
-against the motion T ago: that of the same equations, with the last means of the IMU, over -T.
+One whose innovation is beyond the gate is left out. A sample that is T old is held against the
+motion T ago: that of the same equations, with the last means of the IMU, over -T.
 
 Source: J. Solà, Quaternion kinematics for the error-state Kalman filter, arXiv:1711.02508, 2017:
 sections 5.3 (local error), 5.4.3 and 6.1.
@@ -40,15 +40,15 @@ from workbench.estimation.covariance import (
     Three,
     Transition,
     blocks_of,
+    carried,
     fused,
-    moved,
     scaled,
     spread,
     times,
     transposed,
     write_blocks,
 )
-from workbench.estimation.samples import BAROMETER, GPS, IMU, MAGNETOMETER, RANGE_FINDER
+from workbench.estimation.samples import AGES, BAROMETER, GPS, IMU, MAGNETOMETER, RANGE_FINDER
 from workbench.plant.gravity import GRAVITY
 
 Scalar = Any
@@ -277,32 +277,36 @@ def measured_height(x: Signal, z: Signal, mounting: Signal, settings: Signal) ->
         mounting: see `samples.Mounting.packed`.
         settings: see `settings.EkfSettings`.
     """
-    R = rotation((x[0], x[1], x[2], x[3]))
+    imu, back = z[IMU:GPS], -z[AGES]
+    then = propagated(x, imu, back)
+    R = rotation((then[0], then[1], then[2], then[3]))
     arm = _lever(mounting[6:9], mounting[0:3])
-    return Measured(
+    row = Measured(
         t=crossed(arm, (R[6], R[7], R[8])),
         p=UP,
         v=NONE,
         g=NONE,
         a=NONE,
-        gap=z[BAROMETER + 1] - (x[6] + into_world(R, arm)[2]),
+        gap=z[BAROMETER + 1] - (then[6] + into_world(R, arm)[2]),
         variance=settings[7] * settings[7],
     )
+    return carried(row, transition(x, imu, back), back)
 
 
 @register_jitable(forceinline=True)
 def measured_heading(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
     """Return what the magnetometer measures; the arguments are those of `measured_height`."""
-    R = rotation((x[0], x[1], x[2], x[3]))
+    imu, back = z[IMU:GPS], -z[AGES + 1]
+    then = propagated(x, imu, back)
+    R = rotation((then[0], then[1], then[2], then[3]))
     m_x, m_y, m_z = mounting[15], mounting[16], mounting[17]
     level = m_x * m_x + m_y * m_y
     k = (z[MAGNETOMETER + 1], z[MAGNETOMETER + 2], z[MAGNETOMETER + 3])
     n_x, n_y, _ = into_world(R, k)
     # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
     # the measured one's noise would come into H, and seem to tell of the tilt
-    about = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
-    return Measured(
-        t=about,
+    row = Measured(
+        t=into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0)),
         p=NONE,
         v=NONE,
         g=NONE,
@@ -310,20 +314,23 @@ def measured_heading(x: Signal, z: Signal, mounting: Signal, settings: Signal) -
         gap=math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y),
         variance=settings[8] * settings[8] / level,
     )
+    return carried(row, transition(x, imu, back), back)
 
 
 @register_jitable(forceinline=True)
 def measured_distance(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
     """Return what the range finder measures; the arguments are those of `measured_height`."""
-    R = rotation((x[0], x[1], x[2], x[3]))
+    imu, back = z[IMU:GPS], -z[AGES + 2]
+    then = propagated(x, imu, back)
+    R = rotation((then[0], then[1], then[2], then[3]))
     up = (R[6], R[7], R[8])
     arm = _lever(mounting[9:12], mounting[0:3])
     n = (mounting[12], mounting[13], mounting[14])
     down = -into_world(R, n)[2]
-    height = x[6] + into_world(R, arm)[2]
+    height = then[6] + into_world(R, arm)[2]
     by_place, by_view = crossed(arm, up), crossed(n, up)
     tilt = height / (down * down)
-    return Measured(
+    row = Measured(
         t=(
             by_place[0] / down + tilt * by_view[0],
             by_place[1] / down + tilt * by_view[1],
@@ -336,150 +343,54 @@ def measured_distance(x: Signal, z: Signal, mounting: Signal, settings: Signal) 
         gap=z[RANGE_FINDER + 1] - height / down if down > LEAST_LOOK else math.nan,
         variance=settings[9] * settings[9],
     )
+    return carried(row, transition(x, imu, back), back)
 
 
 @register_jitable(forceinline=True)
 def measured_motion(
     x: Signal, z: Signal, mounting: Signal, settings: Signal
 ) -> tuple[Measured, Measured, Measured, Measured, Measured, Measured]:
-    """Return the place and velocity that the GPS measures; the arguments are those before.
-
-    A sample is held against the motion at its own time: x, carried back over its age.
-    """
-    back = -z[GPS + 1]
-    imu = (z[0], z[1], z[2], z[3], z[4], z[5])
+    """Return the place and velocity that the GPS measures; the arguments are those before."""
+    imu, back = z[IMU:GPS], -z[GPS + 1]
     F = transition(x, imu, back)
     then = propagated(x, imu, back)
     R = rotation((then[0], then[1], then[2], then[3]))
     arm = _lever(mounting[3:6], mounting[0:3])
     turn = crossed((z[0] - x[10], z[1] - x[11], z[2] - x[12]), arm)
     y, v = into_world(R, arm), into_world(R, turn)
-    east, north, up = (R[0], R[1], R[2]), (R[3], R[4], R[5]), (R[6], R[7], R[8])
     level, height, speed = settings[4], settings[5], settings[6]
+    y = (then[4] + y[0], then[5] + y[1], then[6] + y[2])
+    v = (then[7] + v[0], then[8] + v[1], then[9] + v[2])
+    east, north, up = (R[0], R[1], R[2]), (R[3], R[4], R[5]), (R[6], R[7], R[8])
     return (
-        _placed(
-            F,
-            F.vt[0:3],
-            F.vg[0:3],
-            F.va[0:3],
-            east,
-            arm,
-            EAST,
-            back,
-            z[GPS + 2] - then[4] - y[0],
-            level,
-        ),
-        _placed(
-            F,
-            F.vt[3:6],
-            F.vg[3:6],
-            F.va[3:6],
-            north,
-            arm,
-            NORTH,
-            back,
-            z[GPS + 3] - then[5] - y[1],
-            level,
-        ),
-        _placed(
-            F,
-            F.vt[6:9],
-            F.vg[6:9],
-            F.va[6:9],
-            up,
-            arm,
-            UP,
-            back,
-            z[GPS + 4] - then[6] - y[2],
-            height,
-        ),
-        _driven(
-            F,
-            F.vt[0:3],
-            F.vg[0:3],
-            F.va[0:3],
-            east,
-            arm,
-            turn,
-            EAST,
-            z[GPS + 5] - then[7] - v[0],
-            speed,
-        ),
-        _driven(
-            F,
-            F.vt[3:6],
-            F.vg[3:6],
-            F.va[3:6],
-            north,
-            arm,
-            turn,
-            NORTH,
-            z[GPS + 6] - then[8] - v[1],
-            speed,
-        ),
-        _driven(
-            F,
-            F.vt[6:9],
-            F.vg[6:9],
-            F.va[6:9],
-            up,
-            arm,
-            turn,
-            UP,
-            z[GPS + 7] - then[9] - v[2],
-            speed,
-        ),
+        carried(_placed(east, arm, EAST, z[GPS + 2] - y[0], level), F, back),
+        carried(_placed(north, arm, NORTH, z[GPS + 3] - y[1], level), F, back),
+        carried(_placed(up, arm, UP, z[GPS + 4] - y[2], height), F, back),
+        carried(_driven(east, arm, turn, EAST, z[GPS + 5] - v[0], speed), F, back),
+        carried(_driven(north, arm, turn, NORTH, z[GPS + 6] - v[1], speed), F, back),
+        carried(_driven(up, arm, turn, UP, z[GPS + 7] - v[2], speed), F, back),
     )
 
 
 @register_jitable(forceinline=True)
-def _placed(
-    F: Transition,
-    vt: Three,
-    vg: Three,
-    va: Three,
-    r: Three,
-    arm: Three,
-    axis: Three,
-    back: Scalar,
-    gap: Scalar,
-    deviation: Scalar,
-) -> Measured:
-    """Return a coordinate of the antenna's place, along a row r of its R_WB."""
-    by_turn = crossed(arm, r)
-    h = 0.5 * back
+def _placed(r: Three, arm: Three, axis: Three, gap: Scalar, deviation: Scalar) -> Measured:
+    """Return a coordinate of the antenna's place, along a row r of R_WB."""
     return Measured(
-        t=moved(into_body(F.tt, by_turn), vt, h),
-        p=axis,
-        v=(back * axis[0], back * axis[1], back * axis[2]),
-        g=moved(into_body(F.tg, by_turn), vg, h),
-        a=(h * va[0], h * va[1], h * va[2]),
-        gap=gap,
-        variance=deviation * deviation,
+        t=crossed(arm, r), p=axis, v=NONE, g=NONE, a=NONE, gap=gap, variance=deviation * deviation
     )
 
 
 @register_jitable(forceinline=True)
 def _driven(
-    F: Transition,
-    vt: Three,
-    vg: Three,
-    va: Three,
-    r: Three,
-    arm: Three,
-    turn: Three,
-    axis: Three,
-    gap: Scalar,
-    deviation: Scalar,
+    r: Three, arm: Three, turn: Three, axis: Three, gap: Scalar, deviation: Scalar
 ) -> Measured:
-    """Return a coordinate of the antenna's velocity, along a row r of its R_WB."""
-    by_turn = crossed(turn, r)
+    """Return a coordinate of the antenna's velocity, along a row r of R_WB."""
     return Measured(
-        t=moved(into_body(F.tt, by_turn), vt, 1.0),
+        t=crossed(turn, r),
         p=NONE,
         v=axis,
-        g=moved(moved(into_body(F.tg, by_turn), vg, 1.0), crossed(r, arm), 1.0),
-        a=va,
+        g=crossed(r, arm),
+        a=NONE,
         gap=gap,
         variance=deviation * deviation,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from workbench.estimation import ekf
 from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
 from workbench.estimation.samples import (
+    AGES,
     BAROMETER,
     GPS,
     MAGNETOMETER,
@@ -176,14 +177,16 @@ def _inputs(samples: SensorSamples, imu: Stamped) -> np.ndarray:
         z[rows, GPS] = 1.0
         z[rows, GPS + 1] = imu.stamp[rows] - samples.gps.stamp[new]
         z[rows, GPS + 2 : GPS + 8] = samples.gps.values[new]
-    for at, sensor in (
+    others = (
         (BAROMETER, samples.barometer),
         (MAGNETOMETER, samples.magnetometer),
         (RANGE_FINDER, samples.range_finder),
-    ):
+    )
+    for place, (at, sensor) in enumerate(others):
         if sensor:
             rows, new = _joined(sensor, imu)
             z[rows, at] = 1.0
+            z[rows, AGES + place] = imu.stamp[rows] - sensor.stamp[new]
             z[rows, at + 1 : at + 1 + sensor.values.shape[1]] = sensor.values[new]
     return z
 

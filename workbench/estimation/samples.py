@@ -7,12 +7,12 @@ import numpy as np
 Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
-IMU, GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER, SAMPLES = 0, 6, 14, 16, 20, 22
+IMU, GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER, AGES, SAMPLES = 0, 6, 14, 16, 20, 22, 25
 """Places in an array of samples, and its size: of the IMU mean angular velocity [rad/s] and mean
 specific force [m/s²] since the update before, in B (6); of all others whether there is a new sample
 (1 or 0) and then: of the GPS its age [s], place and velocity of the antenna in W [m, m/s] (7); of
 the barometer the height [m]; of the magnetometer the field in B [T] (3); of the range finder the
-distance [m]."""
+distance [m]; and last the ages of these three (3) [s]."""
 
 
 class Mounting(NamedTuple):

@@ -10,6 +10,7 @@ from workbench.control.mode import FlightMode
 from workbench.estimation import ekf
 from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
 from workbench.estimation.samples import (
+    AGES,
     BAROMETER,
     GPS,
     MAGNETOMETER,
@@ -21,7 +22,7 @@ from workbench.estimation.settings import HEARD
 from workbench.plant.geodesy import in_world
 from workbench.plant.home import Home
 
-MEMORY, STAMPS, HELD, AGES, RATES, FIX = range(6)
+MEMORY, STAMPS, HELD, SINCE, RATES, FIX = range(6)
 """Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Of a delivered sample with its stamp, of each of `HEARD`."""
@@ -124,7 +125,7 @@ class Navigation(LeafSystem):
         context.SetDiscreteState(MEMORY, memory)
         context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
         context.SetDiscreteState(HELD, state)
-        context.SetDiscreteState(AGES, np.zeros(len(Health._fields) - 1))
+        context.SetDiscreteState(SINCE, np.zeros(len(Health._fields) - 1))
         context.SetDiscreteState(RATES, np.full(3, np.nan))
         context.SetDiscreteState(FIX, np.full(SIZES["gps"] - 1, np.nan))
 
@@ -156,7 +157,7 @@ class Navigation(LeafSystem):
 
     def _calc_health(self, context: Context, output: BasicVector) -> None:
         deviations = self.estimator.deviations(self._memory.Eval(context))
-        ages = context.get_discrete_state(AGES).CopyToVector()
+        ages = context.get_discrete_state(SINCE).CopyToVector()
         output.SetFromVector([np.hypot(*deviations[3:5]), *ages])
 
     def _calc_covariance(self, context: Context, output: BasicVector) -> None:
@@ -182,8 +183,8 @@ class Navigation(LeafSystem):
                 self._takes_in(context, "magnetometer"),
             ]
         )
-        ages = context.get_discrete_state(AGES).value() + self._period
-        discrete_state.set_value(AGES, np.where(renewed, 0.0, ages))
+        ages = context.get_discrete_state(SINCE).value() + self._period
+        discrete_state.set_value(SINCE, np.where(renewed, 0.0, ages))
         discrete_state.set_value(RATES, self._imu.Eval(context)[:3])
 
     def _takes_in(self, context: Context, kind: str) -> bool:
@@ -219,11 +220,14 @@ class Navigation(LeafSystem):
             found[GPS : GPS + 8] = 1.0, context.get_time() - stamp, *place, *gps[4:]
         if barometer is not None:
             found[BAROMETER : BAROMETER + 2] = 1.0, barometer[2]
+            found[AGES] = context.get_time() - barometer[0]
         if magnetometer is not None:
             found[MAGNETOMETER] = 1.0
             found[MAGNETOMETER + 1 : MAGNETOMETER + 4] = self._R_BM @ magnetometer[1:]
+            found[AGES + 1] = context.get_time() - magnetometer[0]
         if range_finder is not None and np.isfinite(range_finder[1]):
             found[RANGE_FINDER : RANGE_FINDER + 2] = 1.0, range_finder[1]
+            found[AGES + 2] = context.get_time() - range_finder[0]
         return found
 
     def _fresh(self, context: Context, place: int, before: float) -> np.ndarray | None:
@@ -241,7 +245,7 @@ class Navigation(LeafSystem):
         """Return whether a sample of the GPS, with its stamp (7), is the one before once more."""
         if self._gps_repeats or self._gyro_repeats(context):
             return False
-        late = context.get_discrete_state(AGES).value()[0] > GPS_LATE
+        late = context.get_discrete_state(SINCE).value()[0] > GPS_LATE
         if not late and not self._in_the_air(context):
             return False
         return np.array_equal(gps[1:], context.get_discrete_state(FIX).value())

@@ -119,8 +119,8 @@ def _settings(b, i):  # type: ignore[no-untyped-def]
 
 @register_jitable(forceinline=True)
 def _samples(rows, i):  # type: ignore[no-untyped-def]
-    """Return what a candidate's filter gets (22)."""
-    return take18(rows, Z, i) + take4(rows, Z + 18, i)
+    """Return what a candidate's filter gets (25)."""
+    return take18(rows, Z, i) + take4(rows, Z + 18, i) + take3(rows, Z + 22, i)
 
 
 @register_jitable(forceinline=True)

@@ -38,7 +38,7 @@ from workbench.dynamics.air.normals import counted_draws
 from workbench.dynamics.rigid_body import into_body, into_world, rotation
 from workbench.estimation.ekf import NOMINAL, estimate
 from workbench.estimation.estimators import Estimator
-from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
+from workbench.estimation.samples import AGES, BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
 from workbench.estimation.settings import EKF
 from workbench.systems.sensors.barometer import altitude_at, pressure_at
 
@@ -203,9 +203,11 @@ def _deliver(sensors, now):  # type: ignore[no-untyped-def]
             put(rows, Z + flag, i, 1.0 if slot >= 0 else 0.0)
         if slot < 0:
             continue
-        places = sensors.waiting[kind, slot]
+        places, age = sensors.waiting[kind, slot], now - sensors.stamps[kind, slot]
+        if kind > 0:
+            for i in range(LANES):
+                put(rows, Z + AGES + kind - 1, i, age)
         if kind == 0:
-            age = now - sensors.stamps[kind, slot]
             for i in range(LANES):
                 put(rows, Z + GPS + 1, i, age)
                 put6(rows, Z + GPS + 2, i, take6(places, 0, i))
