@@ -50,18 +50,22 @@ LONG = 120.0
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture for the docs: its file, screen and theme, and whether 3-D stands beside."""
+    """A picture for the docs: its file, screen and theme, and whether 3-D stands beside.
+
+    `phases` puts the Tuning screen's table of phases in front, and a filter on.
+    """
 
     file: str
     screen: str
     theme: str
     beside: bool
+    phases: bool = False
 
 
 DOCS = (
     Shot("app.png", "home", "light", True),
     *(Shot(f"app-{row.name}.png", row.name, "light", False) for row in SCREENS),
-    Shot("app-tuning-dark.png", "tuning", "dark", False),
+    Shot("app-tuning-dark.png", "tuning", "dark", False, phases=True),
 )
 
 
@@ -141,6 +145,12 @@ class Photographer:
             pause.trigger()
         return Image.open(io.BytesIO(bytes(buffer.data())))
 
+    def show_phases(self) -> None:
+        """Put the table of phases in front, and a filter on."""
+        tuning = self.window.stack.screen_of("tuning")
+        tuning.gains.propose("gyro_lowpass", 40.0)
+        tuning.tabs.setCurrentWidget(tuning.phase)
+
     def close(self) -> None:
         """End the app."""
         self._stack.close()
@@ -173,6 +183,8 @@ def main() -> None:
 def take_for_docs(photographer: Photographer) -> None:
     """Write the pictures of README and docs."""
     for shot in DOCS:
+        if shot.phases:
+            photographer.show_phases()
         picture = photographer.take(shot.screen, shot.theme, SMALL, shot.beside)
         path = ROOT / "docs" / shot.file
         picture.convert("RGB").quantize(COLOURS).save(path, optimize=True)

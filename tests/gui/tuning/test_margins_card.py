@@ -8,7 +8,8 @@ from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.margins_card import PLANT_INPUT, MarginsCard
-from workbench.gui.tuning.table_rows import State
+from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.tuning.table_rows import Cell, Row, State
 
 FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}
 PROPOSED = {"kp_pitch": 300.0, "kd_pitch": 27.0}
@@ -104,6 +105,21 @@ def test_proposed_margins_stand_beside_those_that_fly_where_they_differ(
     assert (phase.text, phase.was) == ("50.0", "60.0")
     assert row(card, "pitch").cells[0].was == ""
     assert all(cell.was == "" for cell in row(card, "roll").cells)
+
+
+def test_a_row_without_room_for_two_numbers_shows_the_new_one(offline, qtbot):
+    """Side by side none fits, below each other they would overlap: the tool tip has the other."""
+    table = NumberTable("margins", ["phase °"], offline.look, paired=True, widest="pitch")
+    qtbot.addWidget(table)
+    shown = {}
+    for lines in (1.3, 2.2):
+        table.resize(100, round(2 * lines * table.fontMetrics().height()))
+        for was in ("", "60.0"):
+            table.set_rows((Row("pitch", (Cell("50.0", was, help="phase"),), State.GOOD),))
+            shown[lines, was] = table.grab().toImage()
+    assert shown[1.3, ""] == shown[1.3, "60.0"]
+    assert shown[2.2, ""] != shown[2.2, "60.0"]
+    assert table.help_at(50.0, table.height() - 5.0) == "phase (flown: 60.0)"
 
 
 def test_a_slider_that_moves_is_followed_by_one_question_at_a_time(card, offline, judge):

@@ -1,22 +1,26 @@
 """Where the phase went, from the answers that the margins come with."""
 
 import math
+from functools import partial
 
 import pytest
-from scipy import signal
 
 from workbench.analysis.judging import judge as answer
 from workbench.analysis.questions import Judge
 from workbench.analysis.subject import Subject
+from workbench.design.judge.phase_budget import PARTS
+from workbench.design.judge.report import judge as judge_all
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.phase_card import PARTS, PhaseCard
+from workbench.gui.tuning.phase_card import PhaseCard
 from workbench.gui.tuning.table_rows import State
+from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.scenario.scenario import Scenario
 
 FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}
 PROPOSED = {"kp_pitch": 225.0, "kd_pitch": 30.0}
 TURNED = {"law": -70.0, "filters": -20.0, "estimator": -5.0, "delay": -2.0, "hold": -3.0}
+LABELS = {"velocity": "vel.", "position": "pos.", "_": " "}
 
 
 @pytest.fixture
@@ -31,8 +35,33 @@ def card(offline, qtbot):
     return made
 
 
+@pytest.fixture
+def screen(offline, flying, qtbot):
+    """The tuning screen with the table in front; a proposed value does not fly by itself."""
+    offline.preferences.set("apply_gains", "on Enter")
+    offline.flight.show(flying)
+    made = TuningScreen(offline)
+    qtbot.addWidget(made)
+    made.resize(1190, 600)
+    made.begin(flying)
+    made.tabs.setCurrentWidget(made.phase)
+    made.show()
+    yield made
+    made.close_screen()
+
+
 def row(card, name):
+    for long, short in LABELS.items():
+        name = name.replace(long, short)
     return next(each for each in card.table.rows if each.label == name)
+
+
+def number(cell):
+    return float(cell.text.replace("−", "-"))
+
+
+def is_asked(analysis, times):
+    return len(analysis.of(Judge)) >= times
 
 
 def turned(**other):
@@ -41,65 +70,89 @@ def turned(**other):
     )
 
 
-def test_each_loop_shows_its_parts_what_costs_most_and_what_is_left(
-    card, offline, judge, make_loop
-):
-    assert card.said.text() == "Not known yet."
+@pytest.mark.parametrize("estimator", ["truth", "ekf"])
+def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, qtbot, estimator):
+    """Each cut-off is asked about once, and the answer of the margins fills both cards."""
+    analysis, scenario = offline.analysis, Scenario(estimator=estimator)
+    subject, filters = Subject(scenario, {}), {}
+    qtbot.waitUntil(lambda: bool(analysis.of(Judge)))
+    for cutoff in (80.0, 25.0):
+        asked = len(analysis.of(Judge))
+        screen.gains.propose("gyro_lowpass", cutoff)
+        for _ in range(2):  # what was asked before, then the cut-off
+            (judged,) = answer(subject, analysis.of(Judge)[-1], None)
+            analysis.judged.emit(judged)
+            qtbot.waitUntil(partial(is_asked, analysis, asked + 1))
+        found = judge_all(scenario, settings={"gyro_lowpass": cutoff})
+        assert len(found.phase) == len(screen.phase.table.rows) == 9
+        for budget in found.phase:
+            *parts, at = row(screen.phase, budget.loop).cells
+            for name, cell in zip(PARTS, parts, strict=True):
+                # half of the last digit, and what both linearisations differ by
+                digit = 1.0 if abs(number(cell)) >= 10.0 else 0.1
+                angle = math.degrees(getattr(budget, name))
+                assert number(cell) == pytest.approx(angle, abs=0.55 * digit)
+                assert ("°" in cell.help) and (f"{budget.crossover:.3g} rad/s" in cell.help)
+            assert number(at) == pytest.approx(budget.crossover, rel=6e-3)
+        margin = row(screen.margins, "pitch").cells[2]
+        total = sum(math.radians(number(cell)) for cell in row(screen.phase, "pitch").cells[:-1])
+        assert 180.0 + math.degrees(total) == pytest.approx(number(margin), abs=2.0)
+        filters[cutoff] = number(row(screen.phase, "pitch").cells[1])
+        absent = "No estimator flies: the loops have the true motion."
+        assert screen.phase.missing.text() == (absent if estimator == "truth" else "")
+    assert filters[25.0] < 2.0 * filters[80.0] < 0.0
+    cutoffs = [question.gains["gyro_lowpass"] for question in analysis.of(Judge)]
+    assert cutoffs == [0.0, 80.0, 25.0]
+
+
+def test_each_loop_shows_its_parts_what_costs_most_and_where(card, offline, judge, make_loop):
+    assert card.said.text() == "Not known yet: the analyst is asked."
     card.judgement.follow(FLOWN, FLOWN)
     pitch = make_loop("pitch", phase_margin=math.radians(40.0), turned=turned(rotors=-40.0))
     offline.analysis.judged.emit(judge(FLOWN, pitch))
     cells = row(card, "pitch").cells
-    assert [cell.text for cell in cells] == [
-        "−70",
-        "−20",
-        "−5.0",
-        "−2.0",
-        "−3.0",
-        "−40",
-        "40.0",
-    ]
+    assert [cell.text for cell in cells] == ["−70", "−20", "−5.0", "−2.0", "−3.0", "−40", "10"]
     assert [cell.marked for cell in cells] == ["", "", "", "", "", "most", ""]
-    assert cells[-1].over
-    assert "at 10 rad/s" in cells[1].help and "the low-passes" in cells[1].help
+    assert "−20.0° at 10 rad/s" in cells[1].help and "the low-passes" in cells[1].help
+    assert "leave 40.0°" in cells[-1].help
     assert card.said.text() == "Weakest: pitch; most: rotors −40°"
     assert "most" in row(card, "pitch").spoken
     # loops whose parts are not known say so, and nothing else
-    assert {cell.text for cell in row(card, "roll").cells[:-1]} == {"–"}
+    assert {cell.text for cell in row(card, "roll").cells} == {"–"}
+    assert card.missing.text().startswith("Without a crossover: velocity x, velocity y")
+    assert card.missing.isVisible()
 
 
-def test_a_cut_off_that_moves_is_followed_beside_what_flies(card, offline, judge, make_loop):
+def test_what_is_proposed_stands_beside_what_flies(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
     offline.analysis.judged.emit(judge(FLOWN, make_loop("pitch", turned=turned())))
     card.judgement.follow(PROPOSED, FLOWN)
-    slower = make_loop("pitch", turned=turned(filters=-35.0))
+    slower = make_loop("pitch", turned=turned(filters=-35.0), crossover=12.0)
     offline.analysis.judged.emit(judge(PROPOSED, slower))
-    filters = row(card, "pitch").cells[1]
+    law, filters, *_, at = row(card, "pitch").cells
     assert (filters.text, filters.was, filters.marked) == ("−35", "−20", "most")
-    assert row(card, "pitch").cells[0].was == ""
+    assert (at.text, at.was, law.was) == ("12", "10", "")
 
 
-def test_an_unstable_loop_has_no_parts(card, offline, judge, make_loop):
+def test_an_unstable_loop_has_no_parts_and_says_so(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
     broken = make_loop("roll", stable=False, growing=True)
     offline.analysis.judged.emit(judge(FLOWN, broken, said="the roll loop is unstable."))
     assert row(card, "roll").state is State.BROKEN
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
     assert card.said.text() == "The roll loop is unstable."
+    assert card.missing.text() == "Phases are known of a stable closed loop alone."
 
 
-def test_its_degrees_are_those_of_the_filter_in_closed_form(card, offline):
-    """A low-pass of the second order at the crossover that the answer itself has."""
-    values = {"gyro_lowpass": 40.0, "gyro_lowpass_order": 2.0}
-    (judged,) = answer(Subject(Scenario(), {}), Judge(values), None)
-    card.judgement.follow(judged.gains, judged.gains)
-    offline.analysis.judged.emit(judged)
-    pitch = next(each for each in judged.loops if each.name == "pitch")
-    cells = dict(zip(PARTS, row(card, "pitch").cells, strict=False))
-    shown = {name: float(cell.text.replace("−", "-")) for name, cell in cells.items()}
-    # from 10 degrees on there are no decimals
-    left = math.degrees(pitch.phase_margin) - 180.0
-    assert sum(shown.values()) == pytest.approx(left, abs=1.5)
-    b, a = signal.butter(2, 40.0, fs=1024.0)
-    _, response = signal.freqz(b, a, [pitch.crossover], fs=2.0 * math.pi * 1024.0)
-    # rates pass the filter, angles do not: it costs between nothing and this
-    assert math.degrees(math.atan2(response[0].imag, response[0].real)) < shown["filters"] < 0.0
+def test_filters_and_estimators_that_are_not_there_are_named(card, offline, judge, make_loop):
+    card.judgement.follow(FLOWN, FLOWN)
+    names = [each.name for each in judge(FLOWN).loops]
+    plain = [make_loop(name, turned=turned(filters=0.0, estimator=0.0)) for name in names]
+    offline.analysis.judged.emit(judge(FLOWN, *plain))
+    said = "No filter is on. No estimator flies: the loops have the true motion."
+    assert card.missing.text() == said
+    card.judgement.follow(PROPOSED, FLOWN)
+    offline.analysis.judged.emit(
+        judge(PROPOSED, *(make_loop(name, turned=turned()) for name in names))
+    )
+    assert card.missing.text() == "" and not card.missing.isVisible()

@@ -116,19 +116,17 @@ def short_label(name: str) -> str:
     return loop_label(name).replace("velocity", "vel.").replace("position", "pos.")
 
 
-def margin_cell(loop: JudgedLoop, old: JudgedLoop | None, limit: Limit, limit_of: LimitOf) -> Cell:
-    """Return one margin of a loop, beside what it was where there is an old one."""
-    text = limit.text(getattr(loop, limit.name)) if loop.stable else "–"
-    # What is broken has no numbers, and so nothing to compare.
-    compared = old is not None and loop.stable
-    was = limit.text(getattr(old, limit.name)) if compared else text
-    was = was if was != text else ""  # only what changes is compared
-    over = loop.stable and not _keeps(loop, limit, limit_of)
-    return Cell(text, was, over, _help(loop, limit))
-
-
 def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, of: LimitOf) -> Row:
-    cells = [margin_cell(loop, old, limit, of) for limit in MARGIN_LIMITS]
+    cells = []
+    for limit in MARGIN_LIMITS:
+        value = getattr(loop, limit.name)
+        text = limit.text(value) if loop.stable else "–"
+        # What is broken has no numbers, and so nothing to compare.
+        compared = old is not None and loop.stable
+        was = limit.text(getattr(old, limit.name)) if compared else text
+        was = was if was != text else ""  # only what changes is compared
+        over = loop.stable and not _keeps(loop, limit, of)
+        cells.append(Cell(text, was, over, _help(loop, limit)))
     if not loop.stable:  # then no loop has a margin, but only some are the cause
         state = State.BROKEN if loop.growing else State.NONE
     else:

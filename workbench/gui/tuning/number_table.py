@@ -30,10 +30,10 @@ SMALLER = 0.8
 """Size of what a number was, of the number's."""
 WIDEST = 130.0
 """Width of a cell [px]: the eye must not lose its row."""
-GROUND = 2.5
-"""How far the ground of a number reaches beyond its cell [px]."""
 FIRST = 0.54
 """Share of a cell that the first of two numbers beside each other has."""
+LOWEST = 1.5
+"""Height of a row in which one number stands below another, of a line's."""
 ROOMIEST = 24.0
 """Height of a row [px]."""
 
@@ -207,10 +207,12 @@ class NumberTable(QWidget):
             )
             painter.drawText(QRectF(0.0, top, room, height), left, name)
             painter.setFont(self.font())
-            broken = row.state is State.BROKEN  # its word needs the room of the last cell
-            for index, each in enumerate(row.cells[:-1] if broken else row.cells):
-                self._paint_cell(painter, QRectF(label + index * cell, top, cell, height), each)
             end = label + len(self._head) * cell + word
+            for index, each in enumerate(row.cells):
+                box = QRectF(label + index * cell, top, cell, height)
+                if row.state is State.BROKEN and box.right() > end - self._state_width(row.state):
+                    break  # its word needs the room of the last cells
+                self._paint_cell(painter, box, each)
             self._paint_state(painter, QRectF(0.0, top, end, height), row.state)
 
     def _first_width(self, cell: float) -> float:
@@ -218,18 +220,18 @@ class NumberTable(QWidget):
         return FIRST * cell if self._paired and not self._is_stacked else cell - PAIR
 
     def _paint_cell(self, painter: QPainter, box: QRectF, cell: Cell) -> None:
-        if cell.marked:
-            painter.setPen(self._look.colour("line"))
-            painter.setBrush(self._look.colour("ground"))
-            painter.drawRoundedRect(box.adjusted(GROUND, 1.5, GROUND, -0.5), 4.0, 4.0)
         number = QRectF(box.left(), box.top(), self._first_width(box.width()), box.height())
         second = QRectF(
             number.right(), box.top(), box.right() - number.right() - PAIR, box.height()
         )
-        if self._is_stacked and cell.was:
+        was = cell.was
+        if self._is_stacked and was and box.height() < LOWEST * self._metrics.height():
+            was = ""  # no room: its tool tip says it
+        elif self._is_stacked and was:
             number.setHeight(0.55 * box.height())
             second = number.translated(0.0, 0.47 * box.height())
         painter.setPen(self._look.colour("warning" if cell.over else "ink"))
+        painter.setFont(self._strong if cell.marked else self.font())
         painter.drawText(number, RIGHT, cell.text)
         if cell.over:  # a line below: the number is beyond its limit, in any colour
             width = self._metrics.horizontalAdvance(cell.text)
@@ -237,18 +239,21 @@ class NumberTable(QWidget):
             painter.drawLine(
                 round(number.right() - width), round(base), round(number.right()), round(base)
             )
-        if cell.was:
+        if was:
             painter.setPen(self._look.colour("muted"))
             painter.setFont(self._small)
-            painter.drawText(second, RIGHT, cell.was)
+            painter.drawText(second, RIGHT, was)
             painter.setFont(self.font())
+
+    def _state_width(self, state: State) -> float:
+        return self._metrics.horizontalAdvance(state.value) + MARK
 
     def _paint_state(self, painter: QPainter, box: QRectF, state: State) -> None:
         if state is State.NONE:
             return
         colour = self._look.colour(TONES[state])
         # A long word reaches to the left over the last numbers, which a broken row has not.
-        left = box.right() - self._metrics.horizontalAdvance(state.value) - MARK
+        left = box.right() - self._state_width(state)
         _, _, word = self._columns()
         left = min(left, box.right() - word + GAP)
         size = 8.0
@@ -291,7 +296,8 @@ class NumberTable(QWidget):
         if 0 <= number < len(self._rows) and x < label:
             return self._rows[number].label
         if 0 <= number < len(self._rows) and 0 <= column < len(self._rows[number].cells):
-            return self._rows[number].cells[column].help
+            said = self._rows[number].cells[column]
+            return f"{said.help} (flown: {said.was})" if said.was else said.help
         if number < 0 <= column < len(self._head_help):
             return self._head_help[column]
         return ""

@@ -5,14 +5,12 @@ import math
 from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop
-from workbench.gui.tuning.card import Card
+from workbench.gui.tuning.card import Card, wrapped
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limit_table import find_limit
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.margins_card import (
     LimitOf,
     loop_label,
-    margin_cell,
     margins_headline,
     short_label,
     weakest_loop,
@@ -31,16 +29,21 @@ PARTS = {
     "rotors": "rotors take time to speed up and slow down",
 }
 """What turns a phase, in plain words, by its name in `JudgedLoop.turned`."""
-MARGIN = find_limit("phase_margin")
-LEFT = "what is left to −180°: 180° and all parts"
+ABSENT = {
+    "filters": "No filter is on.",
+    "estimator": "No estimator flies: the loops have the true motion.",
+}
+"""What is said where a part turns no loop at all."""
 HEADS = {"estimator": "estim."}
 """For which a narrow window has room."""
+LEAST = 1e-9
+"""An angle that counts as one [rad]."""
 ROWS = 9
 """That are expected before they are known."""
 
 
 def phase_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[Row, ...]:
-    """Return a row for each loop: its parts, and the phase margin that they leave.
+    """Return a row for each loop: its parts in degrees, and its crossover [rad/s].
 
     Args:
         now: of the gains that count: proposed ones, where there are some.
@@ -49,7 +52,7 @@ def phase_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[R
     """
     old = {loop.name: loop for loop in before.loops} if before is not None else {}
     weakest = weakest_loop(now, limit_of) if now.stable else None
-    return tuple(_row(loop, old.get(loop.name), loop is weakest, limit_of) for loop in now.loops)
+    return tuple(_row(loop, old.get(loop.name), loop is weakest) for loop in now.loops)
 
 
 def costliest(loop: JudgedLoop) -> str:
@@ -57,14 +60,15 @@ def costliest(loop: JudgedLoop) -> str:
 
     The law is left out: it has the body's own -90 or -180 degrees, and would always be the one.
     """
-    cost, name = min((angle, name) for name, angle in loop.turned if name != LAW)
+    costs = [(angle, name) for name, angle in loop.turned if name != LAW]
+    cost, name = min(costs, default=(0.0, ""))
     return name if degrees(cost) != degrees(0.0) else ""
 
 
-def degrees(angle: float) -> str:
-    """Return an angle in degrees; from 10 on without decimals, for a narrow column."""
+def degrees(angle: float, *, fine: bool = False) -> str:
+    """Return an angle [rad] in degrees, with a decimal below 10, or always where it is fine."""
     shown = math.degrees(angle)
-    text = f"{shown:.{0 if abs(shown) >= 9.95 else 1}f}"
+    text = f"{shown:.{1 if fine or abs(shown) < 9.95 else 0}f}"
     return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
 
 
@@ -73,29 +77,63 @@ def phase_headline(judged: Judged, limit_of: LimitOf) -> str:
     loop = weakest_loop(judged, limit_of)
     if not judged.stable or loop is None:
         return margins_headline(judged, None, limit_of)
-    name = loop_label(loop.name)
-    most = costliest(loop) if loop.turned else ""
-    if not most:
-        return f"Weakest: {name}"
-    return f"Weakest: {name}; most: {most} {degrees(dict(loop.turned)[most])}°"
+    most = costliest(loop)
+    cost = f"; most: {most} {degrees(dict(loop.turned)[most])}°" if most else ""
+    return f"Weakest: {loop_label(loop.name)}{cost}"
 
 
-def _row(loop: JudgedLoop, old: JudgedLoop | None, strong: bool, limit_of: LimitOf) -> Row:
+def missing_phase(judged: Judged) -> str:
+    """Return which loops and parts have no phase, and why, in sentences; "" where all have one."""
+    if not judged.stable:
+        return "Phases are known of a stable closed loop alone."
+    said = []
+    uncrossed = [loop_label(loop.name) for loop in judged.loops if not loop.turned]
+    if uncrossed:
+        said.append(f"Without a crossover: {', '.join(uncrossed)}.")
+    crossed = [dict(loop.turned) for loop in judged.loops if loop.turned]
+    for name, sentence in ABSENT.items() if crossed else ():
+        if all(abs(turned[name]) < LEAST for turned in crossed):
+            said.append(sentence)
+    return " ".join(said)
+
+
+def _row(loop: JudgedLoop, old: JudgedLoop | None, strong: bool) -> Row:
+    label, most = loop_label(loop.name), costliest(loop)
     turned, before = dict(loop.turned), dict(old.turned) if old is not None else {}
-    most = costliest(loop) if turned else ""
     cells = []
     for name, words in PARTS.items():
-        text = degrees(turned[name]) if turned else "–"
-        was = degrees(before[name]) if turned and before else text
-        help = f"{loop_label(loop.name)}: {name}, {words}"
-        if turned:
-            help = f"{help}: {text}° at {loop.crossover:.3g} rad/s"
+        help = f"{label}: {name}, {words}"
+        if not turned:
+            cells.append(Cell("–", help=help))
+            continue
+        text = degrees(turned[name])
+        was = degrees(before[name]) if before else text
+        help = f"{help}: {degrees(turned[name], fine=True)}° at {loop.crossover:.3g} rad/s"
         cells.append(
             Cell(text, was if was != text else "", help=help, marked="most" if name == most else "")
         )
-    cells.append(margin_cell(loop, old, MARGIN, limit_of))
+    cells.append(_crossover_cell(loop, old if before else None))
     state = State.BROKEN if loop.growing else State.NONE
     return Row(short_label(loop.name), tuple(cells), state, strong)
+
+
+def _crossover_cell(loop: JudgedLoop, old: JudgedLoop | None) -> Cell:
+    label = loop_label(loop.name)
+    if not loop.turned:
+        return Cell("–", help=f"{label}: no crossover is known")
+    text = _frequency(loop)
+    was = _frequency(old) if old is not None else text
+    hertz = loop.crossover / (2.0 * math.pi)
+    help = (
+        f"{label}: its gain is 1 at {loop.crossover:.3g} rad/s ({hertz:.3g} Hz); "
+        f"there all parts leave {degrees(loop.phase_margin, fine=True)}° to −180°"
+    )
+    return Cell(text, was if was != text else "", help=help)
+
+
+def _frequency(loop: JudgedLoop) -> str:
+    """Return a crossover [rad/s], for a narrow column."""
+    return f"{loop.crossover:.3g}" if loop.crossover >= 1.0 else f"{loop.crossover:.2f}"
 
 
 class PhaseCard(Card):
@@ -104,8 +142,12 @@ class PhaseCard(Card):
     Args:
         workspace: colours.
         judgement: what is known of both.
-        limits: that phase margins should keep.
+        limits: by which the weakest loop is found.
         parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        table: a row for each loop.
+        missing: what has no phase, in sentences; hidden where there is none.
     """
 
     def __init__(
@@ -120,14 +162,19 @@ class PhaseCard(Card):
         self._limits = limits
         self.table = NumberTable(
             "Where the phase of every loop went, in degrees at its crossover",
-            [f"{HEADS.get(name, name)} °" for name in (*PARTS, "margin")],
+            [*(f"{HEADS.get(name, name)} °" for name in PARTS), "at rad/s"],
             workspace.look,
             paired=True,
             widest="yaw rate",
             worded=False,
-            head_help=[f"{name}: {words}" for name, words in (*PARTS.items(), ("margin", LEFT))],
+            head_help=[
+                *(f"{name}: {words}" for name, words in PARTS.items()),
+                "at: the crossover, where the loop's gain is 1; the highest, if there are more",
+            ],
         )
         self.table.expect(ROWS)
+        self.missing = wrapped()
+        self.body.addWidget(self.missing)
         self.body.addWidget(self.table, 1)
         judgement.changed.connect(self._show)
         limits.changed.connect(lambda _: self._show())
@@ -135,8 +182,11 @@ class PhaseCard(Card):
 
     def _show(self) -> None:
         now, before = self._judgement.proposed, self._judgement.flown
+        missing = missing_phase(now) if now is not None else ""
+        self.missing.setText(missing)
+        self.missing.setVisible(bool(missing))
         if now is None:
-            self.said.say(self._judgement.said or "Not known yet.")
+            self.said.say(self._judgement.said or "Not known yet: the analyst is asked.")
             self.table.set_rows(())
             return
         other = before if before is not now else None

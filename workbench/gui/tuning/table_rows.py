@@ -25,7 +25,7 @@ class Cell:
         was: what it is to be compared with, "" for nothing.
         over: whether it is beyond its limit.
         help: about it, for a tool tip.
-        marked: what it is among those of its row, in a word; it has a ground of its own.
+        marked: what it is among those of its row, in a word; it is shown strong.
     """
 
     text: str
