@@ -17,6 +17,9 @@ from workbench.scenario.parameters import parameter_table
 PARTS = ("law", "filters", "estimator", "delay", "hold", "rotors")
 """In the order in which they are told."""
 
+SWITCHES = (*FILTERS, "accel_lowpass")
+"""Parameters that switch filters on; the last one's matters to estimators alone."""
+
 
 @dataclass(frozen=True)
 class PhaseBudget:
@@ -82,8 +85,8 @@ class PhaseStudy:
             WorkbenchError: if it cannot fly like that.
         """
         study, point = self._study, model.trim.point
-        unfiltered = {**(gains or {}), **dict.fromkeys(FILTERS, 0.0)}
-        filtering = any((gains or study.gains).get(name, study.gains[name]) for name in FILTERS)
+        unfiltered = {**(gains or {}), **dict.fromkeys(SWITCHES, 0.0)}
+        filtering = any((gains or study.gains).get(name, study.gains[name]) for name in SWITCHES)
         plain = study.sampled(point, unfiltered) if filtering else model
         true = plain
         if self._on_truth is not study:
