@@ -250,9 +250,9 @@ MUTATIONS = (
     ),
     Mutation(
         "GPS: velocity as noisy as position",
-        f"{SYSTEMS}/sensors/gps.py",
-        "level, level_speed = sensor.horizontal_position, sensor.horizontal_velocity",
-        "level, level_speed = sensor.horizontal_position, sensor.horizontal_position",
+        "workbench/plant/sensors.py",
+        "place, speed = self.horizontal_position, self.horizontal_velocity",
+        "place, speed = self.horizontal_position, self.horizontal_position",
         ("tests/systems/sensors/test_gps.py",),
     ),
     Mutation(

@@ -83,6 +83,10 @@ LEAST_LOOK = 0.5
 """A range finder whose beam is farther from straight down than this cosine measures no height."""
 
 
+START = "start of the estimate"
+"""Name of the source of the errors at the start."""
+
+
 class InitialDeviations(NamedTuple):
     """How far the estimate may be off at the start: standard deviations of its errors.
 
@@ -510,3 +514,14 @@ def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.nd
     memory[:NOMINAL] = nominal(state, p_BI)
     memory[COVARIANCE:INNOVATIONS] = np.diag(np.repeat(np.square(deviations), 3)).ravel()
     return memory
+
+
+def start_errors(seed: int | None) -> np.ndarray:
+    """Return the standard normal numbers of the errors that an estimate begins with (15).
+
+    Args:
+        seed: of the source `START`; None for an estimate that begins exactly.
+    """
+    if seed is None:
+        return np.zeros(ERRORS)
+    return np.random.Generator(np.random.Philox(key=seed)).standard_normal(ERRORS)

@@ -27,6 +27,8 @@ NOISE_FACTOR = 10.0
 """A noisy one has so many times its usual deviation."""
 FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
 """Faults."""
+SOURCE = "imu of the estimator"
+"""Name of the source of its noise."""
 FIRST_DRAW = 1 << 40
 """Number of the draws of biases, far behind those of samples."""
 
@@ -77,18 +79,19 @@ def packed(sensor: Imu, step: float, period: float) -> np.ndarray:
 
 
 @register_jitable
-def drawn_bias(imu: Signal, seed: float, bias: Signal) -> None:
+def drawn_bias(mean: Signal, spread: Signal, seed: float, bias: Signal) -> None:
     """Write the biases that a flight begins with, in the axes of the sensor (6).
 
     Args:
-        imu: see `packed`.
+        mean: of the biases (6).
+        spread: their deviations (6).
         seed: of the flight's noise.
         bias: 6 places.
     """
     drawn = np.empty(COUNT)
     draw_normals(seed, FIRST_DRAW, drawn)
     for i in range(6):
-        bias[i] = imu[MEAN + i] + imu[SPREAD + i] * drawn[i]
+        bias[i] = mean[i] + spread[i] * drawn[i]
 
 
 @register_jitable

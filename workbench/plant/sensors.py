@@ -94,6 +94,11 @@ class Sensor:
     p_BS: Triple
     R_BS: tuple[Triple, Triple, Triple]
 
+    @property
+    def noises(self) -> tuple[Noise, ...]:
+        """Of each number that a sample measures; none where a class does not say."""
+        return ()
+
 
 @dataclass(frozen=True)
 class Imu(Sensor):
@@ -117,6 +122,12 @@ class Gps(Sensor):
     vertical_position: Noise = QUIET
     horizontal_velocity: Noise = QUIET
     vertical_velocity: Noise = QUIET
+
+    @property
+    def noises(self) -> tuple[Noise, ...]:
+        """Of place and velocity, east, north and up (6)."""
+        place, speed = self.horizontal_position, self.horizontal_velocity
+        return (place, place, self.vertical_position, speed, speed, self.vertical_velocity)
 
 
 @dataclass(frozen=True)
@@ -155,6 +166,11 @@ class RangeFinder(Sensor):
     resolution: float = 0.0
     noise: Noise = QUIET
 
+    @property
+    def noises(self) -> tuple[Noise, ...]:
+        """Of the distance, which comes in steps of the resolution (1)."""
+        return (dataclasses.replace(self.noise, precision=self.resolution or self.noise.precision),)
+
 
 @dataclass(frozen=True)
 class Barometer(Sensor):
@@ -172,6 +188,11 @@ class Barometer(Sensor):
     reference_altitude: float | None = None
     noise: Noise = QUIET
 
+    @property
+    def noises(self) -> tuple[Noise, ...]:
+        """Of the pressure (1)."""
+        return (self.noise,)
+
 
 @dataclass(frozen=True)
 class Magnetometer(Sensor):
@@ -181,6 +202,11 @@ class Magnetometer(Sensor):
     usual_rate: ClassVar[float] = 50.0
 
     magnetic_field: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
+
+    @property
+    def noises(self) -> tuple[Noise, ...]:
+        """Along the axes of S (3)."""
+        return self.magnetic_field
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from workbench.control.mode import FlightMode
 from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
+from workbench.estimation.ekf import START
 from workbench.estimation.settings import ESTIMATORS, HEARD, OWN
 from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
@@ -72,7 +73,7 @@ class LiveContext:
             state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
             seed = None
             if scenario.sensors.noise:
-                seed = noise_seed(scenario.sensors.seed, "start of the estimate")
+                seed = noise_seed(scenario.sensors.seed, START)
             bench.navigation.begin(self._of(bench.navigation), state, seed)
         if bench.gauge:
             seed_noise(bench.gauge.noise, root, scenario.sensors.seed)

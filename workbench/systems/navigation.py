@@ -118,10 +118,7 @@ class Navigation(LeafSystem):
             state: of the body (13).
             seed: of the errors; None for an estimate that begins exactly.
         """
-        drawn = np.zeros(ekf.ERRORS)
-        if seed is not None:
-            drawn = np.random.Generator(np.random.Philox(key=seed)).standard_normal(ekf.ERRORS)
-        memory = self.estimator.begin(state, self._mounting, drawn, self._known)
+        memory = self.estimator.begin(state, self._mounting, ekf.start_errors(seed), self._known)
         context.SetDiscreteState(MEMORY, memory)
         context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
         context.SetDiscreteState(HELD, state)

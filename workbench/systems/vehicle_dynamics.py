@@ -40,9 +40,12 @@ from workbench.estimation.gyro import (
 from workbench.estimation.imu import (
     CONSTANTS,
     FROZEN,
+    MEAN,
     ON,
     PLACE,
     SILENT,
+    SOURCE,
+    SPREAD,
     TURN,
     drawn_bias,
     measured,
@@ -177,7 +180,7 @@ def _sample(number, every, settings, imu, state, memory):  # type: ignore[no-unt
     fault, seed = settings[FAULT - SETTINGS], settings[IMU_SEED - SETTINGS]
     bias = memory[BIAS:SPEEDS].copy()
     if memory[ELAPSED] < 0.0:
-        drawn_bias(imu, seed, bias)
+        drawn_bias(imu[MEAN:SPREAD], imu[SPREAD:CONSTANTS], seed, bias)
     elif fault in (FROZEN, SILENT):
         return six(memory[SAMPLE:SUMS])
     exact = measured(state, memory[LAST:WIND], imu[PLACE:TURN])
@@ -204,7 +207,7 @@ def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-
         return
     seed, first = settings[IMU_SEED - SETTINGS], memory[ELAPSED] < 0.0
     if first:
-        drawn_bias(imu, seed, memory[BIAS:DRIFT])
+        drawn_bias(imu[MEAN:SPREAD], imu[SPREAD:CONSTANTS], seed, memory[BIAS:DRIFT])
     section = lowpass(settings[5], settings[6], every * period)
     for i in range(3):
         row, force = ACCEL + 2 * i, sample[3 + i]
@@ -377,7 +380,7 @@ class VehicleDynamics(LeafSystem):
         """Let turbulence and IMU be those of a flight's seed; equal seeds make equal noise."""
         values = context.get_mutable_numeric_parameter(AIR)
         values.SetAtIndex(SEED, float(noise_seed(seed, "air")))
-        values.SetAtIndex(IMU_SEED, float(noise_seed(seed, "imu of the estimator")))
+        values.SetAtIndex(IMU_SEED, float(noise_seed(seed, SOURCE)))
 
     def payload(self, context: Context) -> Payload:
         """Return what is carried, and what the law knows of that."""

@@ -22,7 +22,10 @@ from workbench.design.rollout.rows import (
 from workbench.estimation.ekf import (
     CHANNELS,
     COVARIANCE,
+    DISTANCE,
     ERRORS,
+    HEADING,
+    HEIGHT,
     INNOVATIONS,
     NOMINAL,
     Covariance,
@@ -180,51 +183,46 @@ def _take_in(b, channel):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def run_ekf(rows, b, settings, mounting, dt):  # type: ignore[no-untyped-def]
+def _take_in_one(b, rows, mounting, channel, measured):  # type: ignore[no-untyped-def]
+    """Take in what a sensor measures that gives one number, by the filter's function for it."""
+    for i in range(LANES):
+        m = measured(take16(b, X, i), _samples(rows, i), mounting, _settings(b, i))
+        _put_measured(b, channel, i, m)
+    _take_in(b, channel)
+
+
+@register_jitable(forceinline=True)
+def run_ekf(rows, b, mounting, dt):  # type: ignore[no-untyped-def]
     """Let all filters do an update, and write their estimates.
 
     Args:
         rows: see `imu_loops.ROWS`.
         b: see `SIZE`.
-        settings: of the filters, which `b` has, too.
         mounting: see `Mounting.packed`.
         dt: since the update before, 0 at the first [s].
     """
     if dt > 0.0:
         _propagate(b, rows, dt)
-    new = False
-    if _any(rows, GPS):
-        new = True
+    gps, height = _any(rows, GPS), _any(rows, BAROMETER)
+    heading, distance = _any(rows, MAGNETOMETER), _any(rows, RANGE_FINDER)
+    if gps:
         for i in range(LANES):
-            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            a = measured_motion(x, z, mounting, own)
-            _put_measured(b, 0, i, a[0])
-            _put_measured(b, 1, i, a[1])
-            _put_measured(b, 2, i, a[2])
-            _put_measured(b, 3, i, a[3])
-            _put_measured(b, 4, i, a[4])
-            _put_measured(b, 5, i, a[5])
+            m = measured_motion(take16(b, X, i), _samples(rows, i), mounting, _settings(b, i))
+            _put_measured(b, 0, i, m[0])
+            _put_measured(b, 1, i, m[1])
+            _put_measured(b, 2, i, m[2])
+            _put_measured(b, 3, i, m[3])
+            _put_measured(b, 4, i, m[4])
+            _put_measured(b, 5, i, m[5])
         for channel in range(6):
             _take_in(b, channel)
-    if _any(rows, BAROMETER):
-        new = True
-        for i in range(LANES):
-            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 6, i, measured_height(x, z, mounting, own))
-        _take_in(b, 6)
-    if _any(rows, MAGNETOMETER):
-        new = True
-        for i in range(LANES):
-            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 7, i, measured_heading(x, z, mounting, own))
-        _take_in(b, 7)
-    if _any(rows, RANGE_FINDER):
-        new = True
-        for i in range(LANES):
-            x, z, own = take16(b, X, i), _samples(rows, i), _settings(b, i)
-            _put_measured(b, 8, i, measured_distance(x, z, mounting, own))
-        _take_in(b, 8)
-    if new:
+    if height:
+        _take_in_one(b, rows, mounting, HEIGHT, measured_height)
+    if heading:
+        _take_in_one(b, rows, mounting, HEADING, measured_heading)
+    if distance:
+        _take_in_one(b, rows, mounting, DISTANCE, measured_distance)
+    if gps or height or heading or distance:
         for i in range(LANES):
             error = take9(b, ERROR, i) + take6(b, ERROR + 9, i)
             _put_nominal(b, i, corrected(take16(b, X, i), error))

@@ -55,7 +55,6 @@ class Sensors(NamedTuple):
         noises: what their noise starts from (m, 5).
         alike: whether that is the same for all.
         memory: of the estimators, as their loop has it.
-        filters: settings of the estimators (m, k).
         waiting: samples, a ring (4, depth, 6 x 16).
         stamps: of these (4, depth) [s].
         taken: how many each has taken (4).
@@ -69,7 +68,6 @@ class Sensors(NamedTuple):
     noises: Any
     alike: Any
     memory: Any
-    filters: Any
     waiting: Any
     stamps: Any
     taken: Any
@@ -230,7 +228,8 @@ def _deliver(sensors, now):  # type: ignore[no-untyped-def]
 
 @register_jitable
 def _begin_each(candidates):  # type: ignore[no-untyped-def]
-    return candidates.memories.copy()
+    """Return memories of the estimators, and their settings."""
+    return candidates.memories.copy(), candidates.filters
 
 
 def _run_each(estimator: Estimator) -> Callable[..., None]:
@@ -238,7 +237,8 @@ def _run_each(estimator: Estimator) -> Callable[..., None]:
     update = estimator.update
 
     @register_jitable
-    def run(rows, memories, filters, mounting, dt):  # type: ignore[no-untyped-def]
+    def run(rows, kept, mounting, dt):  # type: ignore[no-untyped-def]
+        memories, filters = kept
         many = len(memories)
         z = np.empty(SAMPLES)
         places, p_BI = np.array(mounting), mounting[0:3]
@@ -272,7 +272,6 @@ def make_knowing(estimator: Estimator) -> Knowing:
             candidates.noises,
             imus.alike,
             begin_memory(candidates),
-            candidates.filters,
             np.zeros((4, depth, MOST * LANES)),
             np.full((4, depth), math.nan),
             np.zeros(4, dtype=np.int64),
@@ -288,7 +287,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
         rows, hearing = sensors.rows, sensors.hearing
         _deliver(sensors, instant * period)
         dt = period if instant > 0 else 0.0
-        run(rows, sensors.memory, sensors.filters, hearing.mounting, dt)
+        run(rows, sensors.memory, hearing.mounting, dt)
         for i in range(LANES):
             found = take13(rows, ESTIMATE, i)
             w_W = into_world(rotation(found[0:4]), found[7:10])

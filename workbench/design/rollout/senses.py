@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from workbench.diagram.mounting import (
 )
 from workbench.diagram.sensor_choice import SensorChoice, choose_sensors
 from workbench.estimation import imu
-from workbench.estimation.ekf import ERRORS, InitialDeviations
+from workbench.estimation.ekf import START, InitialDeviations, start_errors
 from workbench.estimation.estimators import Estimator, find_estimator
 from workbench.estimation.samples import Mounting
 from workbench.estimation.settings import HEARD, TRUTH
@@ -42,7 +42,6 @@ class Hearing(NamedTuple):
     Tuples where that can be: to count who holds an array takes longer than to read it.
 
     Attributes:
-        imu: see `imu.packed` (43); and the three that follow of it once more.
         p_BS: place of the IMU (3) [m].
         R_BS: its orientation, row by row (9).
         imu_noise: see there.
@@ -57,10 +56,8 @@ class Hearing(NamedTuple):
         reference: altitude of the world's origin above the sea [m].
         nearest: that the range finder sees [m].
         farthest: likewise.
-        ground: 1 where there is one, else 0.
     """
 
-    imu: np.ndarray
     p_BS: tuple[float, ...]
     R_BS: tuple[float, ...]
     imu_noise: imu.ImuNoise
@@ -74,7 +71,6 @@ class Hearing(NamedTuple):
     reference: float
     nearest: float
     farthest: float
-    ground: float
 
 
 @dataclass(frozen=True)
@@ -109,10 +105,7 @@ class Senses:
 
     def memory(self, state: np.ndarray, seed: int) -> np.ndarray:
         """Return what the estimator remembers at the start of a flight at a motion (13)."""
-        drawn = np.zeros(ERRORS)
-        if self.noise:
-            key = noise_seed(seed, "start of the estimate")
-            drawn = np.random.Generator(np.random.Philox(key=key)).standard_normal(ERRORS)
+        drawn = start_errors(noise_seed(seed, START) if self.noise else None)
         return self.estimator.begin(state, self.mounting, drawn, self.known)
 
 
@@ -167,7 +160,6 @@ def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) 
     return Senses(
         estimator=estimator,
         hearing=Hearing(
-            imu=imu.packed(inertial, step, period),
             p_BS=tuple(map(float, inertial.p_BS)),
             R_BS=tuple(np.array(inertial.R_BS, dtype=float).ravel().tolist()),
             imu_noise=imu.ImuNoise(
@@ -183,9 +175,8 @@ def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) 
             reference=float(reference),
             nearest=float(nearest),
             farthest=float(farthest),
-            ground=1.0,
         ),
-        names=("imu of the estimator", *(_source(each) for each in heard)),
+        names=(imu.SOURCE, *(_source(each) for each in heard)),
         mounting=mounting,
         known=deviations_at_start(inertial),
         noise=config.noise,
@@ -206,19 +197,7 @@ def _noise(choice: SensorChoice | None) -> np.ndarray:
     found = np.zeros((7, MOST))
     if choice is None:
         return found
-    sensor: Any = choice.sensor
-    match sensor.kind:
-        case "gps":
-            level, speed = sensor.horizontal_position, sensor.horizontal_velocity
-            noises = [level, level, sensor.vertical_position]
-            noises += [speed, speed, sensor.vertical_velocity]
-        case "magnetometer":
-            noises = list(sensor.magnetic_field)
-        case "range_finder":
-            precision = sensor.resolution or sensor.noise.precision
-            noises = [replace(sensor.noise, precision=precision)]
-        case _:
-            noises = [sensor.noise]
+    noises = choice.sensor.noises
     model = noise_model(noises, [1.0] * len(noises), choice.period)
     rows = (
         model.mean,

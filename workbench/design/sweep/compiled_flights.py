@@ -82,10 +82,9 @@ def fly_fastest(
         stop: True ends with what is done.
         executor: where those of the diagram fly, see `fly_full`.
     """
-    law, swept = case.controller, dict[str, float]()
-    for candidate in candidates:
-        swept |= candidate.settings
-    reason = why_not(vehicle, case.scenario, case.values(vehicle) | swept)
+    law = case.controller
+    # what is swept is compiled, see `ranges`; the settings that all share may not be
+    reason = why_not(vehicle, case.scenario, case.values(vehicle))
     if not law.compiles:
         reason = f"{law.name} is not compiled"
     if not reason:

@@ -6,6 +6,12 @@ from dataclasses import dataclass
 from workbench.common.errors import find_row
 
 
+def written(value: float, decimals: int) -> str:
+    """Return a number with so many decimals and a minus as it is printed; 0 has none."""
+    text = f"{value:.{decimals}f}"
+    return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
+
+
 @dataclass(frozen=True)
 class Limit:
     """One number that should be kept.
@@ -56,8 +62,7 @@ class Limit:
             return "∞" if shown > 0.0 else "−∞"
         # A large margin needs no digits behind the point, and the column no more room.
         decimals = 0 if abs(shown) >= 99.95 and self.decimals == 1 else self.decimals
-        text = f"{shown:.{decimals}f}"
-        return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
+        return written(shown, decimals)
 
     def keeps(self, value: float, limit: float) -> bool:
         """Return whether a number keeps a limit, given as shown; what is no number does not."""

@@ -7,6 +7,7 @@ from PyQt6.QtWidgets import QWidget
 from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.gui.tuning.card import Card, wrapped
 from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.limit_table import written
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.margins_card import (
     LimitOf,
@@ -68,8 +69,7 @@ def costliest(loop: JudgedLoop) -> str:
 def degrees(angle: float, *, fine: bool = False) -> str:
     """Return an angle [rad] in degrees, with a decimal below 10, or always where it is fine."""
     shown = math.degrees(angle)
-    text = f"{shown:.{1 if fine or abs(shown) < 9.95 else 0}f}"
-    return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
+    return written(shown, 1 if fine or abs(shown) < 9.95 else 0)
 
 
 def phase_headline(judged: Judged, limit_of: LimitOf) -> str:

@@ -76,7 +76,7 @@ class Barometer(NoisySensor):
     ) -> None:
         super().__init__(
             size=2,
-            noises=(sensor.noise,),
+            noises=sensor.noises,
             usual=USUAL,
             period=period,
             latency=latency,

@@ -48,13 +48,9 @@ class Gps(NoisySensor):
     def __init__(
         self, *, sensor: GpsRecord, home: Home, period: float, latency: float = 0.0
     ) -> None:
-        level, level_speed = sensor.horizontal_position, sensor.horizontal_velocity
         super().__init__(
             size=6,
-            noises=(
-                *(level, level, sensor.vertical_position),
-                *(level_speed, level_speed, sensor.vertical_velocity),
-            ),
+            noises=sensor.noises,
             usual=USUAL,
             period=period,
             latency=latency,

@@ -43,7 +43,7 @@ class Magnetometer(NoisySensor):
     ) -> None:
         super().__init__(
             size=3,
-            noises=sensor.magnetic_field,
+            noises=sensor.noises,
             usual=USUAL,
             period=period,
             latency=latency,

@@ -1,6 +1,5 @@
 """The range finder: the distance to what is first in its view."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -42,10 +41,7 @@ class RangeFinder(NoisySensor):
     def __init__(
         self, *, sensor: RangeFinderRecord, caster: Caster, period: float, latency: float = 0.0
     ) -> None:
-        noise = dataclasses.replace(
-            sensor.noise, precision=sensor.resolution or sensor.noise.precision
-        )
-        super().__init__(size=1, noises=(noise,), usual=USUAL, period=period, latency=latency)
+        super().__init__(size=1, noises=sensor.noises, usual=USUAL, period=period, latency=latency)
         self._sensor = sensor
         self._caster = caster
         self._p_BS = np.array(sensor.p_BS)
