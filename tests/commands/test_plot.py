@@ -1,10 +1,13 @@
 """`workbench plot`."""
 
+import numpy as np
 import pytest
+import scipy.signal
 
 from workbench.logs.flight_log import FlightLog
-from workbench.logs.plots import plot_fields, plot_overview
+from workbench.logs.plots import plot_fields, plot_overview, plot_spectra
 from workbench.logs.record import read_log
+from workbench.logs.spectrum import Welch
 from workbench.scenario.scenario import Scenario
 
 PNG = b"\x89PNG"
@@ -46,6 +49,29 @@ def test_fields_are_drawn_where_it_is_asked_for(run, log, out):
     assert [path.name for path in out.iterdir()] == ["v.png"]
 
 
+def test_an_expression_is_drawn_with_its_unit(log):
+    record = read_log(log)
+    roll = record.series("position_data.roll").values.astype(float)
+    (speeds, angles) = plot_fields(record, ["v_x/2 + v_y [m/s]", "deg(roll) [deg]"]).axes
+    assert (speeds.get_ylabel(), angles.get_ylabel()) == ("[m/s]", "[deg]")
+    assert angles.get_lines()[0].get_label() == "deg(roll)"
+    np.testing.assert_allclose(angles.get_lines()[0].get_ydata(), np.rad2deg(roll), rtol=1e-12)
+
+
+def test_spectra_are_those_of_scipy(run, log, out):
+    record = read_log(log)
+    series = record.series("velocity_data.v_z")
+    (axes,) = plot_spectra(record, ["velocity_data.v_z"], Welch(averages=2)).axes
+    rate = (len(series.time) - 1) / (series.time[-1] - series.time[0])
+    size = 2 * (len(series.time) // 3)
+    frequency, density = scipy.signal.welch(series.values.astype(float), rate, nperseg=size)
+    np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), frequency[1:], rtol=1e-9)
+    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), density[1:], rtol=1e-9, atol=1e-25)
+    assert axes.get_ylabel() == "[(m/s)^2/Hz]"
+    said = run("plot", log, "velocity_data", "--spectrum", "--output", out / "s.png")
+    assert said.code == 0, said.err
+
+
 def test_the_list_has_fields_with_units(run, log):
     said = run("plot", log, "--list")
     assert said.code == 0
@@ -62,6 +88,10 @@ def test_the_list_has_fields_with_units(run, log):
         (["velocity_date.v_y"], "did you mean 'velocity_data'"),
         (["drone_state.condition"], "is a text, and cannot be drawn"),
         (["tf"], "too many for a panel"),
+        (["2*sqrt(v_x"], "'2*sqrt(v_x', at character 7, '(v_x': no expression here"),
+        (["v_w + v_x"], "unknown signal 'v_w'"),
+        (["--spectrum"], "--spectrum is of fields"),
+        (["velocity_data.v_x", "--spectrum", "--averages", "0"], "average over 1 segment"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(refused, log, out, fields, sentence):

@@ -31,8 +31,20 @@ def add_parser(commands: Any) -> None:
         "fields",
         nargs="*",
         metavar="TOPIC.FIELD",
-        help="what to draw, as velocity_data.v_x; TOPIC alone means all its fields (default: an "
-        "overview)",
+        help="what to draw, as velocity_data.v_x; TOPIC alone means all its fields; or an "
+        'expression of fields with its unit, as "deg(roll) [deg]" (default: an overview)',
+    )
+    parser.add_argument(
+        "--spectrum",
+        action="store_true",
+        help="draw power spectral densities (Welch: Hann windows, the mean taken off)",
+    )
+    parser.add_argument(
+        "--averages",
+        type=int,
+        default=8,
+        metavar="N",
+        help="segments, half over each other, that a spectrum is averaged over (default: 8)",
     )
     parser.add_argument("--list", action="store_true", help="list all fields and stop")
     parser.add_argument(
@@ -48,6 +60,10 @@ def run(args: argparse.Namespace) -> int:
     output = args.output or Path("out") / f"{args.log.stem}.png"
     if output.suffix != ".png":
         raise WorkbenchError(f"{output}: a plot is a PNG: let its name end in .png")
+    if args.spectrum and not args.fields:
+        raise WorkbenchError("--spectrum is of fields: name some; --list lists them")
+    if args.averages < 1:
+        raise WorkbenchError(f"--averages is {args.averages}: average over 1 segment at least")
     with progress_bar(f"reading {args.log.name}") as progress:
         record = read_log(args.log, progress)
     if record.remark:
@@ -56,11 +72,15 @@ def run(args: argparse.Namespace) -> int:
         _list(record, args.json)
         return ExitCode.DONE
     from workbench.design.plots import write_png
-    from workbench.logs.plots import plot_fields, plot_overview
+    from workbench.logs.plots import plot_fields, plot_overview, plot_spectra
+    from workbench.logs.spectrum import Welch
 
     with Outputs() as outputs:
         path = outputs.add(output)
-        figure = plot_fields(record, args.fields) if args.fields else plot_overview(record)
+        if args.spectrum:
+            figure = plot_spectra(record, args.fields, Welch(averages=args.averages))
+        else:
+            figure = plot_fields(record, args.fields) if args.fields else plot_overview(record)
         write_png(figure, path)
     if args.json:
         print_json({"log": args.log, "remark": record.remark, "files": outputs.files})

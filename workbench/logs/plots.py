@@ -1,4 +1,6 @@
-"""Figures of a log: an overview, or the fields that were asked for."""
+"""Figures of a log: an overview, or the fields that were asked for, over time or as spectra."""
+
+import re
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -6,8 +8,10 @@ from matplotlib.figure import Figure
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.plots import PALETTE, RIGHT, label, legend, stacked, styled, widen
+from workbench.logs.expressions import Samples, parse_expression
 from workbench.logs.record import FlightRecord
 from workbench.logs.series import Series
+from workbench.logs.spectrum import Welch, power_spectrum
 
 MOST_CURVES = 16
 """In one panel; more cannot be told apart."""
@@ -16,6 +20,9 @@ _LEAST_TIME = 0.1
 """Shown even of a shorter flight [s]."""
 _PER_CHARACTER = 0.075
 """Room that a letter of a legend takes [inch]."""
+_NAME = re.compile(r"/[\w./]+|[\w.]+")
+_WITH_UNIT = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
+"""An expression, and its unit in brackets."""
 
 
 @styled
@@ -49,14 +56,74 @@ def plot_fields(record: FlightRecord, names: list[str]) -> Figure:
 
     Args:
         record: the log.
-        names: TOPIC.FIELD, or TOPIC for all its fields.
+        names: TOPIC.FIELD, TOPIC for all its fields, or an expression of fields, as
+            "sqrt(v_x**2 + v_y**2) [m/s]"; the unit in brackets may be left out.
 
     Raises:
         WorkbenchError: if one is unknown or a text, or there are too many.
     """
+    panels = _panels(record, names)
+    figure, axes = _stacked(record, panels)
+    for panel, found in zip(axes, panels.values(), strict=True):
+        _draw(panel, "", [*found.values()], 0.0)
+    _finish(record, axes)
+    return figure
+
+
+@styled
+def plot_spectra(record: FlightRecord, names: list[str], welch: Welch) -> Figure:
+    """Return a figure of power spectral densities over frequency.
+
+    Args:
+        record: the log.
+        names: as for `plot_fields`.
+        welch: how the spectra are made.
+
+    Raises:
+        WorkbenchError: as `plot_fields`, and if a signal's samples are too few or too uneven.
+    """
+    panels = _panels(record, names)
+    figure, axes = _stacked(record, panels)
+    for panel, (unit, found) in zip(axes, panels.items(), strict=True):
+        for index, series in enumerate(found.values()):
+            made = power_spectrum(series.time, series.values, welch, series.name)
+            color = PALETTE.series[index % len(PALETTE.series)]
+            dashes = "-" if index < len(PALETTE.series) else "--"
+            frequency, density = made.frequency[1:], made.density[1:]
+            panel.loglog(frequency, density, dashes, color=color, label=series.name)
+        label(panel, "", f"[{density_unit(unit)}]" if unit else "")
+        legend(panel)
+    axes[-1].set_xlabel("frequency [Hz]")
+    return figure
+
+
+def density_unit(unit: str) -> str:
+    """Return the unit of the power spectral density of a signal."""
+    if unit == "1":
+        return "1/Hz"
+    return f"{unit}^2/Hz" if unit.isalpha() else f"({unit})^2/Hz"
+
+
+def _stacked(
+    record: FlightRecord, panels: dict[str, dict[str, Series]]
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a panel for each unit, and room for the names beside it."""
+    longest = max(len(name) for found in panels.values() for name in found)
+    right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
+    title = f"{record.vehicle}: {record.path.name}"
+    return stacked(title, len(panels), width=6.6 + right, height=2.4, right=right)
+
+
+def _panels(record: FlightRecord, names: list[str]) -> dict[str, dict[str, Series]]:
+    """Return the series of names by their unit and name.
+
+    Raises:
+        WorkbenchError: if one is unknown or a text, or there are too many of a unit.
+    """
     panels: dict[str, dict[str, Series]] = {}
     for name in names:
-        for series in _numbers(record, name):
+        plain = _NAME.fullmatch(name)
+        for series in _numbers(record, name) if plain else [_derived(record, name)]:
             panels.setdefault(series.unit, {})[series.name] = series
     for unit, found in panels.items():
         if len(found) > MOST_CURVES:
@@ -64,14 +131,27 @@ def plot_fields(record: FlightRecord, names: list[str]) -> Figure:
                 f"{len(found)} fields in {unit or 'one unit'} are too many for a panel: name "
                 f"{MOST_CURVES} at most; `workbench plot {record.path} --list` lists them"
             )
-    longest = max(len(name) for found in panels.values() for name in found)
-    right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
-    title = f"{record.vehicle}: {record.path.name}"
-    figure, axes = stacked(title, len(panels), width=6.6 + right, height=2.4, right=right)
-    for panel, found in zip(axes, panels.values(), strict=True):
-        _draw(panel, "", [*found.values()], 0.0)
-    _finish(record, axes)
-    return figure
+    return panels
+
+
+def _derived(record: FlightRecord, text: str) -> Series:
+    """Return the series of an expression."""
+    stated = _WITH_UNIT.fullmatch(text)
+    text, unit = stated.groups() if stated else (text, "")
+
+    def read(name: str, since: float) -> Samples:
+        series = record.series(name)
+        first = int(np.searchsorted(series.time, since))
+        return series.time[first:], np.asarray(series.values[first:], dtype=float)
+
+    numbers = [
+        series.name
+        for topic in record.topics.values()
+        for series in topic.columns.values()
+        if series.values.dtype.kind in "biuf"
+    ]
+    expression = parse_expression(text)
+    return Series(text, unit, *expression.series(read, expression.find(numbers)))
 
 
 def _numbers(record: FlightRecord, name: str) -> list[Series]:

@@ -1,12 +1,13 @@
 """Where charts take their series from, and signals that are derived from others."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
-Series = tuple[np.ndarray, np.ndarray]
+from workbench.logs.expressions import Expression, Samples, parse_expression
 
 
 class SeriesSource(Protocol):
@@ -16,7 +17,7 @@ class SeriesSource(Protocol):
     def units(self) -> Mapping[str, str]:
         """SI unit of every series, by name."""
 
-    def series(self, name: str, since: float = ...) -> tuple[np.ndarray, np.ndarray]:
+    def series(self, name: str, since: float = ...) -> Samples:
         """Return times [s] and values from a time on (N).
 
         Raises:
@@ -29,46 +30,43 @@ class Derived:
     """A signal made from others.
 
     Attributes:
-        name: of it, DERIVED.FIELD.
+        name: of it, TOPIC.FIELD.
         unit: SI.
-        parts: names of the signals that it is made from; its times are those of the first.
-        make: returns its values from theirs.
+        text: its expression.
         help: what it is, in words.
     """
 
     name: str
     unit: str
-    parts: tuple[str, ...]
-    make: Callable[..., np.ndarray]
-    help: str
+    text: str
+    help: str = ""
+
+    @cached_property
+    def expression(self) -> Expression:
+        """What it is made by.
+
+        Raises:
+            WorkbenchError: if the text is none.
+        """
+        return parse_expression(self.text)
 
 
-def _length(*parts: np.ndarray) -> np.ndarray:
-    squares: np.ndarray = np.sqrt(sum(part * part for part in parts))
-    return squares
-
-
-def _error(axis: str, unit: str, command: str, response: str) -> Derived:
-    return Derived(
-        f"error.{axis}",
-        unit,
-        (f"command_velocity.{command}", f"velocity_data.{response}"),
-        lambda wanted, flown: wanted - flown,
-        "command minus response, in W",
-    )
+def _error(axis: str, unit: str, response: str) -> Derived:
+    text = f"command_velocity.{axis} - velocity_data.{response}"
+    return Derived(f"error.{axis}", unit, text, "command minus response, in W")
 
 
 def _bounds(field: str, unit: str) -> tuple[Derived, Derived]:
     """Return the estimate of a state less, and plus, two standard deviations."""
-    parts = (f"estimate.{field}", f"estimate.sigma_{field}")
+    low, high = (f"estimate.{field} {sign} 2*estimate.sigma_{field}" for sign in "-+")
     return (
-        Derived(
-            f"bound.{field}_low", unit, parts, lambda x, sigma: x - 2.0 * sigma, "less 2 sigma"
-        ),
-        Derived(
-            f"bound.{field}_high", unit, parts, lambda x, sigma: x + 2.0 * sigma, "plus 2 sigma"
-        ),
+        Derived(f"bound.{field}_low", unit, low, "less 2 sigma"),
+        Derived(f"bound.{field}_high", unit, high, "plus 2 sigma"),
     )
+
+
+def _length(of: str) -> str:
+    return "sqrt(" + " + ".join(f"{of}_{axis}**2" for axis in "xyz") + ")"
 
 
 _ESTIMATED = (
@@ -77,30 +75,20 @@ _ESTIMATED = (
     *(("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s")),
 )
 DERIVED: tuple[Derived, ...] = (
-    _error("v_x", "m/s", "v_x", "v_x"),
-    _error("v_y", "m/s", "v_y", "v_y"),
-    _error("v_z", "m/s", "v_z", "v_z"),
-    _error("yaw_rate", "rad/s", "yaw_rate", "w_z"),
-    Derived(
-        "derived.speed",
-        "m/s",
-        ("velocity_data.v_x", "velocity_data.v_y", "velocity_data.v_z"),
-        _length,
-        "length of the velocity",
-    ),
+    _error("v_x", "m/s", "v_x"),
+    _error("v_y", "m/s", "v_y"),
+    _error("v_z", "m/s", "v_z"),
+    _error("yaw_rate", "rad/s", "w_z"),
+    Derived("derived.speed", "m/s", _length("velocity_data.v"), "length of the velocity"),
     Derived(
         "derived.distance",
         "m",
-        (
-            "position_data.displacement_x",
-            "position_data.displacement_y",
-            "position_data.displacement_z",
-        ),
-        _length,
+        _length("position_data.displacement"),
         "from where the flight began",
     ),
     *(bound for field, unit in _ESTIMATED for bound in _bounds(field, unit)),
 )
+"""What every flight and log has, where it has their parts."""
 
 
 class WithDerived:
@@ -108,39 +96,33 @@ class WithDerived:
 
     Args:
         source: of the others.
+        derived: in their order; later ones may be made from earlier ones.
     """
 
-    def __init__(self, source: SeriesSource) -> None:
+    def __init__(self, source: SeriesSource, derived: Sequence[Derived] = DERIVED) -> None:
         self._source = source
+        self._derived = {each.name: each for each in derived}
+        self._full: dict[str, dict[str, str]] = {}
 
     @property
     def units(self) -> Mapping[str, str]:
         """SI unit of every series, by name."""
         units = dict(self._source.units)
-        units.update(
-            {each.name: each.unit for each in DERIVED if all(part in units for part in each.parts)}
-        )
+        self._full = {}
+        for each in self._derived.values():
+            if each.expression.can_find(units):
+                self._full[each.name] = each.expression.find(units)
+                units[each.name] = each.unit
         return units
 
-    def series(self, name: str, since: float = -np.inf) -> Series:
+    def series(self, name: str, since: float = -np.inf) -> Samples:
         """Return times [s] and values of a signal from a time on (N).
 
         Raises:
-            WorkbenchError: if there is no such signal.
+            WorkbenchError: if there is no such signal, or it cannot be worked out.
         """
-        for each in DERIVED:
-            if each.name == name:
-                return self._make(each, since)
-        return self._source.series(name, since)
-
-    def _make(self, derived: Derived, since: float) -> Series:
-        time, first = self._source.series(derived.parts[0], since)
-        parts = [first]
-        for name in derived.parts[1:]:
-            own, values = self._source.series(name, since)
-            if len(own) == 0:
-                return time[:0], first[:0]
-            if len(own) != len(time) or own[0] != time[0]:
-                values = np.interp(time, own, values)
-            parts.append(values)
-        return time, derived.make(*parts)
+        if name not in self._derived:
+            return self._source.series(name, since)
+        if name not in self._full:
+            self._full[name] = self._derived[name].expression.find(self.units)
+        return self._derived[name].expression.series(self.series, self._full[name], since)

@@ -1,0 +1,337 @@
+"""Signals made from others by a short expression, as sqrt(v_x**2 + v_y**2)."""
+
+import ast
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.logs.spectrum import even_samples
+
+Samples = tuple[np.ndarray, np.ndarray]
+"""Times [s] and values, (N) each."""
+Read = Callable[[str, float], Samples]
+"""Returns the samples of a signal by its name, from a time on [s]."""
+
+LONGEST = 300
+"""Characters."""
+FIRST = ("position_data", "velocity_data", "acceleration_data", "force_torque_data")
+"""Topics whose fields are meant where several have one of a name: the true motion."""
+_BEFORE = 1.0
+"""Earlier samples that are read of other signals, to interpolate from [s]."""
+_DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of an expression.
+
+    Attributes:
+        of: returns values from times [s] and arguments.
+        arguments: how many it has.
+        before: returns how much earlier samples are needed [s], from the numbers among the
+            arguments.
+        help: what it is, in words.
+    """
+
+    of: Callable[..., np.ndarray]
+    arguments: int
+    help: str
+    before: Callable[..., float] = lambda *_: 0.0
+
+
+def _plain(of: Callable[..., np.ndarray], arguments: int, help: str) -> Function:
+    """Return a function of values alone."""
+    return Function(lambda _, *values: of(*values), arguments, help)
+
+
+def _diff(_: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.diff(values, prepend=np.nan)
+
+
+def _derivative(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    if len(time) < 2:
+        return np.full(len(time), np.nan)
+    return np.gradient(values, time)
+
+
+def _lowpass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
+    import scipy.signal  # slow to load, and seldom wanted
+
+    even, rate, resampled = even_samples(time, values)
+    if not 0.0 < cutoff < (0.5 - 1e-9) * rate:
+        raise WorkbenchError(
+            f"lowpass at {cutoff:g} Hz: with {rate:.4g} samples a second it lies above 0 and below "
+            f"{0.5 * rate:.4g} Hz"
+        )
+    sections = scipy.signal.butter(2, cutoff, fs=rate, output="sos")
+    settled = scipy.signal.sosfilt_zi(sections) * even[0]
+    smooth, _ = scipy.signal.sosfilt(sections, even, zi=settled)
+    if len(smooth) == len(time) and not resampled:
+        return np.asarray(smooth)
+    return np.interp(time, np.linspace(time[0], time[-1], len(smooth)), smooth)
+
+
+FUNCTIONS: Mapping[str, Function] = {
+    **{
+        name: _plain(of, 1, help)
+        for name, of, help in (
+            ("sqrt", np.sqrt, "square root"),
+            ("abs", np.abs, "absolute value"),
+            ("sign", np.sign, "-1, 0 or 1"),
+            ("exp", np.exp, "e to a power"),
+            ("log", np.log, "natural logarithm"),
+            ("log10", np.log10, "logarithm to 10"),
+            ("sin", np.sin, "sine"),
+            ("cos", np.cos, "cosine"),
+            ("tan", np.tan, "tangent"),
+            ("asin", np.arcsin, "inverse sine"),
+            ("acos", np.arccos, "inverse cosine"),
+            ("atan", np.arctan, "inverse tangent"),
+            ("deg", np.rad2deg, "degrees of radians"),
+            ("rad", np.deg2rad, "radians of degrees"),
+        )
+    },
+    **{
+        name: _plain(of, 2, help)
+        for name, of, help in (
+            ("atan2", np.arctan2, "angle of y and x"),
+            ("hypot", np.hypot, "length of two components"),
+            ("min", np.minimum, "the lesser of two"),
+            ("max", np.maximum, "the larger of two"),
+        )
+    },
+    "clip": _plain(np.clip, 3, "within a least and a largest value"),
+    "diff": Function(_diff, 1, "change since the sample before", lambda: _BEFORE),
+    "derivative": Function(_derivative, 1, "slope over time", lambda: _BEFORE),
+    "unwrap": Function(
+        lambda _, values: np.unwrap(values), 1, "an angle without jumps", lambda: np.inf
+    ),
+    "lowpass": Function(
+        _lowpass,
+        2,
+        "second-order Butterworth low-pass, cut-off in Hz",
+        lambda cutoff: 5.0 / cutoff if cutoff > 0.0 else 0.0,
+    ),
+}
+"""By the names that expressions have; numpy's where numpy has one."""
+CONSTANTS = {"pi": np.pi}
+_BINARY: Mapping[type[ast.operator], Callable[..., np.ndarray]] = {
+    ast.Add: np.add,
+    ast.Sub: np.subtract,
+    ast.Mult: np.multiply,
+    ast.Div: np.divide,
+    ast.Pow: np.power,
+    ast.Mod: np.mod,
+    ast.FloorDiv: np.floor_divide,
+}
+_COMPARED: Mapping[type[ast.cmpop], Callable[..., np.ndarray]] = {
+    ast.Lt: np.less,
+    ast.LtE: np.less_equal,
+    ast.Gt: np.greater,
+    ast.GtE: np.greater_equal,
+    ast.Eq: np.equal,
+    ast.NotEq: np.not_equal,
+}
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An expression that was parsed.
+
+    Attributes:
+        text: as it was written.
+        signals: what it names, in the order of the text; its times are those of the first.
+        before: how much earlier samples it needs than those that it gives [s].
+    """
+
+    text: str
+    signals: tuple[str, ...]
+    before: float
+    _tree: ast.expr
+    _named: Mapping[str, str]
+
+    def find(self, known: Iterable[str]) -> dict[str, str]:
+        """Return the full name of each of its signals.
+
+        Raises:
+            WorkbenchError: if one is unknown, or may be several.
+        """
+        names = tuple(known)
+        found = {each: _candidates(each, names) for each in self.signals}
+        for name, full in found.items():
+            if len(full) > 1:
+                raise WorkbenchError(f"'{name}' may be {', '.join(full)}: write which one")
+            if not full:
+                raise unknown_name("signal", name, names)
+        return {name: full[0] for name, full in found.items()}
+
+    def can_find(self, known: Iterable[str]) -> bool:
+        """Return whether `find` would find all of its signals, without a search for near names."""
+        names = tuple(known)
+        return all(len(_candidates(each, names)) == 1 for each in self.signals)
+
+    def series(self, read: Read, full: Mapping[str, str], since: float = -np.inf) -> Samples:
+        """Return its times and values from a time on [s].
+
+        Other signals than the first are interpolated linearly to its times; before their first
+        sample there is no value, after their last one it holds.
+
+        Args:
+            read: the samples of its signals.
+            full: their full names, as `find` has them.
+            since: the time.
+
+        Raises:
+            WorkbenchError: if a filter does not suit the samples.
+        """
+        begin = since - self.before
+        time, first = read(full[self.signals[0]], begin)
+        parts = {self.signals[0]: first}
+        for name in self.signals[1:]:
+            own, values = read(full[name], begin - _BEFORE)
+            same = len(own) == len(time) and (own == time).all()
+            parts[name] = values if same else _at(time, own, values)
+        if len(time) == 0:
+            return time, np.zeros(0)
+        made = self.values(time, parts)
+        seen = int(np.searchsorted(time, since))
+        return time[seen:], made[seen:]
+
+    def values(self, time: np.ndarray, parts: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return its values (N) at times [s], from those of its signals (N), by their names.
+
+        Raises:
+            WorkbenchError: if a filter does not suit the samples.
+        """
+        with np.errstate(all="ignore"):  # what is no number is a gap in the curve
+            made = self._value(self._tree, time, parts)
+        return np.broadcast_to(np.asarray(made, dtype=float), time.shape)
+
+    def _value(self, node: ast.expr, time: np.ndarray, parts: Mapping[str, np.ndarray]) -> Any:
+        """Return the value of a node that `parse_expression` has let pass."""
+        match node:
+            case ast.Constant(value=float() | int() as value):
+                return np.float64(value)
+            case ast.Name(id=name):
+                return CONSTANTS[name] if name in CONSTANTS else parts[self._named[name]]
+            case ast.UnaryOp(op=op, operand=operand):
+                of = self._value(operand, time, parts)
+                return np.negative(of) if isinstance(op, ast.USub) else of
+            case ast.BinOp(left=left, op=op, right=right):
+                sides = (self._value(each, time, parts) for each in (left, right))
+                return _BINARY[type(op)](*sides)
+            case ast.Compare(left=left, ops=[op], comparators=[right]):
+                sides = (self._value(each, time, parts) for each in (left, right))
+                return _COMPARED[type(op)](*sides).astype(float)
+            case ast.Call(func=ast.Name(id=name), args=args):
+                return FUNCTIONS[name].of(time, *(self._value(each, time, parts) for each in args))
+        raise AssertionError(ast.dump(node))
+
+
+def _at(time: np.ndarray, own: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return values at other times; NaN before the first."""
+    if len(own) == 0:
+        return np.full(len(time), np.nan)
+    return np.interp(time, own, values, left=np.nan)
+
+
+def _candidates(name: str, known: tuple[str, ...]) -> list[str]:
+    """Return the full names that a signal may have: TOPIC.FIELD, or its FIELD alone.
+
+    A field of several topics is that of the true motion, where that has it.
+    """
+    if name in known:
+        return [name]
+    found = [each for each in known if each.partition(".")[2] == name]
+    true = [each for each in found if each.partition(".")[0] in FIRST]
+    return true[:1] or found
+
+
+def parse_expression(text: str) -> Expression:
+    """Return an expression of numbers, signals, + - * / // % **, comparisons, and `FUNCTIONS`.
+
+    Signals are TOPIC.FIELD, or FIELD alone where one topic has it, or the true motion. Nothing is
+    run: the text is taken apart by `ast`, and what is not in this list is refused.
+
+    Raises:
+        WorkbenchError: with the place of what is wrong.
+    """
+    if len(text) > LONGEST:
+        raise WorkbenchError(f"an expression has at most {LONGEST} characters: shorten it")
+    named: dict[str, str] = {}
+
+    def stand_in(found: re.Match[str]) -> str:
+        """Return a name as long as a dotted one, so that places stay, but plain Python."""
+        if re.match(r"\d", found.string[found.start() - 1 : found.start()] or " "):
+            return found.group()
+        known = next((key for key, name in named.items() if name == found.group()), None)
+        made = known or f"_{len(named)}".ljust(len(found.group()), "_")
+        named[made] = found.group()
+        return made
+
+    plain = _DOTTED.sub(stand_in, text.rstrip())
+    try:
+        tree = ast.parse(plain, mode="eval").body
+    except SyntaxError as error:
+        place = error.offset - 1 if error.offset else len(plain)
+        raise _wrong(text, place, "no expression here") from error
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise WorkbenchError(f"'{text[:40]}' is no expression") from error
+    signals: list[str] = []
+    before = _check(tree, text, named, signals)
+    if not signals:
+        raise WorkbenchError(f"'{text}' names no signal: write one, as velocity_data.v_x")
+    return Expression(text, tuple(dict.fromkeys(signals)), before, tree, named)
+
+
+def _check(node: ast.expr, text: str, named: dict[str, str], signals: list[str]) -> float:
+    """Refuse what is not allowed, note signals, and return what is needed before [s]."""
+
+    def below(*nodes: ast.expr) -> float:
+        return max((_check(each, text, named, signals) for each in nodes), default=0.0)
+
+    match node:
+        case ast.Constant(value=float() | int() as value) if not isinstance(value, bool):
+            return 0.0
+        case ast.Name(id=name):
+            if name in FUNCTIONS:
+                raise _wrong(text, node.col_offset, f"{name} is a function: write {name}(...)")
+            if name not in CONSTANTS:
+                named.setdefault(name, name)
+                signals.append(named[name])
+            return 0.0
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
+            return below(operand)
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY:
+            return below(left, right)
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _COMPARED:
+            return below(left, right)
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]):
+            if name not in FUNCTIONS:
+                raise _wrong(text, node.col_offset, str(unknown_name("function", name, FUNCTIONS)))
+            function = FUNCTIONS[name]
+            if len(args) != function.arguments:
+                wanted = f"{name} takes {function.arguments} arguments, {len(args)} are here"
+                raise _wrong(text, node.col_offset, wanted)
+            numbers = [_number(each, text, name) for each in args[1:]] if name == "lowpass" else []
+            return below(*args) + function.before(*numbers)
+    raise _wrong(text, node.col_offset, "this cannot stand in an expression")
+
+
+def _number(node: ast.expr, text: str, name: str) -> float:
+    match node:
+        case ast.Constant(value=float() | int() as value):
+            return float(value)
+    raise _wrong(text, node.col_offset, f"{name} takes a number here")
+
+
+def _wrong(text: str, column: int, why: str) -> WorkbenchError:
+    """Return the error for what stands at a column, counted from 0."""
+    text = text.rstrip()
+    rest = text[column : column + 20]
+    at = f"at character {column + 1}, '{rest}'" if rest else "at its end"
+    return WorkbenchError(f"'{text}', {at}: {why}")

@@ -1,0 +1,122 @@
+"""The power spectral density of a signal, by Welch's method."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+
+WINDOWS = ("hann", "hamming", "flattop", "boxcar")
+"""Of a segment, by scipy's names."""
+DETRENDS = ("constant", "linear", "none")
+"""What is taken off each segment: its mean, its straight line, or nothing."""
+LEAST = 16
+"""Samples; of fewer there is nothing to say."""
+JITTER = 0.02
+"""Share of a period that samples may be off an even grid, and be taken as they are."""
+GAP = 4.5
+"""Periods between two samples, above which nothing is interpolated."""
+UNEVEN = 0.05
+"""Share of the samples that may be missing."""
+
+
+@dataclass(frozen=True)
+class Welch:
+    """How a spectrum is made.
+
+    Attributes:
+        window: one of `WINDOWS`.
+        averages: segments, half over each other, whose spectra are averaged.
+        detrend: one of `DETRENDS`.
+    """
+
+    window: str = "hann"
+    averages: int = 8
+    detrend: str = "constant"
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """A one-sided power spectral density.
+
+    Attributes:
+        frequency: (M) [Hz].
+        density: (M), in the signal's unit squared, over Hz.
+        rate: of the even samples that it is of [Hz].
+        segment: samples of a segment.
+        resampled: whether samples were missing, or late, and were interpolated.
+    """
+
+    frequency: np.ndarray
+    density: np.ndarray
+    rate: float
+    segment: int
+    resampled: bool
+
+
+def power_spectrum(time: np.ndarray, values: np.ndarray, welch: Welch, name: str = "") -> Spectrum:
+    """Return the power spectral density of a signal; it is scipy.signal.welch's.
+
+    Args:
+        time: of the samples (n), rising [s]; an even grid, but for single samples that are
+            missing or late, which are interpolated linearly.
+        values: (n); what is not finite counts as missing.
+        welch: how it is made.
+        name: of the signal, for messages.
+
+    Raises:
+        WorkbenchError: if there are too few samples, or they are too uneven.
+    """
+    import scipy.signal  # slow to load, and seldom wanted
+
+    even, rate, resampled = even_samples(time, values, name)
+    size = len(even)
+    segment = max(2 * (size // (welch.averages + 1)), LEAST)
+    frequency, density = scipy.signal.welch(
+        even,
+        rate,
+        window=welch.window,
+        nperseg=segment,
+        detrend=False if welch.detrend == "none" else welch.detrend,
+        scaling="density",
+    )
+    return Spectrum(frequency, density, rate, segment, resampled)
+
+
+def even_samples(
+    time: np.ndarray, values: np.ndarray, name: str = ""
+) -> tuple[np.ndarray, float, bool]:
+    """Return samples on an even grid, their rate [Hz], and whether some were interpolated.
+
+    Raises:
+        WorkbenchError: if there are too few, or gaps are too long or too many to guess across.
+    """
+    whole = np.isfinite(values)
+    time, values = time[whole], np.asarray(values, dtype=float)[whole]
+    said = f"{name}: " if name else ""
+    if len(time) < LEAST:
+        raise WorkbenchError(
+            f"{said}a spectrum needs {LEAST} samples, and here are {len(time)}: show more time"
+        )
+    steps = np.diff(time)
+    period = float(np.median(steps))
+    if period <= 0.0:
+        raise WorkbenchError(f"{said}its times do not rise: it has no spectrum")
+    widest = int(steps.argmax())
+    if steps[widest] > GAP * period:
+        raise WorkbenchError(
+            f"{said}has no samples from {time[widest]:.2f} to {time[widest + 1]:.2f} s: a spectrum "
+            "needs even ones; show a part without the gap"
+        )
+    span = float(time[-1] - time[0])
+    grid = time[0] + span / (len(time) - 1) * np.arange(len(time))
+    if np.abs(time - grid).max() <= JITTER * period:
+        return values, (len(time) - 1) / span, False
+    count = 1 + round(span / period)
+    if np.mean(np.abs(steps - period) > JITTER * period) > UNEVEN:
+        raise WorkbenchError(
+            f"{said}comes unevenly, every {steps.min():.3g} to {steps.max():.3g} s: it has no "
+            "spectrum"
+        )
+    grid = np.linspace(time[0], time[-1], count)
+    return np.interp(grid, time, values), (count - 1) / span, True
