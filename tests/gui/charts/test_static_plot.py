@@ -18,7 +18,7 @@ def plot(workspace, qtbot):
     qtbot.addWidget(made)
     made.resize(500, 280)
     made.set_title("Step")
-    made.set_axes("Time s", "Velocity", "m/s")
+    made.set_axes("Time", "Velocity", "m/s")
     made.set_curve("command", TIME, np.ones(201), CurveStyle.DASHED, COMMAND)
     made.set_curve("flown", TIME, 1.0 - np.exp(-3.0 * TIME))
     made.show()

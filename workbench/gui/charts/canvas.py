@@ -20,8 +20,14 @@ from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
 from workbench.gui.charts.content import Axis, Content, Line
 from workbench.gui.charts.curve import make_pen
+from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.statistics import value_at
-from workbench.gui.charts.ticks import decimals_for_step, number_text
+from workbench.gui.charts.ticks import (
+    decade_text,
+    decade_ticks,
+    decimals_for_step,
+    number_text,
+)
 from workbench.gui.theme import Look
 
 LEAST_HEIGHT = 120
@@ -36,6 +42,8 @@ OUTSIDE = 40
 """How far the numbers at the ends of an axis may reach out [pixels]."""
 WIDEST = "\N{MINUS SIGN}00.00"
 """The widest number that an axis has as a rule."""
+NUMBERED, BARE = 1.0, 0.0
+"""Spacing of ticks of a logarithmic axis with and without a number, as pyqtgraph tells levels."""
 
 
 class NumberAxis(pg.AxisItem):
@@ -52,10 +60,31 @@ class NumberAxis(pg.AxisItem):
         super().update(*place)
         self.redrawn.emit()
 
+    def show_scale(self, scale: Scale) -> None:
+        """Divide it by a scale."""
+        if self.logMode is not (scale is Scale.LOGARITHMIC):
+            self.setLogMode(scale is Scale.LOGARITHMIC)
+
+    def tickValues(
+        self, minVal: float, maxVal: float, size: float
+    ) -> list[tuple[float, list[float]]]:
+        """Return where ticks are, by their level."""
+        if not self.logMode:
+            ticks: list[tuple[float, list[float]]] = super().tickValues(minVal, maxVal, size)
+            return ticks
+        metrics = QFontMetricsF(self.style["tickFont"])
+        across = self.orientation == "bottom"
+        room = 1.2 * metrics.horizontalAdvance(WIDEST) if across else 1.6 * metrics.height()
+        numbered, bare = decade_ticks(minVal, maxVal, max(2, int(size / room)))
+        return [(NUMBERED, numbered), (BARE, bare)]
+
     def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
         """Return what stands at the ticks."""
-        decimals = decimals_for_step(spacing * scale)
-        texts = [number_text(value * scale, decimals) for value in values]
+        if self.logMode:
+            texts = ["" if spacing == BARE else decade_text(10.0**value) for value in values]
+        else:
+            decimals = decimals_for_step(spacing * scale)
+            texts = [number_text(value * scale, decimals) for value in values]
         if self.orientation != "bottom":
             return texts
         low, high = self.range
@@ -128,8 +157,8 @@ class NumberedCurve(pg.PlotCurveItem):
         self.number = QGraphicsSimpleTextItem()
         self._drawn_as: tuple[object, ...] = ()
 
-    def show_line(self, line: Line, ground: QColor) -> None:
-        """Draw this on a ground."""
+    def show_line(self, line: Line, ground: QColor, x_scale: Scale, y_scale: Scale) -> None:
+        """Draw this on a ground, laid out by scales."""
         drawn_as = line.colour.rgb(), line.style, ground.rgb()
         if drawn_as != self._drawn_as:
             self._drawn_as = drawn_as
@@ -137,7 +166,7 @@ class NumberedCurve(pg.PlotCurveItem):
             self.setPen(pen)
             self.number.setBrush(pen.color())
         self.number.setText(str(line.number) if line.number else "")
-        time, values = with_dots(line.time, line.values)
+        time, values = with_dots(x_scale.places(line.time), y_scale.places(line.values))
         self.setData(time, values, connect="finite" if math.isnan(values.sum()) else "all")
 
 
@@ -320,7 +349,18 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def _time_at(self, x: float) -> float:
         """Return the time of a pixel of the graphics scene [s]."""
-        return self.view.mapSceneToView(QPointF(x, 0.0)).x() + self._content.origin
+        place = self.view.mapSceneToView(QPointF(x, 0.0)).x() + self._content.origin
+        return self._content.x_scale.value_of(place)
+
+    def _place_at(self, time: float) -> float:
+        """Return where a time [s] lies along the axis of the view."""
+        return self._content.x_scale.place(time) - self._content.origin
+
+    def _said_at(self, time: float) -> str:
+        """Return a time [s] as the axis writes it, with its unit."""
+        content = self._content
+        said = content.x_scale.text(time - content.origin, 3)
+        return f"{said}\N{NO-BREAK SPACE}{content.x_unit}".strip()
 
     def _follow_mouse(self) -> None:
         """Keep the crosshair under the mouse while the picture moves."""
@@ -392,22 +432,30 @@ class Canvas(pg.GraphicsLayoutWidget):
                 self._dress_axis(item)
         for item, axis in zip(self._axes, axes, strict=False):
             item.show_name(" ".join(part for part in (axis.label, axis.unit.symbol) if part))
+            item.show_scale(content.y_scale)
             if item is not self._axes[0]:
-                item.setRange(axis.low, axis.high)
+                item.setRange(*self._ends(axis))
         self._bottom.show_name(content.x_label)
+        self._bottom.show_scale(content.x_scale)
+        self._zero.setVisible(content.y_scale is Scale.LINEAR)
         self.view.setRange(
-            xRange=(content.left - content.origin, content.right - content.origin),
-            yRange=(axes[0].low, axes[0].high),
+            xRange=(self._place_at(content.left), self._place_at(content.right)),
+            yRange=self._ends(axes[0]),
             padding=0.0,
             disableAutoRange=False,
         )
         self._place()
 
+    def _ends(self, axis: Axis) -> tuple[float, float]:
+        """Return the places of an axis' ends."""
+        scale = self._content.y_scale
+        return scale.place(axis.low), scale.place(axis.high)
+
     def _to_view(self, axis: Axis) -> tuple[float, float]:
-        """Return factor and offset from what an axis shows to the first one, as the view has it."""
-        first = self._content.axes[0]
-        factor = (first.high - first.low) / max(axis.high - axis.low, 1e-300)
-        return factor, first.low - axis.low * factor
+        """Return factor and offset from places of an axis to those of the first, as the view's."""
+        (least, largest), (low, high) = self._ends(self._content.axes[0]), self._ends(axis)
+        factor = (largest - least) / max(high - low, 1e-300)
+        return factor, least - low * factor
 
     def _place(self) -> None:
         """Lay the curves of each axis over the view."""
@@ -416,9 +464,10 @@ class Canvas(pg.GraphicsLayoutWidget):
                 self._groups.append(pg.ItemGroup())
                 self.view.addItem(self._groups[-1], ignoreBounds=True)
             factor, offset = self._to_view(axis)
-            scale = factor * axis.unit.factor
+            slope, shift = self._content.y_scale.multiplied(axis.unit.factor)
+            offset += factor * shift
             self._groups[index].setTransform(
-                QTransform(1.0, 0.0, 0.0, scale, -self._content.origin, offset)
+                QTransform(1.0, 0.0, 0.0, factor * slope, -self._content.origin, offset)
             )
 
     def _show_curves(self) -> None:
@@ -434,18 +483,22 @@ class Canvas(pg.GraphicsLayoutWidget):
         for curve, line in zip(self._curves, lines, strict=True):
             if curve.parentItem() is not self._groups[line.axis]:
                 curve.setParentItem(self._groups[line.axis])
-            curve.show_line(line, self._look.colour("field"))
+            scales = self._content.x_scale, self._content.y_scale
+            curve.show_line(line, self._look.colour("field"), *scales)
         self._place_numbers()
 
     def _place_numbers(self) -> None:
         box, height = self.view.sceneBoundingRect(), self.fontMetrics().height()
+        scale = self._content.y_scale
         ends: list[tuple[float, int]] = []
         for index, line in enumerate(self._content.lines):
             ended = len(line.values) > 0 and math.isfinite(line.values[-1])
             self._curves[index].number.setVisible(ended)
             if ended and line.number:
                 axis = self._content.axes[line.axis]
-                share = (axis.unit.shown(line.values[-1]) - axis.low) / (axis.high - axis.low)
+                low, high = self._ends(axis)
+                place = scale.place(axis.unit.shown(float(line.values[-1])))
+                share = (place - low) / (high - low)
                 ends.append((box.bottom() - share * box.height(), index))
         ends.sort()
         places = spread([y for y, _ in ends], box.top(), box.bottom(), 0.8 * height)
@@ -455,7 +508,7 @@ class Canvas(pg.GraphicsLayoutWidget):
     def _show_marks(self) -> None:
         """Draw the cursors that stay."""
         content, colour = self._content, self._look.colour
-        key = (content.marks, content.origin, self._look.is_dark)
+        key = (content.marks, content.origin, content.x_scale, self._look.is_dark)
         if key == self._marks_key:
             return
         self._marks_key = key
@@ -463,14 +516,13 @@ class Canvas(pg.GraphicsLayoutWidget):
             self.view.removeItem(line)
         self._marks = []
         for name, time in content.marks:
-            at = time - content.origin
             options = {"position": 0.07, "fill": colour("accent"), "color": colour("on_accent")}
             line = pg.InfiniteLine(
-                at,
+                self._place_at(time),
                 angle=90,
                 movable=True,
                 pen=colour("accent"),
-                label=f"{name} {number_text(at, 3)}\N{NO-BREAK SPACE}s",
+                label=f"{name} {self._said_at(time)}",
                 labelOpts=options,
             )
             line.sigPositionChangeFinished.connect(partial(self._tell_mark, name))
@@ -478,7 +530,8 @@ class Canvas(pg.GraphicsLayoutWidget):
             self._marks.append(line)
 
     def _tell_mark(self, name: str, line: pg.InfiniteLine) -> None:
-        self.mark_moved.emit(name, line.value() + self._content.origin)
+        place = line.value() + self._content.origin
+        self.mark_moved.emit(name, self._content.x_scale.value_of(place))
 
     def _show_words(self) -> None:
         """Say why the picture does not move, or what to do where there is nothing to draw."""
@@ -500,17 +553,16 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._dots.setVisible(seen)
         if time is None or not seen:
             return
-        self._cross.setValue(time - content.origin)
-        said = number_text(time - content.origin, 3)
-        self._cross.label.setFormat(f"{said}\N{NO-BREAK SPACE}s")
+        self._cross.setValue(self._place_at(time))
+        self._cross.label.setFormat(self._said_at(time))
         x, y, brushes = [], [], []
         for line in content.lines:
             value = value_at(line.time, line.values, time)
             if math.isfinite(value):
                 axis = content.axes[line.axis]
                 factor, offset = self._to_view(axis)
-                x.append(time - content.origin)
-                y.append(axis.unit.shown(value) * factor + offset)
+                x.append(self._place_at(time))
+                y.append(content.y_scale.place(axis.unit.shown(value)) * factor + offset)
                 brushes.append(pg.mkBrush(line.colour))
         self._dots.setData(x, y, brush=brushes)
 

@@ -26,14 +26,16 @@ from workbench.gui.answers import Answers
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.charts.content import Axis, Content, Line
 from workbench.gui.charts.curve import Curve, CurveSet, Extent, Samples
+from workbench.gui.charts.decimation import Peaks
 from workbench.gui.charts.legend import Entry, Legend
+from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.statistics import (
     StatisticsRow,
     StatisticsTable,
     value_at,
     window_statistics,
 )
-from workbench.gui.charts.ticks import decimals_for, number_text, round_step
+from workbench.gui.charts.ticks import decimals_for, round_step
 from workbench.gui.icons import icon
 from workbench.gui.preferences import Preferences, log_folder
 from workbench.gui.single_shot import single_shot
@@ -43,7 +45,7 @@ from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 
 SHORTEST = 0.02
-"""Time that can be zoomed to [s]."""
+"""Time that can be zoomed to [s]; decades of a logarithmic axis."""
 LONGEST = 180.0
 """Time that is followed, as the signals keep no more [s]."""
 WHOLE = 7200.0
@@ -54,6 +56,8 @@ SHRINK = 0.5
 """Share of the range that data have to leave free before the axis shrinks."""
 PARTS = 5
 """Into which a range is divided to find round ends."""
+LEAST_DECADES = 0.1
+"""That an axis of values shows where it is logarithmic."""
 Ends = tuple[float, float]
 STEP = 0.02
 """Of the window that an arrow key moves the crosshair."""
@@ -94,11 +98,11 @@ class Copies(QObject):
             clipboard.setPixmap(widget.grab())
             self._workspace.notices.inform("The chart is on the clipboard, as a picture.")
 
-    def copy_data(self, columns: tuple[Column, ...]) -> None:
-        """Copy samples, in SI, with tabs between."""
+    def copy_data(self, columns: tuple[Column, ...], over: str) -> None:
+        """Copy samples over what is named, in SI, with tabs between."""
         clipboard = QGuiApplication.clipboard()
         if clipboard is not None:
-            clipboard.setText(table_text(columns))
+            clipboard.setText(table_text(columns, over))
             self._workspace.notices.inform("The chart's data are on the clipboard, in SI units.")
 
     def save_picture(self, widget: QWidget, title: str) -> None:
@@ -106,10 +110,12 @@ class Copies(QObject):
         image = widget.grab().toImage()
         self._write(title, "png", lambda path: image.save(str(path)))
 
-    def save_data(self, columns: tuple[Column, ...], title: str) -> None:
-        """Write samples (CSV), in SI, to the folder for logs."""
+    def save_data(self, columns: tuple[Column, ...], over: str, title: str) -> None:
+        """Write samples (CSV) over what is named, in SI, to the folder for logs."""
         kept = [each._replace(time=each.time.copy(), values=each.values.copy()) for each in columns]
-        self._write(title, "csv", lambda path: path.write_text(table_text(kept, ","), "utf-8"))
+        self._write(
+            title, "csv", lambda path: path.write_text(table_text(kept, over, ","), "utf-8")
+        )
 
     def _write(self, title: str, suffix: str, write: Callable[[Path], int]) -> None:
         """Write a file to the folder for logs, named by a chart and the time of day."""
@@ -123,12 +129,17 @@ class Copies(QObject):
         )
 
 
-def table_text(columns: Sequence[Column], separator: str = "\t") -> str:
+def table_text(columns: Sequence[Column], over: str, separator: str = "\t") -> str:
     """Return a line of names with units, then a line for each time at which there is a sample.
 
     A curve without a sample at that time has an empty cell.
+
+    Args:
+        columns: of the table.
+        over: name and unit of the first column, as time [s].
+        separator: between cells.
     """
-    heads = ["time [s]", *(f"{each.label} [{each.unit or '1'}]" for each in columns)]
+    heads = [over, *(f"{each.label} [{each.unit or '1'}]" for each in columns)]
     lines = [separator.join(heads)]
     if columns:
         time = columns[0].time
@@ -224,12 +235,15 @@ class ChartWindow:
     Attributes:
         span: time that is seen while it follows [s].
         with_zero: whether zero is always seen.
+        x_scale: along which it moves and zooms.
+        y_scale: likewise, of values.
     """
 
     def __init__(self, span: float, smallest: float) -> None:
         self.span = span
         self._smallest = smallest
         self.with_zero = False
+        self.x_scale = self.y_scale = Scale.LINEAR
         self._still: Ends | None = None
         self._fixed: dict[int, Ends] = {}
         self._ranges: dict[int, SteadyRange] = {}
@@ -254,44 +268,74 @@ class ChartWindow:
 
     def show(self, left: float, right: float) -> None:
         """Stand still at a part of time [s]."""
-        middle, half = 0.5 * (left + right), 0.5 * abs(right - left)
+        first, last = self.x_scale.place(left), self.x_scale.place(right)
+        middle, half = 0.5 * (first + last), 0.5 * abs(last - first)
         half = min(max(half, 0.5 * SHORTEST), 0.5 * WHOLE)
-        self._still = middle - half, middle + half
+        self._stay(middle - half, middle + half)
 
     def move(self, share: float, now: float) -> None:
         """Move on by a share of what is seen."""
-        left, right = self.ends(now)
-        way = share * (right - left)
-        self._still = left + way, right + way
+        first, last = self._places(now)
+        way = share * (last - first)
+        self._stay(first + way, last + way)
 
     def zoom_time(self, about: float, factor: float, now: float) -> None:
         """Show a factor of the time; while it follows, the newest sample stays at the edge."""
         if self.follows:
             self.span = min(max(self.span * factor, 0.5), LONGEST)
             return
+        first, last = self._places(now)
+        factor = min(max((last - first) * factor, SHORTEST), WHOLE) / (last - first)
+        at = self.x_scale.place(about)
+        self._stay(at - (at - first) * factor, at + (last - at) * factor)
+
+    def time_at(self, share: float, now: float) -> float:
+        """Return the time at a share of the width [s]."""
+        first, last = self._places(now)
+        return self.x_scale.value_of(first + share * (last - first))
+
+    def time_from(self, time: float, share: float, now: float) -> float:
+        """Return the time a share of the width later than another, within the window [s]."""
+        first, last = self._places(now)
+        place = self.x_scale.place(time) + share * (last - first)
+        return self.x_scale.value_of(min(max(place, first), last))
+
+    def _places(self, now: float) -> Ends:
         left, right = self.ends(now)
-        span = min(max((right - left) * factor, SHORTEST), WHOLE)
-        factor = span / (right - left)
-        self._still = about - (about - left) * factor, about + (right - about) * factor
+        return self.x_scale.place(left), self.x_scale.place(right)
+
+    def _stay(self, first: float, last: float) -> None:
+        """Stand still between two places."""
+        self._still = self.x_scale.value_of(first), self.x_scale.value_of(last)
 
     def zoom_values(self, axes: Sequence[Ends], share: float, factor: float) -> None:
         """Show a factor of the values of all axes, about a share of the height."""
-        for index, (low, high) in enumerate(axes):
-            about = low + share * (high - low)
-            self._fixed[index] = (about - (about - low) * factor, about + (high - about) * factor)
+        for index, ends in enumerate(axes):
+            low, high = map(self.y_scale.place, ends)
+            at = low + share * (high - low)
+            self._fix(index, at - (at - low) * factor, at + (high - at) * factor)
 
     def cut_values(self, axes: Sequence[Ends], low: float, high: float) -> None:
         """Show the values between two shares of the height, of all axes."""
         if high - low > 0.98:
             return
-        for index, (least, largest) in enumerate(axes):
+        for index, ends in enumerate(axes):
+            least, largest = map(self.y_scale.place, ends)
             span = largest - least
-            self._fixed[index] = (least + low * span, least + high * span)
+            self._fix(index, least + low * span, least + high * span)
+
+    def _fix(self, axis: int, low: float, high: float) -> None:
+        """Show an axis between two places."""
+        self._fixed[axis] = self.y_scale.value_of(low), self.y_scale.value_of(high)
 
     def values(self, axis: int, low: float, high: float, now: float) -> Ends:
         """Return the ends of an axis whose data lie between two values, as shown."""
         if axis in self._fixed:
             return self._fixed[axis]
+        if self.y_scale is Scale.LOGARITHMIC:
+            kept = self._ranges.setdefault(axis, SteadyRange(LEAST_DECADES))
+            first, last = kept.follow(self.y_scale.place(low), self.y_scale.place(high), now)
+            return self.y_scale.value_of(first), self.y_scale.value_of(last)
         if self.with_zero and math.isfinite(low):
             low, high = min(low, 0.0), max(high, 0.0)
         return self._ranges.setdefault(axis, SteadyRange(self._smallest)).follow(low, high, now)
@@ -320,7 +364,8 @@ class ChartModel:
         now: newest time [s].
         marks: times of cursors A and B [s], by name.
         times_ago: whether times are written as how long ago they are.
-        x_label: below, where they are not.
+        x_name: of what is below, where they are not; "" where the unit says enough.
+        x_unit: of it.
         y_label: of the values, "" for none.
         hint: what is said where there are no curves.
         note: word over a picture that stands still.
@@ -334,7 +379,7 @@ class ChartModel:
         self.now = 0.0
         self.marks: dict[str, float] = {}
         self.times_ago = False
-        self.x_label, self.y_label = "s", ""
+        self.x_name, self.x_unit, self.y_label = "", "s", ""
         self.hint = self.note = ""
         self._axes: tuple[Axis, ...] = ()
 
@@ -342,6 +387,27 @@ class ChartModel:
     def ends(self) -> tuple[float, float]:
         """First and last time that are seen [s]."""
         return self.window.ends(self.now)
+
+    @property
+    def over(self) -> str:
+        """What the curves are drawn over, with its unit, as time [s]."""
+        return f"{self.x_name.lower() or 'time'} [{self.x_unit}]"
+
+    @property
+    def mark_heads(self) -> list[str]:
+        """Of a table of the values at the cursors that stay."""
+        text, unit, marks = self.window.x_scale.text, self.x_unit, self.marks
+        heads = [f"{name} at {text(marks[name], 3)} {unit}" for name in sorted(marks)]
+        if len(marks) == 2:
+            heads.append(f"B − A over {text(marks['B'] - marks['A'], 3)} {unit}")
+        return heads
+
+    def set_scales(self, x: Scale, y: Scale) -> None:
+        """Lay out the axes by these."""
+        self.window.x_scale, self.window.y_scale = x, y
+        self.window.release_values()
+        for curve in self.curves:
+            curve.peaks = Peaks()
 
     @property
     def axis_ends(self) -> Sequence[tuple[float, float]]:
@@ -367,10 +433,16 @@ class ChartModel:
         left, right = self.ends
         units = self.curves.units
         extents = [Extent() for _ in units]
+        x_scale, y_scale = self.window.x_scale, self.window.y_scale
+        ends = x_scale.place(left), x_scale.place(right)
         lines = []
         for curve in self.curves:
             if curve.visible:
-                time, values = curve.peaks.reduce(*self._drawn(curve), left, right, columns)
+                time, values = self._drawn(curve)
+                places, values = curve.peaks.reduce(
+                    x_scale.places(time), y_scale.known(values), *ends, columns
+                )
+                time = x_scale.values_of(places)
                 axis = units.index(curve.axis_unit)
                 values = extents[axis].take(values)
                 colour = self._look.curve(curve.colour)
@@ -384,7 +456,10 @@ class ChartModel:
             left=left,
             right=right,
             origin=right if ago else 0.0,
-            x_label="s from now" if ago else self.x_label,
+            x_label="s from now" if ago else f"{self.x_name} {self.x_unit}".strip(),
+            x_unit=self.x_unit,
+            x_scale=x_scale,
+            y_scale=y_scale,
             axes=self._axes or Content.axes,
             lines=tuple(lines),
             marks=tuple(sorted(self.marks.items())),
@@ -402,7 +477,8 @@ class ChartModel:
                 value = value_at(time, values, when)
             else:
                 value = float(values[-1]) if len(values) else np.nan
-            text = f"{number_text(unit.shown(value), decimals)}\N{NO-BREAK SPACE}{unit.symbol}"
+            number_text = self.window.y_scale.text(unit.shown(value), decimals)
+            text = f"{number_text}\N{NO-BREAK SPACE}{unit.symbol}"
             colour = self._look.curve(curve.colour)
             number = self._number(curve)
             entry = Entry(curve.label, text.strip(), colour, curve.style, number, curve.visible)
@@ -417,7 +493,8 @@ class ChartModel:
                 time, values = self._seen(curve)
                 marks = tuple(value_at(time, values, at) for _, at in sorted(self.marks.items()))
                 found = window_statistics(time, values, *self.ends)
-                rows.append(StatisticsRow(curve.label, *self._shown_in(curve), found, marks))
+                shown_in, scale = self._shown_in(curve), self.window.y_scale
+                rows.append(StatisticsRow(curve.label, *shown_in, found, marks, scale))
         return rows
 
     def columns(self) -> tuple[Column, ...]:
@@ -433,7 +510,10 @@ class ChartModel:
         left, right = self.ends
         time, values = curve.samples(left)
         last = int(np.searchsorted(time, right, side="right")) + (not self.window.follows)
-        return time[:last], values[:last]
+        first = 0
+        if self.window.x_scale is Scale.LOGARITHMIC:
+            first = int(np.searchsorted(time, 0.0, side="right"))
+        return time[first:last], values[first:last]
 
     def _seen(self, curve: Curve) -> Samples:
         """Return the samples in the window."""
@@ -600,6 +680,11 @@ class Chart(QWidget):
         self.statistics.setVisible(shown)
         self._settle()
 
+    def set_scales(self, x: Scale = Scale.LINEAR, y: Scale = Scale.LINEAR) -> None:
+        """Lay out the axis below, and all axes of values, by a scale each."""
+        self._model.set_scales(x, y)
+        self._settle()
+
     @property
     def are_statistics_shown(self) -> bool:
         """Whether the statistics are below."""
@@ -620,9 +705,9 @@ class Chart(QWidget):
 
         The picture pauses, and the statistics show the values at the cursors.
         """
-        left, right = self.window_ends
         if time is None:
-            time = self.cursor_time if self.cursor_time is not None else 0.5 * (left + right)
+            middle = self._model.window.time_at(0.5, self._model.now)
+            time = self.cursor_time if self.cursor_time is not None else middle
         self._stand("PAUSED")
         self._model.marks[name] = time
         self.set_statistics_shown(True)
@@ -647,9 +732,8 @@ class Chart(QWidget):
     def step_cursor(self, share: float) -> None:
         """Move the crosshair by a share of the window; it begins at the newest sample."""
         self.canvas.forget_mouse()
-        left, right = self.window_ends
-        at = right if self.cursor_time is None else self.cursor_time
-        self.set_cursor(min(max(at + share * (right - left), left), right))
+        at = self.window_ends[1] if self.cursor_time is None else self.cursor_time
+        self.set_cursor(self._model.window.time_from(at, share, self._model.now))
 
     def copy_picture(self) -> None:
         """Copy the chart as a picture."""
@@ -657,7 +741,7 @@ class Chart(QWidget):
 
     def copy_data(self) -> None:
         """Copy the samples that are seen, in SI, with tabs between."""
-        self._copies.copy_data(self._model.columns())
+        self._copies.copy_data(self._model.columns(), self._model.over)
 
     def save_picture(self) -> None:
         """Write the chart as a picture (PNG) to the folder for logs."""
@@ -665,7 +749,7 @@ class Chart(QWidget):
 
     def save_data(self) -> None:
         """Write the samples that are seen (CSV), in SI, to the folder for logs."""
-        self._copies.save_data(self._model.columns(), self.title)
+        self._copies.save_data(self._model.columns(), self._model.over, self.title)
 
     def make_menu(self) -> QMenu:
         """Return a menu that is gone once it is closed."""
@@ -720,9 +804,10 @@ class Chart(QWidget):
 
     def _commands(self) -> list[Command]:
         """Return what can be done, in the order of the menu."""
+        zero = Command("Always show zero", "Z", self.set_zero_shown, self.is_zero_shown)
         return [
             Command("Statistics", "S", self.set_statistics_shown, self.are_statistics_shown),
-            Command("Always show zero", "Z", self.set_zero_shown, self.is_zero_shown),
+            *([zero] if self._model.window.y_scale is Scale.LINEAR else []),
             Command("Set cursor A", "A", lambda _: self.set_mark("A")),
             Command("Set cursor B", "B", lambda _: self.set_mark("B")),
             Command("Clear cursors", "", lambda _: self.clear_marks()),
@@ -791,7 +876,7 @@ class Chart(QWidget):
     def _show_numbers(self) -> None:
         self.legend.show_entries(self._entries())
         if self.are_statistics_shown:
-            self.statistics.show_rows(self._model.statistics(), self._model.marks)
+            self.statistics.show_rows(self._model.statistics(), self._model.mark_heads)
 
     def _entries(self) -> list[Entry]:
         return self._model.entries(self.cursor_time)
@@ -800,7 +885,8 @@ class Chart(QWidget):
         labels = ", ".join(curve.label for curve in self.curves) or "no curves"
         self.setAccessibleName(f"{self._kind} {self.title}".strip())
         of = f"{self._model.y_label} of " if self._model.y_label else ""
-        self.setAccessibleDescription(f"{of}{labels}, over time in s")
+        over = f"{self._model.x_name.lower() or 'time'} in {self._model.x_unit}"
+        self.setAccessibleDescription(f"{of}{labels}, over {over}")
 
     def _on_preference(self, name: str) -> None:
         if name.endswith("_unit"):

@@ -6,6 +6,7 @@ import numpy as np
 from PyQt6.QtGui import QColor
 
 from workbench.gui.charts.curve import CurveStyle
+from workbench.gui.charts.scale import Scale
 from workbench.gui.units import Unit
 
 
@@ -52,10 +53,13 @@ class Content:
     """All of a chart.
 
     Attributes:
-        left: first time that is seen [s].
+        left: first time that is seen [s]; of a chart over something else, its first value.
         right: last one [s].
-        origin: time that is written as 0 below [s].
+        origin: time that is written as 0 below [s]; 0 where that axis is logarithmic.
         x_label: below.
+        x_unit: behind the cursors' numbers.
+        x_scale: of the axis below.
+        y_scale: of all axes of values.
         axes: of values, the first one has the grid.
         lines: from the back to the front.
         marks: name and time [s] of the cursors that stay.
@@ -67,6 +71,9 @@ class Content:
     right: float = 0.0
     origin: float = 0.0
     x_label: str = ""
+    x_unit: str = "s"
+    x_scale: Scale = Scale.LINEAR
+    y_scale: Scale = Scale.LINEAR
     axes: tuple[Axis, ...] = (Axis(Unit(""), 0.0, 1.0),)
     lines: tuple[Line, ...] = ()
     marks: tuple[tuple[str, float], ...] = ()

@@ -9,6 +9,7 @@ from workbench.gui.charts.chart import SEPARATOR, Chart, Command
 from workbench.gui.charts.curve import Curve, CurveStyle, source_of
 from workbench.gui.charts.decimation import Peaks
 from workbench.gui.charts.legend import Entry
+from workbench.gui.charts.scale import Scale
 from workbench.gui.workspace import Workspace
 
 
@@ -70,15 +71,17 @@ class StaticPlot(Chart):
         """Names of the curves."""
         return tuple(curve.label for curve in self.curves)
 
-    def set_axes(self, x_label: str, y_label: str, unit: str = "") -> None:
+    def set_axes(self, x_name: str, y_label: str, unit: str = "", x_unit: str = "s") -> None:
         """Name the axes.
 
         Args:
-            x_label: below, with its unit, as "Time s".
+            x_name: of what is below.
             y_label: of the values, without their unit.
             unit: SI, of the values; it is shown as the user prefers.
+            x_unit: of what is below, as it is shown.
         """
-        self._model.x_label, self._model.y_label, self._unit = x_label, y_label, unit
+        self._model.x_name, self._model.x_unit = x_name, x_unit
+        self._model.y_label, self._unit = y_label, unit
         for curve in self.curves:
             curve.unit = unit
         self._curves_changed()
@@ -86,6 +89,14 @@ class StaticPlot(Chart):
     def set_window(self, left: float, right: float) -> None:
         """Show a part of time [s]."""
         self._ends = (left, right) if right > left else None
+        self._shown_ends = self.window_ends
+        self._curves_changed()
+
+    def set_scales(self, x: Scale = Scale.LINEAR, y: Scale = Scale.LINEAR) -> None:
+        """Lay out the axes by a scale each, and show all of all curves."""
+        self._model.set_scales(x, y)
+        self._ends = None
+        self._model.window.show(*self._wanted_ends())
         self._shown_ends = self.window_ends
         self._curves_changed()
 
@@ -114,11 +125,14 @@ class StaticPlot(Chart):
     def _wanted_ends(self) -> tuple[float, float]:
         if self._ends is not None:
             return self._ends
+        scale = self._model.window.x_scale
         seen = [each.samples(-np.inf)[0] for each in self.curves if each.visible]
+        if scale is Scale.LOGARITHMIC:
+            seen = [time[time > 0.0] for time in seen]
         times = [time for time in seen if len(time)]
-        left = min((float(time[0]) for time in times), default=0.0)
-        right = max((float(time[-1]) for time in times), default=1.0)
-        return left, right if right > left else left + 1.0
+        left = min((float(time[0]) for time in times), default=scale.value_of(0.0))
+        right = max((float(time[-1]) for time in times), default=scale.value_of(1.0))
+        return left, right if right > left else scale.value_of(scale.place(left) + 1.0)
 
     def _stand(self, note: str) -> None:
         """Do nothing: it always stands still."""

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.charts.ticks import number_text
+from workbench.gui.charts.scale import Scale
 from workbench.gui.units import Unit
 
 HEADS = {
@@ -56,6 +56,7 @@ class StatisticsRow:
         decimals: of what is shown.
         statistics: of the window, in SI.
         marks: values at the cursors that stay, in SI.
+        scale: of its axis.
     """
 
     label: str
@@ -63,6 +64,7 @@ class StatisticsRow:
     decimals: int
     statistics: WindowStatistics
     marks: tuple[float, ...]
+    scale: Scale = Scale.LINEAR
 
     @property
     def texts(self) -> list[str]:
@@ -70,7 +72,7 @@ class StatisticsRow:
         numbers = [*dataclasses.astuple(self.statistics), *self.marks]
         if len(self.marks) == 2:
             numbers.append(self.marks[1] - self.marks[0])
-        shown = [number_text(self.unit.shown(value), self.decimals + 1) for value in numbers]
+        shown = [self.scale.text(self.unit.shown(value), self.decimals + 1) for value in numbers]
         return [self.label, self.unit.symbol or "–", *shown]
 
 
@@ -132,9 +134,9 @@ class StatisticsTable(QTableWidget):
         head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         head.setHighlightSections(False)
 
-    def show_rows(self, rows: Sequence[StatisticsRow], marks: Mapping[str, float]) -> None:
-        """Show statistics, and values at the cursors with these names and times [s]."""
-        self._show_heads(marks)
+    def show_rows(self, rows: Sequence[StatisticsRow], marks: Sequence[str]) -> None:
+        """Show statistics, and values at the cursors under these heads."""
+        self._show_heads([*HEADS, *marks])
         if self.rowCount() != len(rows):
             self.setRowCount(len(rows))
             self._fit()
@@ -142,10 +144,7 @@ class StatisticsTable(QTableWidget):
             for column, text in enumerate(row.texts):
                 self._write(index, column, text)
 
-    def _show_heads(self, marks: Mapping[str, float]) -> None:
-        heads = [*HEADS, *(f"{name} at {number_text(marks[name], 3)} s" for name in sorted(marks))]
-        if len(marks) == 2:
-            heads.append(f"B − A over {number_text(marks['B'] - marks['A'], 3)} s")
+    def _show_heads(self, heads: list[str]) -> None:
         if heads == self._heads:
             return
         self._heads = heads

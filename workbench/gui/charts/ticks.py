@@ -2,6 +2,10 @@
 
 import math
 
+FEW_DECADES = 0.8
+"""A logarithmic axis of less has round steps, as a linear one."""
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 
 def round_step(span: float, count: int) -> float:
     """Return 1, 2 or 5 times a power of ten that divides a span into about so many parts."""
@@ -12,6 +16,59 @@ def round_step(span: float, count: int) -> float:
     return next(
         factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= 0.999 * rough
     )
+
+
+def decade_ticks(low: float, high: float, most: int) -> tuple[list[float], list[float]]:
+    """Return where a logarithmic axis has ticks with and without a number.
+
+    Decades have numbers, 2 and 5 times a decade too where there is room, all nine of a decade have
+    ticks where they are seen apart. An axis of less than a decade has round steps.
+
+    Args:
+        low: logarithm to base 10 of its lower end.
+        high: likewise of its upper end.
+        most: numbers for which there is room.
+    """
+    decades = high - low
+    if decades <= 0.0:
+        return [], []
+    if decades < FEW_DECADES:
+        first, last = 10.0**low, 10.0**high
+        step = round_step(last - first, min(most, 6))
+        steps = range(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)
+        return [math.log10(step * each) for each in steps if each > 0], []
+    whole = range(math.floor(low), math.ceil(high) + 1)
+    parts = (1, 2, 5) if 3.0 * decades < most else (1,)
+    every = max(1, math.ceil(decades / max(1, most)))
+    numbered = [each + math.log10(part) for each in whole if each % every == 0 for part in parts]
+    bare = [each + math.log10(part) for each in whole for part in range(1, 10) if every == 1]
+    told = {round(each, 9) for each in numbered}
+    bare = [each for each in bare if round(each, 9) not in told]
+    return (
+        [each for each in numbered if low - 1e-9 <= each <= high + 1e-9],
+        [each for each in bare if low <= each <= high],
+    )
+
+
+def decade_text(value: float) -> str:
+    """Return the number at a tick of a logarithmic axis: 0.01, 20, 5·10⁻⁶."""
+    power = math.floor(math.log10(value) + 1e-9)
+    if -4 < power < 5:
+        return (
+            f"{value:.{max(0, 3 - power)}f}".rstrip("0").rstrip(".")
+            if power < 3
+            else (f"{value:.0f}")
+        )
+    times = f"{value / 10.0**power:.3g}"
+    raised = f"10{str(power).translate(RAISED)}"
+    return raised if times == "1" else f"{times}·{raised}"
+
+
+def significant_text(value: float, digits: int) -> str:
+    """Return a number with so many digits that count, and a true minus sign."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
 
 
 def decimals_for_step(step: float) -> int:

@@ -309,7 +309,7 @@ class AutoTuneCard(Card):
             return
         step = self._tuned.steps[self.axis.currentIndex()]
         axis = find_axis(step.axis)
-        self.plot.set_axes("time after the step s", axis.label, axis.unit)
+        self.plot.set_axes("time after the step", axis.label, axis.unit)
         self.plot.set_curve("before", step.time, step.before, CurveStyle.SOLID, 0)
         self.plot.set_curve("after", step.time, step.after, CurveStyle.DASHED, 1)
 

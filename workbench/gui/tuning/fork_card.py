@@ -207,7 +207,7 @@ class ForkCard(Card):
         if self._forked is None:
             return
         quantity = QUANTITIES[self.quantity.currentIndex()]
-        self.plot.set_axes("time ahead s", quantity.label, quantity.unit_of(self._axis))
+        self.plot.set_axes("time ahead", quantity.label, quantity.unit_of(self._axis))
         branches = self._forked.branches
         for index, branch in enumerate(branches):
             style = CurveStyle.SOLID if index == 0 else CurveStyle.DASHED

@@ -413,7 +413,7 @@ class ResponsePlot(QWidget):
         axis = find_axis(shown.axis)
         label = "yaw rate" if axis.place is None else f"velocity {axis.name}"
         self._length = shown.round_time
-        self.plot.set_axes("time after the step s", label, axis.unit)
+        self.plot.set_axes("time after the step", label, axis.unit)
         self.plot.set_window(0.0, self._length)
         again = flown.again if flown is not None else False
         self.plot.set_curve(ASKED, *command_line(shown, again=again), CurveStyle.SOLID, COMMAND)
