@@ -10,6 +10,7 @@ from pydrake.math import RotationMatrix
 
 from workbench.control.controller import load_controller
 from workbench.control.flight_law import (
+    ALL_PARTS,
     FILTERED,
     PLAIN,
     commanded_wrench,
@@ -200,6 +201,7 @@ def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals
         filtered,
         np.array(LAW.initial_memory),
         found,
+        ALL_PARTS,
     )
     assert found == pytest.approx(wanted, rel=1e-12)
     assert filtered == pytest.approx(wanted_after, rel=1e-12)

@@ -242,7 +242,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     from workbench.common.resources import find_file, find_model, find_world
     from workbench.gains.profiles import flown_by
     from workbench.scenario.parameters import parameter_table
-    from workbench.scenario.scenario import VehicleConfig, flown_controller
+    from workbench.scenario.scenario import VehicleConfig, at_own_period, flown_controller
 
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)
@@ -264,7 +264,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
         find_file(name)
     find_world(scenario.world)
     _say_unused(scenario.estimator, [name for name, _ in args.set])
-    return scenario
+    return at_own_period(scenario)
 
 
 def _say_unused(estimator: str, names: list[str]) -> None:

@@ -9,6 +9,7 @@ The file is Python, see docs/controllers.md. It states
     update       the law
     rule         gains that suit a vehicle
     DESIGNED, design    numbers that follow from gains and vehicle
+    PERIOD, DIVIDERS    between updates, and parts that run in every n-th one only
     system       a system of Drake's, in place of `update`
 
 and only `update` or `system` have to be there. The other functions stay plain Python: they run with
@@ -45,7 +46,15 @@ from workbench.common.own_file import (
 from workbench.common.parameter import Parameter, gain
 from workbench.common.resources import controllers_dir
 from workbench.common.state import State
-from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
+from workbench.control.guidance import (
+    Body,
+    Guidance,
+    KnownRotor,
+    KnownVehicle,
+    Measured,
+    Reference,
+    Setpoint,
+)
 from workbench.control.schedule import Schedule, parse_schedule, split_label, with_label
 from workbench.plant.gravity import GRAVITY
 
@@ -59,10 +68,21 @@ ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 CUTS = ("actuator", "error")
 AXES = ("", "x", "y", "z", "yaw")
 TRIAL_BODY = Body(1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.02), 0.1, 0.02, 0.01)
+TRIAL_VEHICLE = KnownVehicle(
+    *TRIAL_BODY,
+    tuple(
+        KnownRotor(1.0, 0.1 * left, -0.1 * ahead, 0.01 * left * ahead, 0.01, 5.0, 5e-6, 0.0)
+        for ahead in (1, -1)
+        for left in (1, -1)
+    ),
+)
 TRIAL_PERIOD = 1 / 128
 """What a file's functions are tried with, see `_tried`."""
 
 
+PERIODS = (1 / 4096, 0.05)
+"""Between which the period lies that a law states [s]."""
+MOST_DIVIDED = 1000
 LIMITS = "Limits"
 """The group of those rows below that stay as they are when another controller takes over."""
 COMMON = (
@@ -135,6 +155,8 @@ class Controller:
         design: makes them.
         compiles: whether there can be machine code of it; a system of Drake's has none.
         derivatives: how linear models take it: "AutoDiff", or "differences".
+        period: between updates, that it is made for [s]; None for any.
+        dividers: for each of its parts that run in every n-th update only, n.
         schedule: of its gains, if they are scheduled.
         estimator: the user's own that tells it of the motion, if one does: its parameters are live
             in the same flights.
@@ -153,6 +175,8 @@ class Controller:
     design: Callable[..., Sequence[float]] | None = field(repr=False)
     compiles: bool = True
     derivatives: str = "AutoDiff"
+    period: float | None = None
+    dividers: tuple[int, ...] = ()
     schedule: Schedule | None = field(default=None, repr=False)
     estimator: "Estimator | None" = field(default=None, repr=False)
 
@@ -463,7 +487,43 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
         rule=own.get("rule"),
         designed=designed,
         design=own.get("design"),
+        period=_stated_period(file, own),
+        dividers=_stated_dividers(file, own),
     )
+
+
+def _stated_period(file: Path, own: Mapping[str, Any]) -> float | None:
+    """Return a file's `PERIOD` [s].
+
+    Raises:
+        WorkbenchError: if it is none, or not exact in binary: flights count whole steps.
+    """
+    period = own.get("PERIOD")
+    if period is None:
+        return None
+    least, most = PERIODS
+    stated = float(period) if isinstance(period, int | float) else math.nan
+    if not least <= stated <= most or not (stated / least).is_integer():
+        raise WorkbenchError(
+            f"{file}: PERIOD is {period!r:.40}: give it a multiple of 1/4096 s up to {most:g} s, "
+            "as 1 / 512"
+        )
+    return stated
+
+
+def _stated_dividers(file: Path, own: Mapping[str, Any]) -> tuple[int, ...]:
+    """Return a file's `DIVIDERS`.
+
+    Raises:
+        WorkbenchError: if they are no whole numbers.
+    """
+    dividers = table_of(file, own, "DIVIDERS", int, "5")
+    for divider in dividers:
+        if not 1 <= divider <= MOST_DIVIDED:
+            raise WorkbenchError(
+                f"{file}: DIVIDERS has {divider}: give it numbers from 1 to {MOST_DIVIDED}"
+            )
+    return dividers
 
 
 def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Controller:
@@ -518,15 +578,17 @@ def _tried(controller: Controller) -> None:
     file, update = controller.file, controller.update
     where = f"{file}:{update.__code__.co_firstlineno}: update returns"
     numbers = controller.gains(
-        {row.name: row.default for row in controller.parameters}, TRIAL_BODY, TRIAL_PERIOD
+        {row.name: row.default for row in controller.parameters}, TRIAL_VEHICLE, TRIAL_PERIOD
     )
     names = [*(row.name for row in controller.parameters), *controller.designed]
     g = record("Gains", names)(*numbers)
     remembers = record("Memory", [state.name for state in controller.memory])
     zero, still = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-    hover = Measured(zero, zero, zero, still, zero, zero, (GRAVITY, *zero))
+    elapsed = (TRIAL_PERIOD,) * len(controller.dividers)
+    hover = Measured(zero, zero, zero, still, zero, zero, (GRAVITY, *zero), elapsed=elapsed)
     v, q = (0.3, -0.2, 0.1), (0.97, 0.1, -0.2, 0.1)
-    moves = Measured(v, v, v, q, v, zero, (1.1 * GRAVITY, 0.01, -0.02, 0.01))
+    moving = Measured(v, v, v, q, v, zero, (1.1 * GRAVITY, 0.01, -0.02, 0.01))
+    moves = moving._replace(elapsed=(0.0,) * len(elapsed))
     guidance = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
     memory: Sequence[Any] = controller.initial_memory
     for measured, asked in ((hover, zero), (moves, (1.0, -0.5, 0.2))):

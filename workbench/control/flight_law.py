@@ -16,7 +16,15 @@ from workbench.common.jitable import made_function, register_jitable, unique
 from workbench.common.own_file import record
 from workbench.control.controller import Controller
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
-from workbench.control.guidance import LIFT, MOTORS, Body, Measured, Setpoint
+from workbench.control.guidance import (
+    LIFT,
+    MOTORS,
+    Body,
+    KnownRotor,
+    KnownVehicle,
+    Measured,
+    Setpoint,
+)
 from workbench.control.mixer import mix
 from workbench.control.stopped_rotors import any_stopped, mix_without
 from workbench.dynamics.rotor_response import speed_command
@@ -36,6 +44,8 @@ SOURCES = ("control", "dynamics", "estimation/filters.py", "plant/gravity.py")
 """What the compiled update stands in, below `workbench/`, besides its controller."""
 BODY, ROTOR = 20, 12
 """Numbers that the law knows of the body, and of each rotor, see `packed`."""
+ALL_PARTS = -1.0
+"""In place of the number of updates before: every part of the law runs, as in linear models."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
@@ -134,6 +144,23 @@ def known_body(constants: LawConstants) -> Body:
         constants.spin_up_time,
         constants.payload,
     )
+
+
+def known_vehicle(constants: LawConstants) -> KnownVehicle:
+    """Return what a law's `design` knows."""
+    numbers = zip(
+        constants.effects,
+        constants.idle_thrusts,
+        constants.max_thrusts,
+        constants.motor_constants,
+        constants.half_linear_speeds,
+        strict=True,
+    )
+    rotors = tuple(
+        KnownRotor(f, m_x, m_y, m_z, idle, most, constant, 2.0 * half)
+        for (f, m_x, m_y, m_z), idle, most, constant, half in numbers
+    )
+    return KnownVehicle(*known_body(constants), rotors)
 
 
 def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
@@ -340,10 +367,21 @@ def flight_law(controller: Controller) -> FlightLaw:
     write_memory = writer(size, controller.key)
     initial = tuple(controller.initial_memory)
     points = len(controller.points)
+    elapsed = elapsed_reader(controller)
 
     @register_jitable(forceinline=True)
     def wrench(  # type: ignore[no-untyped-def]
-        state, acceleration, voltage, setpoint, g, memory, commanded, dt, constants, loops
+        state,
+        acceleration,
+        voltage,
+        setpoint,
+        g,
+        memory,
+        commanded,
+        dt,
+        constants,
+        loops,
+        count=ALL_PARTS,
     ):
         """Return the wrench (4) that the law asks of a vehicle whose rotors lift, and its memory.
 
@@ -358,12 +396,15 @@ def flight_law(controller: Controller) -> FlightLaw:
             dt: since the update before [s].
             constants: of the vehicle; those of the body are used.
             loops: see `loop_points`.
+            count: of the updates before this one, see `ALL_PARTS`.
         """
         q_WT = thrust_attitude(state[0:4], constants.q_BT)
         v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
         drag = still_air_drag(q_WT, v_WBcm, constants.drag)
         p_WB, w_WB = (state[4], state[5], state[6]), (state[7], state[8], state[9])
-        measured = Measured(p_WB, v_WBcm, acceleration, q_WT, w_WB, drag, commanded, voltage)
+        measured = Measured(
+            p_WB, v_WBcm, acceleration, q_WT, w_WB, drag, commanded, voltage, elapsed(count, dt)
+        )
         wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
         return wanted, plain_memory(after)
 
@@ -382,18 +423,30 @@ def flight_law(controller: Controller) -> FlightLaw:
         commanded,
         dt,
         speeds,
+        count=ALL_PARTS,
     ):
         """Write the commanded rotor speeds (n) [rad/s]; return the wanted yaw moment and memory.
 
         Args: as for `wrench` and `allocate`, and
             kept: how much of the yaw moment before is kept, see `kept_share`.
             speeds: n places.
+            count: see `ALL_PARTS`.
         """
         guidance = setpoint.guidance
         wanted, after = (0.0, 0.0, 0.0, 0.0), initial
         if guidance[LIFT] > 0.0:
             wanted, after = wrench(
-                state, acceleration, voltage, setpoint, g, memory, commanded, dt, constants, loops
+                state,
+                acceleration,
+                voltage,
+                setpoint,
+                g,
+                memory,
+                commanded,
+                dt,
+                constants,
+                loops,
+                count,
             )
         force, m_x, m_y, m_z = wanted
         m_z = m_z + kept * (commanded[3] - m_z)
@@ -416,6 +469,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         filtered,
         memory,
         speeds,
+        count=ALL_PARTS,
     ):
         """Do one sampled update: estimate acceleration, run the law, and command the rotors.
 
@@ -432,6 +486,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             filtered: what the stages before the law remember, see `FILTERED`.
             memory: of the law, in its order.
             speeds: commanded before (n) [rad/s], and places for those from now on.
+            count: of the updates before this one, see `ALL_PARTS`.
 
         Returns:
             What the stages before the law remember, and the memory of the law.
@@ -461,6 +516,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             commanded,
             dt,
             speeds,
+            count,
         )
         after = velocity + derivative + asked
         return after, remembered
@@ -480,6 +536,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         filtered,
         memory,
         speeds,
+        count,
     ):
         """Do `update` with packed constants, in place; this is what gets compiled.
 
@@ -503,6 +560,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             filtered,
             memory,
             speeds,
+            count,
         )
         for i in range(FILTERED):
             filtered[i] = after[i]
@@ -520,6 +578,17 @@ def flight_law(controller: Controller) -> FlightLaw:
     for function in (wrench, commands, update, packed_update):
         unique(function, controller.key)
     return FlightLaw(read_gains, read_memory, wrench, commands, update, packed_update)
+
+
+def elapsed_reader(controller: Controller) -> Callable[..., Any]:
+    """Return a function that tells when each part of a law last ran, see `guidance.Measured`."""
+    parts = "".join(
+        f"dt if count < 0.0 else {divider} * dt if count % {divider} == 0.0 else 0.0, "
+        for divider in controller.dividers
+    )
+    return made_function(
+        f"def elapsed(count, dt):\n    return ({parts})", {}, f"elapsed_{controller.key}"
+    )
 
 
 def gains_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:

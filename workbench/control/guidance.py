@@ -79,8 +79,9 @@ class Measured(NamedTuple):
     in W [m/s, m/s²]; attitude q_WT, a quaternion w, x, y, z of any length but zero; angular
     velocity w_WB in W [rad/s]; what drag of still air takes, over mass, in W [m/s²]; the wrench,
     force along z of T [N] and moment in T [N·m], that the speeds commanded before make once the
-    rotors have reached them; and the battery's voltage under load over that of the full battery
-    without load, 1 where no battery is stated.
+    rotors have reached them; the battery's voltage under load over that of the full battery
+    without load, 1 where no battery is stated; and for each part of the law that runs in every n-th
+    update only, the time since it last ran [s], 0 in an update in which it does not run.
     """
 
     p_WB: Vector
@@ -91,6 +92,7 @@ class Measured(NamedTuple):
     drag: Vector
     wrench: Vector
     voltage: Scalar = 1.0
+    elapsed: Vector = ()
 
 
 class Body(NamedTuple):
@@ -107,6 +109,36 @@ class Body(NamedTuple):
     rotor_lag: float
     spin_up_time: float
     payload: float = 0.0
+
+
+class KnownRotor(NamedTuple):
+    """What a law knows of a rotor.
+
+    Force along z of T and moment about the centre of mass in T over its thrust [1, m]; thrust at
+    which it idles and largest thrust [N]; and motor constant [N·s²] and linear speed [rad/s]: the
+    thrust at a speed is motor_constant speed (speed + linear_speed).
+    """
+
+    force: float
+    m_x: float
+    m_y: float
+    m_z: float
+    idle_thrust: float
+    max_thrust: float
+    motor_constant: float
+    linear_speed: float
+
+
+class KnownVehicle(NamedTuple):
+    """What a law's `design` knows: that of `Body`, and the rotors, `KnownRotor`s."""
+
+    mass: float
+    inertia: Any
+    yaw_drag: float
+    rotor_lag: float
+    spin_up_time: float
+    payload: float
+    rotors: tuple[KnownRotor, ...]
 
 
 class Setpoint(NamedTuple):

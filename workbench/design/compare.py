@@ -33,7 +33,7 @@ from workbench.plant.gravity import GRAVITY
 from workbench.plant.variation import Variation
 from workbench.scenario.axes import find_axis
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Action, FigureEight, Push, Scenario, Start
+from workbench.scenario.scenario import Action, FigureEight, Push, Scenario, Start, at_own_period
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 
@@ -280,7 +280,7 @@ def _flown_by(scenario: Scenario, name: str, law: Controller) -> Scenario:
     gains = flight.vehicle.gains
     if gains and owner_of(Path(find_file(gains))) != law.name:
         flight.vehicle.gains = ""
-    return flight
+    return at_own_period(flight)
 
 
 class _Bench:

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.response_metrics import StepMetrics, step_metrics
 from workbench.scenario.axes import AXES, find_axis
-from workbench.scenario.scenario import Action, Scenario, Start
+from workbench.scenario.scenario import Action, Scenario, Start, at_own_period
 
 if TYPE_CHECKING:
     from workbench.design.lost import Loss
@@ -166,7 +166,7 @@ def step_scenario(
     velocity: Sequence[float] = HOVER,
 ) -> Scenario:
     """Return the scenario of one step; see `fly_step` for the arguments."""
-    flight = copy.deepcopy(scenario)
+    flight = copy.deepcopy(at_own_period(scenario))
     flight.start = Start(position=[0.0, 0.0, START_HEIGHT], velocity=list(velocity))
     flight.figure_eight = None
     flight.duration = EDGE + duration

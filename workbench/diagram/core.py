@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from workbench.control.controller import Controller
-from workbench.control.flight_law import ComputerSettings, known_body, law_constants
+from workbench.control.flight_law import ComputerSettings, known_vehicle, law_constants
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -216,7 +216,7 @@ def law_gains(
         gains: parameter values by name.
         dt: between updates [s].
     """
-    return controller.gains(gains, known_body(law_constants(vehicle, payload_of(gains))), dt)
+    return controller.gains(gains, known_vehicle(law_constants(vehicle, payload_of(gains))), dt)
 
 
 def parameter_values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:

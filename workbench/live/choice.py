@@ -8,7 +8,13 @@ from workbench.common.resources import find_file, find_model, find_scenario, fin
 from workbench.control.controller import load_controller
 from workbench.estimation.estimators import find_estimator
 from workbench.gains.profiles import flown_by
-from workbench.scenario.scenario import Scenario, VehicleConfig, check_scenario, load_scenario
+from workbench.scenario.scenario import (
+    Scenario,
+    VehicleConfig,
+    at_own_period,
+    check_scenario,
+    load_scenario,
+)
 
 
 @dataclass(frozen=True)
@@ -82,7 +88,7 @@ class Choice:
         scenario.controller = flown_by(scenario.controller, scenario.vehicle.gains)
         scenario.world = self.world or scenario.world
         check_scenario(scenario)
-        return scenario
+        return at_own_period(scenario)
 
 
 def with_arguments(what: Choice | Scenario, args: Mapping[str, str]) -> Choice | Scenario:

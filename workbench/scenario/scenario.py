@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from workbench.estimation.estimators import Estimator
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
 
+CONTROL_PERIOD = 1 / 128
+"""Between control updates, where neither scenario nor controller states another one [s]."""
 REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
 START_MODES = ("off", "hovering")
 FINEST_STEP = 1e-5
@@ -79,7 +81,7 @@ class Rates:
     """Periods [s]; each a multiple of the physics step, and exact in binary."""
 
     physics_step: float = 1 / 1024
-    control_period: float = 1 / 128
+    control_period: float = CONTROL_PERIOD
     mode_period: float = 1 / 8
     record_period: float = 1 / 128
 
@@ -400,6 +402,27 @@ def flown_controller(scenario: Scenario, controller: str = "") -> Controller:
     """
     law = load_controller(controller or scenario.controller)
     return with_estimator(law, flown_estimator(scenario))
+
+
+def at_own_period(scenario: Scenario) -> Scenario:
+    """Return a scenario with the control period that its controller is made for.
+
+    Only the default one gives way: a scenario that states another period keeps it.
+
+    Raises:
+        WorkbenchError: if the controller cannot be read, or the physics step is no part of it.
+    """
+    period = load_controller(scenario.controller).period
+    if period is None or scenario.rates.control_period != CONTROL_PERIOD:
+        return scenario
+    step = scenario.rates.physics_step
+    if not (period / step).is_integer():
+        raise WorkbenchError(
+            f"the controller {scenario.controller} is made for updates every {period:g} s, which "
+            f"is no multiple of the physics step {step:g} s: set physics_step to a part of it"
+        )
+    rates = dataclasses.replace(scenario.rates, control_period=period)
+    return dataclasses.replace(scenario, rates=rates)
 
 
 def flown_tables(scenario: Scenario) -> list[ParameterTable]:

@@ -31,7 +31,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import tell_start
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import REQUESTS, Action, Scenario
+from workbench.scenario.scenario import REQUESTS, Action, Scenario, at_own_period
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 from workbench.session.built_flight import BuiltFlight, build_flight
 from workbench.session.checkpoint import Checkpoint
@@ -85,7 +85,7 @@ class Session:
         bridge: Bridge | None = None,
         picture_period: float = PICTURE_PERIOD,
     ) -> None:
-        self.scenario = scenario or Scenario()
+        self.scenario = at_own_period(scenario or Scenario())
         self._settings, self._bridge = dict(settings or {}), bridge
         self._build = partial(
             build_flight, meshcat=meshcat, bridge=bridge, picture_period=picture_period
@@ -459,6 +459,7 @@ class Session:
             script=[],
             vehicle=dataclasses.replace(scenario.vehicle, gains=gains),
         )
+        scenario = at_own_period(scenario)
         built = self._build(scenario, settings, estimator=law.estimator)
         built.bench.computer.run_law(interpreted=interpreted)
         with sentences(f"the controller {law.name} cannot take over"):

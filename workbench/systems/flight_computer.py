@@ -11,18 +11,19 @@ from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller
-from workbench.control.flight_law import FILTERED as STAGES
 from workbench.control.flight_law import (
+    ALL_PARTS,
     PLAIN,
     SETPOINT,
     SOURCES,
     ComputerSettings,
     LawConstants,
     flight_law,
-    known_body,
+    known_vehicle,
     law_constants,
     packed,
 )
+from workbench.control.flight_law import FILTERED as STAGES
 from workbench.control.guidance import Guidance, Reference
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
@@ -109,9 +110,10 @@ class FlightComputer(LeafSystem):
         self.run_law(interpreted=False)
         self._vehicle = vehicle
         self._period = period
+        self._divides = bool(controller.dividers)
         self._estimate = sampled_estimate(period)
         constants = law_constants(vehicle, payload)
-        numbers = controller.gains(gains, known_body(constants), period)
+        numbers = controller.gains(gains, known_vehicle(constants), period)
         self.DeclareNumericParameter(BasicVector(numbers))
         self.DeclareNumericParameter(BasicVector([1.0] * n))
         self.DeclareNumericParameter(BasicVector(controller.closed))
@@ -207,9 +209,9 @@ class FlightComputer(LeafSystem):
             return
         gains = context.get_mutable_numeric_parameter(GAINS)
         payload = Payload(*context.get_numeric_parameter(PAYLOAD).CopyToVector())
-        body = known_body(law_constants(self._vehicle, payload))
+        known = known_vehicle(law_constants(self._vehicle, payload))
         own = gains.CopyToVector()[: len(self._controller.parameters)].tolist()
-        designed = self._controller.design_with(own, body, self._period)
+        designed = self._controller.design_with(own, known, self._period)
         gains.SetFromVector([*own, *designed])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -232,6 +234,7 @@ class FlightComputer(LeafSystem):
             discrete_state.get_mutable_value(FILTERED),
             memory,
             discrete_state.get_mutable_value(COMMANDS),
+            float(round(context.get_time() / self._period)) if self._divides else ALL_PARTS,
         )
         try:
             self._run(*numbers)

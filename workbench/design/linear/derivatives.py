@@ -16,7 +16,7 @@ from workbench.control.flight_law import (
     allocate,
     commanded_wrench,
     flight_law,
-    known_body,
+    known_vehicle,
     law_constants,
 )
 from workbench.control.guidance import Guidance, Setpoint
@@ -184,11 +184,11 @@ class Derivatives:
             self._carry(payload)
             self.step.forget()
             self.acceleration.forget()
-        body, dt = known_body(self._constants), self._control_period
-        self._gains = self._settled = self.controller.gains(gains, body, dt)
+        known, dt = known_vehicle(self._constants), self._control_period
+        self._gains = self._settled = self.controller.gains(gains, known, dt)
         if gains["spin_up_feedforward"] and self._constants.spin_up_time:
             settled = {**gains, "spin_up_feedforward": 0.0}
-            self._settled = self.controller.gains(settled, body, dt)
+            self._settled = self.controller.gains(settled, known, dt)
         self._settings = [gains[name] for name in ComputerSettings._fields]
         gyro = [gains[name] for name in GyroSettings._fields]
         steps = round(self._control_period / self._physics_step)

@@ -61,7 +61,13 @@ from workbench.plant.variation import Delays, varied
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured, read_configured_world
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Rates, Scenario, check_scenario, flown_controller
+from workbench.scenario.scenario import (
+    Rates,
+    Scenario,
+    at_own_period,
+    check_scenario,
+    flown_controller,
+)
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
 from workbench.systems.controller import GAINS, PROBES
 
@@ -579,7 +585,7 @@ class LinearStudy:
     def __init__(
         self, scenario: Scenario | None = None, description: Description | None = None
     ) -> None:
-        self.scenario = scenario or Scenario()
+        self.scenario = at_own_period(scenario or Scenario())
         check_scenario(self.scenario)
         config = self.scenario.vehicle
         self._description = description or read_configured(config)

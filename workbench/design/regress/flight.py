@@ -21,7 +21,7 @@ from workbench.design.regress.signals import (
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.response_metrics import ResponseMetrics, response_metrics, why_withheld
 from workbench.design.step_response import EDGE, START_HEIGHT, step_scenario
-from workbench.scenario.scenario import Scenario, Start, check_scenario
+from workbench.scenario.scenario import Scenario, Start, at_own_period, check_scenario
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.sensors.samples import Samples
@@ -145,7 +145,7 @@ def changed(spec: Spec, changes: Changes) -> Scenario:
     if changes.physics_step is not None:
         scenario.rates.physics_step = changes.physics_step
         check_scenario(scenario)  # once, and not for each case
-    return scenario
+    return at_own_period(scenario)
 
 
 def case_scenario(case: Case, common: Scenario) -> Scenario:

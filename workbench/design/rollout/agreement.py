@@ -18,7 +18,7 @@ from workbench.design.rollout.starts import start_state
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario, Start
+from workbench.scenario.scenario import Scenario, Start, at_own_period
 from workbench.session.session import Session
 
 HEIGHT = 50.0
@@ -123,6 +123,7 @@ def agreement(
     Raises:
         WorkbenchError: if the vehicle cannot be flown.
     """
+    scenario = at_own_period(scenario)
     rates = replace(scenario.rates, record_period=scenario.rates.control_period)
     session = Session(
         Scenario(

@@ -19,7 +19,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, load_controller
 from workbench.control.flight_law import SOURCES as LAW
-from workbench.control.flight_law import Body, known_body, law_constants, packed
+from workbench.control.flight_law import known_vehicle, law_constants, packed
+from workbench.control.guidance import KnownVehicle
 from workbench.design.response_metrics import ResponseMetrics, response_metrics
 from workbench.design.rollout.candidates import Candidates, make_candidates
 from workbench.design.rollout.flight import make_fly_block
@@ -766,14 +767,14 @@ class RolloutEngine:
         """Return candidates with what the controller designs of their gains."""
         if not self.controller.designed:
             return candidates
-        bodies: dict[Payload, Body] = {}
+        vehicles: dict[Payload, KnownVehicle] = {}
         designed = []
         for own, payload in zip(candidates.gains.tolist(), candidates.payloads, strict=True):
             known = Payload(*payload.tolist()).known
-            if known not in bodies:
-                bodies[known] = known_body(law_constants(self.vehicle, known))
+            if known not in vehicles:
+                vehicles[known] = known_vehicle(law_constants(self.vehicle, known))
             dt = self.rates.control_period
-            designed.append(self.controller.design_with(own, bodies[known], dt))
+            designed.append(self.controller.design_with(own, vehicles[known], dt))
         return candidates._replace(gains=np.hstack([candidates.gains, np.array(designed)]))
 
     def _different_crafts(

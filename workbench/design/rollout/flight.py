@@ -251,7 +251,7 @@ def make_fly_block(
             _see(block, seen, crafts.seen, updates, sense, told)
             if sags:
                 weaken(block, rotors, crafts.supply)
-            want(block, rotors, crafts.estimate)
+            want(block, rotors, crafts.estimate, float(instant))
             mix_plainly(block, rotors)
             mix_hard(block, rotors, candidates.shares, crafts.rotors)
             command(block, rotors, instant >= schedule.edge)

@@ -88,7 +88,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
     put_memory = writer(len(controller.memory), controller.key, remembered, "b, i")
 
     @register_jitable
-    def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
+    def want(block, rotors, estimate, count):  # type: ignore[no-untyped-def]
         """Write the wanted efforts, and step the estimates of acceleration and the memories."""
         share, rate = estimate
         for i in range(LANES):
@@ -149,6 +149,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
                 dt,
                 constants,
                 None,
+                count,
             )
             force, m_x, m_y, m_z = wanted
             kept = kept_share(g, constants.spin_up_time, dt)

@@ -13,7 +13,7 @@ from workbench.design.sweep.flown import FlySweep, Progress, Stop
 from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
-from workbench.scenario.scenario import Scenario, flown_controller
+from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
 FLIGHT_SHARE = 0.1
 """Of the time, where margins are computed as well."""
@@ -59,10 +59,11 @@ def sweep(
     Raises:
         WorkbenchError: if that is no sweep.
     """
-    law = flown_controller(scenario or Scenario())
+    scenario = at_own_period(scenario or Scenario())
+    law = flown_controller(scenario)
     parsed = tuple(parse_range(each, law) if isinstance(each, str) else each for each in ranges)
     axis = axis or default_axis((each.name for each in parsed), law)
-    case = SweepCase(axis, amplitude, duration, scenario or Scenario(), dict(settings or {}))
+    case = SweepCase(axis, amplitude, duration, scenario, dict(settings or {}))
     parameters = sample(parsed, method, samples, seed)
     vehicle = case.vehicle()
     case.check(parsed, vehicle)

@@ -30,7 +30,7 @@ from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import Scenario, flown_controller
+from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
 ROUNDS = 6
 """So often the search goes back: to a corner that it left out, or to what the proof has shown."""
@@ -208,7 +208,7 @@ class Tuner:
         seed: int = 0,
         velocity: Triple = HOVER,
     ) -> None:
-        self._scenario = scenario or Scenario()
+        self._scenario = at_own_period(scenario or Scenario())
         if self._scenario.vehicle.variation != Variation():
             raise WorkbenchError(
                 "tuning varies the vehicle on its own: leave the variation out, or say how far it "
