@@ -5,6 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.common.value import Value
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.multibody.tree import RotationalInertia, SpatialInertia
+from scipy.integrate import solve_ivp
 
 from workbench.plant.drag import drag_area
 from workbench.scenario.scenario import Action, Push, Scenario, SensorsConfig, Start, VehicleConfig
@@ -118,12 +123,80 @@ def test_a_push_has_its_impulse_however_short_it_is(duration):
     assert v_WBcm == pytest.approx(wanted, abs=0.02 * np.linalg.norm(wanted))
 
 
+TORQUE = np.array([0.06, -0.09, 0.03])
+
+
+def dead(**start) -> Session:
+    """Return a drone whose rotors give nothing, far above the ground, in no air."""
+    settings = {f"rotor_{number}": 0.0 for number in range(1, 5)}
+    settings |= {"drag_area": 0.0, "air_density": 0.0}
+    above = Start(position=[0.0, 0.0, 500.0], **start)
+    return Session(Scenario(start=above), settings)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_torque_about_a_principal_axis_turns_a_free_body_evenly(axis):
+    """The angle is M t² / 2 I, and what falls falls straight: a torque is no force.
+
+    Rotors that run down give torque, and gyroscopic moments: so what counts is the difference to
+    the same fall without, of a body of that inertia whose product terms are some 0.1 %.
+    """
+    torque, time = 1e-3, 0.25
+    flights = []
+    for size in (0.0, torque):
+        flown = dead()
+        flown.push([0.0] * 3, [0.0] * 3, 10.0, [size * (axis == each) for each in range(3)])
+        flown.tick(time)
+        flights.append(flown)
+    calm, turned = (np.array(flown.snapshot().w_WB) for flown in flights)
+    inertia = flights[0].vehicle.inertia[axis, axis]
+    assert (turned - calm)[axis] == pytest.approx(torque * time / inertia, rel=5e-3)
+    p_calm, p_turned = (np.array(flown.snapshot().p_WB) for flown in flights)
+    assert p_turned == pytest.approx(p_calm, abs=1e-3)
+
+
+def test_a_tumbling_body_under_a_torque_flies_as_drakes_own_plant():
+    """Torque fixed in the body, by Drake's external spatial forces and its own integrator."""
+    flown = dead(angular_velocity=[2.0, -1.0, 3.0])
+    vehicle = flown.vehicle
+    flown.tick(3.0)  # rotors have run down
+    flown.push([0.0] * 3, [0.0] * 3, 1.0, TORQUE.tolist())
+    flown.tick(flown.get("push_start") - flown.time)
+    begin = flown.state()
+    flown.tick(1.0)
+    found = flown.state()
+
+    plant = MultibodyPlant(0.0)
+    parts = [vehicle.inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    spatial = SpatialInertia.MakeFromCentralInertia(
+        vehicle.mass, np.array(vehicle.p_BoBcm_B), RotationalInertia(*parts)
+    )
+    body = plant.AddRigidBody("body", spatial)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -GRAVITY])
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+
+    def slope(_, state):
+        plant.SetPositionsAndVelocities(context, state)
+        applied = ExternallyAppliedSpatialForce()
+        applied.body_index = body.index()
+        torque_W = plant.EvalBodyPoseInWorld(context, body).rotation() @ TORQUE
+        applied.F_Bq_W = SpatialForce(torque_W, np.zeros(3))
+        port = plant.get_applied_spatial_force_input_port()
+        port.FixValue(context, Value[list[ExternallyAppliedSpatialForce]]([applied]))
+        return plant.EvalTimeDerivatives(context).CopyToVector()
+
+    wanted = solve_ivp(slope, (0.0, 1.0), begin, rtol=1e-9, atol=1e-10).y[:, -1]
+    assert np.linalg.norm(wanted[7:10] - begin[7:10]) > 2.0
+    assert found == pytest.approx(wanted, rel=1e-4, abs=1e-4)
+
+
 def test_a_push_by_script_is_one_by_hand():
     by_hand = session(duration=1.0)
     by_hand.tick(0.5)
-    by_hand.push([5.0, 0.0, 0.0], [0.0, 0.1, 0.0], 0.2)
+    by_hand.push([5.0, 0.0, 0.0], [0.0, 0.1, 0.0], 0.2, [0.0, 0.0, 0.01])
     by_hand.tick(0.5)
-    push = Push(force=[5.0, 0.0, 0.0], point=[0.0, 0.1, 0.0], duration=0.2)
+    push = Push([5.0, 0.0, 0.0], [0.0, 0.1, 0.0], 0.2, [0.0, 0.0, 0.01])
     scripted = session(duration=1.0, script=[Action(at=0.5, push=push)])
     scripted.run()
     assert np.array_equal(by_hand.recording().p_WB, scripted.recording().p_WB)

@@ -55,6 +55,10 @@ def dynamics(spinning, vehicle):
     return VehicleDynamics(description=spinning, settings=calm_air(vehicle), step=STEP)
 
 
+def places(*names) -> list[int]:
+    return [AirSettings._fields.index(name) for name in names]
+
+
 def drawn(rng):
     """Return state, memory, commands and settings."""
     state = rng.normal(size=13) * 2.0
@@ -64,9 +68,11 @@ def drawn(rng):
     gyro = rng.normal(size=SPEEDS - GYRO)
     memory = [*rng.normal(size=9), *eddies, 100.0, *gyro, *rng.uniform(0, 1000, 4), *[1.0] * 4]
     settings = rng.normal(size=len(AirSettings._fields)) * 3.0
-    settings[[3, 8, 17, 18]] = rng.uniform(0.6, 2.0, 4)
-    settings[7] = rng.uniform(-0.5, 0.0)
-    settings[[15, 16]] = rng.uniform(0.0001, 0.0003, 2)  # a push within the step
+    positive = places("turbulence", "gust_duration", "drag_area", "air_density")
+    settings[positive] = rng.uniform(0.6, 2.0, 4)
+    settings[places("gust_start")] = rng.uniform(-0.5, 0.0)
+    within = places("push_start", "push_duration")
+    settings[within] = rng.uniform(0.0001, 0.0003, 2)  # a push within the step
     return state, np.array(memory), rng.uniform(0, 1000, 4), settings
 
 
@@ -94,7 +100,7 @@ def pure(spinning, vehicle, state, memory, commands, settings, number=0):
         SHARES,
         wind,
         push_at(time, state, settings, STEP),
-        0.5 * settings[17] * settings[18],
+        0.5 * np.prod(settings[places("drag_area", "air_density")]),
         FULL,
         rigid_body(vehicle.mass, vehicle.inertia, vehicle.p_BoBcm_B).packed(),
         rotor_rows(spinning.rotors, STEP),
@@ -142,7 +148,7 @@ def test_settings_are_live_and_in_the_order_of_the_parameter_table(dynamics, spi
     before = stepped(dynamics, context, *given, settings)
     for index in range(len(settings)):
         changed = settings.copy()
-        changed[index] += 0.05 if index != 16 else 0.0002
+        changed[index] += 0.05 if index not in places("push_duration") else 0.0002
         found = stepped(dynamics, context, *given, changed)
         assert np.abs(found - before).max() > 1e-10, AirSettings._fields[index]
         wanted = pure(spinning, vehicle, *given, changed)

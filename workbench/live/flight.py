@@ -209,14 +209,16 @@ class LiveFlight:
         force: Sequence[float],
         point: Sequence[float] = (0.0, 0.0, 0.0),
         duration: float = 0.1,
+        torque: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> Future[float]:
-        """Push with a force in W [N] at a point of the body, in B [m], for a duration [s]."""
+        """Push for a duration [s], see `Session.push`."""
         return self._order(
             lambda: Action(
                 push=Push(
                     _triple("push", force),
                     _triple("point of the push", point),
                     _number("push_duration", duration),
+                    _triple("torque of the push", torque),
                 )
             )
         )

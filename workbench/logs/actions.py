@@ -37,7 +37,10 @@ def _plain(value: Any) -> Any:
     if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, Gust | Push):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        if not any(values.get("torque", ())):  # as what reads logs of earlier versions has it
+            values.pop("torque", None)
+        return values
     if isinstance(value, Mapping):
         return {str(name): _plain(each) for name, each in value.items()}
     return float(value) if isinstance(value, Real) else [_plain(each) for each in value]

@@ -81,6 +81,7 @@ def _payload(name: str, unit: str, limits: tuple[float, float], help: str) -> Pa
 
 _SPEED_OF_AIR = (-50.0, 50.0)
 _FORCE = (-1000.0, 1000.0)
+_TORQUE = (-100.0, 100.0)
 _PLACE = (-10.0, 10.0)
 _LOAD = (0.0, 100.0)
 _SIZE = (0.0, 10.0)
@@ -214,6 +215,9 @@ OTHERS: tuple[Parameter, ...] = (
     _air("push_at_x", "m", _PLACE, 0.0, "where the push acts, ahead of the base link's origin"),
     _air("push_at_y", "m", _PLACE, 0.0, "where the push acts, left of the base link's origin"),
     _air("push_at_z", "m", _PLACE, 0.0, "where the push acts, above the base link's origin"),
+    _air("push_torque_x", "N*m", _TORQUE, 0.0, "torque of the push, right side down"),
+    _air("push_torque_y", "N*m", _TORQUE, 0.0, "torque of the push, nose down"),
+    _air("push_torque_z", "N*m", _TORQUE, 0.0, "torque of the push to the left"),
     _air("push_start", "s", _TIME, 0.0, "when the push begins"),
     _air("push_duration", "s", _DURATION, 0.1, "how long the push lasts"),
     _air("drag_area", "m^2", (0.0, 10.0), 0.015, "drag coefficient times area of the body"),

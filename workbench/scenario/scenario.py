@@ -52,6 +52,7 @@ _BLOWS = (
     ("gust", "duration", "gust_duration"),
     ("push", "force", "push"),
     ("push", "point", "push_at"),
+    ("push", "torque", "push_torque"),
     ("push", "duration", "push_duration"),
 )
 """Part of an action, its key, and the parameters that it sets."""
@@ -111,11 +112,12 @@ class Gust:
 
 @dataclass
 class Push:
-    """A force in W [N] at a point of the body, in B [m], for a duration [s]."""
+    """A force in W [N] at a point of the body in B [m], and a torque in B [N·m], for a time [s]."""
 
     force: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     point: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     duration: float = 0.1
+    torque: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
 
 
 @dataclass
@@ -500,6 +502,7 @@ def _vectors(scenario: Scenario) -> list[tuple[Keys, list[float]]]:
         if action.push is not None:
             found.append((("script", index, "push", "force"), action.push.force))
             found.append((("script", index, "push", "point"), action.push.point))
+            found.append((("script", index, "push", "torque"), action.push.torque))
     if scenario.figure_eight:
         found.append((("figure_eight", "center"), scenario.figure_eight.center))
     return [(keys, vector) for keys, vector in found if vector is not None]

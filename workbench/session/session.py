@@ -263,16 +263,19 @@ class Session:
         force: Sequence[float],
         point: Sequence[float] = (0.0, 0.0, 0.0),
         duration: float = 0.1,
+        torque: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Push with a force in W [N] at a point of the body, in B [m], for a duration [s].
+        """Push with a force in W [N] at a point of the body, in B [m], and a torque in B [N·m].
 
-        It begins with the next control update; a push that still acts ends.
+        It begins with the next control update, and lasts for a duration [s]; a push that still
+        acts ends.
 
         Raises:
             WorkbenchError: if a number is out of the range of its parameter.
         """
         force, point = finite("push", force, 3), finite("point of the push", point, 3)
-        self.act(Action(set=push_settings(force, point, self._live.next_update, duration)))
+        torque, start = finite("torque of the push", torque, 3), self._live.next_update
+        self.act(Action(set=push_settings(force, point, start, duration, torque)))
 
     def set(self, name: str, value: float) -> None:
         """Give a live parameter a value; it takes effect at the next control update.
@@ -419,7 +422,8 @@ class Session:
         if action.gust is not None:
             self.gust(action.gust.velocity, action.gust.duration)
         if action.push is not None:
-            self.push(action.push.force, action.push.point, action.push.duration)
+            push = action.push
+            self.push(push.force, push.point, push.duration, push.torque)
 
     def _use(self, built: BuiltFlight) -> None:
         """Fly what was built from now on."""

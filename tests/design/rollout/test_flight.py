@@ -27,6 +27,13 @@ PUBLISHED = {
 }
 AIR = {"wind_x": 3.0, "wind_y": -2.0, "wind_z": 0.5, "drag_area": 0.03, "air_density": 1.0}
 GUST = {"gust_x": 5.0, "gust_start": 0.8, "push_y": 3.0, "push_start": 1.2, "push_at_z": 0.1}
+TORQUE = {
+    "push_torque_x": 0.1,
+    "push_torque_y": -0.2,
+    "push_torque_z": 0.02,
+    "push_start": 1.2,
+    "push_duration": 0.5,
+}
 
 
 def assert_agrees(rollouts, flown: Recording, peak_rotor_use: float, close: float = CLOSE):
@@ -116,7 +123,7 @@ def test_so_it_is_with_what_the_law_does_not_know(variation):
 
 @pytest.mark.parametrize(
     "settings",
-    [{"rotor_2": 0.9}, {"rotor_3": 0.0}, AIR, {"turbulence": 8.0, "wind_x": 3.0}, GUST],
+    [{"rotor_2": 0.9}, {"rotor_3": 0.0}, AIR, {"turbulence": 8.0, "wind_x": 3.0}, GUST, TORQUE],
     ids=str,
 )
 def test_so_it_is_with_faults_and_in_the_wind(engine, diagram, settings):

@@ -122,6 +122,16 @@ def test_a_push_is_a_force_in_w_at_a_point_of_b():
     assert push_at(1.0, state, settings, PERIOD) == pytest.approx(np.zeros(6), abs=1e-12)
 
 
+def test_the_torque_of_a_push_is_in_b():
+    """Nose up by a right angle, B's x is W's z, and B's z is minus W's x."""
+    half = math.sqrt(0.5)
+    state = np.array([half, 0.0, -half, 0.0, 0, 0, 20.0, *[0.0] * 6])
+    turned = {"push_torque_x": 0.1, "push_torque_y": 0.2, "push_torque_z": 0.3}
+    settings = np.array(AirSettings(**turned, push_start=0.0, push_duration=0.5 * PERIOD))
+    push = push_at(0.0, state, settings, PERIOD)
+    assert push == pytest.approx([0.0, 0.0, 0.0, -0.15, 0.1, 0.05], abs=1e-12)
+
+
 def test_in_a_period_in_which_it_ends_a_push_has_its_mean():
     settings = np.array(AirSettings(push_x=3.0, push_start=0.0, push_duration=0.25 * PERIOD))
     assert push_at(0.0, STATE, settings, PERIOD)[0] == pytest.approx(0.75)

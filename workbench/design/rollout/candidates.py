@@ -23,7 +23,7 @@ class Candidates(NamedTuple):
 
     Attributes:
         gains: (N, g) of the controller, see `Controller.gains`.
-        air: (N, 19) see `AirSettings`.
+        air: (N, 22) see `AirSettings`.
         shares: (N, n) of their thrust that rotors give.
         payloads: (N, 8) see `Payload`.
         gyros: (N, 7) see `GyroSettings`.

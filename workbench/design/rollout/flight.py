@@ -81,7 +81,8 @@ from workbench.estimation.estimators import Estimator
 from workbench.estimation.filters import lowpass
 
 _AIR = AirSettings._fields
-TURBULENCE, GUST, PUSH = _AIR.index("turbulence"), _AIR.index("gust_x"), _AIR.index("push_x")
+TURBULENCE, GUST = _AIR.index("turbulence"), _AIR.index("gust_x")
+PUSH, PUSH_TORQUE = _AIR.index("push_x"), _AIR.index("push_torque_x")
 AREA, DENSITY = _AIR.index("drag_area"), _AIR.index("air_density")
 assert len(_AIR) == AIR_SIZE and _AIR.index("wind_x") == 0
 STILL_PERIODS = 8
@@ -177,6 +178,7 @@ def is_lively(air):  # type: ignore[no-untyped-def]
         found[c] = air[c, TURBULENCE] != 0.0
         for k in range(3):
             found[c] |= air[c, GUST + k] != 0.0 or air[c, PUSH + k] != 0.0
+            found[c] |= air[c, PUSH_TORQUE + k] != 0.0
     return found
 
 

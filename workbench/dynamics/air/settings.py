@@ -27,6 +27,9 @@ class AirSettings(NamedTuple):
     push_at_x: Scalar = 0.0
     push_at_y: Scalar = 0.0
     push_at_z: Scalar = 0.0
+    push_torque_x: Scalar = 0.0
+    push_torque_y: Scalar = 0.0
+    push_torque_z: Scalar = 0.0
     push_start: Scalar = 0.0
     push_duration: Scalar = 0.1
     drag_area: Scalar = 0.0
@@ -45,11 +48,19 @@ def gust_settings(velocity: Sequence[float], start: float, duration: float) -> d
 
 
 def push_settings(
-    force: Sequence[float], point: Sequence[float], start: float, duration: float
+    force: Sequence[float],
+    point: Sequence[float],
+    start: float,
+    duration: float,
+    torque: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> dict[str, float]:
-    """Return what makes a push with a force in W [N] at a point in B [m], times as for a gust."""
+    """Return what makes a push, times as for a gust [s].
+
+    It has a force in W [N] at a point in B [m], and a torque in B [N·m].
+    """
     x, y, z = force
     at_x, at_y, at_z = point
+    torque_x, torque_y, torque_z = torque
     return {
         "push_x": x,
         "push_y": y,
@@ -57,6 +68,9 @@ def push_settings(
         "push_at_x": at_x,
         "push_at_y": at_y,
         "push_at_z": at_z,
+        "push_torque_x": torque_x,
+        "push_torque_y": torque_y,
+        "push_torque_z": torque_z,
         "push_start": start,
         "push_duration": duration,
     }

@@ -6,7 +6,7 @@ from typing import Any
 from workbench.common.jitable import register_jitable
 from workbench.dynamics.air.drag import cross
 from workbench.dynamics.air.turbulence import step_filters, velocities
-from workbench.dynamics.rigid_body import rotation
+from workbench.dynamics.rigid_body import into_world, rotation, turned
 
 Signal = Any
 """A sequence of numbers: a list in Python, an array in compiled code."""
@@ -89,7 +89,8 @@ def wind_at(
 def push_at(time: float, state: Signal, settings: Signal, period: float) -> tuple[Any, ...]:
     """Return force [N] and moment about the body's origin [N·m] of the push, in W (6).
 
-    They are the mean over a period from `time` on, for the body as it stands at its beginning.
+    They are the mean over a period from `time` on, for the body as it stands at its beginning; the
+    torque turns along with it.
 
     Args:
         time: now [s].
@@ -97,7 +98,7 @@ def push_at(time: float, state: Signal, settings: Signal, period: float) -> tupl
         settings: see `AirSettings`.
         period: that follows [s].
     """
-    p_x, p_y, p_z, at_x, at_y, at_z, start, duration = settings[9:17]
+    p_x, p_y, p_z, at_x, at_y, at_z, torque_x, torque_y, torque_z, start, duration = settings[9:20]
     share = push_share(time, period, start, duration)
     force = (share * p_x, share * p_y, share * p_z)
     R_WB = rotation(state[0:4])
@@ -106,4 +107,8 @@ def push_at(time: float, state: Signal, settings: Signal, period: float) -> tupl
         R_WB[3] * at_x + R_WB[4] * at_y + R_WB[5] * at_z,
         R_WB[6] * at_x + R_WB[7] * at_y + R_WB[8] * at_z,
     )
-    return force + cross(arm, force)
+    m_x, m_y, m_z = cross(arm, force)
+    # a torque that turns along with the body is taken in the middle of the step, as forces are
+    R_WM = rotation(turned(state[0:4], state[7:10], 0.25 * period))
+    t_x, t_y, t_z = into_world(R_WM, (share * torque_x, share * torque_y, share * torque_z))
+    return force + (m_x + t_x, m_y + t_y, m_z + t_z)
