@@ -28,7 +28,16 @@ from workbench.live.messages import (
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.excitation import Excitation, Shape
-from workbench.scenario.scenario import Action, FigureEight, Rates, Scenario, Start, load_scenario
+from workbench.scenario.loads import find_load
+from workbench.scenario.scenario import (
+    Action,
+    FigureEight,
+    Push,
+    Rates,
+    Scenario,
+    Start,
+    load_scenario,
+)
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.recording import Recording
 from workbench.session.session import Session
@@ -557,3 +566,58 @@ def test_a_live_flight_is_excited_shows_it_and_hands_out_instants():
     same = flown.between(checkpoint.time, fork.time)
     assert len(same.time) > 10
     assert fork.recording().p_WB.tobytes() == same.p_WB.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "amplitude", "most"),
+    [("force_x", 1.0, 0.2), ("force_z", -1.0, 0.15), ("torque_pitch", 0.1, 0.05)],
+)
+def test_a_load_acts_while_the_drone_is_asked_to_stay_and_ends(name, amplitude, most):
+    """As a push at the centre of mass, logged as an action, which flies the same again."""
+    bench = Bench()
+    bench.fly_to(1.0)
+    began = bench.obey(Excite(Excitation(name, Shape.STEP, amplitude, 1.5))).value
+    bench.fly(1.0)
+    row = find_load(name)
+    push = row.push(amplitude, 1.5, bench.session.vehicle.p_BoBcm_B)
+    stay = dataclasses.replace(AT_REST, at=began, push=push)
+    assert bench.done == [stay]
+    assert bench.session.get(row.limit) == amplitude
+    bench.fly(4.0)
+    assert bench.done[1] == dataclasses.replace(AT_REST, at=began + 1.5, push=Push())
+    assert bench.shown.exciting is None
+    assert not bench.shown.excitation_ended
+    flown = bench.obey(GetFlown()).value
+    loaded = flown.recording.between(began, began + 1.5)
+    moved = row.moved(loaded.q_WB, loaded.p_WB, loaded.w_WB)
+    assert 0.02 * most < np.abs(moved).max() < most
+    again = Session(flown.scenario)
+    again.run()
+    assert_equal_to_the_bit(flown.recording, again.recording())
+
+
+def test_a_load_ends_with_whoever_takes_over():
+    bench = Bench()
+    bench.obey(Excite(Excitation("force_y", Shape.SQUARE, 1.0, 1.0, repeats=True)))
+    bench.fly(0.25)
+    bench.obey(Action(request="land"))
+    bench.fly(0.25)
+    assert bench.shown.exciting is None
+    assert bench.session.get("push_y") == 0.0
+
+
+def test_a_load_of_a_torque_about_yaw_is_turned_back():
+    bench = Bench()
+    bench.obey(Excite(Excitation("torque_yaw", Shape.STEP, 0.03, 1.0)))
+    bench.fly(1.5)
+    assert bench.shown.snapshot.roll_pitch_yaw[2] > 0.12
+    bench.fly(8.0)
+    assert bench.shown.exciting is None
+    assert abs(bench.shown.snapshot.roll_pitch_yaw[2]) < 0.11
+
+
+def test_a_load_beyond_its_parameters_range_is_refused():
+    bench = Bench()
+    refused = bench.obey(Excite(Excitation("torque_roll", Shape.STEP, 101.0, 1.0)))
+    assert isinstance(refused, Refusal)
+    assert "101 N·m" in refused.said and "±100 N·m" in refused.said

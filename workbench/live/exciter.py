@@ -1,4 +1,4 @@
-"""Flies excitations, where they have room: the operator's commands, at steps that no pace moves.
+"""Flies excitations, where they have room: commands and loads, at steps that no pace moves.
 
 A drone that has strayed during a round goes back to where it began, so that no excitation wanders
 off. One that has no room is refused; one that leads into an obstacle, or makes the drone swing or
@@ -16,9 +16,11 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
 from workbench.live.hard_hit import hit_speed
-from workbench.scenario.axes import AXES, find_axis
+from workbench.scenario.axes import AXES, Axis
 from workbench.scenario.excitation import Excitation, Exciting
-from workbench.scenario.scenario import Action, Rates
+from workbench.scenario.loads import Load
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Action, Push, Rates
 from workbench.session.session import Session
 
 _ROUNDING = 1e-6
@@ -60,10 +62,12 @@ PATIENCE = 3.0
 """A way back that comes no nearer for so long, as in wind, is over [s]."""
 TURN_RATE = 1.0
 """Yaw rate per angle on the way back [1/s]."""
+LOADED_TURN_RATE = 0.5
+"""Yaw rate on the way back from a load, at most [rad/s]."""
 
 
 class StepPlan:
-    """Tells at which steps of a round a command changes, and to what.
+    """Tells at which steps of a round a command or a load changes, and to what.
 
     A round is a whole number of control periods, the nearest: begun with a control update, every
     round looks the same to the law. A chirp changes with every control update.
@@ -90,7 +94,7 @@ class StepPlan:
         return min(self._changes[place], self.length) if place < len(self._changes) else self.length
 
     def value(self, step: int) -> float:
-        """Return the command at a step of the round [m/s] or [rad/s]."""
+        """Return the command or the load at a step of the round, in its unit."""
         return self._once.command(step * self._step)
 
 
@@ -187,6 +191,78 @@ def _stopping_way(speed: float) -> float:
     return REACTION * speed + 0.5 * speed * speed / SLOWING + MARGIN
 
 
+class SetpointDrive:
+    """Makes a command of what an excitation asks for along an axis.
+
+    Args:
+        session: that is flown.
+        axis: of the command.
+        amplitude: of the excitation [m/s] or [rad/s].
+
+    Attributes:
+        limit: largest amplitude that is flown.
+        stray: between rounds without a rest a drone may stray by so much [m] or [rad].
+        turn_rate: of the way back, at most [rad/s].
+    """
+
+    def __init__(self, session: Session, axis: Axis, amplitude: float) -> None:
+        self._session, self._axis = session, axis
+        self.limit = session.get(axis.limit)
+        self.stray = STRAY + STRAY_TIME * abs(amplitude)
+        self.turn_rate = abs(amplitude)
+
+    def action(self, value: float, duration: float) -> Action:
+        """Command a value on the axis, and nothing on the others; until another command."""
+        numbers = [value if axis == self._axis.name else 0.0 for axis in AXES]
+        return Action(velocity=numbers[:3], yaw_rate=numbers[3])
+
+    def left_behind(self, value: float) -> Action | None:
+        """Return what ends it where the drone still does as it was told here, though others fly."""
+        asked = self._session.snapshot().reference[AXES.index(self._axis.name)]
+        return self.action(0.0, 0.0) if value and asked == value else None
+
+
+class LoadDrive:
+    """Makes a push of what an excitation asks for, while the drone is asked to stay.
+
+    Args:
+        session: that is flown.
+        load: that acts.
+
+    Attributes:
+        limit, stray, turn_rate: see `SetpointDrive`.
+    """
+
+    stray, turn_rate = STRAY, LOADED_TURN_RATE
+
+    def __init__(self, session: Session, load: Load) -> None:
+        self._session, self._load = session, load
+        self.limit = parameter_table().find(load.limit).maximum
+
+    def action(self, value: float, duration: float) -> Action:
+        """Push with a value for a time [s] at most, and command the drone to stay."""
+        return Action(velocity=[0.0] * 3, yaw_rate=0.0, push=self._push(value, duration))
+
+    def left_behind(self, value: float) -> Action | None:
+        """Return what ends the push where others fly."""
+        return Action(push=Push()) if value else None
+
+    def _push(self, value: float, duration: float) -> Push:
+        if not value:
+            return Push()
+        least = parameter_table().find("push_duration").minimum
+        centre = self._session.vehicle.p_BoBcm_B
+        return self._load.push(value, max(duration, least), centre)
+
+
+def drive(session: Session, excitation: Excitation) -> SetpointDrive | LoadDrive:
+    """Return what makes actions of an excitation."""
+    row = excitation.row
+    if isinstance(row, Load):
+        return LoadDrive(session, row)
+    return SetpointDrive(session, row, excitation.amplitude)
+
+
 class Exciter:
     """Cuts what is flown where a command of an excitation changes, and gives the command there.
 
@@ -216,6 +292,7 @@ class Exciter:
         self.ended = ""
         self._plan: StepPlan | None = None
         self._guard: ExcitationGuard | None = None
+        self._drive: SetpointDrive | LoadDrive | None = None
         self._first = self._next = 0
         self._value = 0.0
         self._home = session.snapshot()
@@ -228,7 +305,7 @@ class Exciter:
             WorkbenchError: for the first thing that is wrong.
         """
         excitation.check()
-        excitation.check(self._session.get(find_axis(excitation.axis).limit))
+        excitation.check(drive(self._session, excitation).limit)
         if self._session.scenario.figure_eight:
             raise WorkbenchError("the scenario flies its figure of eight: excite another one")
         mode = self._session.snapshot().mode
@@ -243,6 +320,7 @@ class Exciter:
         self.ended = ""
         self._plan = StepPlan(excitation, self._session.scenario.rates)
         self._guard = ExcitationGuard(self._session, excitation)
+        self._drive = drive(self._session, excitation)
         self._first = self._next = -(-self._now // self._control) * self._control
         self.exciting = Exciting(excitation, self._first * self._step, 1)
         self._act()
@@ -271,8 +349,9 @@ class Exciter:
         at_mode = self._now % self._mode == 1 % self._mode  # the mode is as it was in between
         if self._operates() and not (at_mode and self._session.snapshot().mode not in IN_FLIGHT):
             return
-        if self._value and self._is_asked_for():  # who flies now did not ask for anything else
-            self._give(0.0)
+        assert self._drive
+        if end := self._drive.left_behind(self._value):
+            self._do(end)
         self.drop()
 
     def _end_in_trouble(self, guard: ExcitationGuard) -> None:
@@ -332,35 +411,38 @@ class Exciter:
                 returning=False,
             )
         step = self._now - self._first
-        self._give(self._plan.value(step))
+        change = self._plan.next_change(step)
+        self._give(self._plan.value(step), (change - step) * self._step)
         if self.exciting.excitation.edges:
             self._guard.step()
-        self._next = self._first + self._plan.next_change(step)
+        self._next = self._first + change
 
     def _goes_back(self, guard: ExcitationGuard) -> bool:
         """Go back to where the first round began, if need be; return whether it is on the way."""
-        assert self.exciting
+        assert self.exciting and self._drive
         left, speed = self._left()
         if not self.exciting.returning:
             excitation = self.exciting.excitation
             last = excitation.rests or not excitation.repeats
-            stray = NEAR if last else STRAY + STRAY_TIME * abs(excitation.amplitude)
+            stray = NEAR if last else self._drive.stray
             if abs(left) <= stray:
                 return False
             self.exciting = dataclasses.replace(self.exciting, returning=True)
             self._nearest, self._nearer_at = math.inf, self._now
             guard.step()
             self._value = 0.0
-            if excitation.axis != "yaw":
+            if not excitation.row.turns:
                 self._do(Action(go_to=list(self._home.p_WB)))
         if abs(left) < self._nearest - 0.1 * NEAR:
             self._nearest, self._nearer_at = abs(left), self._now
         stuck = (self._now - self._nearer_at) * self._step > PATIENCE
         if stuck or (abs(left) < NEAR and speed < STILL):
             return False
-        if self.exciting.excitation.axis == "yaw":
-            most = abs(self.exciting.excitation.amplitude)
-            self._give(max(-most, min(most, TURN_RATE * left)))
+        if self.exciting.excitation.row.turns:
+            most = self._drive.turn_rate
+            yaw_rate = max(-most, min(most, TURN_RATE * left))
+            self._do(Action(velocity=[0.0] * 3, yaw_rate=yaw_rate))
+            self._value = yaw_rate
         self._next = self._now + self._mode
         return True
 
@@ -368,24 +450,17 @@ class Exciter:
         """Return the way to where it began [m] or [rad], and the speed [m/s] or [rad/s]."""
         assert self.exciting
         now = self._session.snapshot()
-        if self.exciting.excitation.axis == "yaw":
+        if self.exciting.excitation.row.turns:
             turn = self._home.roll_pitch_yaw[2] - now.roll_pitch_yaw[2]
             return math.remainder(turn, math.tau), abs(now.w_WB[2])
         return math.dist(now.p_WB, self._home.p_WB), math.hypot(*now.v_WB)
 
-    def _give(self, value: float) -> None:
-        """Command a value on the axis of the excitation, and nothing on the others."""
-        assert self.exciting
-        numbers = [value if axis == self.exciting.excitation.axis else 0.0 for axis in AXES]
+    def _give(self, value: float, duration: float = 0.0) -> None:
+        """Ask for a value along the axis of the excitation, a load for a time [s]."""
+        assert self._drive
         self._value = value
-        self._do(Action(velocity=numbers[:3], yaw_rate=numbers[3]))
+        self._do(self._drive.action(value, duration))
 
     def _do(self, action: Action) -> None:
         self._session.act(action)
         self._did(action)
-
-    def _is_asked_for(self) -> bool:
-        """Return whether the drone still does as it was told here."""
-        assert self.exciting
-        place = AXES.index(self.exciting.excitation.axis)
-        return self._session.snapshot().reference[place] == self._value

@@ -31,6 +31,21 @@ class Axis:
     amplitude: float
     place: int | None
 
+    @property
+    def response(self) -> str:
+        """What a command moves, in words."""
+        return "yaw rate" if self.turns else f"velocity {self.name}"
+
+    @property
+    def response_unit(self) -> str:
+        """SI unit of the response: that of the command."""
+        return self.unit
+
+    @property
+    def turns(self) -> bool:
+        """Whether it changes the heading."""
+        return self.place is None
+
 
 AXIS_ROWS = (
     Axis("x", "x, east", "m/s", "m/s²", "N", "velocity_data.v_x", "max_speed", 1.0, 0),

@@ -1,11 +1,12 @@
-"""Commands that make a drone answer: steps, doublets, square waves and chirps."""
+"""What makes a drone answer: steps, doublets, square waves and chirps of a command or a load."""
 
 import math
 from dataclasses import dataclass
 from enum import Enum
 
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.axes import AXES, find_axis
+from workbench.scenario.axes import Axis
+from workbench.scenario.loads import EXCITED, Load, find_excited
 
 SHORTEST, LONGEST = 0.1, 60.0
 """Bounds of the period [s]."""
@@ -31,12 +32,12 @@ class Shape(Enum):
 
 @dataclass(frozen=True)
 class Excitation:
-    """A command along one axis, on top of nothing: the other axes are held at rest.
+    """A command or a load along one axis, on top of nothing: the other axes are held at rest.
 
     Attributes:
-        axis: x, y, z (velocity in W) or yaw (rate).
+        axis: x, y, z (velocity in W) or yaw (rate), or the name of a load.
         shape: over time.
-        amplitude: [m/s] or [rad/s].
+        amplitude: [m/s] or [rad/s], of a load [N] or [N·m].
         period: [s].
         repeats: whether it begins again when it is over, until it is stopped.
     """
@@ -51,13 +52,14 @@ class Excitation:
         """Refuse what cannot be flown.
 
         Args:
-            limit: largest amplitude [m/s] or [rad/s].
+            limit: largest amplitude, in its unit.
 
         Raises:
             WorkbenchError: for the first thing that is wrong.
         """
-        if self.axis not in AXES:
-            raise WorkbenchError(f"the axis is {self.axis!r:.60}: give one of {', '.join(AXES)}")
+        names = [row.name for row in EXCITED]
+        if self.axis not in names:
+            raise WorkbenchError(f"the axis is {self.axis!r:.60}: give one of {', '.join(names)}")
         if not isinstance(self.shape, Shape):
             shapes = ", ".join(shape.value for shape in Shape)
             raise WorkbenchError(f"the shape is {self.shape!r:.60}: give one of {shapes}")
@@ -78,9 +80,14 @@ class Excitation:
             )
 
     @property
+    def row(self) -> Axis | Load:
+        """What is moved."""
+        return find_excited(self.axis)
+
+    @property
     def unit(self) -> str:
         """Of the amplitude."""
-        return find_axis(self.axis).unit
+        return self.row.unit
 
     @property
     def round_time(self) -> float:
