@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.analysis.judging import judge
-from workbench.analysis.questions import FindRanges, Judge, Step, Weigh
+from workbench.analysis.questions import DrawFrequency, FindRanges, Judge, Step, Weigh
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.live import live_margins
@@ -226,3 +226,20 @@ def test_a_filter_is_judged_as_a_gain_is_and_its_phase_is_told():
     total = sum(angle for _, angle in filtered.turned)
     assert total + math.pi == pytest.approx(filtered.phase_margin, abs=1e-6)
     assert abs(dict(plain.turned)["filters"]) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["pitch", "velocity_x", "position_z"])
+def test_frequency_curves_are_of_the_gains_and_carry_the_margins_of_the_table(answer, name):
+    """L against python-control's of `linearize`; every number of the loop as `Judge` has it."""
+    drawn = answer(DrawFrequency(GAINS, name))
+    response = linearize(loop=name, gains=GAINS)(np.exp(1j * drawn.frequency / 128.0))
+    np.testing.assert_allclose(drawn.open_loop, response, rtol=1e-6)
+    judged = next(each for each in answer(Judge(GAINS)).loops if each.name == name)
+    for margin in ("gain_margin", "phase_margin", "delay_margin", "disk_margin", "crossover"):
+        assert getattr(drawn.margins, margin) == pytest.approx(getattr(judged, margin), rel=1e-9)
+    assert drawn.asked == DrawFrequency(GAINS, name)
+
+
+def test_a_loop_that_there_is_not_is_refused(answer):
+    with pytest.raises(WorkbenchError, match="loop"):
+        answer(DrawFrequency(GAINS, "roll_rate"))

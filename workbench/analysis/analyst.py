@@ -10,6 +10,7 @@ from typing import Any
 
 from workbench.analysis.messages import Begin, Preparing, Progressed, Stop
 from workbench.analysis.questions import (
+    DrawFrequency,
     DrawMap,
     FindRanges,
     Fork,
@@ -29,7 +30,7 @@ from workbench.scenario.scenario import Scenario
 CLOSED = "the analyst is closed"
 MOST_DEATHS = 3
 """So many processes in a row may end without an answer; then no further one is started."""
-QUICK = (Judge, Predict, DrawMap, FindRanges)
+QUICK = (Judge, DrawFrequency, Predict, DrawMap, FindRanges)
 """What is answered while a slider moves, by a process of its own."""
 SLOW = (JudgePlantInput, Fork, Weigh, Pin)
 """What takes a tenth of a second to some seconds, and waits until a slider rests."""

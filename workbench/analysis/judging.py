@@ -6,10 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.analysis.questions import FindRanges, Judge, JudgePlantInput
-from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput, Ranges
+from workbench.analysis.questions import DrawFrequency, FindRanges, Judge, JudgePlantInput
+from workbench.analysis.replies import (
+    FrequencyCurves,
+    Judged,
+    JudgedLoop,
+    JudgedPlantInput,
+    Ranges,
+)
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
+from workbench.design.judge.gang_of_four import gang_of_four
 from workbench.design.judge.live import HOLDING
 from workbench.design.judge.loop_judgement import growing_loops
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
@@ -145,6 +152,27 @@ def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> W
         found.append(multiloop_margin(subject.study.plant_input(point, gains)).disk_margin)
         yield None
     yield JudgedPlantInput(question.gains, *found)
+
+
+def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Working:
+    """Answer what one loop is over frequency, of the model that margins are judged by.
+
+    A loop that holds a place is closed in it; for all others the pilot steers.
+    """
+    loop = subject.table.controller.loop(question.loop)
+    holding = subject.model(subject.gains(question.gains))
+    found = gang_of_four(holding if loop.hold else opened_to_steer(holding), loop, question.cut)
+    yield FrequencyCurves(
+        asked=question,
+        cut=found.cut,
+        error=(found.error, found.error_unit),
+        control=(found.control, found.control_unit),
+        frequency=found.frequency,
+        open_loop=found.open_loop,
+        control_sensitivity=found.control_sensitivity,
+        load_sensitivity=found.load_sensitivity,
+        margins=_loop(loop.name, found.margins, growing=False, turned=()),
+    )
 
 
 def opened_to_steer(holding: LinearModel) -> LinearModel:

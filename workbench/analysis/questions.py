@@ -52,6 +52,21 @@ class JudgePlantInput:
 
 
 @dataclass(frozen=True)
+class DrawFrequency:
+    """What is a loop over frequency with these gains? Answered by `FrequencyCurves`.
+
+    Attributes:
+        gains: of the controller.
+        loop: name of one of its loops.
+        cut: where it is opened: actuator or error.
+    """
+
+    gains: Gains
+    loop: str
+    cut: str = "actuator"
+
+
+@dataclass(frozen=True)
 class FindRanges:
     """Within which values of each single gain is the loop stable? Answered by `Ranges`."""
 
@@ -136,4 +151,15 @@ class Pin:
     overwrite: bool = False
 
 
-Question = Judge | JudgePlantInput | FindRanges | Predict | DrawMap | Weigh | Tune | Fork | Pin
+Question = (
+    Judge
+    | JudgePlantInput
+    | DrawFrequency
+    | FindRanges
+    | Predict
+    | DrawMap
+    | Weigh
+    | Tune
+    | Fork
+    | Pin
+)

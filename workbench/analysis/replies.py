@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.analysis.questions import DrawMap, Gains, Step
+from workbench.analysis.questions import DrawFrequency, DrawMap, Gains, Step
 from workbench.design.branches import FlownBranch
 
 
@@ -80,6 +80,44 @@ class JudgedPlantInput:
     def disk_margin(self) -> float:
         """The lesser of both."""
         return min(self.steering, self.holding)
+
+
+@dataclass(frozen=True)
+class FrequencyCurves:
+    """A loop over frequency, see `design.judge.gang_of_four`.
+
+    Attributes:
+        asked: the question.
+        cut: the loop point where L is taken.
+        error: the loop point of the loop's error, and its SI unit.
+        control: the loop point of what the loop asks for, and its SI unit.
+        frequency: (F), rising [rad/s].
+        open_loop: (F) L.
+        control_sensitivity: (F) KS, in units of control per error.
+        load_sensitivity: (F) GS, in units of error per control.
+        margins: of the loop at that cut.
+    """
+
+    asked: DrawFrequency
+    cut: str
+    error: tuple[str, str]
+    control: tuple[str, str]
+    frequency: np.ndarray
+    open_loop: np.ndarray
+    control_sensitivity: np.ndarray
+    load_sensitivity: np.ndarray
+    margins: JudgedLoop
+
+    @property
+    def sensitivity(self) -> np.ndarray:
+        """S = 1 / (1 + L), (F)."""
+        response: np.ndarray = 1.0 / (1.0 + self.open_loop)
+        return response
+
+    @property
+    def complementary_sensitivity(self) -> np.ndarray:
+        """T = L / (1 + L), (F)."""
+        return self.open_loop * self.sensitivity
 
 
 @dataclass(frozen=True)
@@ -252,4 +290,15 @@ class Pinned:
     said: str
 
 
-Reply = Judged | JudgedPlantInput | Ranges | Predicted | Mapped | Weighed | Tuned | Forked | Pinned
+Reply = (
+    Judged
+    | JudgedPlantInput
+    | FrequencyCurves
+    | Ranges
+    | Predicted
+    | Mapped
+    | Weighed
+    | Tuned
+    | Forked
+    | Pinned
+)

@@ -14,6 +14,7 @@ from typing import Any
 
 from workbench.analysis.messages import Begin, Preparing
 from workbench.analysis.questions import (
+    DrawFrequency,
     DrawMap,
     FindRanges,
     Fork,
@@ -32,7 +33,18 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.send_queue import LogPoster, SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 
-ORDER = (Judge, Predict, JudgePlantInput, Fork, DrawMap, FindRanges, Weigh, Tune, Pin)
+ORDER = (
+    Judge,
+    DrawFrequency,
+    Predict,
+    JudgePlantInput,
+    Fork,
+    DrawMap,
+    FindRanges,
+    Weigh,
+    Tune,
+    Pin,
+)
 """The kinds of questions, the most urgent first."""
 SLICE = 0.005
 """A kind gives way to the next one after this long, where it can rest [s]."""
@@ -40,6 +52,7 @@ Answerer = Callable[[Subject, Any, Work], Working]
 ANSWERERS = {
     Judge: "judging:judge",
     JudgePlantInput: "judging:judge_plant_input",
+    DrawFrequency: "judging:draw_frequency",
     FindRanges: "judging:find_ranges",
     Predict: "predicting:predict",
     DrawMap: "mapping:draw_map",

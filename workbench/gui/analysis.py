@@ -9,6 +9,7 @@ from PyQt6.QtCore import QObject, Qt, pyqtSignal
 from workbench.analysis.analyst import Analyst
 from workbench.analysis.messages import Preparing
 from workbench.analysis.questions import (
+    DrawFrequency,
     DrawMap,
     FindRanges,
     Fork,
@@ -28,7 +29,7 @@ from workbench.gui.notices import Notices
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
-STREAMED = (Judge, JudgePlantInput, Predict, DrawMap, FindRanges)
+STREAMED = (Judge, JudgePlantInput, DrawFrequency, Predict, DrawMap, FindRanges)
 """Questions that a moving slider asks all the time: why one has no answer stands beside it."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
@@ -45,6 +46,8 @@ class Analysis(QObject):
     """A `Judged`."""
     plant_input_judged = pyqtSignal(object)
     """A `JudgedPlantInput`."""
+    frequency_drawn = pyqtSignal(object)
+    """A `FrequencyCurves`."""
     ranges_found = pyqtSignal(object)
     """A `Ranges`."""
     predicted = pyqtSignal(object)
@@ -79,6 +82,7 @@ class Analysis(QObject):
         self._tell = {
             Judge: self.judged,
             JudgePlantInput: self.plant_input_judged,
+            DrawFrequency: self.frequency_drawn,
             FindRanges: self.ranges_found,
             Predict: self.predicted,
             DrawMap: self.mapped,

@@ -1,0 +1,120 @@
+"""The gang of four of a loop over frequency: S, T, KS and GS.
+
+Åström and Murray, Feedback Systems (2nd edition, 2021), section 12.1, call them sensitivity,
+complementary sensitivity, noise sensitivity CS and load sensitivity PS.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.control.controller import Loop
+from workbench.design.judge.loop_response import loop_responses
+from workbench.design.judge.margins import LoopMargins, frequency_grid, response_margins
+from workbench.design.linear.model import LinearModel
+
+LOWEST = 0.05
+"""Frequency from which on curves are drawn [rad/s]: a period of two minutes."""
+
+
+@dataclass(frozen=True)
+class GangOfFour:
+    """A loop over frequency, from one control update to the next, as it flies.
+
+    KS is what the loop asks for at `control` per noise at `error`. GS is what changes in the
+    controlled quantity per load: an amount that adds to `control`, behind the law and before
+    allocation, hold, delays and rotors. Both are of the loops as they are closed around them.
+
+    Attributes:
+        cut: the loop point where L, S and T are taken.
+        error: the loop point of the loop's error.
+        control: the loop point of what it asks for.
+        error_unit: SI unit of the error.
+        control_unit: SI unit of the control.
+        frequency: (F), rising up to half the control rate [rad/s].
+        open_loop: (F) L, with negative feedback.
+        control_sensitivity: (F) KS [control_unit / error_unit].
+        load_sensitivity: (F) GS [error_unit / control_unit].
+        margins: of the loop at the cut.
+    """
+
+    cut: str
+    error: str
+    control: str
+    error_unit: str
+    control_unit: str
+    frequency: np.ndarray
+    open_loop: np.ndarray
+    control_sensitivity: np.ndarray
+    load_sensitivity: np.ndarray
+    margins: LoopMargins
+
+    @property
+    def sensitivity(self) -> np.ndarray:
+        """S = 1 / (1 + L), (F)."""
+        response: np.ndarray = 1.0 / (1.0 + self.open_loop)
+        return response
+
+    @property
+    def complementary_sensitivity(self) -> np.ndarray:
+        """T = L / (1 + L), (F)."""
+        return self.open_loop * self.sensitivity
+
+
+def gang_of_four(model: LinearModel, loop: Loop, cut: str = "actuator") -> GangOfFour:
+    """Return the gang of four of a loop.
+
+    Args:
+        model: sampled, of the closed loop; one that holds its place for a loop that does.
+        loop: one of its controller's.
+        cut: where L is taken, actuator or error.
+
+    Raises:
+        WorkbenchError: for another cut.
+    """
+    point, control = loop.point(cut), control_point(model, loop)
+    loops = loop_responses(model, [point])
+    frequency = frequency_grid(loops)
+    frequency = frequency[frequency >= min(LOWEST, 0.01 * frequency[-1])]
+    # both from what is added to where, as one closed loop: (F, 2, 2)
+    z = np.exp(1j * frequency * model.period)[:, None, None]
+    B, C = model.B([loop.error, control]), model.C([loop.error, control])
+    D = model.D([loop.error, control], [loop.error, control])
+    # (zI - A) x = B has the same right-hand side at each frequency
+    states = np.linalg.solve(z * np.eye(len(model.A)) - model.A, B[None].astype(complex))
+    response = C @ states + D
+    (_, load), (noise, _) = response.transpose(1, 2, 0)
+    if control == loop.error:  # what comes there, and what is added, goes on
+        noise = 1.0 + noise
+    units = {signal.name: signal.unit for signal in model.outputs}
+    return GangOfFour(
+        cut=point,
+        error=loop.error,
+        control=control,
+        error_unit=units[loop.error],
+        control_unit=units[control],
+        frequency=frequency,
+        open_loop=loops.at(frequency)[0],
+        control_sensitivity=noise,
+        load_sensitivity=-load,
+        margins=response_margins(loops)[0],
+    )
+
+
+def control_point(model: LinearModel, loop: Loop) -> str:
+    """Return the loop point of what a loop asks for.
+
+    A loop whose error goes straight on, as a position's, asks by the next loop inside it along the
+    same axis; where there is none, its control is its error.
+    """
+    if loop.actuator not in ("", loop.error):
+        return loop.actuator
+    names = [each.name for each in model.loops]
+    place = names.index(loop.name)
+    inside = [*model.loops[place + 1 :], *model.loops[:place]]
+    found = (
+        each.actuator
+        for each in inside
+        if loop.axis and each.axis == loop.axis and each.actuator not in ("", each.error)
+    )
+    return next(found, loop.error)
