@@ -32,6 +32,9 @@ from workbench.design.linear.linearize import linearize as linearize
 from workbench.design.linear.model import LinearModel as LinearModel
 from workbench.design.linear.operating_point import OperatingPoint as OperatingPoint
 from workbench.design.linear.study import LinearStudy as LinearStudy
+from workbench.design.load_metrics import LoadMetrics as LoadMetrics
+from workbench.design.load_step import LoadResponse as LoadResponse
+from workbench.design.load_step import fly_load_step as fly_load_step
 from workbench.design.plots import STYLE as STYLE
 from workbench.design.plots_flight import plot_flight as plot_flight
 from workbench.design.plots_lidar import plot_trial as plot_trial

@@ -5,8 +5,12 @@ import dataclasses
 
 import pytest
 
+from workbench.commands import step
+from workbench.design.load_metrics import LOAD_NUMBERS
+from workbench.design.load_step import fly_load_step
 from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_response import fly_step
+from workbench.scenario.loads import LOADS
 
 PNG = b"\x89PNG"
 
@@ -140,3 +144,28 @@ def test_a_place_where_nothing_can_be_written_is_refused_before_the_flight(refus
         "step", "--output", blocker / "sub"
     )
     assert list(tmp_path.iterdir()) == [blocker]
+
+
+def test_a_load_is_that_of_the_python_call_with_log_and_picture(run, out):
+    words = ("step", "--load", "torque_yaw", "--amplitude", "0.02", "--duration", "2")
+    found = run(*words, "--output", out, "--json").json
+    flown = fly_load_step("torque_yaw", 0.02, duration=2.0)
+    assert {name: found[name] for name in LOAD_NUMBERS} == flown.metrics.numbers
+    assert found["peak_rotor_use"] == flown.peak_rotor_use
+    assert (found["load"], found["amplitude"]) == ("torque_yaw", 0.02)
+    assert {path.name for path in out.iterdir()} == {"step-torque_yaw.csv", "step-torque_yaw.png"}
+    assert (out / "step-torque_yaw.png").read_bytes()[:4] == PNG
+    said = run(*words, "--output", out, "--no-plots")
+    lines = [line.split()[0] for line in said.out.splitlines()]
+    assert lines == ["step", *LOAD_NUMBERS, "peak_rotor_use"]
+    assert "rad/s  of the yaw rate" in said.out
+
+
+def test_a_load_acts_in_hover_alone(run, out):
+    said = run("step", "--load", "force_x", "--at", "vx=3", "--output", out)
+    assert said.code == 2
+    assert "leave --at out" in said.err
+
+
+def test_the_loads_of_the_command_are_those_of_the_table():
+    assert step.LOADS == LOADS

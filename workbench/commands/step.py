@@ -1,4 +1,4 @@
-"""`workbench step`: one step response, its metrics and its plot."""
+"""`workbench step`: the response to a step of a command or a load, its metrics and its plot."""
 
 import argparse
 import dataclasses
@@ -17,9 +17,14 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
+from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
+    from workbench.design.load_step import LoadResponse
     from workbench.design.step_response import StepResponse
+
+LOADS = ("force_x", "force_y", "force_z", "torque_roll", "torque_pitch", "torque_yaw")
+"""See `scenario.loads`, which would take a tenth of a second to load."""
 
 
 def add_parser(commands: Any) -> None:
@@ -27,16 +32,24 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "step",
-        "Fly one step of velocity or yaw rate from hover and measure it in python-control's words.",
-        "workbench step --axis z --amplitude 1 --set kp_velocity_z=6",
+        "Fly one step of velocity, yaw rate or a load from hover, measured as python-control does.",
+        "workbench step --axis z --amplitude 1 --set kp_velocity_z=6\n"
+        "  workbench step --load force_x --amplitude 2",
         run,
     )
-    parser.add_argument("--axis", choices=("x", "y", "z", "yaw"), default="z", help="(default: z)")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--axis", choices=("x", "y", "z", "yaw"), default="z", help="(default: z)")
+    what.add_argument(
+        "--load",
+        choices=LOADS,
+        help="a force at the centre of mass, or a torque, while the drone is asked to stay",
+    )
     parser.add_argument(
         "--amplitude",
         type=float,
         metavar="A",
-        help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2)",
+        help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2); of the "
+        "load in N or N·m (default: a tenth of the weight)",
     )
     parser.add_argument(
         "--duration",
@@ -58,6 +71,87 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly the step, print its metrics, write plot and log; 1 if the flight is lost."""
+    return _run_load(args) if args.load else _run_command(args)
+
+
+def _run_load(args: argparse.Namespace) -> int:
+    """Fly a step of a load."""
+    from workbench.commands.drawer import Drawer
+    from workbench.design.linear.operating_point import steady_velocity
+    from workbench.design.load_step import fly_load_step
+    from workbench.scenario.scenario import Scenario
+
+    if any(steady_velocity(args.at)):
+        raise WorkbenchError("a load acts on a drone that hovers: leave --at out")
+    scenario = with_vehicle(Scenario(), args)
+    with ExitStack() as stack:
+        outputs = stack.enter_context(Outputs())
+        log = outputs.add(args.output / f"step-{args.load}.csv")
+        drawer = None
+        if not args.no_plots:
+            picture = outputs.add(args.output / f"step-{args.load}.png")
+            drawer = stack.enter_context(Drawer("workbench.design.plots_load", "plot_load"))
+        with progress_bar(f"flying a step of {args.load}") as progress:
+            flown = fly_load_step(
+                args.load,
+                args.amplitude,
+                duration=args.duration,
+                scenario=scenario,
+                settings=dict(args.set),
+                progress=progress,
+            )
+        flown.recording.write_csv(log)
+        if drawer:
+            drawer.png(flown, picture)
+    trouble = flown.loss.sentence if flown.loss else ""
+    if args.json:
+        print_json(
+            {
+                "vehicle": flown.recording.vehicle.name,
+                "gains": args.gains or "",
+                "set": dict(args.set),
+                "vary": dict(args.vary),
+                "load": flown.load,
+                "amplitude": flown.amplitude,
+                **dataclasses.asdict(flown.metrics),
+                "peak_rotor_use": flown.peak_rotor_use,
+                "trouble": trouble,
+                "files": outputs.files,
+            }
+        )
+    else:
+        _print_load(flown, args)
+        if trouble:
+            print(trouble)
+        elif flown.metrics.withheld:
+            say(f"numbers shown as — are withheld: {flown.metrics.withheld}")
+    say_written(outputs.files)
+    return ExitCode.NOT_AS_DEMANDED if trouble else ExitCode.DONE
+
+
+def _print_load(flown: "LoadResponse", args: argparse.Namespace) -> None:
+    """Print the metrics of a load with their units."""
+    from workbench.design.response_metrics import number
+    from workbench.scenario.loads import find_load
+
+    load, metrics = find_load(flown.load), flown.metrics
+    print(
+        f"step of {flown.amplitude:.4g} {load.unit}, {load.label}, "
+        f"{flown.recording.vehicle.name} {flown_with(args)}"
+    )
+    band = "until within 5 % of the peak of its steady state, for good"
+    rows = [
+        ("peak", number(metrics.peak, ".4g"), load.response_unit, f"of the {load.response}"),
+        ("peak_time", number(metrics.peak_time, ".3f"), "s", ""),
+        ("settling_time", number(metrics.settling_time, ".3f"), "s", band),
+        ("steady_state_error", number(metrics.steady_state_error, ".3f"), "%", "of the peak"),
+        ("peak_rotor_use", f"{100 * flown.peak_rotor_use:.1f}", "%", "of the speed limit"),
+    ]
+    print_table(rows, left=(0, 2, 3))
+
+
+def _run_command(args: argparse.Namespace) -> int:
+    """Fly a step of a command."""
     from workbench.commands.drawer import Drawer
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.reproduce import PAPER
