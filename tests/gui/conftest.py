@@ -164,3 +164,16 @@ def no_thread_more():
     yield
     left = [each.name for each in set(threading.enumerate()) - before if each.is_alive()]
     assert not left, f"threads left alive: {', '.join(left)}"
+
+
+@pytest.fixture
+def statistic():
+    """Return what reads a chart's statistics: the column that begins with a name, in a row."""
+
+    def read(chart, row, column):
+        table = chart.statistics
+        heads = [table.horizontalHeaderItem(index).text() for index in range(table.columnCount())]
+        index = next(index for index, head in enumerate(heads) if head.startswith(column))
+        return table.item(row, index).text()
+
+    return read

@@ -116,7 +116,7 @@ def _numbered(data: Any, schema: Any) -> Any:
     if dataclasses.is_dataclass(origin) and isinstance(data, dict):
         fields = {field.name: field.type for field in dataclasses.fields(origin)}
         return {key: _numbered(value, fields.get(key)) for key, value in data.items()}
-    if origin is list and isinstance(data, list):
+    if origin in (list, tuple) and isinstance(data, list):
         return [_numbered(item, parts[0]) for item in data]
     if origin is dict and isinstance(data, dict):
         return {key: _numbered(value, parts[1]) for key, value in data.items()}
@@ -130,7 +130,8 @@ def check_schema(file: YamlFile, schema: Any) -> None:
 
     Args:
         file: its content is checked.
-        schema: a dataclass of numbers, texts, dataclasses, and lists and dictionaries of them.
+        schema: a dataclass of numbers, texts, dataclasses, and lists, tuples and dictionaries of
+            them.
 
     Raises:
         WorkbenchError: for the first unknown key, and for the first value of another type.
@@ -151,7 +152,7 @@ def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
                 where = file.where(*keys, key)
                 raise WorkbenchError(f"{where}{unknown_name('key', str(key), fields)}")
             _check(file, value, fields[key], (*keys, key))
-    elif origin is list:
+    elif origin in (list, tuple):
         for index, item in enumerate(_expect(file, data, list, "a list", keys)):
             _check(file, item, parts[0], (*keys, index))
     elif origin is dict:
@@ -203,7 +204,7 @@ def dump_changes(record: Any) -> str:
 
 def _changes(value: Any, default: Any) -> Any:
     """Return a value as YAML has it; of a dataclass what is not as in the default."""
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [_changes(each, type(each)()) for each in value]
     if not dataclasses.is_dataclass(value):
         return value

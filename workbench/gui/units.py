@@ -1,6 +1,7 @@
 """How numbers are shown: degrees and kilometres an hour stand on screens alone."""
 
 import math
+import re
 from dataclasses import dataclass
 
 from workbench.gui.preferences import Preferences
@@ -43,6 +44,8 @@ _DEGREES = {
     "rad/s^2": Unit("°/s²", 180.0 / math.pi),
 }
 MICROTESLA = Unit("µT", 1e6)
+_DENSITY = re.compile(r"(?:\((.+)\)|(\w+))\^2/Hz")
+"""A power spectral density, as `logs.spectrum.density_unit` writes it."""
 
 
 def unit_for(si: str, preferences: Preferences) -> Unit:
@@ -51,6 +54,10 @@ def unit_for(si: str, preferences: Preferences) -> Unit:
         return _DEGREES[si]
     if si == "m/s" and preferences.text("speed_unit") == "km/h":
         return Unit("km/h", 3.6)
+    if squared := _DENSITY.fullmatch(si):
+        of = unit_for(squared[1] or squared[2], preferences)
+        symbol = of.symbol if of.symbol.isalpha() else f"({of.symbol})"
+        return Unit(f"{symbol}²/Hz", of.factor**2)
     if si == "T":
         return MICROTESLA
     if si in ("1", ""):

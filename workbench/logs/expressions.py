@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.logs.spectrum import even_samples
+from workbench.logs.spectrum import LEAST, even_samples
 
 Samples = tuple[np.ndarray, np.ndarray]
 """Times [s] and values, (N) each."""
@@ -61,7 +61,9 @@ def _derivative(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _lowpass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     import scipy.signal  # slow to load, and seldom wanted
 
-    even, rate, resampled = even_samples(time, values)
+    if len(time) < LEAST:  # the flight has just begun
+        return np.full(len(time), np.nan)
+    even, rate, resampled = even_samples(time, values, "a low-pass")
     if not 0.0 < cutoff < (0.5 - 1e-9) * rate:
         raise WorkbenchError(
             f"lowpass at {cutoff:g} Hz: with {rate:.4g} samples a second it lies above 0 and below "

@@ -11,7 +11,7 @@ from workbench.design.plots import PALETTE, RIGHT, label, legend, stacked, style
 from workbench.logs.expressions import Samples, parse_expression
 from workbench.logs.record import FlightRecord
 from workbench.logs.series import Series
-from workbench.logs.spectrum import Welch, power_spectrum
+from workbench.logs.spectrum import Welch, density_unit, power_spectrum
 
 MOST_CURVES = 16
 """In one panel; more cannot be told apart."""
@@ -95,13 +95,6 @@ def plot_spectra(record: FlightRecord, names: list[str], welch: Welch) -> Figure
         legend(panel)
     axes[-1].set_xlabel("frequency [Hz]")
     return figure
-
-
-def density_unit(unit: str) -> str:
-    """Return the unit of the power spectral density of a signal."""
-    if unit == "1":
-        return "1/Hz"
-    return f"{unit}^2/Hz" if unit.isalpha() else f"({unit})^2/Hz"
 
 
 def _stacked(

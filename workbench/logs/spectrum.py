@@ -10,14 +10,17 @@ WINDOWS = ("hann", "hamming", "flattop", "boxcar")
 """Of a segment, by scipy's names."""
 DETRENDS = ("constant", "linear", "none")
 """What is taken off each segment: its mean, its straight line, or nothing."""
+SPECTRUM = "a spectrum"
 LEAST = 16
 """Samples; of fewer there is nothing to say."""
 JITTER = 0.02
 """Share of a period that samples may be off an even grid, and be taken as they are."""
+LATE = 0.2
+"""Share of a period that samples may be late or early, and be interpolated onto an even grid."""
 GAP = 4.5
 """Periods between two samples, above which nothing is interpolated."""
 UNEVEN = 0.05
-"""Share of the samples that may be missing."""
+"""Share of the samples that may be missing, or further off."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,7 @@ def power_spectrum(time: np.ndarray, values: np.ndarray, welch: Welch, name: str
     """
     import scipy.signal  # slow to load, and seldom wanted
 
-    even, rate, resampled = even_samples(time, values, name)
+    even, rate, resampled = even_samples(time, values, f"{name}: a spectrum" if name else SPECTRUM)
     size = len(even)
     segment = max(2 * (size // (welch.averages + 1)), LEAST)
     frequency, density = scipy.signal.welch(
@@ -83,40 +86,49 @@ def power_spectrum(time: np.ndarray, values: np.ndarray, welch: Welch, name: str
     return Spectrum(frequency, density, rate, segment, resampled)
 
 
-def even_samples(
-    time: np.ndarray, values: np.ndarray, name: str = ""
-) -> tuple[np.ndarray, float, bool]:
+def even_samples(time: np.ndarray, values: np.ndarray, what: str) -> tuple[np.ndarray, float, bool]:
     """Return samples on an even grid, their rate [Hz], and whether some were interpolated.
+
+    Args:
+        time: as for `power_spectrum`.
+        values: likewise.
+        what: needs them, for messages, as "a spectrum".
 
     Raises:
         WorkbenchError: if there are too few, or gaps are too long or too many to guess across.
     """
     whole = np.isfinite(values)
     time, values = time[whole], np.asarray(values, dtype=float)[whole]
-    said = f"{name}: " if name else ""
     if len(time) < LEAST:
         raise WorkbenchError(
-            f"{said}a spectrum needs {LEAST} samples, and here are {len(time)}: show more time"
+            f"{what} needs {LEAST} samples, and here are {len(time)}: show more time"
         )
     steps = np.diff(time)
     period = float(np.median(steps))
     if period <= 0.0:
-        raise WorkbenchError(f"{said}its times do not rise: it has no spectrum")
+        raise WorkbenchError(f"{what} needs times that rise, and these do not")
     widest = int(steps.argmax())
     if steps[widest] > GAP * period:
         raise WorkbenchError(
-            f"{said}has no samples from {time[widest]:.2f} to {time[widest + 1]:.2f} s: a spectrum "
-            "needs even ones; show a part without the gap"
+            f"{what} needs even samples, and there are none from {time[widest]:.2f} to "
+            f"{time[widest + 1]:.2f} s: show a part without the gap"
         )
     span = float(time[-1] - time[0])
     grid = time[0] + span / (len(time) - 1) * np.arange(len(time))
     if np.abs(time - grid).max() <= JITTER * period:
         return values, (len(time) - 1) / span, False
     count = 1 + round(span / period)
-    if np.mean(np.abs(steps - period) > JITTER * period) > UNEVEN:
+    if np.mean(np.abs(steps - period) > LATE * period) > UNEVEN:
         raise WorkbenchError(
-            f"{said}comes unevenly, every {steps.min():.3g} to {steps.max():.3g} s: it has no "
-            "spectrum"
+            f"{what} needs even samples, and these come every {steps.min():.3g} to "
+            f"{steps.max():.3g} s"
         )
     grid = np.linspace(time[0], time[-1], count)
     return np.interp(grid, time, values), (count - 1) / span, True
+
+
+def density_unit(unit: str) -> str:
+    """Return the unit of the power spectral density of a signal."""
+    if unit == "1":
+        return "1/Hz"
+    return f"{unit}^2/Hz" if unit.isalpha() else f"({unit})^2/Hz"

@@ -64,16 +64,3 @@ class Mouse:
 def mouse_on() -> Callable[[Chart], Mouse]:
     """The mouse over a chart."""
     return Mouse
-
-
-@pytest.fixture
-def statistic():
-    """Return what reads a chart's statistics: the column that begins with a name, in a row."""
-
-    def read(chart, row, column):
-        table = chart.statistics
-        heads = [table.horizontalHeaderItem(index).text() for index in range(table.columnCount())]
-        index = next(index for index, head in enumerate(heads) if head.startswith(column))
-        return table.item(row, index).text()
-
-    return read

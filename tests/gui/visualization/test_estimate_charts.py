@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.gui.signals import Signals
-from workbench.gui.visualization.charts_page import PRESETS
 from workbench.gui.visualization.derived_signals import WithDerived
+from workbench.gui.visualization.layouts import PRESETS
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge

@@ -86,20 +86,20 @@ def test_a_log_is_marked_and_leads_back_to_live(shown):
     assert "flight.mcap" in shown.log_bar.name.text()
     assert not shown.tabs.isTabEnabled(1)
     pane = shown.charts.board.panes[0]
-    assert pane.canvas.content.x_label == "s"
-    assert len(pane.canvas.content.lines) == 6
+    assert pane.chart.canvas.content.x_label == "s"
+    assert len(pane.chart.canvas.content.lines) == 6
     QTest.mouseClick(shown.log_bar.back, Qt.MouseButton.LeftButton)
     assert not shown.shows_log
     assert shown.tabs.isTabEnabled(1)
-    assert pane.canvas.content.x_label == "s from now"
+    assert pane.chart.canvas.content.x_label == "s from now"
 
 
 def test_the_time_bar_scrubs(shown):
     bar, pane = shown.log_bar, shown.charts.board.panes[0]
     assert bar.slider.maximum() == 300
     bar.slider.setValue(150)
-    assert pane.window_ends[1] == 1.5
-    assert max(line.time[-1] for line in pane.canvas.content.lines) <= 1.5
+    assert pane.chart.window_ends[1] == 1.5
+    assert max(line.time[-1] for line in pane.chart.canvas.content.lines) <= 1.5
     assert bar.time.text() == "1.50 of 0.00 to 3.00 s"
     bar.slider.setFocus()
     QTest.keyClick(bar.slider, Qt.Key.Key_Right)
@@ -128,7 +128,7 @@ def test_the_time_bar_of_a_log_that_began_in_flight_begins_with_its_first_sample
 
 def test_all_of_a_log_is_seen_at_once(shown):
     QTest.mouseClick(shown.log_bar.whole, Qt.MouseButton.LeftButton)
-    left, right = shown.charts.board.panes[0].window_ends
+    left, right = shown.charts.board.panes[0].chart.window_ends
     assert (left, right) == pytest.approx((0.0, 3.0), abs=0.02)
 
 
@@ -143,11 +143,11 @@ def test_a_log_plays_to_its_end(shown, qtbot):
 
 
 def test_the_live_flight_does_not_disturb_a_log(shown, canned):
-    before = shown.charts.board.panes[0].window_ends
+    before = shown.charts.board.panes[0].chart.window_ends
     shown.show_view(canned.views[-1])
     shown.begin(canned.views[0])
-    assert shown.charts.board.panes[0].window_ends == before
-    assert len(shown.charts.board.panes[0].canvas.content.lines) == 6
+    assert shown.charts.board.panes[0].chart.window_ends == before
+    assert len(shown.charts.board.panes[0].chart.canvas.content.lines) == 6
 
 
 @pytest.mark.parametrize(

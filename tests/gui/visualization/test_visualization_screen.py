@@ -9,15 +9,9 @@ from PyQt6.QtGui import QDropEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.visualization.charts_page import (
-    MIME,
-    MOST_CHARTS,
-    PRESETS,
-    ChartSpec,
-    board_text,
-    read_board,
-)
 from workbench.gui.visualization.cloud_page import SLANTED, TOP
+from workbench.gui.visualization.layouts import MOST_CHARTS, ChartSpec, read_kept
+from workbench.gui.visualization.signal_tree import MIME
 from workbench.gui.visualization.visualization_screen import VisualizationScreen
 from workbench.link.backplane import Published
 
@@ -41,12 +35,12 @@ def test_the_first_charts_are_useful_at_once(screen):
         "Rotor thrusts",
         "Velocity error",
     ]
-    assert all(len(pane.canvas.content.lines) >= 3 for pane in screen.charts.board.panes)
-    assert screen.charts.board.panes[0].canvas.content.right == pytest.approx(3.0, abs=0.02)
+    assert all(len(pane.chart.canvas.content.lines) >= 3 for pane in screen.charts.board.panes)
+    assert screen.charts.board.panes[0].chart.canvas.content.right == pytest.approx(3.0, abs=0.02)
 
 
 def test_the_error_is_command_minus_response(screen):
-    source = screen.charts._live
+    source = screen.charts._source
     time, error = source.series("error.v_x")
     _, wanted = source.series("command_velocity.v_x")
     _, flown = source.series("velocity_data.v_x")
@@ -68,12 +62,12 @@ def test_signals_are_found_by_words_in_any_order(screen):
 
 def test_enter_adds_the_signal_to_the_chart_in_use(screen):
     pane = screen.charts.board.panes[1]
-    pane.setFocus()
+    pane.chart.setFocus()
     assert "Attitude" in screen.charts.tree.target.text()
     QTest.keyClicks(screen.charts.tree.search, "velocity_data.w_z")
     QTest.keyClick(screen.charts.tree.search, Qt.Key.Key_Return)
     assert pane.spec.signals[-1] == "velocity_data.w_z"
-    assert pane.canvas.content.axes[1].unit.symbol == "°/s"
+    assert pane.chart.canvas.content.axes[1].unit.symbol == "°/s"
 
 
 def test_enter_in_the_tree_adds_too(screen):
@@ -115,15 +109,15 @@ def test_charts_are_added_up_to_eight_and_removed(screen, told):
         QTest.mouseClick(screen.charts.add, Qt.MouseButton.LeftButton)
     assert len(board.panes) == MOST_CHARTS
     assert "remove one first" in told[-1].what
-    board.panes[-1].setFocus()
-    QTest.keyClick(board.panes[-1], Qt.Key.Key_Delete, Qt.KeyboardModifier.ShiftModifier)
+    board.panes[-1].chart.setFocus()
+    QTest.keyClick(board.panes[-1].chart, Qt.Key.Key_Delete, Qt.KeyboardModifier.ShiftModifier)
     assert len(board.panes) == MOST_CHARTS - 1
 
 
 def test_del_removes_the_last_signal(screen):
     pane = screen.charts.board.panes[1]
-    pane.setFocus()
-    QTest.keyClick(pane, Qt.Key.Key_Delete)
+    pane.chart.setFocus()
+    QTest.keyClick(pane.chart, Qt.Key.Key_Delete)
     assert pane.spec.signals == ("position_data.roll", "position_data.pitch")
 
 
@@ -145,12 +139,12 @@ def test_charts_are_kept_between_starts(screen, workspace, canned, qtbot):
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '[{"title": 3}]', "[1]", '{"a": 1}'])
 def test_what_is_no_layout_is_passed_over(text):
-    assert read_board(text) is None
+    assert read_kept(text) is None
 
 
-def test_layouts_survive_as_text():
-    for board in PRESETS.values():
-        assert read_board(board_text(board)) == board
+def test_charts_that_an_earlier_version_kept_are_shown():
+    kept = read_kept('[{"title": "Mine", "signals": ["wind.wind.1"]}]')
+    assert kept.charts == (ChartSpec("Mine", ("wind.wind.1",)),)
 
 
 def test_a_preset_is_chosen(screen):
@@ -162,16 +156,16 @@ def test_a_preset_is_chosen(screen):
 def test_a_signal_that_is_not_measured_is_named(screen):
     screen.charts.board.show_board((ChartSpec("Far", ("radar.range",)),), screen.charts._source)
     pane = screen.charts.board.panes[0]
-    pane.redraw()
-    assert "radar.range" in pane.canvas.content.hint
+    pane.chart.redraw()
+    assert "radar.range" in pane.chart.canvas.content.hint
     assert pane.spec.signals == ("radar.range",)
 
 
 def test_pause_all_lets_all_pictures_stand(screen):
     QTest.mouseClick(screen.charts.pause, Qt.MouseButton.LeftButton)
-    assert all(pane.is_paused for pane in screen.charts.board.panes)
+    assert all(pane.chart.is_paused for pane in screen.charts.board.panes)
     QTest.mouseClick(screen.charts.pause, Qt.MouseButton.LeftButton)
-    assert not any(pane.is_paused for pane in screen.charts.board.panes)
+    assert not any(pane.chart.is_paused for pane in screen.charts.board.panes)
 
 
 def test_the_list_of_signals_gives_way_on_a_narrow_screen(screen):
@@ -196,7 +190,7 @@ def test_it_does_not_make_its_window_larger(workspace, qtbot):
     screen.show()
     QApplication.processEvents()
     assert (screen.width(), screen.height()) == (760, 600)
-    assert "open a scenario" in screen.charts.board.panes[0].canvas.content.hint
+    assert "open a scenario" in screen.charts.board.panes[0].chart.canvas.content.hint
     screen.close_screen()
 
 

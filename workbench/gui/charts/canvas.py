@@ -18,7 +18,7 @@ from PyQt6.QtWidgets import (
 )
 from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
-from workbench.gui.charts.content import Axis, Content, Line
+from workbench.gui.charts.content import Axis, Content, Line, Point
 from workbench.gui.charts.curve import make_pen
 from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.statistics import value_at
@@ -550,21 +550,27 @@ class Canvas(pg.GraphicsLayoutWidget):
         content, time = self._content, self.cursor_time
         seen = time is not None and content.left <= time <= content.right
         self._cross.setVisible(seen)
-        self._dots.setVisible(seen)
-        if time is None or not seen:
+        points = list(content.points)
+        if time is not None and seen:
+            self._cross.setValue(self._place_at(time))
+            self._cross.label.setFormat(self._said_at(time))
+            points += [
+                Point(time, value_at(line.time, line.values, time), line.axis, line.colour)
+                for line in content.lines
+            ]
+        points = [each for each in points if math.isfinite(each.x + each.y)]
+        self._dots.setVisible(bool(points))
+        if not points:
             return
-        self._cross.setValue(self._place_at(time))
-        self._cross.label.setFormat(self._said_at(time))
-        x, y, brushes = [], [], []
-        for line in content.lines:
-            value = value_at(line.time, line.values, time)
-            if math.isfinite(value):
-                axis = content.axes[line.axis]
-                factor, offset = self._to_view(axis)
-                x.append(self._place_at(time))
-                y.append(content.y_scale.place(axis.unit.shown(value)) * factor + offset)
-                brushes.append(pg.mkBrush(line.colour))
-        self._dots.setData(x, y, brush=brushes)
+        places = []
+        for each in points:
+            axis = content.axes[each.axis]
+            factor, offset = self._to_view(axis)
+            y = content.y_scale.place(axis.unit.shown(each.y)) * factor + offset
+            places.append((self._place_at(each.x), y))
+        self._dots.setData(
+            *zip(*places, strict=True), brush=[pg.mkBrush(each.colour) for each in points]
+        )
 
 
 def with_dots(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

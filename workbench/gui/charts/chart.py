@@ -400,6 +400,7 @@ class ChartModel:
         heads = [f"{name} at {text(marks[name], 3)} {unit}" for name in sorted(marks)]
         if len(marks) == 2:
             heads.append(f"B − A over {text(marks['B'] - marks['A'], 3)} {unit}")
+            heads.append(f"Slope per {unit}")
         return heads
 
     def set_scales(self, x: Scale, y: Scale) -> None:
@@ -413,6 +414,10 @@ class ChartModel:
     def axis_ends(self) -> Sequence[tuple[float, float]]:
         """Ends of the axes in the last content, as shown."""
         return [(axis.low, axis.high) for axis in self._axes]
+
+    def show_axes(self, axes: tuple[Axis, ...]) -> None:
+        """Take these for the axes of the last content."""
+        self._axes = axes
 
     def stand(self) -> None:
         """Keep what there is, so that it stays even when its source forgets it."""
@@ -460,7 +465,7 @@ class ChartModel:
             x_unit=self.x_unit,
             x_scale=x_scale,
             y_scale=y_scale,
-            axes=self._axes or Content.axes,
+            axes=self._axes or (Axis(Unit(""), y_scale.value_of(0.0), y_scale.value_of(1.0)),),
             lines=tuple(lines),
             marks=tuple(sorted(self.marks.items())),
             state="" if self.window.follows else self.note,
@@ -468,17 +473,24 @@ class ChartModel:
         )
 
     def entries(self, when: float | None) -> list[Entry]:
-        """Return the legend, with values at a time [s], the newest ones if None."""
+        """Return the legend, with values at a time [s]; if None, with the differences between the
+        two cursors that stay, or, without them, with the newest values.
+        """
         made = []
+        between = when is None and len(self.marks) == 2
         for curve in self.curves:
             time, values = self._seen(curve)
             unit, decimals = self._shown_in(curve)
             if when is not None:
                 value = value_at(time, values, when)
+            elif between:
+                before, after = (value_at(time, values, self.marks[name]) for name in "AB")
+                value = after - before
             else:
                 value = float(values[-1]) if len(values) else np.nan
             number_text = self.window.y_scale.text(unit.shown(value), decimals)
-            text = f"{number_text}\N{NO-BREAK SPACE}{unit.symbol}"
+            sign = "Δ\N{NO-BREAK SPACE}" if between else ""
+            text = f"{sign}{number_text}\N{NO-BREAK SPACE}{unit.symbol}"
             colour = self._look.curve(curve.colour)
             number = self._number(curve)
             entry = Entry(curve.label, text.strip(), colour, curve.style, number, curve.visible)
@@ -488,13 +500,14 @@ class ChartModel:
     def statistics(self) -> list[StatisticsRow]:
         """Return the curves that are drawn in numbers."""
         rows = []
+        between = self.marks["B"] - self.marks["A"] if len(self.marks) == 2 else math.nan
         for curve in self.curves:
             if curve.visible:
                 time, values = self._seen(curve)
                 marks = tuple(value_at(time, values, at) for _, at in sorted(self.marks.items()))
                 found = window_statistics(time, values, *self.ends)
                 shown_in, scale = self._shown_in(curve), self.window.y_scale
-                rows.append(StatisticsRow(curve.label, *shown_in, found, marks, scale))
+                rows.append(StatisticsRow(curve.label, *shown_in, found, marks, between, scale))
         return rows
 
     def columns(self) -> tuple[Column, ...]:
@@ -582,6 +595,10 @@ class Chart(QWidget):
 
     picture_changed = pyqtSignal()
     """It stands still, follows again, or shows other curves."""
+    cursor_moved = pyqtSignal(object)
+    """The user has put the crosshair to a time [s], or taken it away: None."""
+    focused = pyqtSignal()
+    """Keys go here."""
 
     def __init__(
         self, workspace: Workspace, smallest: float, kind: str, parent: QWidget | None = None
@@ -614,7 +631,7 @@ class Chart(QWidget):
         box.addWidget(self.statistics)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.legend.toggled.connect(self.toggle_curve)
-        self.canvas.hovered.connect(self.set_cursor)
+        self.canvas.hovered.connect(self._point)
         self.canvas.turned.connect(self._turn)
         self.canvas.boxed.connect(self._box)
         self.canvas.reset_wanted.connect(self.reset)
@@ -733,15 +750,19 @@ class Chart(QWidget):
         """Move the crosshair by a share of the window; it begins at the newest sample."""
         self.canvas.forget_mouse()
         at = self.window_ends[1] if self.cursor_time is None else self.cursor_time
-        self.set_cursor(self._model.window.time_from(at, share, self._model.now))
+        self._point(self._model.window.time_from(at, share, self._model.now))
 
     def copy_picture(self) -> None:
         """Copy the chart as a picture."""
         self._copies.copy_picture(self)
 
+    def columns(self) -> tuple[Column, ...]:
+        """Return the samples that are seen, in SI; views, to be used at once."""
+        return self._model.columns()
+
     def copy_data(self) -> None:
         """Copy the samples that are seen, in SI, with tabs between."""
-        self._copies.copy_data(self._model.columns(), self._model.over)
+        self._copies.copy_data(self.columns(), self._model.over)
 
     def save_picture(self) -> None:
         """Write the chart as a picture (PNG) to the folder for logs."""
@@ -749,7 +770,7 @@ class Chart(QWidget):
 
     def save_data(self) -> None:
         """Write the samples that are seen (CSV), in SI, to the folder for logs."""
-        self._copies.save_data(self._model.columns(), self._model.over, self.title)
+        self._copies.save_data(self.columns(), self._model.over, self.title)
 
     def make_menu(self) -> QMenu:
         """Return a menu that is gone once it is closed."""
@@ -787,6 +808,7 @@ class Chart(QWidget):
     def focusInEvent(self, event: QFocusEvent | None) -> None:
         """Show that keys go here."""
         self.canvas.set_focus_shown(True)
+        self.focused.emit()
 
     def focusOutEvent(self, event: QFocusEvent | None) -> None:
         """Keys go elsewhere."""
@@ -839,6 +861,10 @@ class Chart(QWidget):
         button.setIcon(icon(picture, look.colour("muted")))
         self.buttons.insertWidget(0, button)
         return button
+
+    def _point(self, time: float | None) -> None:
+        self.set_cursor(time)
+        self.cursor_moved.emit(time)
 
     def _stand(self, note: str) -> None:
         """Let the picture stand still."""

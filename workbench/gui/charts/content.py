@@ -1,6 +1,7 @@
 """What a chart's canvas shows at one time."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from PyQt6.QtGui import QColor
@@ -48,6 +49,15 @@ class Line:
     number: int = 0
 
 
+class Point(NamedTuple):
+    """A dot on a curve: x as shown, y in SI, number of its axis, colour."""
+
+    x: float
+    y: float
+    axis: int
+    colour: QColor
+
+
 @dataclass(frozen=True, eq=False)
 class Content:
     """All of a chart.
@@ -62,6 +72,7 @@ class Content:
         y_scale: of all axes of values.
         axes: of values, the first one has the grid.
         lines: from the back to the front.
+        points: dots that stay.
         marks: name and time [s] of the cursors that stay.
         state: a word where the picture stands still, "" where it follows.
         hint: said where there is nothing to draw.
@@ -76,6 +87,7 @@ class Content:
     y_scale: Scale = Scale.LINEAR
     axes: tuple[Axis, ...] = (Axis(Unit(""), 0.0, 1.0),)
     lines: tuple[Line, ...] = ()
+    points: tuple[Point, ...] = ()
     marks: tuple[tuple[str, float], ...] = ()
     state: str = ""
     hint: str = ""

@@ -12,6 +12,9 @@ from workbench.gui.charts.legend import Entry
 from workbench.gui.charts.scale import Scale
 from workbench.gui.workspace import Workspace
 
+ROUNDING = 1e-9
+"""Share of a value that comes back from its logarithm, or more."""
+
 
 class StaticPlot(Chart):
     """Shows named curves over a common axis; what is set is drawn once, a little later.
@@ -132,6 +135,8 @@ class StaticPlot(Chart):
         times = [time for time in seen if len(time)]
         left = min((float(time[0]) for time in times), default=scale.value_of(0.0))
         right = max((float(time[-1]) for time in times), default=scale.value_of(1.0))
+        if scale is Scale.LOGARITHMIC:  # whose ends are rounded, which is to leave no sample out
+            left, right = left * (1.0 - ROUNDING), right * (1.0 + ROUNDING)
         return left, right if right > left else scale.value_of(scale.place(left) + 1.0)
 
     def _stand(self, note: str) -> None:

@@ -56,6 +56,7 @@ class StatisticsRow:
         decimals: of what is shown.
         statistics: of the window, in SI.
         marks: values at the cursors that stay, in SI.
+        between: time from cursor A to cursor B [s], where both stay.
         scale: of its axis.
     """
 
@@ -64,6 +65,7 @@ class StatisticsRow:
     decimals: int
     statistics: WindowStatistics
     marks: tuple[float, ...]
+    between: float = math.nan
     scale: Scale = Scale.LINEAR
 
     @property
@@ -71,7 +73,8 @@ class StatisticsRow:
         """What stands in its cells."""
         numbers = [*dataclasses.astuple(self.statistics), *self.marks]
         if len(self.marks) == 2:
-            numbers.append(self.marks[1] - self.marks[0])
+            change = self.marks[1] - self.marks[0]
+            numbers += [change, change / self.between if self.between else math.nan]
         shown = [self.scale.text(self.unit.shown(value), self.decimals + 1) for value in numbers]
         return [self.label, self.unit.symbol or "–", *shown]
 

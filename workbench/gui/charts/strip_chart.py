@@ -1,6 +1,9 @@
 """A chart that follows a flight: the last seconds of some signals."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.charts.chart import SEPARATOR, Chart, Command
@@ -9,6 +12,25 @@ from workbench.gui.workspace import Workspace
 
 READ_EVERY = 0.2
 """Digits that change faster cannot be read [s of what is shown]."""
+
+
+@dataclass(frozen=True)
+class TimeView:
+    """The part of time that charts show together.
+
+    Attributes:
+        left: first time that is seen [s].
+        right: last one [s].
+        follows: whether the newest samples are seen as they come.
+        note: a word over what stands still.
+        marks: times of cursors A and B [s], by name.
+    """
+
+    left: float
+    right: float
+    follows: bool
+    note: str = ""
+    marks: tuple[tuple[str, float], ...] = ()
 
 
 class StripChart(Chart):
@@ -23,6 +45,9 @@ class StripChart(Chart):
     Attributes:
         pause: lets the picture stand still.
     """
+
+    view_changed = pyqtSignal()
+    """Another part of time may be seen, or other cursors stay."""
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(workspace, 0.1, "Chart", parent)
@@ -63,10 +88,34 @@ class StripChart(Chart):
         self._curves_changed()
         return curve
 
+    def clear(self) -> None:
+        """Draw no curve any more."""
+        for curve in self.curves:
+            self.remove_curve(curve)
+
     def remove_curve(self, curve: Curve) -> None:
         """Draw a curve no more."""
         self._model.curves.remove(curve)
         self._curves_changed()
+
+    @property
+    def view(self) -> TimeView:
+        """What part of time is seen."""
+        marks = tuple(sorted(self._model.marks.items()))
+        return TimeView(*self.window_ends, not self.is_paused, self._model.note, marks)
+
+    def take_view(self, view: TimeView) -> None:
+        """Show the part of time that another chart shows."""
+        if view.follows:
+            if self.is_paused:
+                self._model.follow()
+            self._model.window.span = view.right - view.left
+        else:
+            self._model.note = view.note
+            self._model.stand()
+            self._model.window.show(view.left, view.right)
+        self._model.marks = dict(view.marks)
+        self._settle()
 
     def refresh(self, now: float) -> None:
         """Draw the seconds until a time [s], unless it is paused or nobody sees it."""
@@ -137,6 +186,7 @@ class StripChart(Chart):
     def _settle(self) -> None:
         self.pause.setChecked(self.is_paused)
         super()._settle()
+        self.view_changed.emit()
 
     def _draw(self) -> None:
         columns = self.canvas.columns

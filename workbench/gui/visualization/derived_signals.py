@@ -9,6 +9,9 @@ import numpy as np
 
 from workbench.logs.expressions import Expression, Samples, parse_expression
 
+OWN_TOPIC = "own"
+"""Before the names of signals that the user has derived."""
+
 
 class SeriesSource(Protocol):
     """Series by their names."""
@@ -32,23 +35,31 @@ class Derived:
     Attributes:
         name: of it, TOPIC.FIELD.
         unit: SI.
-        text: its expression.
+        expression: that it is made by.
         help: what it is, in words.
     """
 
-    name: str
-    unit: str
-    text: str
+    name: str = ""
+    unit: str = "1"
+    expression: str = ""
     help: str = ""
 
+    def check(self) -> None:
+        """Refuse an expression that is none.
+
+        Raises:
+            WorkbenchError: with the place of what is wrong.
+        """
+        _ = self.parsed
+
     @cached_property
-    def expression(self) -> Expression:
-        """What it is made by.
+    def parsed(self) -> Expression:
+        """The expression, taken apart.
 
         Raises:
             WorkbenchError: if the text is none.
         """
-        return parse_expression(self.text)
+        return parse_expression(self.expression)
 
 
 def _error(axis: str, unit: str, response: str) -> Derived:
@@ -110,8 +121,8 @@ class WithDerived:
         units = dict(self._source.units)
         self._full = {}
         for each in self._derived.values():
-            if each.expression.can_find(units):
-                self._full[each.name] = each.expression.find(units)
+            if each.parsed.can_find(units):
+                self._full[each.name] = each.parsed.find(units)
                 units[each.name] = each.unit
         return units
 
@@ -124,5 +135,5 @@ class WithDerived:
         if name not in self._derived:
             return self._source.series(name, since)
         if name not in self._full:
-            self._full[name] = self._derived[name].expression.find(self.units)
-        return self._derived[name].expression.series(self.series, self._full[name], since)
+            self._full[name] = self._derived[name].parsed.find(self.units)
+        return self._derived[name].parsed.series(self.series, self._full[name], since)

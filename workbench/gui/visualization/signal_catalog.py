@@ -28,6 +28,7 @@ TITLES = {
     "error": "Errors",
     "bound": "Bounds of the estimate",
     "derived": "Derived",
+    "own": "Derived by you",
     "exact_state": "Exact state",
 }
 VECTORS = {

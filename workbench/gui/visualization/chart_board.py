@@ -1,0 +1,305 @@
+"""The board of charts: one part of time, one crosshair and one pair of cursors for all of them."""
+
+import dataclasses
+import math
+
+from PyQt6.QtCore import Qt, pyqtSignal
+from PyQt6.QtGui import QKeyEvent, QResizeEvent, QShowEvent
+from PyQt6.QtWidgets import QGridLayout, QWidget
+
+from workbench.gui.charts.strip_chart import StripChart, TimeView
+from workbench.gui.charts.xy_chart import XYChart
+from workbench.gui.visualization.chart_pane import ChartPane
+from workbench.gui.visualization.derived_signals import SeriesSource
+from workbench.gui.visualization.layouts import MOST_CHARTS, Board, ChartSpec
+from workbench.gui.workspace import Workspace
+
+NARROWEST = 340
+"""A chart that has a neighbour [pixels]."""
+
+
+class ChartBoard(QWidget):
+    """Charts of one source.
+
+    Zoom, pause, crosshair and cursors A and B in one chart over time are those of all.
+
+    Args:
+        workspace: colours, units and notices.
+        source: of the signals.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    changed = pyqtSignal()
+    """Other charts, or other signals in them."""
+    used = pyqtSignal(str)
+    """Title of the chart that signals are added to."""
+    view_changed = pyqtSignal()
+    """Another part of time may be seen, or other cursors stay."""
+
+    def __init__(
+        self, workspace: Workspace, source: SeriesSource, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._source = source
+        self._panes: list[ChartPane] = []
+        self._used: ChartPane | None = None
+        self._pointed: ChartPane | None = None
+        self._columns = 0
+        self._now = 0.0
+        self._view: TimeView | None = None
+        self._takes_view = False
+        self._shows_clock = False
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(8)
+
+    @property
+    def panes(self) -> tuple[ChartPane, ...]:
+        """The charts."""
+        return tuple(self._panes)
+
+    @property
+    def board(self) -> Board:
+        """What they show."""
+        return tuple(pane.spec for pane in self._panes)
+
+    @property
+    def chart_in_use(self) -> ChartPane | None:
+        """The chart that signals are added to."""
+        return self._used or (self._panes[0] if self._panes else None)
+
+    @property
+    def marks(self) -> dict[str, float]:
+        """Times of cursors A and B [s], by name."""
+        return dict(self._view.marks) if self._view is not None else {}
+
+    def show_board(self, board: Board, source: SeriesSource) -> None:
+        """Show these charts of a source."""
+        self._source = source
+        for pane in self._panes:
+            pane.hide()
+            pane.deleteLater()
+        self._panes.clear()
+        self._used = self._pointed = self._view = None
+        for spec in board[:MOST_CHARTS]:
+            self._add(spec)
+        self._arrange()
+        if self._panes:
+            self._use(self._panes[0])
+
+    def show_source(self, source: SeriesSource) -> None:
+        """Show the same signals of another source, following it."""
+        self._source = source
+        for pane in self._panes:
+            self._write_times(pane)
+            pane.show_signals(pane.spec.signals, source)
+        if self._view is not None:
+            span = self._workspace.preferences.number("chart_seconds")
+            self.show_view(TimeView(-span, 0.0, follows=True))
+
+    def change_source(self, source: SeriesSource) -> None:
+        """Show the same signals of a source that has others besides, at the same part of time."""
+        self._source = source
+        for pane in self._panes:
+            pane.show_signals(pane.spec.signals, source)
+
+    def rename_signal(self, old: str, new: str) -> None:
+        """Show a signal under its new name."""
+        for pane in self._panes:
+            names = pane.spec.signals
+            if old in names:
+                renamed = tuple(new if name == old else name for name in names)
+                pane.show_signals(renamed, self._source)
+        self.changed.emit()
+
+    def set_marks(self, marks: dict[str, float]) -> None:
+        """Put cursors A and B to times [s], or take them away."""
+        view = self._view_now()
+        self.show_view(dataclasses.replace(view, marks=tuple(sorted(marks.items()))))
+
+    def add_chart(self, spec: ChartSpec | None = None) -> None:
+        """Add a chart; a sentence tells where there are enough of them."""
+        if len(self._panes) >= MOST_CHARTS:
+            self._workspace.notices.warn(f"There are {MOST_CHARTS} charts: remove one first.")
+            return
+        self._add(spec or ChartSpec(f"Chart {len(self._panes) + 1}"))
+        self._arrange()
+        self._use(self._panes[-1])
+        self.changed.emit()
+
+    def remove_chart(self, pane: ChartPane) -> None:
+        """Remove a chart."""
+        self._panes.remove(pane)
+        pane.hide()
+        pane.deleteLater()
+        if self._pointed is pane:
+            self._pointed = None
+        if self._used is pane:
+            self._used = None
+            if self._panes:
+                self._use(self._panes[0])
+        self._arrange()
+        self.changed.emit()
+
+    def split_chart(self, pane: ChartPane) -> None:
+        """Give each signal of a chart its own, as far as there is room."""
+        names = pane.spec.signals
+        for name in names[1:]:
+            if len(self._panes) >= MOST_CHARTS:
+                break
+            pane.remove_signal(name)
+            self.add_chart(dataclasses.replace(pane.spec, title=name, signals=(name,)))
+
+    def add_signal(self, name: str) -> None:
+        """Add a signal to the chart in use."""
+        if not self._panes:
+            self.add_chart()
+        pane = self.chart_in_use
+        if pane is not None:
+            pane.add_signal(name)
+
+    def refresh(self, now: float) -> None:
+        """Draw until a time [s]; the crosshair stays where the mouse is."""
+        self._now = now
+        for pane in self._panes:
+            pane.chart.refresh(now)
+        if self._pointed is not None and not self._is_standing:
+            self._point(self._pointed, self._pointed.chart.cursor_time)
+
+    @property
+    def _is_standing(self) -> bool:
+        return self._view is not None and not self._view.follows
+
+    def write_clock_times(self) -> None:
+        """Write times as a log has them."""
+        self._shows_clock = True
+
+    def write_times_ago(self) -> None:
+        """Write how long ago samples are."""
+        self._shows_clock = False
+
+    def show_window(self, left: float, right: float) -> None:
+        """Let all charts stand at a part of time [s]."""
+        view = self._view_now()
+        self.show_view(TimeView(left, right, False, "ZOOMED", view.marks))
+
+    def set_paused(self, paused: bool) -> None:
+        """Let all pictures stand still, or follow."""
+        view = self._view_now()
+        if paused:
+            self.show_view(dataclasses.replace(view, follows=False, note="PAUSED"))
+        else:
+            left = self._now - self._workspace.preferences.number("chart_seconds")
+            self.show_view(TimeView(left, self._now, True, "", view.marks))
+
+    def _view_now(self) -> TimeView:
+        """Return what part of time is seen."""
+        for pane in self._panes:
+            if isinstance(pane.chart, StripChart):
+                return pane.chart.view
+        left = self._now - self._workspace.preferences.number("chart_seconds")
+        return self._view or TimeView(left, self._now, True)
+
+    def show_view(self, view: TimeView, but: ChartPane | None = None) -> None:
+        """Let all charts show a part of time, and cursors.
+
+        Args:
+            view: what part.
+            but: the chart that shows it already.
+        """
+        self._view, self._takes_view = view, True
+        for pane in self._panes:
+            if pane is not but:
+                pane.chart.take_view(view)
+        self._takes_view = False
+        self.view_changed.emit()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Take as many columns as there is room for."""
+        if self._columns_wanted() != self._columns:
+            self._arrange()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Take as many columns as there is room for."""
+        if self._columns_wanted() != self._columns:
+            self._arrange()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Remove by Del and Shift+Del."""
+        pane = self._used
+        if event is None or pane is None or event.key() != Qt.Key.Key_Delete:
+            super().keyPressEvent(event)
+        elif event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            self.remove_chart(pane)
+        elif pane.spec.signals:
+            pane.remove_signal(pane.spec.signals[-1])
+
+    def _add(self, spec: ChartSpec) -> None:
+        pane = ChartPane(self._workspace, spec, self._source, self)
+        self._panes.append(pane)
+        pane.used.connect(lambda: self._use(pane))
+        pane.spec_changed.connect(self.changed)
+        pane.removal_wanted.connect(lambda: self.remove_chart(pane))
+        pane.split_wanted.connect(lambda: self.split_chart(pane))
+        pane.chart_made.connect(lambda: self._link(pane))
+        self._link(pane)
+
+    def _link(self, pane: ChartPane) -> None:
+        """Let a new chart show what the others show, and the others what it shows."""
+        chart = pane.chart
+        self._write_times(pane)
+        if self._view is not None:
+            self._takes_view = True
+            chart.take_view(self._view)
+            self._takes_view = False
+        chart.refresh(self._now)
+        if isinstance(chart, StripChart):
+            chart.view_changed.connect(lambda: self._take_view(pane, chart))
+            chart.cursor_moved.connect(lambda time: self._hover(pane, time))
+
+    def _take_view(self, pane: ChartPane, chart: StripChart) -> None:
+        if not self._takes_view and chart.view != self._view:
+            self.show_view(chart.view, but=pane)
+
+    def _hover(self, pane: ChartPane, time: float | None) -> None:
+        self._pointed = None if time is None else pane
+        self._point(pane, time)
+
+    def _point(self, pane: ChartPane, time: float | None) -> None:
+        """Put the crosshair of the other charts to a time [s]."""
+        for each in self._panes:
+            if isinstance(each.chart, XYChart):
+                each.chart.show_time(time)
+            elif isinstance(each.chart, StripChart) and each is not pane:
+                each.chart.set_cursor(time)
+
+    def _write_times(self, pane: ChartPane) -> None:
+        if self._shows_clock:
+            pane.chart.show_clock_times()
+        else:
+            pane.chart.show_times_ago()
+
+    def _use(self, pane: ChartPane) -> None:
+        self._used = pane
+        self.used.emit(pane.title)
+
+    def _columns_wanted(self) -> int:
+        count = len(self._panes)
+        # before it is seen its width is not known, and charts in one column would be too high
+        room = max(1, self.width() // NARROWEST) if self.isVisible() else 2
+        if count <= 1:
+            return 1
+        return min(room, math.ceil(math.sqrt(count)) if room >= 2 else 1)
+
+    def _arrange(self) -> None:
+        for column in range(MOST_CHARTS):
+            self._grid.setColumnStretch(column, 0)
+            self._grid.setRowStretch(column, 0)
+        self._columns = self._columns_wanted()
+        for index, pane in enumerate(self._panes):
+            row, column = divmod(index, self._columns)
+            self._grid.addWidget(pane, row, column)
+            self._grid.setRowStretch(row, 1)
+            self._grid.setColumnStretch(column, 1)
+            pane.show()

@@ -1,0 +1,198 @@
+"""The list of all signals: searched, dragged onto charts, or chosen by Enter."""
+
+from collections.abc import Iterable, Sequence
+
+from PyQt6.QtCore import QMimeData, QModelIndex, QPoint, QSortFilterProxyModel, Qt, pyqtSignal
+from PyQt6.QtGui import QKeyEvent, QStandardItem, QStandardItemModel
+from PyQt6.QtWidgets import QHeaderView, QLabel, QLineEdit, QMenu, QTreeView, QVBoxLayout, QWidget
+
+from workbench.gui.visualization.derived_signals import OWN_TOPIC
+from workbench.gui.visualization.signal_catalog import SignalGroup
+
+MIME = "application/x-workbench-signal"
+"""Kind of what is dragged: names of signals, a line each."""
+NAME = Qt.ItemDataRole.UserRole.value + 1
+
+
+class SignalModel(QStandardItemModel):
+    """Topics, and below each its signals with their units."""
+
+    def mimeTypes(self) -> list[str]:
+        """Return what is dragged."""
+        return [MIME]
+
+    def mimeData(self, indexes: Iterable[QModelIndex]) -> QMimeData:
+        """Return the names of signals."""
+        names = [str(index.data(NAME)) for index in indexes if index.data(NAME)]
+        data = QMimeData()
+        data.setData(MIME, "\n".join(dict.fromkeys(names)).encode())
+        return data
+
+    def show_groups(self, groups: Sequence[SignalGroup]) -> None:
+        """Show these."""
+        self.clear()
+        self.setHorizontalHeaderLabels(["Signal", "Unit"])
+        for group in groups:
+            top = QStandardItem(group.title)
+            top.setToolTip(group.topic)
+            top.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
+            empty = QStandardItem("")
+            empty.setFlags(Qt.ItemFlag.ItemIsEnabled)
+            for signal in group.signals:
+                own = signal.name.partition(".")[2]
+                shown = signal.label if signal.label == own else f"{signal.label} ({own})"
+                name, unit = QStandardItem(shown), QStandardItem(signal.unit)
+                tip = f"{signal.name} [{signal.unit or '1'}], {signal.label}"
+                for item in (name, unit):
+                    item.setData(signal.name, NAME)
+                    item.setToolTip(f"{tip}: {signal.help}" if signal.help else tip)
+                    item.setEditable(False)
+                    item.setDropEnabled(False)
+                name.setAccessibleText(f"{signal.name}, unit {signal.unit or 'none'}")
+                top.appendRow([name, unit])
+            self.appendRow([top, empty])
+
+
+class SignalView(QTreeView):
+    """The tree; Enter and double click choose a signal."""
+
+    chosen = pyqtSignal(str)
+    """Name of a signal that is to be shown."""
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Choose by Enter."""
+        if event is not None and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.choose(self.currentIndex())
+        else:
+            super().keyPressEvent(event)
+
+    def choose(self, index: QModelIndex) -> None:
+        """Choose what is at an index; a topic opens or closes."""
+        name = index.data(NAME)
+        if name:
+            self.chosen.emit(str(name))
+        elif index.isValid():
+            self.setExpanded(index, not self.isExpanded(index))
+
+
+class SignalTree(QWidget):
+    """Search field and tree.
+
+    Args:
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    chosen = pyqtSignal(str)
+    """Name of a signal that is to be added to the chart in use."""
+    chosen_apart = pyqtSignal(str)
+    """Name of a signal that is to have a chart of its own."""
+    edit_wanted = pyqtSignal(str)
+    """Name of a derived signal of the user's own that is to be changed."""
+    removal_wanted = pyqtSignal(str)
+    """Name of one that is to go."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._groups: tuple[SignalGroup, ...] = ()
+        self._model = SignalModel(self)
+        self._proxy = QSortFilterProxyModel(self)
+        self._proxy.setSourceModel(self._model)
+        self._proxy.setRecursiveFilteringEnabled(True)
+        self._proxy.setAutoAcceptChildRows(True)
+        self._proxy.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        label = QLabel("Find s&ignal")
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("velocity, thrust, m/s …")
+        self.search.setClearButtonEnabled(True)
+        self.search.setAccessibleName("Find signal")
+        label.setBuddy(self.search)
+        self.view = SignalView()
+        self.view.setModel(self._proxy)
+        self.view.setAccessibleName("Signals: Enter adds one to the chart in use")
+        self.view.setDragEnabled(True)
+        self.view.setUniformRowHeights(True)
+        self.view.setSelectionMode(QTreeView.SelectionMode.ExtendedSelection)
+        self.view.setExpandsOnDoubleClick(False)
+        self.view.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.target = QLabel()
+        self.target.setWordWrap(True)
+        self.target.setProperty("class", "muted")
+        box = QVBoxLayout(self)
+        box.setContentsMargins(0, 0, 0, 0)
+        box.setSpacing(6)
+        for widget in (label, self.search, self.view, self.target):
+            box.addWidget(widget, 1 if widget is self.view else 0)
+        self.search.textChanged.connect(self._filter)
+        self.search.returnPressed.connect(self._choose_first)
+        self.view.chosen.connect(self.chosen)
+        self.view.doubleClicked.connect(self.view.choose)
+        self.view.customContextMenuRequested.connect(self._open_menu)
+
+    def show_groups(self, groups: tuple[SignalGroup, ...]) -> None:
+        """Show signals; nothing is done where they are the same."""
+        if groups == self._groups:
+            return
+        self._groups = groups
+        self._model.show_groups(groups)
+        head = self.view.header()
+        if head is not None:
+            head.setStretchLastSection(False)
+            head.setMinimumSectionSize(40)
+            head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+            head.setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+        self._filter(self.search.text())
+
+    def set_target(self, title: str) -> None:
+        """Say to which chart a signal is added."""
+        self.target.setText(f"Enter, or a double click, adds to “{title}”. Or drag onto a chart.")
+
+    def names(self) -> list[str]:
+        """Return the names that are found."""
+        found = []
+        for row in range(self._proxy.rowCount()):
+            top = self._proxy.index(row, 0)
+            for below in range(self._proxy.rowCount(top)):
+                found.append(str(self._proxy.index(below, 0, top).data(NAME)))
+        return found
+
+    def _filter(self, text: str) -> None:
+        """Show what has all words, in whatever order, in its name, its topic or its unit."""
+        self._proxy.setFilterRole(Qt.ItemDataRole.ToolTipRole)
+        words = "".join(f"(?=.*{_escaped(word)})" for word in text.split())
+        self._proxy.setFilterRegularExpression(f"(?i)^{words}" if words else "")
+        if text:
+            self.view.expandAll()
+        else:
+            self.view.collapseAll()
+
+    def _choose_first(self) -> None:
+        found = self.names()
+        if found:
+            self.chosen.emit(found[0])
+
+    def _open_menu(self, place: QPoint) -> None:
+        index = self.view.currentIndex()
+        if not index.data(NAME):
+            return
+        name = str(index.data(NAME))
+        menu = QMenu(self)
+        menu.aboutToHide.connect(menu.deleteLater)
+        add, apart = (
+            menu.addAction("Add to the chart in use"),
+            menu.addAction("Show in a new chart"),
+        )
+        if add is not None and apart is not None:
+            add.triggered.connect(lambda: self.chosen.emit(name))
+            apart.triggered.connect(lambda: self.chosen_apart.emit(name))
+        if name.startswith(f"{OWN_TOPIC}."):
+            for text, wanted in (("Edit…", self.edit_wanted), ("Remove", self.removal_wanted)):
+                action = menu.addAction(text)
+                if action is not None:
+                    action.triggered.connect(lambda _, wanted=wanted: wanted.emit(name))
+        port = self.view.viewport()
+        if port is not None:
+            menu.popup(port.mapToGlobal(place))
+
+
+def _escaped(word: str) -> str:
+    return "".join(each if each.isalnum() or each == "_" else f"\\{each}" for each in word)
