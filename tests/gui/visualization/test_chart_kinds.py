@@ -96,7 +96,9 @@ def test_with_two_cursors_the_spectrum_is_of_what_lies_between(page, qtbot):
 def test_a_signal_without_a_spectrum_says_why(page, qtbot):
     (chart,) = show(page, ChartSpec("Charge", ("drone_state.charge",)).of_kind(SPECTRUM))
     page.board.set_marks({"A": 1.0, "B": 1.2})
-    qtbot.waitUntil(lambda: "charge: a spectrum needs 16 samples, and here are" in chart.said.text())
+    qtbot.waitUntil(
+        lambda: "charge: a spectrum needs 16 samples, and here are" in chart.said.text()
+    )
     assert not chart.curves
 
 

@@ -15,6 +15,7 @@ from PyQt6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
     QLabel,
+    QLayout,
     QLineEdit,
     QMenu,
     QPushButton,
@@ -59,6 +60,8 @@ KEPT = "visualization/charts"
 OWN = "Own"
 WIDE_PAGE = 980
 """From here on there is room for the list of signals beside the charts [pixels]."""
+DIALOG_WIDTH = 520
+"""Of the texts of a dialog [pixels]."""
 ENDING = ".layout.yaml"
 """Of files of layouts."""
 
@@ -89,8 +92,8 @@ class SignalDialog(QDialog):
         self.unit.setPlaceholderText("m/s")
         self.said = QLabel()
         self.said.setWordWrap(True)
-        self.said.setMinimumWidth(420)
         form = QFormLayout(self)
+        form.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)  # as high as what is said
         for label, field in (
             ("&Name", self.name),
             ("&Expression", self.expression),
@@ -104,6 +107,8 @@ class SignalDialog(QDialog):
         )
         help = QLabel(f"Signals by their names, + - * / // % **, comparisons, pi, {known}.")
         help.setWordWrap(True)
+        help.setFixedWidth(DIALOG_WIDTH)
+        self.said.setFixedWidth(DIALOG_WIDTH)
         set_class(help, "muted")
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
