@@ -10,6 +10,7 @@ from typing import Any
 
 from workbench.analysis.messages import Begin, Preparing, Progressed, Stop
 from workbench.analysis.questions import (
+    AskOther,
     DrawFrequency,
     DrawMap,
     FindRanges,
@@ -32,7 +33,7 @@ MOST_DEATHS = 3
 """So many processes in a row may end without an answer; then no further one is started."""
 QUICK = (Judge, DrawFrequency, Predict, DrawMap, FindRanges)
 """What is answered while a slider moves, by a process of its own."""
-SLOW = (JudgePlantInput, Fork, Weigh, Pin)
+SLOW = (JudgePlantInput, Fork, Weigh, Pin, AskOther)
 """What takes a tenth of a second to some seconds, and waits until a slider rests."""
 LONG = (Tune,)
 """What takes minutes, for which nothing else is to wait."""

@@ -151,6 +151,19 @@ class Pin:
     overwrite: bool = False
 
 
+@dataclass(frozen=True)
+class AskOther:
+    """What is the answer if another controller flies? Answered by `OtherAnswered`.
+
+    Attributes:
+        controller: a shipped one's name, or a file's path.
+        question: whose gains are values over the controller's own: those of a vehicle's rule.
+    """
+
+    controller: str
+    question: Judge | Predict | DrawFrequency
+
+
 Question = (
     Judge
     | JudgePlantInput
@@ -162,4 +175,5 @@ Question = (
     | Tune
     | Fork
     | Pin
+    | AskOther
 )

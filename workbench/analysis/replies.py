@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.analysis.questions import DrawFrequency, DrawMap, Gains, Step
+from workbench.analysis.questions import AskOther, DrawFrequency, DrawMap, Gains, Step
 from workbench.design.branches import FlownBranch
 
 
@@ -290,6 +290,14 @@ class Pinned:
     said: str
 
 
+@dataclass(frozen=True)
+class OtherAnswered:
+    """What was asked about another controller than the one that flies, and the answer to it."""
+
+    asked: AskOther
+    answer: Judged | Predicted | FrequencyCurves
+
+
 Reply = (
     Judged
     | JudgedPlantInput
@@ -301,4 +309,5 @@ Reply = (
     | Tuned
     | Forked
     | Pinned
+    | OtherAnswered
 )

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.control.schedule import split_label
 from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
@@ -57,6 +58,7 @@ class Subject:
         self._around = tuple(row.name for system in SIGNAL_PATH for row in self.table.of(system))
         self._models: tuple[dict[str, float], RetunedModels | LinearisedModels] | None = None
         self._loading: Future[RolloutEngine] | None = None
+        self._others: dict[str, Subject] = {}
 
     @cached_property
     def study(self) -> "LinearStudy":
@@ -108,6 +110,29 @@ class Subject:
         from workbench.design.fork import Forker
 
         return Forker(self.scenario)
+
+    def other(self, controller: str) -> "Subject":
+        """Return the same vehicle flown by another controller, with its own gains.
+
+        Raises:
+            WorkbenchError: if the controller cannot be read.
+        """
+        law = load_controller(controller)
+        if law.digest not in self._others:
+            scenario = replace(
+                self.scenario,
+                controller=controller,
+                vehicle=replace(self.scenario.vehicle, gains=""),
+                script=[],
+            )
+            present = parameter_table(self.flown)
+            around = {
+                name: value
+                for name, value in self.settings.items()
+                if present.find(name).system != "controller"
+            }
+            self._others[law.digest] = Subject(scenario, around)
+        return self._others[law.digest]
 
     def gains(self, asked: Mapping[str, float]) -> dict[str, float]:
         """Return all values of the controller, those asked about over the vehicle's own.

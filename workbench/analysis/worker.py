@@ -14,6 +14,7 @@ from typing import Any
 
 from workbench.analysis.messages import Begin, Preparing
 from workbench.analysis.questions import (
+    AskOther,
     DrawFrequency,
     DrawMap,
     FindRanges,
@@ -44,6 +45,7 @@ ORDER = (
     Weigh,
     Tune,
     Pin,
+    AskOther,
 )
 """The kinds of questions, the most urgent first."""
 SLICE = 0.005
@@ -60,6 +62,7 @@ ANSWERERS = {
     Tune: "tuning:tune",
     Fork: "predicting:fork",
     Pin: "tuning:pin",
+    AskOther: "others:ask_other",
 }
 """File and function that answer a kind of question; loaded when it is first asked."""
 

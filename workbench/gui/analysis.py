@@ -9,6 +9,7 @@ from PyQt6.QtCore import QObject, Qt, pyqtSignal
 from workbench.analysis.analyst import Analyst
 from workbench.analysis.messages import Preparing
 from workbench.analysis.questions import (
+    AskOther,
     DrawFrequency,
     DrawMap,
     FindRanges,
@@ -29,7 +30,7 @@ from workbench.gui.notices import Notices
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
-STREAMED = (Judge, JudgePlantInput, DrawFrequency, Predict, DrawMap, FindRanges)
+STREAMED = (Judge, JudgePlantInput, DrawFrequency, Predict, DrawMap, FindRanges, AskOther)
 """Questions that a moving slider asks all the time: why one has no answer stands beside it."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
@@ -66,6 +67,8 @@ class Analysis(QObject):
     """A `Forked`."""
     pinned = pyqtSignal(object)
     """A `Pinned`."""
+    other_answered = pyqtSignal(object)
+    """An `OtherAnswered`."""
     refused = pyqtSignal(object, str)
     """A question that could not be answered, and why."""
 
@@ -90,6 +93,7 @@ class Analysis(QObject):
             Tune: self.tuned,
             Fork: self.forked,
             Pin: self.pinned,
+            AskOther: self.other_answered,
         }
         queued = Qt.ConnectionType.QueuedConnection  # it comes from a thread of the analyst's
         self._progressed.connect(self._show_progress, queued)  # type: ignore[call-arg]
