@@ -133,9 +133,9 @@ class Legend(QLabel):
 
     def _fit(self) -> None:
         """Take the height that the text has at this width: a layout alone would squeeze it."""
+        self.setMinimumHeight(0)  # a label never needs less than its least height
         height = max(0, self.heightForWidth(self.width()))
-        if height != self.minimumHeight():
-            self.setMinimumHeight(height)
+        self.setMinimumHeight(height)
 
 
 def _unbroken(text: str) -> str:
