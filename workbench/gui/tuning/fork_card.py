@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from PyQt6.QtCore import Qt, pyqtSignal
@@ -11,7 +10,6 @@ from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QPus
 
 from workbench.analysis.questions import Fork, Question, Step
 from workbench.analysis.replies import Forked, StepNumbers
-from workbench.control.controller import SHIPPED
 from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
@@ -23,6 +21,7 @@ from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.limit_table import STEP_LIMITS
 from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.tuning.other_controllers import OtherControllers, controller_label
 from workbench.gui.tuning.table_rows import Cell, Row
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import Unit
@@ -87,7 +86,7 @@ class ForkCard(Card):
         super().__init__("Fork the flight", parent)
         self._flight, self._analysis, self._trial = workspace.flight, workspace.analysis, trial
         self._control = FlightControl(workspace.flight, workspace.preferences, self)
-        self._files: list[str] = []
+        self._others = OtherControllers(workspace.flight)
         self._busy = False
         self._asked: Fork | None = None
         self._branches: tuple[Branch, ...] = ()
@@ -139,9 +138,7 @@ class ForkCard(Card):
 
     def begin(self) -> None:
         """Forget the forks of another flight, or of another controller's."""
-        flying = self._controller
-        if flying not in (*SHIPPED, *self._files):
-            self._files.append(flying)
+        self._others.note_flight()
         self._forked, self._asked = None, None
         self._draw()
         self._set_busy(False)
@@ -221,7 +218,7 @@ class ForkCard(Card):
         if lost:
             self.said.say("; ".join(lost), "bad")
         else:
-            self.said.say(_words(self._branches, _law(self._controller)))
+            self.said.say(_words(self._branches, controller_label(self._others.present)))
 
     def _keep(self, index: int) -> None:
         branch = self._branches[index]
@@ -233,16 +230,10 @@ class ForkCard(Card):
         else:
             self._trial.adopt(branch.gains, "a branch of a fork")
 
-    @property
-    def _controller(self) -> str:
-        """Of the flight: a shipped one's name, or a file's path."""
-        scenario = self._flight.view.scenario
-        return scenario.controller if scenario is not None else SHIPPED[0]
-
     def _offer(self) -> None:
         """Let both branches be chosen among all that there is."""
         gains = [NOW, PROPOSED, *self._trial.gains.slots]
-        laws = [each for each in (*SHIPPED, *self._files) if each != self._controller]
+        laws = self._others.names
         for box in (self.one, self.other):
             if [*gains, *laws] == [box.itemData(index) for index in range(box.count())]:
                 continue
@@ -251,7 +242,7 @@ class ForkCard(Card):
             for each in gains:
                 box.addItem(f"slot {each}" if each in self._trial.gains.slots else each, each)
             for each in laws:
-                box.addItem(_law(each), each)
+                box.addItem(controller_label(each), each)
                 said = f"The controller {each} takes over, with its own gains"
                 box.setItemData(box.count() - 1, said, Qt.ItemDataRole.ToolTipRole)
             if box.findData(chosen) < 0:
@@ -267,7 +258,7 @@ class ForkCard(Card):
             return Branch(PROPOSED, self._trial.proposed)
         if chosen in slots:
             return Branch(f"slot {chosen}", {**flown, **controller_gains(slots[chosen])})
-        return Branch(_law(chosen), {}, chosen)
+        return Branch(controller_label(chosen), {}, chosen)
 
     def _set_busy(self, busy: bool) -> None:
         if busy != self._busy:
@@ -314,11 +305,6 @@ class ForkCard(Card):
         self.body.addWidget(self.plot, 1)
         self.body.addWidget(self.table)
         self.body.addLayout(line)
-
-
-def _law(name: str) -> str:
-    """Return how a controller is called: a shipped one's name, or that of its file."""
-    return Path(name).stem if name.endswith(".py") else name
 
 
 def _row(name: str, numbers: StepNumbers | None) -> Row:

@@ -1,5 +1,6 @@
 """A table of numbers in aligned columns, painted at once: cheap enough to follow a slider."""
 
+import math
 from collections.abc import Sequence
 
 from PyQt6.QtCore import QEvent, QRectF, QSize, Qt
@@ -18,7 +19,7 @@ from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from workbench.gui.theme import Look
 from workbench.gui.tuning.marks import TONES, draw_mark
-from workbench.gui.tuning.table_rows import Cell, Row, State
+from workbench.gui.tuning.table_rows import BEST, Cell, Row, State
 
 GAP = 8.0
 MARK = 13.0
@@ -106,6 +107,27 @@ class NumberTable(QWidget):
         if not changed:
             self.update()
 
+    def set_head(self, head: Sequence[str], head_help: Sequence[str] = ()) -> None:
+        """Have other columns."""
+        self._head_help = tuple(head_help)
+        if self._head != tuple(head):
+            self._head = tuple(head)
+            self._widths = None
+            self.update()
+
+    @property
+    def full_width(self) -> int:
+        """Width in which no label gives way [px]."""
+        labels = [self._widest, *(row.label for row in self._rows)]
+        label = max(map(self._metrics.horizontalAdvance, labels)) + GAP
+        return math.ceil(label + len(self._head) * self._columns()[1])
+
+    def column_at(self, x: float) -> int:
+        """Return the column of numbers at a place of the widget; -1 for the labels."""
+        label, cell, _ = self._columns()
+        column = int((x - label) // cell)
+        return column if 0 <= column < len(self._head) else -1
+
     def expect(self, rows: int) -> None:
         """Take room for so many rows before they are known."""
         self._expected = rows
@@ -143,6 +165,11 @@ class NumberTable(QWidget):
         self._widths = None
         super().resizeEvent(event)
 
+    @property
+    def _head_font(self) -> QFont:
+        """Of the head: small where there are many columns, of pairs, or without a word behind."""
+        return self._small if self._paired or not self._worded else self.font()
+
     def _row_height(self) -> float:
         roomiest = 2.2 * self._metrics.height() if self._is_stacked else ROOMIEST
         return min(roomiest, self.height() / self._lines())
@@ -172,8 +199,11 @@ class NumberTable(QWidget):
         columns = max(1, len(self._head))
         cell = min((self.width() - label - word) / columns, WIDEST)
         if not self._paired:  # numbers keep their room, and a long label gives way
-            texts = [*self._head, *(each.text for row in self._rows for each in row.cells)]
-            cell = max(cell, max(map(metrics.horizontalAdvance, texts)) + GAP)
+            texts = [each.text for row in self._rows for each in row.cells]
+            small = QFontMetricsF(self._head_font)
+            widths = [*map(metrics.horizontalAdvance, texts)]
+            widths += map(small.horizontalAdvance, self._head)
+            cell = max(cell, max(widths, default=0.0) + GAP)
             label = min(label, max(0.0, self.width() - word - columns * cell))
         return label, cell, word
 
@@ -186,7 +216,7 @@ class NumberTable(QWidget):
         colour = self._look.colour
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         painter.setPen(colour("muted"))
-        painter.setFont(self._small if self._paired else self.font())
+        painter.setFont(self._head_font)
         for index, text in enumerate(self._head if seen.boundingRect().top() <= height else ()):
             words = text.replace(" ", "\n") if self._is_stacked else text
             painter.drawText(QRectF(label + index * cell, 0.0, cell - PAIR, height), RIGHT, words)
@@ -230,7 +260,8 @@ class NumberTable(QWidget):
         elif self._is_stacked and was:
             number.setHeight(0.55 * box.height())
             second = number.translated(0.0, 0.47 * box.height())
-        painter.setPen(self._look.colour("warning" if cell.over else "ink"))
+        tone = "good" if cell.marked == BEST else "ink"
+        painter.setPen(self._look.colour("warning" if cell.over else tone))
         painter.setFont(self._strong if cell.marked else self.font())
         painter.drawText(number, RIGHT, cell.text)
         if cell.over:  # a line below: the number is beyond its limit, in any colour

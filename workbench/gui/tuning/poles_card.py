@@ -43,11 +43,15 @@ class Pole:
 
     Attributes:
         value: [1/s].
-        proposed: whether it is of the proposed gains, else of those that fly.
+        proposed: whether it is of the proposed gains, else of those that fly, or of `whose`.
+        whose: name of the design that it is of, where many are compared.
+        colour: number of that design's colour.
     """
 
     value: complex
     proposed: bool
+    whose: str = ""
+    colour: int = 0
 
     @property
     def frequency(self) -> float:
@@ -67,7 +71,7 @@ class Pole:
     @property
     def text(self) -> str:
         """The pole in words."""
-        whose = "proposed" if self.proposed else "flown"
+        whose = self.whose or ("proposed" if self.proposed else "flown")
         word = "" if self.is_stable else ", unstable"
         hertz = self.frequency / (2.0 * math.pi)
         where = f"{self.frequency:.3g} rad/s ({hertz:.3g} Hz)"
@@ -252,6 +256,9 @@ class PolePlane(QWidget):
         colour = self._look.colour("accent" if pole.proposed else "muted")
         if not pole.is_stable:
             colour = self._look.colour("bad")
+        if pole.whose:
+            colour = self._look.curve(pole.colour)
+        if not pole.is_stable:
             painter.setPen(QPen(colour, 2.2 if pole.proposed else 1.2))
             painter.drawLine(at + QPointF(-SIZE, -SIZE), at + QPointF(SIZE, SIZE))
             painter.drawLine(at + QPointF(-SIZE, SIZE), at + QPointF(SIZE, -SIZE))

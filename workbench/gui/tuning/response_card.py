@@ -16,8 +16,8 @@ from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card
+from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.excitation_form import ExcitationChoice
-from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.limit_table import STEP_LIMITS, Limit
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.limits_form import LimitsForm
@@ -440,36 +440,27 @@ class ResponsePlot(QWidget):
         else:
             self.plot.remove_curve(FUTURE)
 
-    def show_ghosts(self, ghosts: tuple[Response, ...], gains: Mapping[str, float]) -> None:
-        """Show the last responses; the tool tip of the legend says which gains made them.
+    def show_ghosts(self, ghosts: tuple[Response, ...], names: Sequence[str], said: str) -> None:
+        """Show the last responses.
 
         Args:
             ghosts: the newest first.
-            gains: that fly now.
+            names: of each, in the legend.
+            said: which gains made them, for the legend's tool tip.
         """
-        lines = []
         if len(ghosts) > len(self._ghosts):  # they lie below what is flown now
             for name in (FLOWN, PREDICTED, FUTURE):
                 self.plot.remove_curve(name)
-        for index in range(GHOSTS):
-            name = ghost_name(index)
-            if index >= len(ghosts):
+        for name in self.plot.names:
+            if name not in (*names, ASKED, FLOWN, PREDICTED, FUTURE):
                 self.plot.remove_curve(name)
-                continue
-            each = ghosts[index]
-            if each not in self._ghosts[index : index + 1]:
-                trace = each.trace
+        shown = self.plot.names
+        for name, ghost in zip(names, ghosts, strict=True):
+            if name not in shown:
+                trace = ghost.trace
                 self.plot.set_curve(name, trace.time, trace.response, CurveStyle.FAINT, COMMAND)
-            withheld = each.numbers.withheld if each.numbers is not None else ""
-            note = f" ({withheld})" if withheld else ""
-            lines.append(f"{name}: {gains_text(each.round.gains, gains)}{note}")
         self._ghosts = ghosts
-        self.plot.legend.setToolTip("\n".join(lines))
-
-
-def ghost_name(index: int) -> str:
-    """Return the name of the response so many before the last."""
-    return f"−{index + 1}"
+        self.plot.legend.setToolTip(said)
 
 
 class ResponseCard(Card):
@@ -479,6 +470,7 @@ class ResponseCard(Card):
         workspace: signals of the flight, colours and units.
         limits: that a step should keep.
         choice: of the excitation.
+        designs: by which the gains are called that flew.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
@@ -492,9 +484,11 @@ class ResponseCard(Card):
         workspace: Workspace,
         limits: Limits,
         choice: ExcitationChoice,
+        designs: Designs,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__("Response", parent)
+        self._designs = designs
         self._workspace = workspace
         self._limits = limits
         self._choice = choice
@@ -633,11 +627,12 @@ class ResponseCard(Card):
     def _draw(self, now: float) -> None:
         """Draw what has changed: the flown curve thirty times a second, the rest once a round."""
         history = self.history
-        rounds = (history.round, history.ghosts)
+        names = self._ghost_names(history.ghosts)
+        rounds = (history.round, history.ghosts, names)
         if rounds != self._drawn or not self._drawn:
             self._drawn, self._still, self._shown_at = rounds, False, -1.0
             self.plot.show_plan(self._choice.excitation, history)
-            self.plot.show_ghosts(history.ghosts, self._gains)
+            self.plot.show_ghosts(history.ghosts, names, self._ghosts_said(history.ghosts, names))
             self._show_ahead()
             self._show_prediction()
         if self._still or (history.is_running and 0.0 <= now - self._shown_at < FRAME):
@@ -651,6 +646,20 @@ class ResponseCard(Card):
         if history.numbers is not before or self._still:
             self._show_numbers()
             self.strip.describe()
+
+    def _ghost_names(self, ghosts: Sequence[Response]) -> tuple[str, ...]:
+        return tuple(
+            self._designs.flight_name(each.round.begun, each.round.gains) for each in ghosts
+        )
+
+    def _ghosts_said(self, ghosts: Sequence[Response], names: Sequence[str]) -> str:
+        """Return which gains made the last responses, beside those that are kept."""
+        said = []
+        for name, each in zip(names, ghosts, strict=True):
+            withheld = each.numbers.withheld if each.numbers is not None else ""
+            lines = (name, *self._designs.gains_list(each.round.gains), withheld)
+            said.append("\n    ".join(filter(None, lines)))
+        return "\n".join(said)
 
     def _show_prediction(self) -> None:
         step, found = self.step, self._predicted

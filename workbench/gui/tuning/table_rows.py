@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from enum import Enum
 
+BEST = "best"
+"""What marks a cell that is better than all others of its row."""
+
 
 class State(Enum):
     """What a row says besides its numbers: a word, and a shape that stands for it."""

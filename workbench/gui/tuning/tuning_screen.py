@@ -21,6 +21,8 @@ from workbench.gui.page import scrolled
 from workbench.gui.screen import Screen
 from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.autotune_card import AutoTuneCard
+from workbench.gui.tuning.compare_card import CompareCard
+from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import ExcitationChoice
 from workbench.gui.tuning.follower import Follower
@@ -264,7 +266,9 @@ class TuningScreen(Screen):
         gains: that are tuned.
         profiles: of gains, loaded and saved.
         trial: what is tried.
-        excitation, response, margins, poles, phase, map, weights, fork, autotune, pin: the cards.
+        designs: that can be compared.
+        excitation, response, margins, poles, phase, map, weights, compare, fork, autotune, pin:
+            the cards.
     """
 
     title = "Tuning"
@@ -281,13 +285,15 @@ class TuningScreen(Screen):
         self.limits = Limits(workspace.preferences.store, self)
         self.judgement = Judgement(analysis, self)
         self._predictor = Follower(analysis, analysis.predicted, Predict, _answers, self)
+        self.designs = Designs(workspace.flight, self.trial, self)
         self.excitation = ExcitationCard(workspace)
-        self.response = ResponseCard(workspace, self.limits, self.excitation.choice)
+        self.response = ResponseCard(workspace, self.limits, self.excitation.choice, self.designs)
         self.margins = MarginsCard(workspace, self.judgement, self.limits)
         self.poles = PolesCard(workspace, self.judgement)
         self.phase = PhaseCard(workspace, self.judgement, self.limits)
         self.map = MapCard(workspace, self.trial)
         self.weights = WeightsCard(workspace, self.trial)
+        self.compare = CompareCard(workspace, self.trial, self.designs, self.limits)
         self.fork = ForkCard(workspace, self.trial)
         self.autotune = AutoTuneCard(workspace, self.trial)
         self.pin = PinCard(workspace, self.trial)
@@ -298,6 +304,7 @@ class TuningScreen(Screen):
             (self.phase, "Phase"),
             (self.map, "Map"),
             (self.weights, "Sensitivity"),
+            (self.compare, "Compare"),
             (self.fork, "Fork"),
             (self.autotune, "Tune"),
             (self.pin, "Pin"),
@@ -329,6 +336,8 @@ class TuningScreen(Screen):
         for card in (self.map, self.weights, self.fork, self.autotune, self.pin, self.ghost):
             card.begin()
         self.trial.begin()
+        self.designs.begin()
+        self.compare.begin()
 
     def take_over(self, view: LiveView) -> None:
         """Judge the controller that has taken over."""
@@ -338,6 +347,8 @@ class TuningScreen(Screen):
         for card in (self.map, self.weights, self.fork, self.autotune, self.pin, self.ghost):
             card.begin()
         self.trial.begin()
+        self.designs.take_over()
+        self.compare.begin()
 
     def show_view(self, view: LiveView) -> None:
         """Show the present."""
@@ -399,6 +410,7 @@ class TuningScreen(Screen):
         self._predictor.forget()
         self.map.begin()
         self.weights.begin()
+        self.compare.begin()
         self._soon.start()
 
     def _is_free(self) -> bool:
@@ -413,6 +425,7 @@ class TuningScreen(Screen):
         shown = self.tabs.currentWidget()
         self.map.set_seen(seen and shown is self.map)
         self.weights.set_seen(seen and shown is self.weights)
+        self.compare.set_seen(seen and shown is self.compare)
 
 
 def _stacked(*parts: QWidget) -> QWidget:

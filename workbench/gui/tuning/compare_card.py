@@ -1,0 +1,524 @@
+"""The card that compares designs: kept, flown, proposed, the slots, and other controllers."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from PyQt6.QtCore import QSize, Qt
+from PyQt6.QtGui import QAction, QContextMenuEvent, QGuiApplication, QResizeEvent
+from PyQt6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QLayout,
+    QMenu,
+    QScrollArea,
+    QStackedWidget,
+    QToolButton,
+    QWidget,
+)
+
+from workbench.gui.charts.curve import COMMAND, CurveStyle
+from workbench.gui.charts.legend import Entry, Legend
+from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.charts.scale import Scale
+from workbench.gui.flight_control import FlightControl
+from workbench.gui.gains.gain_editor import SLOTS
+from workbench.gui.single_shot import single_shot
+from workbench.gui.tuning.card import SPACING, Card
+from workbench.gui.tuning.compare_table import (
+    Compared,
+    Known,
+    compared_rows,
+    csv_text,
+    plain_text,
+    table_rows,
+)
+from workbench.gui.tuning.design_answers import DesignAnswers
+from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED, Design, Designs
+from workbench.gui.tuning.limits import Limits
+from workbench.gui.tuning.margins_card import loop_label, weakest_loop
+from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.tuning.poles_card import Pole, PolePlane
+from workbench.gui.tuning.table_rows import BEST, Row
+from workbench.gui.tuning.trial import Trial
+from workbench.gui.workspace import Workspace
+from workbench.scenario.axes import find_axis
+
+STEP, FREQUENCY, POLES, TABLE = "Step", "Frequency", "Poles", "Table"
+VIEWS = (STEP, FREQUENCY, POLES, TABLE)
+COMMANDED = "command"
+HIGH = 250
+"""From this height on the phase stands below the magnitude [px]."""
+
+
+class Bode(QWidget):
+    """Magnitude above phase, or beside it where there is no height for both.
+
+    Args:
+        magnitude: of a loop.
+        phase: of it.
+    """
+
+    def __init__(self, magnitude: StaticPlot, phase: StaticPlot) -> None:
+        super().__init__()
+        self._box = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
+        self._box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
+        self._box.setContentsMargins(0, 0, 0, 0)
+        self._box.addWidget(magnitude, 1)
+        self._box.addWidget(phase, 1)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the room that is enough beside each other."""
+        return QSize(320, 120)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Stand as the height allows."""
+        directions = QBoxLayout.Direction
+        high = self.height() >= HIGH
+        self._box.setDirection(directions.TopToBottom if high else directions.LeftToRight)
+        super().resizeEvent(event)
+
+
+def lagging_phase(frequency: np.ndarray, loop: np.ndarray, crossover: float) -> np.ndarray:
+    """Return the phase of a loop L (F) without jumps [rad], between -360 and 0 deg at crossover.
+
+    Args:
+        frequency: (F) [rad/s].
+        loop: (F), complex.
+        crossover: of it [rad/s], NaN for none; then the lowest frequency counts.
+    """
+    phase: np.ndarray = np.unwrap(np.angle(loop))
+    at = np.interp(crossover, frequency, phase) if math.isfinite(crossover) else phase[0]
+    return phase - math.tau * math.ceil(at / math.tau)
+
+
+class CompareCard(Card):
+    """Shows designs over each other: their steps, their poles, and a table of their numbers.
+
+    The step is that of the excitation, from hover. What differs from the kept gains stands in the
+    legend; a click there hides a design, the menu chooses among all.
+
+    Args:
+        workspace: flight, analysis and colours.
+        trial: what is tried, and by which step.
+        designs: that there are.
+        limits: that numbers should keep.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        view: what is shown of the designs.
+        loop: whose margins stand in the table.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        trial: Trial,
+        designs: Designs,
+        limits: Limits,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__("Compare", parent)
+        self._look, self._notices = workspace.look, workspace.notices
+        self._trial, self._designs, self._limits = trial, designs, limits
+        self._control = FlightControl(workspace.flight, workspace.preferences, self)
+        self._answers = DesignAnswers(workspace.analysis, self)
+        self._hidden: set[str] = set()
+        self._added: set[str] = set()
+        self._keeping: Mapping[str, float] | None = None
+        self._compared: tuple[Compared, ...] = ()
+        self._preparing = ""
+        self.view, self.loop = QComboBox(), QComboBox()
+        self.choose = _menu_button("&Designs", "Choose what is compared", self._fill_choose)
+        self.use = _menu_button("&Use", "Fly or keep one of them", self._fill_use)
+        self.copy = _menu_button("Cop&y", "Copy the table", self._fill_copy)
+        self.legend = Legend(workspace.look)
+        self.plot = StaticPlot(workspace)
+        self.magnitude, self.phase = StaticPlot(workspace), StaticPlot(workspace)
+        self.plane = PolePlane(workspace.look)
+        self.table = NumberTable(
+            "Numbers of each design", (), workspace.look, paired=False, widest="", worded=False
+        )
+        self._lay_out()
+        self._soon = single_shot(self._show, self)
+        self.view.currentIndexChanged.connect(self._follow)
+        self.loop.currentIndexChanged.connect(self._follow)
+        self.legend.toggled.connect(self._toggle_entry)
+        for plot in (self.plot, self.magnitude):
+            plot.canvas.hovered.connect(lambda _: self._show_legend())
+        self.plane.read.connect(self._read)
+        self._answers.changed.connect(self._soon.start)
+        designs.changed.connect(self._follow)
+        trial.changed.connect(self._follow)
+        trial.gains.state_changed.connect(self._go_on_keeping)
+        limits.changed.connect(lambda _: self._soon.start())
+        workspace.look.changed.connect(self._soon.start)
+        workspace.analysis.preparing.connect(self._say_preparing)
+        self._follow()
+
+    @property
+    def chosen(self) -> tuple[Design, ...]:
+        """The designs that are compared."""
+        return tuple(each for each in self._designs.all() if self._is_chosen(each))
+
+    def begin(self) -> None:
+        """Forget the answers about another flight, or another controller."""
+        self._keeping = None
+        self._answers.clear()
+        self.loop.clear()
+        self._follow()
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while somebody looks."""
+        self._answers.set_seen(seen)
+
+    def choose_design(self, design: Design, chosen: bool) -> None:
+        """Compare a design, or no longer."""
+        if design.controller:
+            (self._added.add if chosen else self._added.discard)(design.controller)
+        else:
+            (self._hidden.discard if chosen else self._hidden.add)(design.name)
+        self._follow()
+
+    def fly(self, design: Design) -> None:
+        """Fly a design from now on."""
+        gains = self._trial.gains
+        if design.controller:
+            self._control.fly_controller(design.controller)
+        elif design.name == KEPT:
+            gains.revert()
+        elif design.name == PROPOSED:
+            gains.apply()
+        else:
+            gains.adopt(self._designs.profile(design.name), f"slot {design.name}")
+
+    def keep(self, design: Design) -> None:
+        """Keep the gains of a design; those that do not fly yet fly first, once they are judged."""
+        if design.name == FLOWN:
+            self._trial.gains.keep()
+            return
+        self._keeping = self._designs.profile(design.name)
+        self.fly(design)
+        self._go_on_keeping()
+
+    def copy_text(self) -> None:
+        """Copy the table as it is shown."""
+        known = self._known()
+        self._copy(plain_text(self._rows(known), known))
+
+    def copy_csv(self) -> None:
+        """Copy the numbers, in SI."""
+        known = self._known()
+        self._copy(csv_text(compared_rows(known, self._loop, self._limits.value), known))
+
+    def _go_on_keeping(self) -> None:
+        """Keep what was to be kept once it flies; give up where something else is proposed."""
+        gains = self._trial.gains
+        if self._keeping is None:
+            return
+        if gains.proposed_profile != self._keeping:
+            self._keeping = None
+        elif not gains.unflown:
+            self._keeping = None
+            gains.keep()
+
+    def _is_chosen(self, design: Design) -> bool:
+        if design.controller:
+            return design.controller in self._added
+        return design.name not in self._hidden
+
+    def _follow(self) -> None:
+        """Ask about what is chosen now."""
+        drawn = self.view.currentText() == FREQUENCY
+        self._answers.follow(self.chosen, self._trial.step, self._loop if drawn else "")
+        self._soon.start()
+
+    @property
+    def _loop(self) -> str:
+        """Name of the chosen loop, "" before one is known."""
+        return self.loop.currentData() or ""
+
+    def _known(self) -> tuple[Known, ...]:
+        answers = self._answers
+        return tuple(
+            Known(each.name, answers.predicted(each), answers.judged(each), answers.refusal(each))
+            for each in self.chosen
+        )
+
+    def _show(self) -> None:
+        """Show what is known now."""
+        designs = self.chosen
+        self._offer_loops(designs)
+        self.stack.setCurrentIndex(self.view.currentIndex())
+        known = self._known()
+        self._compared = compared_rows(known, self._loop, self._limits.value)
+        views: dict[str, Callable[[Sequence[Design]], None]] = {
+            STEP: self._show_steps,
+            FREQUENCY: self._show_frequency,
+            POLES: self._show_poles,
+            TABLE: lambda _: self._show_table(known),
+        }
+        views[self.view.currentText()](designs)
+        self._show_legend()
+        self.said.say(*self._sentence())
+
+    def _show_legend(self) -> None:
+        drawn = {each.label: each for each in self._drawn_entries()}
+        entries, lines = [], []
+        for each in self._listed():
+            visible = self._is_chosen(each)
+            colour = self._look.curve(each.colour)
+            shown = drawn.get(each.name)
+            number, value = (shown.number, shown.value) if shown is not None else (0, "")
+            label = f"{each.name} ({each.short})" if each.short else each.name
+            entries.append(Entry(label, value, colour, each.style, number, visible))
+            lines.append("\n    ".join((each.name, *each.long)))
+        self.legend.show_entries(entries)
+        self.legend.setToolTip("\n".join(lines))
+        self.legend.setAccessibleDescription("; ".join(lines))
+
+    def _drawn_entries(self) -> tuple[Entry, ...]:
+        """Return the legend of the chart that is shown: its numbers, and values at the cursor."""
+        shown = {STEP: self.plot, FREQUENCY: self.magnitude}.get(self.view.currentText())
+        return shown.legend.entries if shown is not None else ()
+
+    def _listed(self) -> tuple[Design, ...]:
+        """Return what stands in the legend: all sets, and the controllers that are chosen."""
+        return tuple(
+            each for each in self._designs.all() if not each.controller or self._is_chosen(each)
+        )
+
+    def _show_steps(self, designs: Sequence[Design]) -> None:
+        step = self._trial.step
+        found = {each.name: self._answers.predicted(each) for each in designs}
+        drawn = {name for name, each in found.items() if each is not None and not each.lost}
+        for name in self.plot.names:
+            if step is None or name not in (*drawn, COMMANDED):
+                self.plot.remove_curve(name)
+        if step is None:
+            self.plot.set_hint("A chirp has no step to be compared")
+            return
+        axis = find_axis(step.axis)
+        label = "yaw rate" if axis.place is None else f"velocity {axis.name}"
+        self.plot.set_hint("Not known yet: the analyst is asked")
+        self.plot.set_axes("time after the step", label, axis.unit)
+        self.plot.set_window(0.0, step.duration)
+        asked = np.array([step.amplitude, step.amplitude])
+        self.plot.set_curve(
+            COMMANDED, np.array([0.0, step.duration]), asked, CurveStyle.SOLID, COMMAND
+        )
+        for each in designs:
+            known = found[each.name]
+            if known is not None and each.name in drawn:
+                self.plot.set_curve(each.name, known.time, known.response, each.style, each.colour)
+
+    def _show_frequency(self, designs: Sequence[Design]) -> None:
+        """Show the open loop L of each design, as a Bode plot."""
+        found = [(each, self._answers.curves(each)) for each in designs]
+        names = [each.name for each, known in found if known is not None]
+        for plot in (self.magnitude, self.phase):
+            for name in plot.names:
+                if name not in names:
+                    plot.remove_curve(name)
+            plot.set_hint("Not known yet: the analyst is asked")
+        for design, known in found:
+            if known is None:
+                continue
+            frequency, loop = known.frequency, known.open_loop
+            decibels = 20.0 * np.log10(np.abs(loop))
+            stroke = design.style, design.colour
+            self.magnitude.set_curve(design.name, frequency, decibels, *stroke)
+            phase = lagging_phase(frequency, loop, known.margins.crossover)
+            self.phase.set_curve(design.name, frequency, phase, *stroke)
+
+    def _show_poles(self, designs: Sequence[Design]) -> None:
+        poles = []
+        for each in designs:
+            judged = self._answers.judged(each)
+            for value in judged.poles if judged is not None else ():
+                if value.imag >= -1e-9:
+                    filled = each.style is CurveStyle.DASHED
+                    poles.append(Pole(complex(value), filled, each.name, each.colour))
+        self.plane.show_poles(poles)
+
+    def _rows(self, known: Sequence[Known]) -> tuple[Row, ...]:
+        """Return the rows of the table."""
+        limit_of = self._limits.value
+        return table_rows(compared_rows(known, self._loop, limit_of), known, self._loop, limit_of)
+
+    def _show_table(self, known: Sequence[Known]) -> None:
+        rows = self._rows(known)
+        self.table.set_head([each.name for each in known], ["\n".join(d.long) for d in self.chosen])
+        self.table.expect(len(rows))
+        self.table.set_rows(rows)
+        self.table.setMinimumWidth(self.table.full_width)
+
+    def _offer_loops(self, designs: Sequence[Design]) -> None:
+        """Let a loop of any design be chosen; at first the weakest one of what is proposed."""
+        found: dict[str, None] = {}
+        weakest = ""
+        for each in sorted(designs, key=lambda design: design.name != PROPOSED):
+            judged = self._answers.judged(each)
+            if judged is not None:
+                found |= dict.fromkeys(loop.name for loop in judged.loops)
+                loop = weakest_loop(judged, self._limits.value)
+                weakest = weakest or (loop.name if loop is not None else "")
+        if not found or list(found) == [self.loop.itemData(n) for n in range(self.loop.count())]:
+            return
+        before = self.loop.currentData() or weakest
+        self.loop.blockSignals(True)
+        self.loop.clear()
+        for name in found:
+            self.loop.addItem(loop_label(name), name)
+        self.loop.setCurrentIndex(max(0, self.loop.findData(before)))
+        self.loop.blockSignals(False)
+        self._follow()
+
+    def _sentence(self) -> tuple[str, str]:
+        """Return how far the answers are, or who is best in most rows."""
+        designs = self.chosen
+        refused = [(each, self._answers.refusal(each)) for each in designs]
+        reasons = [f"{each.name}: {why}" for each, why in refused if why]
+        if reasons:
+            return "; ".join(reasons), "warning"
+        missing = self._answers.missing
+        if missing:
+            what = self._preparing if any(each.controller for each in missing) else ""
+            names = ", ".join(each.name for each in missing)
+            return f"Asked about {names} … {what}".rstrip(), "muted"
+        best = [designs[row.best].name for row in self._compared if row.best is not None]
+        counts = {name: best.count(name) for name in dict.fromkeys(best)}
+        if not counts:
+            return "None is better than another." if len(designs) > 1 else "", "muted"
+        ordered = sorted(counts.items(), key=lambda each: -each[1])
+        said = ", ".join(f"{name} in {count}" for name, count in ordered)
+        return f"{BEST.capitalize()}: {said} of {len(self._compared)} rows.", "muted"
+
+    def _read(self, said: str) -> None:
+        self.said.say(*((said, "muted") if said else self._sentence()))
+
+    def _say_preparing(self, said: str) -> None:
+        self._preparing = said
+        if self._answers.missing:
+            self.said.say(*self._sentence())
+
+    def _toggle_entry(self, index: int) -> None:
+        listed = self._listed()
+        if index < len(listed):
+            self.choose_design(listed[index], not self._is_chosen(listed[index]))
+
+    def _fill_choose(self, menu: QMenu) -> None:
+        for each in self._designs.all():
+            action = _action(menu, each.name, partial(self.choose_design, each))
+            action.setCheckable(True)
+            action.setChecked(self._is_chosen(each))
+            action.setToolTip("\n".join(each.long))
+        for slot in SLOTS:
+            if slot not in self._trial.gains.slots:
+                _action(menu, f"{slot}: empty", lambda _: None).setEnabled(False)
+
+    def _fill_use(self, menu: QMenu) -> None:
+        for each in self.chosen:
+            self._add_uses(menu, each)
+
+    def _add_uses(self, menu: QMenu, design: Design) -> None:
+        """Offer what can be done with a design."""
+        profile = self._designs.profile
+        if design.name != FLOWN:
+            fly = _action(menu, f"Fly {design.name}", lambda _: self.fly(design))
+            same = not design.controller and profile(design.name) == profile(FLOWN)
+            fly.setEnabled(not same)
+        if design.name != KEPT and not design.controller:
+            keep = _action(menu, f"Keep {design.name}", lambda _: self.keep(design))
+            keep.setEnabled(profile(design.name) != profile(KEPT))
+
+    def _fill_copy(self, menu: QMenu) -> None:
+        _action(menu, "Table as &text", lambda _: self.copy_text())
+        _action(menu, "Table as &CSV, in SI units", lambda _: self.copy_csv())
+
+    def _copy(self, text: str) -> None:
+        clipboard = QGuiApplication.clipboard()
+        if clipboard is not None:
+            clipboard.setText(text)
+            self._notices.inform("The table is on the clipboard.")
+
+    def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
+        """Offer what can be done with the column under the pointer, or with the table."""
+        assert event is not None
+        if self.view.currentText() != TABLE:
+            return
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        column = self.table.column_at(self.table.mapFromGlobal(event.globalPos()).x())
+        if 0 <= column < len(self.chosen):
+            self._add_uses(menu, self.chosen[column])
+            menu.addSeparator()
+        self._fill_copy(menu)
+        menu.popup(event.globalPos())
+
+    def _lay_out(self) -> None:
+        self.view.addItems(VIEWS)
+        self.view.setAccessibleName("What is shown")
+        self.view.setToolTip("What is shown of the designs")
+        self.loop.setAccessibleName("Loop")
+        self.loop.setToolTip("The loop that is drawn over frequency, and has margins in the table")
+        self.legend.setAccessibleName("Designs, and what differs from the kept gains")
+        for plot in (self.plot, self.magnitude, self.phase):
+            _without_head(plot)
+        for plot, label, unit in ((self.magnitude, "|L|", "dB"), (self.phase, "∠L", "rad")):
+            plot.set_axes("frequency", label, unit, "rad/s")
+            plot.set_scales(Scale.LOGARITHMIC)
+        area = QScrollArea()
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        area.setWidget(self.table)
+        self.stack = QStackedWidget()
+        for part in (self.plot, Bode(self.magnitude, self.phase), self.plane, area):
+            self.stack.addWidget(part)
+        line = QHBoxLayout()
+        line.setSpacing(SPACING)
+        for box in (self.view, self.loop):
+            line.addWidget(box, 1)
+        for button in (self.choose, self.use, self.copy):
+            line.addWidget(button)
+        self.body.addLayout(line)
+        self.body.addWidget(self.legend)
+        self.body.addWidget(self.stack, 1)
+
+
+def _without_head(plot: StaticPlot) -> None:
+    """Take the legend of a chart away, which the card has; the menu is still that of the mouse."""
+    plot.legend.hide()
+    for place in range(plot.buttons.count()):
+        item = plot.buttons.itemAt(place)
+        button = item.widget() if item is not None else None
+        if button is not None:
+            button.hide()
+
+
+def _menu_button(text: str, said: str, fill: Callable[[QMenu], None]) -> QToolButton:
+    """Return a button whose menu is made anew each time it is opened."""
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(said)
+    button.setAccessibleName(said)
+    button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+    menu = QMenu(button)
+    menu.setToolTipsVisible(True)
+    menu.aboutToShow.connect(menu.clear)
+    menu.aboutToShow.connect(lambda: fill(menu))
+    button.setMenu(menu)
+    return button
+
+
+def _action(menu: QMenu, text: str, act: Callable[[bool], object]) -> QAction:
+    """Add an action to a menu."""
+    action = QAction(text, menu)
+    action.triggered.connect(act)
+    menu.addAction(action)
+    return action
