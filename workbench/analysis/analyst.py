@@ -20,6 +20,7 @@ from workbench.analysis.questions import (
     Pin,
     Predict,
     Question,
+    ShapeLoop,
     Tune,
     Weigh,
 )
@@ -31,7 +32,7 @@ from workbench.scenario.scenario import Scenario
 CLOSED = "the analyst is closed"
 MOST_DEATHS = 3
 """So many processes in a row may end without an answer; then no further one is started."""
-QUICK = (Judge, DrawFrequency, Predict, DrawMap, FindRanges)
+QUICK = (Judge, ShapeLoop, DrawFrequency, Predict, DrawMap, FindRanges)
 """What is answered while a slider moves, by a process of its own."""
 SLOW = (JudgePlantInput, Fork, Weigh, Pin, AskOther)
 """What takes a tenth of a second to some seconds, and waits until a slider rests."""

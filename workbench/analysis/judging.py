@@ -225,6 +225,7 @@ def _loop(name: str, margins: LoopMargins, growing: bool, turned: Turned) -> Jud
         stable=margins.stable,
         growing=growing,
         turned=turned,
+        bandwidth=margins.bandwidth,
     )
 
 

@@ -6,7 +6,7 @@ The newest of a kind counts: one that waits is dropped for it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,6 +64,25 @@ class DrawFrequency:
     gains: Gains
     loop: str
     cut: str = "actuator"
+
+
+@dataclass(frozen=True)
+class ShapeLoop:
+    """Which gains of a loop give it a bandwidth and a phase margin? Answered by `LoopShaped`.
+
+    Attributes:
+        gains: of the controller; where a slider is held, those that were as it was taken.
+        loop: name of one of its loops.
+        bandwidth: asked [rad/s]; None for what it is.
+        phase_margin: asked [rad]; None for what it is.
+        linked: gains that have the same values as the loop's, by the names of these.
+    """
+
+    gains: Gains
+    loop: str
+    bandwidth: float | None = None
+    phase_margin: float | None = None
+    linked: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -168,6 +187,7 @@ Question = (
     Judge
     | JudgePlantInput
     | DrawFrequency
+    | ShapeLoop
     | FindRanges
     | Predict
     | DrawMap

@@ -3,13 +3,14 @@
 None carries an object of Drake's or of `design`, so that a screen loads neither.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from workbench.analysis.questions import AskOther, DrawFrequency, DrawMap, Gains, Step
+from workbench.analysis.questions import AskOther, DrawFrequency, DrawMap, Gains, ShapeLoop, Step
 from workbench.design.branches import FlownBranch
 
 
@@ -29,6 +30,7 @@ class JudgedLoop:
         growing: whether a mode that grows goes through it.
         turned: what turned the phase at the crossover, by its name [rad], see
             `design.judge.phase_budget`; nothing of an unstable loop.
+        bandwidth: [rad/s].
     """
 
     name: str
@@ -41,6 +43,7 @@ class JudgedLoop:
     stable: bool
     growing: bool
     turned: tuple[tuple[str, float], ...] = ()
+    bandwidth: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,31 @@ class FrequencyCurves:
     def complementary_sensitivity(self) -> np.ndarray:
         """T = L / (1 + L), (F)."""
         return self.open_loop * self.sensitivity
+
+
+@dataclass(frozen=True)
+class LoopShaped:
+    """Gains of a loop for a bandwidth and a phase margin, see `design.judge.loop_shaping`.
+
+    Attributes:
+        asked: the question.
+        gains: of the loop, and of what is linked with them.
+        bandwidth: with them [rad/s], NaN where it is unstable; of `LoopMargins`.
+        phase_margin: with them [rad].
+        reached: whether both are the asked ones.
+        bandwidths: least and largest with no less phase margin [rad/s], NaN where not known.
+        phase_margins: least and largest at this bandwidth [rad], likewise.
+        said: what limits them, in a sentence.
+    """
+
+    asked: ShapeLoop
+    gains: Gains
+    bandwidth: float
+    phase_margin: float
+    reached: bool
+    bandwidths: tuple[float, float]
+    phase_margins: tuple[float, float]
+    said: str
 
 
 @dataclass(frozen=True)
@@ -302,6 +330,7 @@ Reply = (
     Judged
     | JudgedPlantInput
     | FrequencyCurves
+    | LoopShaped
     | Ranges
     | Predicted
     | Mapped

@@ -15,6 +15,7 @@ from workbench.scenario.scenario import Scenario, flown_controller
 
 if TYPE_CHECKING:
     from workbench.design.fork import Forker
+    from workbench.design.judge.loop_shaping import LoopShaper
     from workbench.design.judge.phase_budget import PhaseStudy
     from workbench.design.linear.model import LinearModel
     from workbench.design.linear.study import LinearStudy
@@ -42,6 +43,7 @@ class Subject:
         judged: the scenario that is judged: without the schedule of the controller's gains.
         table: of the parameters of its controller.
         law: names of the controller's own, gains and limits.
+        shaper: the last one that shaped a loop, and of what it is.
     """
 
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
@@ -57,6 +59,7 @@ class Subject:
         self.law = tuple(row.name for row in self.table.controller.parameters)
         self._around = tuple(row.name for system in SIGNAL_PATH for row in self.table.of(system))
         self._models: tuple[dict[str, float], RetunedModels | LinearisedModels] | None = None
+        self.shaper: tuple[object, LoopShaper] | None = None
         self._loading: Future[RolloutEngine] | None = None
         self._others: dict[str, Subject] = {}
 

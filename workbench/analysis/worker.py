@@ -23,6 +23,7 @@ from workbench.analysis.questions import (
     JudgePlantInput,
     Pin,
     Predict,
+    ShapeLoop,
     Tune,
     Weigh,
 )
@@ -36,6 +37,7 @@ from workbench.ipc.worker_process import Answer, Refusal, Request
 
 ORDER = (
     Judge,
+    ShapeLoop,
     DrawFrequency,
     Predict,
     JudgePlantInput,
@@ -55,6 +57,7 @@ ANSWERERS = {
     Judge: "judging:judge",
     JudgePlantInput: "judging:judge_plant_input",
     DrawFrequency: "judging:draw_frequency",
+    ShapeLoop: "shaping:shape_loop",
     FindRanges: "judging:find_ranges",
     Predict: "predicting:predict",
     DrawMap: "mapping:draw_map",

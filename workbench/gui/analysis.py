@@ -19,6 +19,7 @@ from workbench.analysis.questions import (
     Pin,
     Predict,
     Question,
+    ShapeLoop,
     Tune,
     Weigh,
 )
@@ -30,7 +31,16 @@ from workbench.gui.notices import Notices
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
-STREAMED = (Judge, JudgePlantInput, DrawFrequency, Predict, DrawMap, FindRanges, AskOther)
+STREAMED = (
+    Judge,
+    ShapeLoop,
+    JudgePlantInput,
+    DrawFrequency,
+    Predict,
+    DrawMap,
+    FindRanges,
+    AskOther,
+)
 """Questions that a moving slider asks all the time: why one has no answer stands beside it."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
@@ -49,6 +59,8 @@ class Analysis(QObject):
     """A `JudgedPlantInput`."""
     frequency_drawn = pyqtSignal(object)
     """A `FrequencyCurves`."""
+    loop_shaped = pyqtSignal(object)
+    """A `LoopShaped`."""
     ranges_found = pyqtSignal(object)
     """A `Ranges`."""
     predicted = pyqtSignal(object)
@@ -86,6 +98,7 @@ class Analysis(QObject):
             Judge: self.judged,
             JudgePlantInput: self.plant_input_judged,
             DrawFrequency: self.frequency_drawn,
+            ShapeLoop: self.loop_shaped,
             FindRanges: self.ranges_found,
             Predict: self.predicted,
             DrawMap: self.mapped,

@@ -89,8 +89,8 @@ def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
     grid = frequency_grid(loops)
     response = loops.at(grid)
     edges = _edges(loops)
-    plateau = _plateaus(grid, response)
-    level = HALF_POWER * np.abs(_closed(response))[range(len(response)), plateau]
+    plateau = plateaus(grid, response)
+    level = HALF_POWER * np.abs(complementary(response))[range(len(response)), plateau]
     zeros = _zeros(loops, grid, response, level)
     peaks, disks = _lowest(loops, grid, response, np.nan_to_num(edges[:, 1:]))
     found = []
@@ -148,21 +148,21 @@ class _Zeros:
         return found
 
 
-def _closed(response: np.ndarray) -> np.ndarray:
+def complementary(response: np.ndarray) -> np.ndarray:
     """Return T = L / (1 + L); an integrator at rest, of infinite L, has 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
         closed: np.ndarray = 1.0 / (1.0 + 1.0 / response)
     return closed
 
 
-def _plateaus(grid: np.ndarray, response: np.ndarray) -> np.ndarray:
+def plateaus(grid: np.ndarray, response: np.ndarray) -> np.ndarray:
     """Return where (P) in the grid |T| first is flat, or flattest, well below the crossover.
 
     At the lowest frequencies it may still rise: a heading that the wind straightens out within
     minutes leaves nothing of a yaw rate at rest.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        steepness = np.abs(np.diff(np.log(np.abs(_closed(response)))) / np.diff(np.log(grid)))
+        steepness = np.abs(np.diff(np.log(np.abs(complementary(response)))) / np.diff(np.log(grid)))
     above = np.abs(response) > 1.0
     last = len(grid) - 1 - np.argmax(above[:, ::-1], axis=1)
     crossover = np.where(above.any(axis=1), grid[last], 0.0)

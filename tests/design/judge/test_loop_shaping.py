@@ -1,0 +1,144 @@
+"""Gains for a bandwidth and a phase margin, against python-control and a random search."""
+
+import math
+from functools import cache
+from pathlib import Path
+
+import control
+import numpy as np
+import pytest
+from scipy.optimize import differential_evolution
+
+from workbench.analysis.judging import opened_to_steer
+from workbench.analysis.subject import Subject
+from workbench.design.judge.loop_shaping import LoopShaper
+from workbench.scenario.scenario import Scenario, VehicleConfig
+
+DRONES = Path(__file__).parents[2] / "drones"
+VEHICLES = {
+    "dh_drone": VehicleConfig(),
+    "palm": VehicleConfig(model=str(DRONES / "palm_quad.urdf.xacro")),
+    "hexacopter": VehicleConfig(model=str(DRONES / "hexacopter.urdf.xacro")),
+}
+LOOPS = ("pitch", "velocity_x", "velocity_z", "yaw_rate", "position_x")
+BANDWIDTHS = (0.4, 0.7, 1.0, 1.3, 2.0)
+TURNS = (-20.0, 0.0, 15.0)
+"""Asked: times the own bandwidth, and besides the own phase margin [deg]."""
+
+
+@cache
+def subject(vehicle):
+    return Subject(Scenario(vehicle=VEHICLES[vehicle]), {})
+
+
+@cache
+def shaper(vehicle, name):
+    about = subject(vehicle)
+    loop = about.table.controller.loop(name)
+
+    def model_of(gains):
+        holding = about.model(gains)
+        return holding if loop.hold else opened_to_steer(holding)
+
+    return model_of, LoopShaper(model_of, loop, about.gains({}), about.table)
+
+
+def truth(vehicle, name, gains):
+    """Return bandwidth [rad/s] and phase margin [deg] by python-control; None where unstable."""
+    about = subject(vehicle)
+    model = shaper(vehicle, name)[0]({**about.gains({}), **gains})
+    loop = about.table.controller.loop(name)
+    closed = np.abs(np.linalg.eigvals(model.A))
+    if closed.max() > 1.0 + 1e-6:
+        return None
+    frequencies = np.geomspace(5e-3, 0.999 * math.pi / model.period, 500)
+    opened = model.open_loop(loop.point("actuator"))
+    response = opened(np.exp(1j * frequencies * model.period))
+    measured = control.frd(response, frequencies, smooth=True)
+    _, margins, _, _, crossovers, _ = control.stability_margins(measured, returnall=True)
+    size = np.abs(response / (1.0 + response))
+    flat = frequencies < 0.05 * crossovers.max()
+    level = np.median(size[flat]) * 10.0**-0.15
+    fall = np.nonzero((size[:-1] > level) & (size[1:] <= level))[0][0]
+    between = np.interp(level, size[[fall + 1, fall]], frequencies[[fall + 1, fall]])
+    return between, float(np.min(np.abs(margins)))
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+@pytest.mark.parametrize("name", LOOPS)
+def test_what_is_reached_is_what_was_asked_by_python_control(vehicle, name):
+    shapes = shaper(vehicle, name)[1]
+    assert shapes.is_affine
+    own, reached = shapes.margins({}), 0
+    for share in BANDWIDTHS:
+        for turn in TURNS:
+            asked = share * own.bandwidth, own.phase_margin + math.radians(turn)
+            found = shapes.shape(*asked)
+            bandwidth, margin = truth(vehicle, name, found.gains)
+            assert bandwidth == pytest.approx(found.margins.bandwidth, rel=0.01)
+            if not found.reached:
+                continue
+            reached += 1
+            assert bandwidth == pytest.approx(asked[0], rel=0.03)
+            if len(subject(vehicle).table.controller.loop(name).gains) > 1:
+                assert margin == pytest.approx(math.degrees(asked[1]), abs=1.0)
+    assert reached >= 4
+
+
+def test_gains_do_not_depend_on_those_that_are_repaired():
+    """An unstable loop is brought to the same place as a stable one, with what is linked."""
+    about = subject("dh_drone")
+    model_of, stable = shaper("dh_drone", "pitch")
+    bad = {**about.gains({}), "kp_pitch": 2400.0, "kd_pitch": 1.5}
+    links = {"kp_pitch": "kp_roll", "kd_pitch": "kd_roll"}
+    loop = about.table.controller.loop("pitch")
+    broken = LoopShaper(model_of, loop, bad, about.table, links)
+    assert not broken.margins({}).stable
+    found, wanted = (each.shape(45.0, math.radians(42.0)) for each in (broken, stable))
+    assert found.reached and wanted.reached
+    for name, other in links.items():
+        assert found.gains[name] == found.gains[other]
+        assert found.gains[name] == pytest.approx(wanted.gains[name], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "name"),
+    [
+        ("dh_drone", "pitch"),
+        *(
+            pytest.param(vehicle, name, marks=pytest.mark.slow)
+            for vehicle in VEHICLES
+            for name in LOOPS
+            if (vehicle, name) != ("dh_drone", "pitch")
+        ),
+    ],
+)
+def test_no_random_search_finds_what_is_said_to_be_out_of_reach(vehicle, name):
+    shapes, table = shaper(vehicle, name)[1], subject(vehicle).table
+    own = shapes.margins({})
+    rows = [table.find(gain) for gain in table.controller.loop(name).gains]
+    refused = 0
+    for share, turn in ((0.1, -20.0), (0.5, -20.0), (1.0, 30.0), (2.0, 10.0), (4.0, 0.0), (20, 0)):
+        asked = share * own.bandwidth, own.phase_margin + math.radians(turn)
+        if shapes.shape(*asked).reached:
+            continue
+        refused += 1
+
+        def missed(places, asked=asked):
+            """Return how far gains are from what is asked, in tolerances."""
+            gains = {
+                row.name: max(row.minimum, row.maximum * (10.0 ** (-4.0 * place) - 1e-4))
+                for row, place in zip(rows, places, strict=True)
+            }
+            found = shapes.margins(gains)
+            if not found.stable or math.isnan(found.bandwidth):
+                return 1e3
+            wide = abs(math.log(found.bandwidth / asked[0])) / 0.03
+            turned = abs(found.phase_margin - asked[1]) / math.radians(1.0)
+            return wide if len(rows) == 1 else max(wide, turned)
+
+        best = differential_evolution(
+            missed, [(0.0, 1.0)] * len(rows), maxiter=20, popsize=10, rng=7, polish=False
+        )
+        assert best.fun > 0.1, (asked, best.x)
+    assert refused

@@ -1,0 +1,106 @@
+"""Finds the gains of one loop for a bandwidth and a phase margin, and says what limits them."""
+
+import math
+from collections.abc import Mapping
+
+from workbench.analysis.judging import opened_to_steer
+from workbench.analysis.questions import ShapeLoop
+from workbench.analysis.replies import LoopShaped
+from workbench.analysis.subject import Subject
+from workbench.analysis.work import Work, Working
+from workbench.control.controller import Controller, Loop
+from workbench.design.judge.loop_shaping import End, LoopShaper, Shaped
+from workbench.design.linear.model import LinearModel
+
+UNSTABLE_MARGIN = math.radians(45.0)
+"""What a loop is shown the reach for while it is unstable [rad]."""
+CAUSES = {
+    "filters": "filters",
+    "estimator": "the estimator",
+    "delay": "delays",
+    "hold": "the hold between updates",
+    "rotors": "rotor lag",
+}
+"""Parts of a `PhaseBudget` that no gain changes, in words."""
+
+
+def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
+    """Answer which gains do, exact, or the nearest."""
+    shaper = _shaper(subject, question)
+    yield None
+    now = shaper.margins({})
+    bandwidth, phase_margin = question.bandwidth, question.phase_margin
+    if bandwidth is None:
+        bandwidth = now.bandwidth if now.stable else 1.0
+    if phase_margin is None:
+        phase_margin = now.phase_margin if now.stable else UNSTABLE_MARGIN
+    found = shaper.shape(bandwidth, phase_margin)
+    names = subject.asked_names(question.gains)
+    yield LoopShaped(
+        asked=question,
+        gains={names.get(name, name): value for name, value in found.gains.items()},
+        bandwidth=found.margins.bandwidth,
+        phase_margin=found.margins.phase_margin,
+        reached=found.reached,
+        bandwidths=(found.bandwidth.low, found.bandwidth.high),
+        phase_margins=(found.phase_margin.low, found.phase_margin.high),
+        said=_said(subject, question, found),
+    )
+
+
+def _shaper(subject: Subject, question: ShapeLoop) -> LoopShaper:
+    """Return what shapes the loop; while only what is asked for changes, it is the same."""
+    gains = subject.gains(question.gains)
+    linked = {
+        subject.flown.gain_of(name): subject.flown.gain_of(other)
+        for name, other in question.linked.items()
+    }
+    loop = subject.table.controller.loop(question.loop)
+
+    def model_of(values: Mapping[str, float]) -> LinearModel:
+        holding = subject.model(values)
+        return holding if loop.hold else opened_to_steer(holding)
+
+    made = subject.shaper
+    key = (loop, gains, linked)
+    if made is None or made[0] != key:
+        made = subject.shaper = key, LoopShaper(model_of, loop, gains, subject.table, linked)
+    return made[1]
+
+
+def _said(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
+    """Return what ends the reach of the bandwidth, and what takes the phase, in a sentence."""
+    reach = found.bandwidth
+    cause = _cause(subject, question, found)
+    if reach.end is End.LARGEST:
+        return f"Faster takes more {reach.gain} than its largest value. {cause}".strip()
+    return cause
+
+
+def _cause(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
+    """Return what takes most of the phase at the crossover, of what the loop's gains cannot."""
+    controller = subject.table.controller
+    loop, margins = controller.loop(question.loop), found.margins
+    if not margins.stable or math.isnan(margins.crossover):
+        return ""
+    gains = {**subject.gains(question.gains), **found.gains}
+    holding = subject.model(gains)
+    model = holding if loop.hold else opened_to_steer(holding)
+    asked = subject.linear_gains(gains)
+    budgets = subject.phases.budgets(model, {loop.name: margins.crossover}, asked)
+    parts = {words: -getattr(budgets[0], part) for part, words in CAUSES.items()}
+    inside = _inside(controller, loop)
+    if inside:
+        parts[f"the {inside} loop inside"] = -budgets[0].law - 0.5 * math.pi
+    told = sorted(parts.items(), key=lambda each: -each[1])[:2]
+    words = [f"{name} {math.degrees(angle):.0f}°" for name, angle in told if angle > 0.0]
+    listed = " and ".join(words)
+    return f"At {margins.crossover:.3g} rad/s {listed} of phase." if words else ""
+
+
+def _inside(controller: Controller, loop: Loop) -> str:
+    """Return the name of the next loop inside one, along its axis; "" for none."""
+    names = [each.name for each in controller.loops]
+    behind = controller.loops[0 if loop.hold else names.index(loop.name) + 1 :]
+    along = (each.name for each in behind if loop.axis and each.axis == loop.axis)
+    return next((name.replace("_", " ") for name in along if name != loop.name), "")

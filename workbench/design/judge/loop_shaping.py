@@ -1,0 +1,598 @@
+"""Gains of a loop for a bandwidth and a phase margin: both as `LoopMargins` has them.
+
+The response of a loop that is cut where its gains act is affine in these gains. So for each
+frequency w two gains that turn and stretch L(jw) to exp(j (phase margin - pi)) follow from two
+linear equations. Along such a curve of gains the phase margin is the asked one, and the bandwidth
+is looked for; what is found is made exact with the model itself.
+"""
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.optimize import root
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Loop
+from workbench.design.judge.loop_response import INTEGRATOR, growth_rates, loop_responses
+from workbench.design.judge.margins import (
+    HALF_POWER,
+    LoopMargins,
+    complementary,
+    frequency_grid,
+    plateaus,
+    response_margins,
+)
+from workbench.design.linear.model import LinearModel
+from workbench.scenario.parameters import Parameter, ParameterTable
+
+Gains = Mapping[str, float]
+ModelOf = Callable[[Gains], LinearModel]
+"""Gives the sampled model in which a loop is closed, for all gains."""
+PHASE_MARGINS = np.radians(np.arange(3.0, 120.0, 3.0))
+"""At which the reach of a loop is looked for [rad]."""
+SPARSE = 4
+"""Of so many frequencies one is looked at where no more than the reach is asked."""
+SINGLE = 160
+"""Values of a gain that are looked at, of a loop with one gain."""
+LEAST = 1e-4
+"""The smallest of them, as share of the largest; 0 has no ratio."""
+SAME = math.radians(0.05)
+"""Phase margins that differ by less are the same on a grid of frequencies."""
+EXACT = (1e-3, math.radians(0.05))
+"""How exact an answer is: bandwidth as a share, and phase margin [rad]."""
+AFFINE = 0.02
+"""The response of a loop is, in its gains, where it differs by no more than this share."""
+BISECTIONS = 14
+USUAL = math.radians(45.0)
+"""A phase margin that most loops can have [rad]."""
+OTHER = 0.7
+"""Gains that tell how a response depends on them are so many times their own."""
+
+
+class End(Enum):
+    """What ends the reach of a loop."""
+
+    NONE = ""
+    LARGEST = "its largest value"
+    SMALLEST = "its smallest value"
+    PHASE = "phase"
+
+
+@dataclass(frozen=True)
+class Reach:
+    """From where to where one number of a loop can be brought, the other held.
+
+    Attributes:
+        low, high: ends; NaN where nothing is within reach.
+        end: what ends it at `high`.
+        gain: whose largest or smallest value it is, "" for none.
+    """
+
+    low: float
+    high: float
+    end: End = End.NONE
+    gain: str = ""
+
+
+@dataclass(frozen=True)
+class Shaped:
+    """Gains of a loop, and what it is with them.
+
+    Attributes:
+        gains: of the loop, and of what moves along, by name.
+        margins: of the loop with them, exact.
+        reached: whether bandwidth and phase margin are the asked ones, to `EXACT`.
+        bandwidth: reach at this phase margin [rad/s].
+        phase_margin: reach at this bandwidth [rad]; both ends the same of a loop with one gain.
+    """
+
+    gains: dict[str, float]
+    margins: LoopMargins
+    reached: bool
+    bandwidth: Reach
+    phase_margin: Reach
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Gains that keep their ratio.
+
+    Attributes:
+        sizes: of each by name, at k = 1.
+        low, high: within which k lies.
+    """
+
+    sizes: Mapping[str, float]
+    low: float
+    high: float
+
+
+class LoopShaper:
+    """Finds gains of one loop, all others as they are.
+
+    The last of the loop's gains is one unknown, those before it keep their ratio and are the other:
+    (kp, kd), (kp, ki) and (kp, ki, kd) alike. A loop with one gain has its bandwidth to choose.
+
+    Args:
+        model_of: gives the model in which the loop is closed.
+        loop: cut at its actuator.
+        gains: all values.
+        table: limits of the gains.
+        linked: gains that have the same value as one of the loop's, by its name.
+
+    Raises:
+        WorkbenchError: if the loop has no gains.
+    """
+
+    def __init__(
+        self,
+        model_of: ModelOf,
+        loop: Loop,
+        gains: Gains,
+        table: ParameterTable,
+        linked: Mapping[str, str] | None = None,
+    ) -> None:
+        if not loop.gains:
+            raise WorkbenchError(f"loop {loop.name} names no gains: nothing can shape it")
+        self._model_of, self._point, self._gains = model_of, loop.point("actuator"), dict(gains)
+        self._linked = dict(linked or {})
+        names = [loop.gains] if len(loop.gains) == 1 else [loop.gains[:-1], loop.gains[-1:]]
+        self._groups = tuple(_group([table.find(each) for each in group], gains) for group in names)
+        self._low = np.array([group.low for group in self._groups])
+        self._high = np.array([group.high for group in self._groups])
+        self._own = np.array([_value(group, gains) for group in self._groups])
+        self._look()
+
+    @property
+    def is_affine(self) -> bool:
+        """Whether the loop's response is affine in its gains, so that all of them are known."""
+        return self._is_affine
+
+    def values(self, k: np.ndarray) -> dict[str, float]:
+        """Return the gains of unknowns (n), and of what is linked with them."""
+        found = {}
+        for group, each in zip(self._groups, k, strict=True):
+            for name, size in group.sizes.items():
+                found[name] = float(each * size)
+                if name in self._linked:
+                    found[self._linked[name]] = found[name]
+        return found
+
+    def margins(self, gains: Gains) -> LoopMargins:
+        """Return the exact margins of the loop with some other gains."""
+        model = self._model_of({**self._gains, **gains})
+        return response_margins(loop_responses(model, [self._point]))[0]
+
+    def shape(self, bandwidth: float, phase_margin: float) -> Shaped:
+        """Return gains for both; where that cannot be, those for the nearest.
+
+        A phase margin may be more than the asked one, where the bandwidth goes with no less; else
+        the bandwidth gives way to it.
+
+        Args:
+            bandwidth: asked [rad/s].
+            phase_margin: asked [rad]; of a loop with one gain it follows.
+
+        Raises:
+            WorkbenchError: if no gains of the loop make it stable.
+        """
+        if not self._is_affine:
+            return self._found_nearby(bandwidth, phase_margin)
+        if len(self._groups) == 1:
+            k, asked = self._at(self._single, bandwidth)
+            k = self._polished(k, asked, None)
+            margins = self.margins(self.values(k))
+            follows = Reach(margins.phase_margin, margins.phase_margin)
+            reach = self._bandwidth_reach([self._single])
+            return self._shaped(k, (bandwidth, None), reach, follows)
+        own = self._nearest_curve(phase_margin)
+        robust = [each for each in self._sparse() if each.phase_margin > own.phase_margin]
+        curve = self._wide_enough(own, robust, bandwidth)
+        k, asked = self._at(curve, bandwidth)
+        k = self._polished(k, asked, curve.phase_margin)
+        reach = self._bandwidth_reach([own, *robust])
+        return self._shaped(k, (bandwidth, phase_margin), reach, self._phase_reach(asked))
+
+    def _look(self) -> None:
+        """Find how the response depends on the gains, on a grid of frequencies."""
+        sets = [self._own]
+        for index in range(len(self._own)):
+            other = self._own.copy()
+            other[index] = OTHER * other[index] if other[index] else 1.0
+            sets.append(other)
+        sets.append(np.array([each[i] for i, each in enumerate(sets[1:])]))
+        models = [self._model_of({**self._gains, **self.values(each)}) for each in sets]
+        loops = [loop_responses(model, [self._point]) for model in models]
+        self._grid = frequency_grid(loops[0])
+        self._responses = loops[:-1]
+        self._steps = np.array([each[i] - self._own[i] for i, each in enumerate(sets[1:-1])])
+        self._basis = self._basis_at(self._grid)
+        expected, there = self._response(sets[-1][None])[0], loops[-1].at(self._grid)[0]
+        self._is_affine = bool(np.all(np.abs(there - expected) <= AFFINE * (1.0 + np.abs(there))))
+        closed = loops[0].closed
+        growing = growth_rates(closed, loops[0].period) >= INTEGRATOR
+        self._growing = int(np.count_nonzero(growing))
+        known = self._own
+        if self._growing and self._is_affine:
+            known = self._stable_unknowns()
+        self._turn = _turn(self._response(known[None]))[0]
+        if len(self._groups) == 1 and self._is_affine:
+            self._single = self._curve_of_one()
+        self._curves: dict[float, _Curve] = {}
+
+    def _stable_unknowns(self) -> np.ndarray:
+        """Return unknowns with which the closed loop is stable, if a look finds some.
+
+        How often 1 + L turns about 0 tells how many poles grow beside a known number of them; what
+        moves along with the loop's gains may grow in the cut loop, too, so it is best known as 0.
+        """
+        if len(self._groups) == 1:
+            looked = np.geomspace(LEAST * self._high[0], self._high[0], SINGLE // SPARSE)[:, None]
+        else:
+            looked = self._solved(USUAL, self._basis[:, ::SPARSE])
+        for k in looked[((looked >= self._low) & (looked <= self._high)).all(axis=1)]:
+            if self.margins(self.values(k)).stable:
+                self._growing = 0
+                return np.asarray(k)
+        return self._own
+
+    def _basis_at(self, frequency: np.ndarray) -> np.ndarray:
+        """Return L without gains, and what each adds, (1 + n, F)."""
+        own = self._responses[0].at(frequency)[0]
+        parts = [
+            (loops.at(frequency)[0] - own) / step
+            for loops, step in zip(self._responses[1:], self._steps, strict=True)
+        ]
+        return np.stack([own - self._own @ np.array(parts), *parts])
+
+    def _response(self, k: np.ndarray) -> np.ndarray:
+        """Return L (S, F) for unknowns (S, n)."""
+        found: np.ndarray = self._basis[0] + k @ self._basis[1:]
+        return found
+
+    def _solved(self, phase_margin: float, basis: np.ndarray) -> np.ndarray:
+        """Return unknowns (S, 2) with which L is exp(j (phase margin - pi)) at frequencies (S)."""
+        wanted = -np.exp(1j * phase_margin) - basis[0]
+        first, second = basis[1], basis[2]
+        area = (first.conj() * second).imag
+        with np.errstate(divide="ignore", invalid="ignore"):
+            k = [(wanted.conj() * second).imag / area, (first.conj() * wanted).imag / area]
+        found: np.ndarray = np.nan_to_num(
+            np.stack(k, axis=1), nan=-1.0, posinf=1e300, neginf=-1e300
+        )
+        return found
+
+    def _judged(self, k: np.ndarray, phase_margin: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the bandwidth of unknowns (S, n), NaN where they do not do, and how they end."""
+        found = np.full(len(k), math.nan)
+        ends = np.full(len(k), End.PHASE)
+        ends[(k < self._low * (1.0 - 1e-9) - 1e-12).any(axis=1)] = End.SMALLEST
+        ends[(k > self._high * (1.0 + 1e-9)).any(axis=1)] = End.LARGEST
+        fit = np.nonzero(ends == End.PHASE)[0]
+        if not len(fit):
+            return found, ends
+        response = self._response(k[fit])
+        if not math.isnan(phase_margin):
+            good = _phase_margins(response) > phase_margin - SAME
+            fit, response = fit[good], response[good]
+        growing = self._growing - np.rint((_turn(response) - self._turn) / math.pi)
+        fit, response = fit[growing == 0], response[growing == 0]
+        if len(fit):
+            found[fit] = _bandwidths(self._grid, response)
+        ends[np.isfinite(found)] = End.NONE
+        return found, ends
+
+    def _curve(self, phase_margin: float, every: int = 1) -> "_Curve":
+        """Return the gains of a phase margin, over where L crosses."""
+        places = np.arange(0, len(self._grid), every)
+        k = self._solved(phase_margin, self._basis[:, places])
+        found, ends = self._judged(k, phase_margin)
+        return _Curve(phase_margin, self._grid[places], k, found, ends)
+
+    def _curve_of_one(self) -> "_Curve":
+        """Return the values of a single gain, from the smallest to the largest."""
+        low = max(self._low[0], LEAST * self._high[0])
+        k = np.geomspace(low, self._high[0], SINGLE)[:, None]
+        found, ends = self._judged(k, math.nan)
+        return _Curve(math.nan, k[:, 0], k, found, ends)
+
+    def _sparse(self) -> "list[_Curve]":
+        """Return curves at `PHASE_MARGINS`; they are made once."""
+        for each in PHASE_MARGINS:
+            if each not in self._curves:
+                self._curves[each] = self._curve(float(each), SPARSE)
+        return list(self._curves.values())
+
+    def _nearest_curve(self, phase_margin: float) -> "_Curve":
+        """Return the curve of a phase margin, or of the nearest one that any gains have.
+
+        Raises:
+            WorkbenchError: if none do.
+        """
+        curve = self._curve(phase_margin)
+        if curve.fits.any():
+            return curve
+        others = [each for each in self._sparse() if each.fits.any()]
+        if not others:
+            raise WorkbenchError("no gains of this loop make it stable: tune another loop first")
+        best = min(others, key=lambda each: abs(each.phase_margin - phase_margin))
+        good, bad = best.phase_margin, phase_margin
+        for _ in range(BISECTIONS // 2):
+            middle = self._curve(0.5 * (good + bad))
+            if middle.fits.any():
+                good, best = middle.phase_margin, middle
+            else:
+                bad = middle.phase_margin
+        return best
+
+    def _place(self, curve: "_Curve", at: float) -> tuple[np.ndarray, float, End]:
+        """Return unknowns, bandwidth and end at a place of a curve."""
+        if curve.is_single:
+            k = np.array([[at]])
+        else:
+            k = self._solved(curve.phase_margin, self._basis_at(np.array([at])))
+        found, ends = self._judged(k, curve.phase_margin)
+        return k[0], float(found[0]), ends[0]
+
+    def _edge(self, curve: "_Curve", good: int, bad: int) -> tuple[np.ndarray, float]:
+        """Return unknowns and bandwidth at the end of a stretch of a curve that does."""
+        inside, outside = curve.at[good], curve.at[bad]
+        k, found = curve.k[good], curve.bandwidth[good]
+        for _ in range(BISECTIONS):
+            middle = math.sqrt(inside * outside)
+            other, value, _ = self._place(curve, middle)
+            if math.isnan(value):
+                outside = middle
+            else:
+                inside, k, found = middle, other, value
+        return k, found
+
+    def _at(self, curve: "_Curve", bandwidth: float) -> tuple[np.ndarray, float]:
+        """Return unknowns on a curve with a bandwidth, or the nearest, and what that is."""
+        value = curve.bandwidth
+        with np.errstate(invalid="ignore"):
+            between = (value[:-1] - bandwidth) * (value[1:] - bandwidth) <= 0.0
+        if between.any():
+            places = np.nonzero(between)[0]
+            share = (bandwidth - value[places]) / (value[places + 1] - value[places])
+            share = np.nan_to_num(share)[:, None]
+            k = curve.k[places] + share * (curve.k[places + 1] - curve.k[places])
+            return k[np.argmin(self._ways(k))], bandwidth
+        found = []
+        for good, bad in curve.edges():
+            found.append((curve.k[good], float(value[good])))
+            if bad is not None:
+                found.append(self._edge(curve, good, bad))
+            (first, low), (second, high) = found[-2:] if bad is not None else found[-1:] * 2
+            if (low - bandwidth) * (high - bandwidth) <= 0.0 and low != high:
+                share = (bandwidth - low) / (high - low)
+                return first + share * (second - first), bandwidth
+        if not found:
+            raise WorkbenchError("no gains of this loop make it stable: tune another loop first")
+        return min(found, key=lambda each: abs(math.log(each[1] / bandwidth)))
+
+    def _ways(self, k: np.ndarray) -> np.ndarray:
+        """Return how far unknowns (S, n) are from the gains that are."""
+        sizes = np.maximum(np.abs(self._own), LEAST * self._high)
+        ways: np.ndarray = np.linalg.norm((k - self._own) / sizes, axis=1)
+        return ways
+
+    def _polished(self, k: np.ndarray, bandwidth: float, phase_margin: float | None) -> np.ndarray:
+        """Return unknowns with which both numbers are exact, if they can be; else as they were."""
+        sizes = np.maximum(np.abs(k), LEAST * self._high)
+
+        def missed(scaled: np.ndarray) -> np.ndarray:
+            margins = self.margins(self.values(scaled * sizes))
+            if not margins.stable or math.isnan(margins.bandwidth):
+                return np.full(len(k), 10.0)
+            wide = math.log(margins.bandwidth / bandwidth)
+            return np.array([wide, margins.phase_margin - (phase_margin or 0.0)][: len(k)])
+
+        first = missed(k / sizes)
+        if np.all(np.abs(first) < 0.1 * np.array(EXACT[: len(k)])):
+            return k
+        found = root(missed, k / sizes, method="hybr", options={"eps": 1e-6, "maxfev": 24})
+        if not np.linalg.norm(missed(found.x)) < np.linalg.norm(first):
+            return k
+        polished: np.ndarray = np.clip(found.x * sizes, self._low, self._high)
+        return polished
+
+    def _shaped(
+        self,
+        k: np.ndarray,
+        asked: tuple[float, float | None],
+        bandwidth: Reach,
+        phase_margin: Reach,
+    ) -> Shaped:
+        gains = self.values(np.clip(k, self._low, self._high))
+        margins = self.margins(gains)
+        reached = margins.stable and abs(math.log(margins.bandwidth / asked[0])) < EXACT[0]
+        if asked[1] is not None:
+            reached &= abs(margins.phase_margin - asked[1]) < EXACT[1]
+        return Shaped(gains, margins, reached, bandwidth, phase_margin)
+
+    def _wide_enough(self, own: "_Curve", robust: "list[_Curve]", bandwidth: float) -> "_Curve":
+        """Return the curve of the least phase margin from one's own on that has a bandwidth.
+
+        Where none has, it is one's own.
+        """
+        if own.has(bandwidth):
+            return own
+        best = next((each for each in robust if each.has(bandwidth)), None)
+        if best is None:
+            return own
+        low, high = own.phase_margin, best.phase_margin
+        for _ in range(BISECTIONS // 2):
+            middle = self._curve(0.5 * (low + high))
+            if middle.has(bandwidth):
+                best, high = middle, middle.phase_margin
+            else:
+                low = middle.phase_margin
+        return best
+
+    def _bandwidth_reach(self, curves: "list[_Curve]") -> Reach:
+        """Return the least and the largest bandwidth of curves, and what ends it."""
+        fitting = [each for each in curves if each.fits.any()]
+        slowest = min(fitting, key=lambda each: np.nanmin(each.bandwidth))
+        fastest = max(fitting, key=lambda each: np.nanmax(each.bandwidth))
+        low = min(value for value, _, _ in self._ends(slowest))
+        high, end, outside = max(self._ends(fastest), key=lambda each: each[0])
+        return Reach(low, high, end, self._culprit(end, outside))
+
+    def _ends(self, curve: "_Curve") -> list[tuple[float, End, np.ndarray | None]]:
+        """Return bandwidths where a curve ends or turns back, why, and the unknowns beyond."""
+        found: list[tuple[float, End, np.ndarray | None]] = [
+            (float(each), End.PHASE, None) for each in curve.bandwidth[curve.fits]
+        ]
+        for good, bad in curve.edges():
+            if bad is not None:
+                _, value = self._edge(curve, good, bad)
+                found.append((value, End(curve.ends[bad]), curve.k[bad]))
+            elif curve.is_single:
+                end = End.LARGEST if good else End.SMALLEST
+                found.append((float(curve.bandwidth[good]), end, curve.k[good]))
+        return sorted(found, key=lambda each: each[1] is End.PHASE)
+
+    def _phase_reach(self, bandwidth: float) -> Reach:
+        """Return the least and the largest phase margin at a bandwidth, and what ends it."""
+        spans = []
+        for curve in self._sparse():
+            values = curve.bandwidth[curve.fits]
+            if len(values):
+                spans.append((curve.phase_margin, float(values.min()), float(values.max())))
+        inside = [index for index, (_, low, high) in enumerate(spans) if low <= bandwidth <= high]
+        if not inside:
+            return Reach(math.nan, math.nan)
+        low, high = spans[inside[0]][0], spans[inside[-1]][0]
+        if inside[-1] + 1 < len(spans):
+            high = _between(spans[inside[-1]], spans[inside[-1] + 1], bandwidth)
+        if inside[0]:
+            low = _between(spans[inside[0]], spans[inside[0] - 1], bandwidth)
+        return Reach(low, high, End.PHASE)
+
+    def _culprit(self, end: End, k: np.ndarray | None) -> str:
+        """Return the gain whose limit is in the way."""
+        if k is None or end not in (End.LARGEST, End.SMALLEST):
+            return ""
+        over = k / self._high if end is End.LARGEST else self._low - k
+        group = self._groups[int(np.argmax(over))]
+        return next(iter(group.sizes))
+
+    def _found_nearby(self, bandwidth: float, phase_margin: float) -> Shaped:
+        """Return gains near the present ones, of a loop whose response is no sum over its gains."""
+        target = phase_margin if len(self._groups) == 2 else None
+        k = self._polished(self._own, bandwidth, target)
+        gains = self.values(k)
+        margins = self.margins(gains)
+        reached = margins.stable and abs(math.log(margins.bandwidth / bandwidth)) < EXACT[0]
+        if target is not None:
+            reached &= abs(margins.phase_margin - target) < EXACT[1]
+        nothing = Reach(math.nan, math.nan)
+        return Shaped(gains, margins, reached, nothing, nothing)
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """Gains of a loop along a line, (S) places: of one phase margin, or of a single gain.
+
+    Attributes:
+        phase_margin: [rad]; NaN along a single gain.
+        at: where L crosses [rad/s], or the single unknown.
+        k: unknowns (S, n).
+        bandwidth: [rad/s], NaN where they do not do.
+        ends: why not.
+    """
+
+    phase_margin: float
+    at: np.ndarray
+    k: np.ndarray
+    bandwidth: np.ndarray
+    ends: np.ndarray
+
+    @property
+    def fits(self) -> np.ndarray:
+        """Where (S) the gains do."""
+        return np.isfinite(self.bandwidth)
+
+    @property
+    def is_single(self) -> bool:
+        """Whether it goes along a single gain."""
+        return math.isnan(self.phase_margin)
+
+    def has(self, bandwidth: float) -> bool:
+        """Return whether a bandwidth lies within those of the curve."""
+        value = self.bandwidth[self.fits]
+        return bool(len(value) and value.min() <= bandwidth <= value.max())
+
+    def edges(self) -> list[tuple[int, int | None]]:
+        """Return the ends of all stretches that do, each with the place beyond, if there is one."""
+        fits = self.fits
+        found: list[tuple[int, int | None]] = []
+        for low, high in itertools.pairwise(range(len(fits))):
+            if fits[low] != fits[high]:
+                found.append((low, high) if fits[low] else (high, low))
+        found += [(place, None) for place in (0, len(fits) - 1) if fits[place]]
+        return found
+
+
+def _turn(response: np.ndarray) -> np.ndarray:
+    """Return by how much 1 + L (S, F) turns about 0 from the lowest frequency to the highest."""
+    around = 1.0 + response
+    turn: np.ndarray = np.angle(around[:, 1:] * around[:, :-1].conj()).sum(axis=1)
+    return turn
+
+
+def _phase_margins(response: np.ndarray) -> np.ndarray:
+    """Return the phase margins (S) of L (S, F), between the frequencies of a grid [rad]."""
+    size = np.log(np.maximum(np.abs(response), 1e-300))
+    loop, place = np.nonzero((size[:, 1:] > 0.0) != (size[:, :-1] > 0.0))
+    first, last = size[loop, place], size[loop, place + 1]
+    low, high = response[loop, place], response[loop, place + 1]
+    crossing = low + (high - low) * first / (first - last)
+    turn = math.pi - np.abs(np.angle(crossing))
+    found = np.full(len(response), math.inf)
+    np.minimum.at(found, loop, turn)
+    return found
+
+
+def _bandwidths(grid: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """Return the bandwidths (S) of L (S, F), between the frequencies of a grid [rad/s]."""
+    closed = np.abs(complementary(response))
+    plateau = plateaus(grid, response)
+    rows = np.arange(len(response))
+    over = np.log(np.maximum(closed, 1e-300) / (HALF_POWER * closed[rows, plateau])[:, None])
+    falls = (over[:, :-1] > 0.0) & (over[:, 1:] <= 0.0)
+    falls &= np.arange(len(grid) - 1) >= plateau[:, None]
+    place = np.argmax(falls, axis=1)
+    first, last = over[rows, place], over[rows, place + 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = first / (first - last)
+        found: np.ndarray = grid[place] * (grid[place + 1] / grid[place]) ** share
+    return np.where(falls.any(axis=1), found, math.nan)
+
+
+def _between(inside: tuple[float, ...], outside: tuple[float, ...], bandwidth: float) -> float:
+    """Return between which phase margins, of spans of bandwidths, one begins to be out of reach."""
+    for index in (1, 2):
+        at, beyond = inside[index], outside[index]
+        if (at - bandwidth) * (beyond - bandwidth) < 0.0:
+            share = math.log(bandwidth / at) / math.log(beyond / at)
+            return inside[0] + share * (outside[0] - inside[0])
+    return inside[0]
+
+
+def _group(rows: list[Parameter], gains: Gains) -> _Group:
+    sizes = {row.name: gains[row.name] for row in rows}
+    if not any(sizes.values()):
+        sizes[rows[0].name] = rows[0].default or LEAST * rows[0].maximum
+    ends = [(row.minimum / size, row.maximum / size) for row in rows if (size := sizes[row.name])]
+    return _Group(sizes, max(low for low, _ in ends), min(high for _, high in ends))
+
+
+def _value(group: _Group, gains: Gains) -> float:
+    """Return the unknown of gains as they are: 1, or 0 where all are 0."""
+    return 1.0 if any(gains[name] for name in group.sizes) else 0.0
