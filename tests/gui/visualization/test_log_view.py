@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtTest import QTest
+from PyQt6.QtWidgets import QPushButton
 
 from workbench.common.errors import WorkbenchError
+from workbench.gui.charts.curve import CurveStyle
+from workbench.gui.number_field import NumberField
+from workbench.gui.visualization.derived_signals import Derived
 from workbench.gui.visualization.log_worker import contents_of, live_name, si_unit
+from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.visualization.visualization_screen import LogBar, LogClock, LogSource
 from workbench.link.backplane import Sampled
 from workbench.logs.flight_log import FlightLog
@@ -218,3 +223,50 @@ def test_a_step_stops_the_clock_and_stays_within_the_log():
     assert clock.time == pytest.approx(0.65)
     clock.step(-20)
     assert clock.time == 0.0
+
+
+def test_a_log_is_drawn_over_the_live_flight_with_its_time_shifted(
+    begun, log, workspace, canned, qtbot
+):
+    for some in canned.published:
+        workspace.signals.add(some)
+    begun.show_view(canned.views[-1])
+    begun.open_overlay(log)
+    page = begun.charts
+    qtbot.waitUntil(lambda: len(page.overlays.overlays) == 1, timeout=LIMIT)
+    assert not begun.shows_log
+    (overlay,) = page.overlays.overlays
+    chart = page.board.panes[0].chart
+    chart.redraw()
+    content = chart.canvas.content
+    live, paler = content.lines[0], content.lines[1]
+    assert len(content.lines) == 12
+    assert (paler.style, paler.colour) == (CurveStyle.FAINT, live.colour)
+    assert chart.curves[1].label == "v_x · flight"
+    (field,) = page.overlays.findChildren(NumberField)
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "-0.5")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    chart.redraw()
+    shifted = chart.canvas.content.lines[1]
+    rises = [line.time[np.argmax(line.values > 0.5)] for line in (paler, shifted)]
+    assert rises[0] - rises[1] == pytest.approx(0.5, abs=0.1)
+    align, remove = page.overlays.findChildren(QPushButton)
+    QTest.mouseClick(align, Qt.MouseButton.LeftButton)
+    assert overlay.shift == pytest.approx(0.0, abs=1e-6)
+    assert field.si == overlay.shift
+    page._take(Derived("own.twice", "m/s", "2*velocity_data.v_x"), None)
+    assert chart.curves[-1].label == "twice · flight"
+    assert np.allclose(
+        chart.curves[-1].samples(1.0)[1][1:9], 2 * overlay.series("velocity_data.v_x", 1.0)[1][1:9]
+    )
+    QTest.mouseClick(remove, Qt.MouseButton.LeftButton)
+    assert len(chart.curves) == 7
+    assert not page.overlays.isVisible()
+
+
+def test_logs_without_a_common_event_are_not_aligned(begun, log, told):
+    overlay = Overlay("a", LogSource(contents_of(log, lambda _: None)))
+    with pytest.raises(WorkbenchError, match="a: neither a command's step nor a take-off"):
+        overlay.align(Overlay("b", begun.charts._live))

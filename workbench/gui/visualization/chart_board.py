@@ -12,6 +12,7 @@ from workbench.gui.charts.xy_chart import XYChart
 from workbench.gui.visualization.chart_pane import ChartPane
 from workbench.gui.visualization.derived_signals import SeriesSource
 from workbench.gui.visualization.layouts import MOST_CHARTS, Board, ChartSpec
+from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.workspace import Workspace
 
 NARROWEST = 340
@@ -50,6 +51,7 @@ class ChartBoard(QWidget):
         self._view: TimeView | None = None
         self._takes_view = False
         self._shows_clock = False
+        self._overlays: tuple[Overlay, ...] = ()
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(8)
@@ -103,6 +105,12 @@ class ChartBoard(QWidget):
         self._source = source
         for pane in self._panes:
             pane.show_signals(pane.spec.signals, source)
+
+    def show_overlays(self, overlays: tuple[Overlay, ...]) -> None:
+        """Draw the same signals of these logs, too."""
+        self._overlays = overlays
+        for pane in self._panes:
+            pane.show_overlays(overlays)
 
     def rename_signal(self, old: str, new: str) -> None:
         """Show a signal under its new name."""
@@ -238,6 +246,8 @@ class ChartBoard(QWidget):
     def _add(self, spec: ChartSpec) -> None:
         pane = ChartPane(self._workspace, spec, self._source, self)
         self._panes.append(pane)
+        if self._overlays:
+            pane.show_overlays(self._overlays)
         pane.used.connect(lambda: self._use(pane))
         pane.spec_changed.connect(self.changed)
         pane.removal_wanted.connect(lambda: self.remove_chart(pane))

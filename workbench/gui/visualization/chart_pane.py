@@ -18,6 +18,7 @@ from workbench.gui.charts.xy_chart import XYChart
 from workbench.gui.style import set_class
 from workbench.gui.visualization.derived_signals import SeriesSource
 from workbench.gui.visualization.layouts import SPECTRUM, TIME, XY, ChartSpec
+from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.visualization.signal_catalog import signal_label
 from workbench.gui.visualization.signal_tree import MIME
 from workbench.gui.workspace import Workspace
@@ -65,6 +66,7 @@ class ChartPane(QFrame):
         self._source = source
         self._spec = spec
         self._told = ""
+        self._overlays: tuple[Overlay, ...] = ()
         self._box = QVBoxLayout(self)
         self._box.setContentsMargins(8, 6, 8, 6)
         self.setAcceptDrops(True)
@@ -98,9 +100,12 @@ class ChartPane(QFrame):
         self._source, self._spec = source, dataclasses.replace(self._spec, signals=names)
         self.chart.clear()
         units = source.units
-        for name in names:
-            if name in units:
-                self._draw_signal(name, units[name])
+        try:
+            for name in names:
+                if name in units:
+                    self._draw_signal(name, units[name])
+        except WorkbenchError as error:  # no room for so many
+            self._tell_once(str(error))
         missing = [name for name in names if name not in units]
         self.chart.set_hint(
             "Nothing flies yet: open a scenario, or a log"
@@ -109,6 +114,11 @@ class ChartPane(QFrame):
             if missing
             else _EMPTY
         )
+
+    def show_overlays(self, overlays: tuple[Overlay, ...]) -> None:
+        """Draw the same signals of these logs, too, paler."""
+        self._overlays = overlays
+        self.show_signals(self._spec.signals, self._source)
 
     def add_signal(self, name: str) -> None:
         """Show another signal."""
@@ -237,14 +247,25 @@ class ChartPane(QFrame):
             shown = {curve.label: curve.colour for curve in self.chart.curves}
             colour = shown.get(answer, COMMAND)
 
-        def series(since: float) -> Samples:
-            try:
-                return self._source.series(name, since)
-            except WorkbenchError as error:  # a filter that these samples do not allow
-                self._tell_once(str(error))
-                return np.zeros(0), np.zeros(0)
+        series = partial(self._read, self._source, name)
+        drawn = self.chart.add_curve(label, unit, series, colour=colour, style=style)
+        for overlay in () if self._spec.kind == XY else self._overlays:
+            if name in overlay.units:
+                self.chart.add_curve(
+                    f"{label} · {overlay.name}",
+                    unit,
+                    partial(self._read, overlay, name),
+                    colour=drawn.colour,
+                    style=CurveStyle.FAINT,
+                )
 
-        self.chart.add_curve(label, unit, series, colour=colour, style=style)
+    def _read(self, source: SeriesSource, name: str, since: float) -> Samples:
+        """Return the samples of a signal; none where they cannot be worked out, which is told."""
+        try:
+            return source.series(name, since)
+        except WorkbenchError as error:  # a filter that these samples do not allow
+            self._tell_once(str(error))
+            return np.zeros(0), np.zeros(0)
 
     def _tell_once(self, said: str) -> None:
         """Tell what is wrong with a curve, not with each picture."""

@@ -49,6 +49,7 @@ from workbench.gui.visualization.layouts import (
     read_kept,
     read_layout,
 )
+from workbench.gui.visualization.overlays import Overlay, OverlayBar
 from workbench.gui.visualization.signal_catalog import make_catalog
 from workbench.gui.visualization.signal_tree import SignalTree
 from workbench.gui.workspace import Workspace
@@ -167,6 +168,7 @@ class ChartsPage(QWidget):
         self._tree_chosen: bool | None = None
         self.board = ChartBoard(workspace, self._source)
         self.tree = SignalTree()
+        self.overlays = OverlayBar()
         self.new_signal = QPushButton("Derived si&gnal…")
         self.new_signal.setToolTip("Make a signal from others by an expression")
         self.presets = QComboBox()
@@ -193,6 +195,8 @@ class ChartsPage(QWidget):
         self.board.changed.connect(self._keep)
         self.board.view_changed.connect(self._show_view)
         self.board.used.connect(self.tree.set_target)
+        self.overlays.changed.connect(self._show_overlays)
+        self.overlays.align_wanted.connect(self._align)
         self.presets.activated.connect(lambda _: self._show_preset(self.presets.currentText()))
         self.signals_shown.clicked.connect(self._choose_tree)
         self.new_signal.clicked.connect(lambda: self.ask_signal())
@@ -213,7 +217,7 @@ class ChartsPage(QWidget):
 
     def show_layout(self, layout: Layout) -> None:
         """Show the charts, signals and cursors of a layout."""
-        self._own = layout.signals
+        self._change_own(layout.signals)
         self._source = self._with_own(self._base)
         self._show_catalog()
         self.board.show_board(layout.charts, self._source)
@@ -221,6 +225,12 @@ class ChartsPage(QWidget):
         if layout.marks:
             self.board.set_marks(layout.marks)
         self._keep()
+
+    def add_overlay(self, name: str, log: SeriesSource) -> None:
+        """Draw a log over what the charts show."""
+        overlay = Overlay(name, log)
+        overlay.derive((*DERIVED, *self._own))
+        self.overlays.add(overlay)
 
     def open_layout(self, path: Path) -> None:
         """Read a layout's file and show it; what is wrong with it is told."""
@@ -308,10 +318,23 @@ class ChartsPage(QWidget):
 
     def _change_own(self, own: tuple[Derived, ...]) -> None:
         self._own = own
+        for overlay in self.overlays.overlays:
+            overlay.derive((*DERIVED, *own))
         self._source = self._with_own(self._base)
         self._show_catalog()
         self.board.change_source(self._source)
         self._keep()
+
+    def _show_overlays(self) -> None:
+        self.board.show_overlays(self.overlays.overlays)
+
+    def _align(self, overlay: Overlay) -> None:
+        try:
+            overlay.align(self._base)
+        except WorkbenchError as error:
+            self._workspace.notices.warn(str(error))
+            return
+        self.overlays.show_shifts()
 
     def _show_view(self) -> None:
         """Show what is between cursors A and B."""
@@ -407,6 +430,7 @@ class ChartsPage(QWidget):
         box.setContentsMargins(0, 8, 0, 0)
         box.setSpacing(8)
         box.addLayout(self.line)
+        box.addWidget(self.overlays)
         box.addWidget(split, 1)
 
 

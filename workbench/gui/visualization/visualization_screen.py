@@ -1,6 +1,6 @@
 """The screen of charts, clouds, pictures, frames and events, of a flight or of its log."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
@@ -470,21 +470,29 @@ class VisualizationScreen(Screen):
             self.tabs.addTab(page, name)
         self.open_button = QPushButton("Open lo&g…")
         self.open_button.setToolTip("Show a recorded flight (MCAP) in the same charts")
-        self.charts.line.addWidget(self.open_button)
+        self.overlay_button = QPushButton("Log o&ver it…")
+        self.overlay_button.setToolTip("Draw a recorded flight over what the charts show")
+        for button in (self.open_button, self.overlay_button):
+            self.charts.line.addWidget(button)
         self.log_bar = LogBar()
         self.log_bar.hide()
-        self._reader = LogReader(self)
+        self._reader, self._overlay_reader = LogReader(self), LogReader(self)
         self._reading = QWidget()
         self._path = QLabel()
         self._progress = QProgressBar()
         self.cancel = QPushButton("&Cancel")
         self._lay_out()
-        self.open_button.clicked.connect(self._ask)
+        self.open_button.clicked.connect(lambda: self._ask("Open log", self.open_log))
+        self.overlay_button.clicked.connect(lambda: self._ask("Log over it", self.open_overlay))
         self.cancel.clicked.connect(self._cancel)
         self.tabs.currentChanged.connect(lambda _: self.show_view(workspace.flight.view))
-        self._reader.progressed.connect(lambda share: self._progress.setValue(round(100 * share)))
-        self._reader.ready.connect(self._show_log)
-        self._reader.refused.connect(self._refuse)
+        for reader, show in (
+            (self._reader, self._show_log),
+            (self._overlay_reader, self._show_overlay),
+        ):
+            reader.progressed.connect(lambda share: self._progress.setValue(round(100 * share)))
+            reader.ready.connect(show)
+            reader.refused.connect(self._refuse)
         self.log_bar.moved.connect(self._show_log_at)
         self.log_bar.whole_wanted.connect(self.charts.board.show_window)
         self.log_bar.live_wanted.connect(self.close_log)
@@ -500,16 +508,15 @@ class VisualizationScreen(Screen):
     @property
     def is_reading(self) -> bool:
         """Whether a log is being read."""
-        return self._reader.is_reading
+        return self._reader.is_reading or self._overlay_reader.is_reading
 
     def open_log(self, path: Path) -> None:
         """Read a log and show it; what is wrong with it is told."""
-        self.tabs.setCurrentWidget(self.charts)
-        self._path.setText(f"Reading {path.name}")
-        self._path.setToolTip(str(path))
-        self._progress.setValue(0)
-        self._reading.show()
-        self._reader.read(path)
+        self._read(path, self._reader)
+
+    def open_overlay(self, path: Path) -> None:
+        """Read a log and draw it over what the charts show; what is wrong with it is told."""
+        self._read(path, self._overlay_reader)
 
     def close_log(self) -> None:
         """Show the flight again."""
@@ -549,16 +556,26 @@ class VisualizationScreen(Screen):
         """End what reads logs."""
         self.log_bar.stop()
         self._reader.close()
+        self._overlay_reader.close()
 
-    def _ask(self) -> None:
+    def _ask(self, title: str, opens: Callable[[Path], None]) -> None:
         """Ask for a log; nothing waits for the answer."""
         folder = str(log_folder(self.workspace.preferences))
-        dialog = QFileDialog(self, "Open log", folder, "Logs (*.mcap);;All files (*)")
+        dialog = QFileDialog(self, title, folder, "Logs (*.mcap);;All files (*)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        show_file_dialog(dialog, lambda name: self.open_log(Path(name)))
+        show_file_dialog(dialog, lambda name: opens(Path(name)))
+
+    def _read(self, path: Path, reader: LogReader) -> None:
+        self.tabs.setCurrentWidget(self.charts)
+        self._path.setText(f"Reading {path.name}")
+        self._path.setToolTip(str(path))
+        self._progress.setValue(0)
+        self._reading.show()
+        reader.read(path)
 
     def _cancel(self) -> None:
         self._reader.close()
+        self._overlay_reader.close()
         self._reading.hide()
 
     def _refuse(self, said: str) -> None:
@@ -571,6 +588,10 @@ class VisualizationScreen(Screen):
         self._enable_tabs()
         self.charts.show_source(LogSource(contents))
         self.log_bar.show_log(contents)
+
+    def _show_overlay(self, contents: LogContents) -> None:
+        self._reading.hide()
+        self.charts.add_overlay(contents.path.stem, LogSource(contents))
 
     def _show_log_at(self, time: float) -> None:
         if self.shows_log:

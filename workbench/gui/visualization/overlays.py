@@ -1,0 +1,176 @@
+"""Logs that are drawn over what the charts show, each with its time shifted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PyQt6.QtCore import pyqtSignal
+from PyQt6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from workbench.common.errors import WorkbenchError
+from workbench.gui.number_field import NumberField
+from workbench.gui.units import Unit
+from workbench.gui.visualization.derived_signals import Derived, SeriesSource, WithDerived
+from workbench.logs.expressions import Samples
+
+_COMMANDS = tuple(f"command_velocity.{name}" for name in ("v_x", "v_y", "v_z", "yaw_rate"))
+_HEIGHT = "position_data.z"
+_MOVED = 1e-3
+"""Change of a command that is a step [m/s or rad/s]."""
+_LIFTED = 0.1
+"""Height above where it stood, with which it has taken off [m]."""
+FARTHEST = 1e5
+"""Shift of a log's time [s]."""
+
+
+class Overlay:
+    """A log over the charts' own source: its series, shifted in time.
+
+    Args:
+        name: in legends.
+        log: its series, by the log's times.
+
+    Attributes:
+        name: see there.
+        shift: added to its times [s].
+    """
+
+    def __init__(self, name: str, log: SeriesSource) -> None:
+        self.name = name
+        self.shift = 0.0
+        self._log = log
+        self._source: SeriesSource = log
+
+    def derive(self, derived: Sequence[Derived]) -> None:
+        """Have these derived signals, too."""
+        self._source = WithDerived(self._log, derived)
+
+    @property
+    def units(self) -> "dict[str, str]":
+        """SI unit of every series, by name."""
+        return dict(self._source.units)
+
+    def series(self, name: str, since: float = -np.inf) -> Samples:
+        """Return shifted times [s] and values of a signal from a time on (N).
+
+        Raises:
+            WorkbenchError: if there is no such signal, or it cannot be worked out.
+        """
+        time, values = self._source.series(name, since - self.shift)
+        return time + self.shift, values
+
+    def align(self, to: SeriesSource) -> None:
+        """Shift it so that its first step of a command, or its take-off, is that of another.
+
+        Raises:
+            WorkbenchError: if they have neither in common.
+        """
+        for first in (_first_step, _first_take_off):
+            own, other = first(self._log), first(to)
+            if np.isfinite(own) and np.isfinite(other):
+                self.shift = float(other - own)
+                return
+        raise WorkbenchError(
+            f"{self.name}: neither a command's step nor a take-off is in both: type the shift"
+        )
+
+
+def _first_step(source: SeriesSource) -> float:
+    """Return when a command changes first [s]; NaN if none does."""
+    return min((_first_change(source, name, _MOVED) for name in _COMMANDS), key=_late)
+
+
+def _first_take_off(source: SeriesSource) -> float:
+    return _first_change(source, _HEIGHT, _LIFTED)
+
+
+def _late(time: float) -> float:
+    return time if np.isfinite(time) else np.inf
+
+
+def _first_change(source: SeriesSource, name: str, by: float) -> float:
+    """Return when a signal is first so far from where it began [s]; NaN if it never is."""
+    if name not in source.units:
+        return np.nan
+    time, values = source.series(name, -np.inf)
+    moved = np.flatnonzero(np.abs(values - values[:1]) > by)
+    return float(time[moved[0]]) if len(moved) else np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """What is seen of an overlay."""
+
+    overlay: Overlay
+    widget: QWidget
+    shift: NumberField
+
+
+class OverlayBar(QWidget):
+    """A line for each log over the charts: its name, its shift, and how to take it away.
+
+    Args:
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    changed = pyqtSignal()
+    """Other logs, or other shifts."""
+    align_wanted = pyqtSignal(object)
+    """An `Overlay` that is to begin when the charts' own source does."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._rows: list[_Row] = []
+        self._box = QVBoxLayout(self)
+        self._box.setContentsMargins(0, 0, 0, 0)
+        self._box.setSpacing(4)
+        self.hide()
+
+    @property
+    def overlays(self) -> tuple[Overlay, ...]:
+        """The logs, in the order they were opened."""
+        return tuple(row.overlay for row in self._rows)
+
+    def add(self, overlay: Overlay) -> None:
+        """Lay another log over the charts."""
+        widget = QWidget()
+        line = QHBoxLayout(widget)
+        line.setContentsMargins(0, 0, 0, 0)
+        name = QLabel(f"over it  {overlay.name}")
+        shift = NumberField(f"Shift of {overlay.name}", decimals=3, step=0.1)
+        shift.set_range(Unit("s"), -FARTHEST, FARTHEST)
+        shift.show_decimals(3)
+        label = QLabel("shifted by")
+        label.setBuddy(shift)
+        align = QPushButton("Align")
+        align.setToolTip("Let its first step, or its take-off, be at the same time as here")
+        remove = QPushButton("Remove")
+        remove.setAccessibleName(f"Remove {overlay.name}")
+        for part in (name, label, shift, align, remove):
+            line.addWidget(part)
+        line.addStretch(1)
+        row = _Row(overlay, widget, shift)
+        self._rows.append(row)
+        self._box.addWidget(widget)
+        shift.edited.connect(lambda value: self._set_shift(row, value))
+        align.clicked.connect(lambda: self.align_wanted.emit(overlay))
+        remove.clicked.connect(lambda: self._remove(row))
+        self.show()
+        self.changed.emit()
+
+    def show_shifts(self) -> None:
+        """Show shifts that were changed elsewhere."""
+        for row in self._rows:
+            row.shift.show_si(row.overlay.shift)
+        self.changed.emit()
+
+    def _set_shift(self, row: _Row, value: float) -> None:
+        row.overlay.shift = value
+        self.changed.emit()
+
+    def _remove(self, row: _Row) -> None:
+        self._rows.remove(row)
+        row.widget.hide()
+        row.widget.deleteLater()
+        self.setVisible(bool(self._rows))
+        self.changed.emit()
