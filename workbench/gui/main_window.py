@@ -268,7 +268,15 @@ class MainWindow(QMainWindow):
         self.recent = RecentFiles(store, self)
         self.recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices, self)
         self.recorder.recorded.connect(lambda path: self.recent.add(FileKind.LOG, path))
-        self.opener = Opener(self.control, self.recent, workspace.notices, self._show_log, self)
+        shows = {
+            kind: partial(self._show_in_charts, name)
+            for kind, name in (
+                (FileKind.LOG, "open_log"),
+                (FileKind.LAYOUT, "open_layout"),
+                (FileKind.SPEC, "open_spec"),
+            )
+        }
+        self.opener = Opener(self.control, self.recent, workspace.notices, shows, self)
         self._camera = Camera(self, workspace)
         self._focus_guard = FocusGuard(self)
         self.actions_by_name = make_actions(self, self._handlers())
@@ -419,11 +427,11 @@ class MainWindow(QMainWindow):
         for theme in THEMES:
             self.actions_by_name[f"theme_{theme}"].setChecked(theme == chosen)
 
-    def _show_log(self, path: Path) -> None:
+    def _show_in_charts(self, method: str, path: Path) -> None:
         self.show_screen("visualization")
-        opens = getattr(self.stack.current, "open_log", None)
+        opens = getattr(self.stack.current, method, None)
         if opens is None:
-            self.workspace.notices.warn("this version shows no logs in the app")
+            self.workspace.notices.warn("this version shows no such files in the app")
         else:
             opens(path)
 

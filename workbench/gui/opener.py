@@ -1,6 +1,6 @@
 """Opens files: chosen in a dialog, dropped onto the window, or from the recent ones."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -34,6 +34,8 @@ class FileKind(Enum):
     WORLD = "world"
     CONTROLLER = "controller"
     LOG = "log"
+    LAYOUT = "layout"
+    SPEC = "spec"
 
 
 FILTERS = {
@@ -42,6 +44,8 @@ FILTERS = {
     FileKind.WORLD: "Worlds (*.yaml *.yml *.sdf *.world)",
     FileKind.CONTROLLER: "Controllers (*.py)",
     FileKind.LOG: "Logs (*.mcap)",
+    FileKind.LAYOUT: "Layouts (*.layout.yaml)",
+    FileKind.SPEC: "Specs (*.spec.yaml)",
 }
 """What a file dialog shows of each."""
 _BY_ENDING = {
@@ -52,6 +56,8 @@ _BY_ENDING = {
     ".py": FileKind.CONTROLLER,
     ".mcap": FileKind.LOG,
 }
+_BY_KEYS = {"charts:": FileKind.LAYOUT, "cases:": FileKind.SPEC, "margins:": FileKind.SPEC}
+"""At the beginning of a line of YAML."""
 
 
 def kind_of(path: Path) -> FileKind:
@@ -69,11 +75,14 @@ def kind_of(path: Path) -> FileKind:
         return FileKind.WORLD if "<world" in _beginning(path) else FileKind.MODEL
     if ending in (".yaml", ".yml"):
         lines = _beginning(path).splitlines()
+        for key, kind in _BY_KEYS.items():
+            if any(line.startswith(key) for line in lines):
+                return kind
         world = any(line.startswith(_WORLD_KEYS) for line in lines) or path.parent.name == _WORLDS
         return FileKind.WORLD if world else FileKind.SCENARIO
     raise WorkbenchError(
         f"{path.name} cannot be opened: drop a scenario or world (.yaml), a drone (.xacro, .urdf, "
-        ".sdf, .xml), a controller (.py), or a log (.mcap)"
+        ".sdf, .xml), a controller (.py), a log (.mcap), a layout or spec (.yaml)"
     )
 
 
@@ -165,7 +174,7 @@ class Opener:
         control: flies scenarios, models, worlds and controllers.
         recent: remembers them.
         notices: where refusals are told.
-        shows_log: told the path of a log that is to be shown.
+        shows: told the path of what the charts show: a log, a layout, a spec.
         window: above which dialogs open.
     """
 
@@ -174,7 +183,7 @@ class Opener:
         control: FlightControl,
         recent: RecentFiles,
         notices: Notices,
-        shows_log: Callable[[Path], None],
+        shows: Mapping[FileKind, Callable[[Path], None]],
         window: QWidget,
     ) -> None:
         self._recent, self._notices, self._window = recent, notices, window
@@ -184,14 +193,14 @@ class Opener:
             FileKind.MODEL: lambda path: control.fly_model(str(path)),
             FileKind.WORLD: lambda path: control.fly_world(str(path)),
             FileKind.CONTROLLER: self._fly_controller,
-            FileKind.LOG: shows_log,
+            **shows,
         }
         self._folders = {
             FileKind.SCENARIO: models_dir() / "scenarios",
             FileKind.MODEL: models_dir(),
             FileKind.WORLD: worlds_dir(),
             FileKind.CONTROLLER: controllers_dir(),
-            FileKind.LOG: Path.cwd(),
+            **dict.fromkeys(shows, Path.cwd()),
         }
 
     def open(self, kind: FileKind, path: Path) -> None:

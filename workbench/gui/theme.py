@@ -131,9 +131,9 @@ class Look(QObject):
         return QColor(getattr(self.colours, name))
 
     def curve(self, index: int) -> QColor:
-        """Return the colour of a chart's curve; that of commands for -1."""
+        """Return the colour of a chart's curve; that of commands for -1, of limits for -2."""
         if index < 0:
-            return QColor(self.colours.command)
+            return QColor(self.colours.command if index == -1 else self.colours.bad)
         return QColor(self.colours.curves[index % len(self.colours.curves)])
 
     def _update(self) -> None:

@@ -18,6 +18,8 @@ MOST_AXES = 4
 MOST_CURVES = 24
 COMMAND = -1
 """In place of a curve's number: the colour of what was asked for."""
+LIMIT = -2
+"""In place of a curve's number: the colour of what is not to be crossed."""
 FAINT_SHARE = 0.45
 """Of its colour that a faint curve keeps."""
 
@@ -54,7 +56,7 @@ class Curve:
         label: in the legend.
         unit: SI, as topics have it; curves of a unit share an axis.
         source: of its samples.
-        colour: number of its colour, `COMMAND` for that of commands.
+        colour: number of its colour, `COMMAND` for that of commands, `LIMIT` for that of limits.
         style: of its stroke.
         number: in the legend and at its end.
         visible: whether it is drawn.
@@ -132,7 +134,7 @@ class CurveSet:
             )
         taken = {each.colour for each in self._curves}
         free = next(index for index in range(MOST_CURVES + 1) if index not in taken)
-        made = Curve(label, unit, source, free if colour is None else max(colour, COMMAND), style)
+        made = Curve(label, unit, source, free if colour is None else max(colour, LIMIT), style)
         self._curves.append(made)
         self._number()
         return made

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,24 +139,29 @@ class StatisticsTable(QTableWidget):
 
     def show_rows(self, rows: Sequence[StatisticsRow], marks: Sequence[str]) -> None:
         """Show statistics, and values at the cursors under these heads."""
-        self._show_heads([*HEADS, *marks])
+        heads = HEADS | {mark: mark for mark in marks}
+        self.show_table(heads, [row.texts for row in rows])
+
+    def show_table(self, heads: Mapping[str, str], rows: Sequence[Sequence[str]]) -> None:
+        """Show texts below heads, of which is said what they mean."""
+        self._show_heads(heads)
         if self.rowCount() != len(rows):
             self.setRowCount(len(rows))
             self._fit()
         for index, row in enumerate(rows):
-            for column, text in enumerate(row.texts):
+            for column, text in enumerate(row):
                 self._write(index, column, text)
 
-    def _show_heads(self, heads: list[str]) -> None:
-        if heads == self._heads:
+    def _show_heads(self, heads: Mapping[str, str]) -> None:
+        if list(heads) == self._heads:
             return
-        self._heads = heads
+        self._heads = list(heads)
         self.setColumnCount(len(heads))
-        self.setHorizontalHeaderLabels(heads)
-        for column, name in enumerate(heads):
+        self.setHorizontalHeaderLabels(self._heads)
+        for column, help in enumerate(heads.values()):
             item = self.horizontalHeaderItem(column)
             if item is not None:
-                item.setToolTip(HEADS.get(name, name))
+                item.setToolTip(help)
 
     def _write(self, row: int, column: int, text: str) -> None:
         item = self.item(row, column)

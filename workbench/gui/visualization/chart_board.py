@@ -12,6 +12,7 @@ from workbench.gui.charts.xy_chart import XYChart
 from workbench.gui.visualization.chart_pane import ChartPane
 from workbench.gui.visualization.derived_signals import SeriesSource
 from workbench.gui.visualization.layouts import MOST_CHARTS, Board, ChartSpec
+from workbench.gui.visualization.log_messages import SpecContents
 from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.workspace import Workspace
 
@@ -52,6 +53,7 @@ class ChartBoard(QWidget):
         self._takes_view = False
         self._shows_clock = False
         self._overlays: tuple[Overlay, ...] = ()
+        self._limits: SpecContents | None = None
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(8)
@@ -111,6 +113,12 @@ class ChartBoard(QWidget):
         self._overlays = overlays
         for pane in self._panes:
             pane.show_overlays(overlays)
+
+    def show_limits(self, limits: SpecContents | None) -> None:
+        """Draw the limits of a spec, None for none."""
+        self._limits = limits
+        for pane in self._panes:
+            pane.show_limits(limits)
 
     def rename_signal(self, old: str, new: str) -> None:
         """Show a signal under its new name."""
@@ -248,6 +256,8 @@ class ChartBoard(QWidget):
         self._panes.append(pane)
         if self._overlays:
             pane.show_overlays(self._overlays)
+        if self._limits is not None:
+            pane.show_limits(self._limits)
         pane.used.connect(lambda: self._use(pane))
         pane.spec_changed.connect(self.changed)
         pane.removal_wanted.connect(lambda: self.remove_chart(pane))

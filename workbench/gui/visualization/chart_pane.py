@@ -1,7 +1,7 @@
 """One chart of the board: what it shows, of which kind, and what is dropped on it."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -10,21 +10,31 @@ from PyQt6.QtGui import QAction, QDragEnterEvent, QDragLeaveEvent, QDropEvent, Q
 from PyQt6.QtWidgets import QFrame, QMenu, QVBoxLayout, QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.charts.curve import COMMAND, CurveStyle, Samples
+from workbench.design.step_responses import StepResponse
+from workbench.gui.charts.curve import COMMAND, LIMIT, CurveStyle, Samples, source_of
 from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.spectrum_chart import SpectrumChart
+from workbench.gui.charts.step_chart import LimitLine, StepChart
 from workbench.gui.charts.strip_chart import StripChart
 from workbench.gui.charts.xy_chart import XYChart
 from workbench.gui.style import set_class
 from workbench.gui.visualization.derived_signals import SeriesSource
-from workbench.gui.visualization.layouts import SPECTRUM, TIME, XY, ChartSpec
+from workbench.gui.visualization.layouts import SPECTRUM, STEPS, TIME, XY, ChartSpec
+from workbench.gui.visualization.log_messages import SpecContents
 from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.visualization.signal_catalog import signal_label
 from workbench.gui.visualization.signal_tree import MIME
+from workbench.gui.visualization.spec_limits import FARTHEST, limits_of_step, lines_over_time
 from workbench.gui.workspace import Workspace
 from workbench.logs.spectrum import Welch
 
-KIND_NAMES = {TIME: "Over time", SPECTRUM: "Spectrum", XY: "x-y, over the first signal"}
+KIND_NAMES = {
+    TIME: "Over time",
+    SPECTRUM: "Spectrum",
+    XY: "x-y, over the first signal",
+    STEPS: "Responses to steps of the first signal",
+}
+AnyChart = StripChart | SpectrumChart | XYChart | StepChart
 _SCALES = {False: Scale.LINEAR, True: Scale.LOGARITHMIC}
 _EMPTY = "Drag a signal here, or choose one in the list"
 
@@ -67,6 +77,7 @@ class ChartPane(QFrame):
         self._spec = spec
         self._told = ""
         self._overlays: tuple[Overlay, ...] = ()
+        self._limits: SpecContents | None = None
         self._box = QVBoxLayout(self)
         self._box.setContentsMargins(8, 6, 8, 6)
         self.setAcceptDrops(True)
@@ -120,6 +131,11 @@ class ChartPane(QFrame):
         self._overlays = overlays
         self.show_signals(self._spec.signals, self._source)
 
+    def show_limits(self, limits: SpecContents | None) -> None:
+        """Draw the limits of a spec, None for none."""
+        self._limits = limits
+        self.show_signals(self._spec.signals, self._source)
+
     def add_signal(self, name: str) -> None:
         """Show another signal."""
         units = self._source.units
@@ -169,10 +185,10 @@ class ChartPane(QFrame):
         self.used.emit()
         super().mousePressEvent(event)
 
-    def _make_chart(self) -> StripChart | SpectrumChart | XYChart:
+    def _make_chart(self) -> AnyChart:
         """Return a chart of the kind that is wanted, still empty."""
         spec = self._spec
-        made: StripChart | SpectrumChart | XYChart
+        made: AnyChart
         match spec.kind:
             case "spectrum":
                 made = SpectrumChart(self._workspace)
@@ -183,6 +199,9 @@ class ChartPane(QFrame):
                 made = XYChart(self._workspace)
                 made.set_equal(spec.equal)
                 made.equal_changed.connect(self._take_equal)
+            case "steps":
+                made = StepChart(self._workspace)
+                made.set_limits(self._limits_of_step)
             case _:
                 made = StripChart(self._workspace)
                 made.set_scales(y=_SCALES[spec.log_y])
@@ -202,7 +221,7 @@ class ChartPane(QFrame):
             made.extra_actions.append(
                 _switch(made, "Logarithmic frequencies", spec.log_x, self._set_log_x)
             )
-        if spec.kind != XY:
+        if spec.kind in (TIME, SPECTRUM):
             made.extra_actions.append(
                 _switch(made, "Logarithmic values", spec.log_y, self._set_log_y)
             )
@@ -249,7 +268,8 @@ class ChartPane(QFrame):
 
         series = partial(self._read, self._source, name)
         drawn = self.chart.add_curve(label, unit, series, colour=colour, style=style)
-        for overlay in () if self._spec.kind == XY else self._overlays:
+        single = self._spec.kind in (XY, STEPS)
+        for overlay in () if single else self._overlays:
             if name in overlay.units:
                 self.chart.add_curve(
                     f"{label} · {overlay.name}",
@@ -258,6 +278,17 @@ class ChartPane(QFrame):
                     colour=drawn.colour,
                     style=CurveStyle.FAINT,
                 )
+
+        if self._limits is not None and self._spec.kind == TIME:
+            for text, level in lines_over_time(self._limits, name):
+                times = np.array([0.0, *np.arange(0.25, FARTHEST, 0.5)])
+                source = source_of(times, np.full(len(times), level))
+                self.chart.add_curve(text, unit, source, colour=LIMIT, style=CurveStyle.DASHED)
+
+    def _limits_of_step(self, step: StepResponse) -> Sequence[LimitLine]:
+        if self._limits is None or len(self._spec.signals) < 2:
+            return ()
+        return limits_of_step(self._limits, self._spec.signals[1], step)
 
     def _read(self, source: SeriesSource, name: str, since: float) -> Samples:
         """Return the samples of a signal; none where they cannot be worked out, which is told."""

@@ -28,6 +28,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.opener import FileKind, RecentFiles
 from workbench.gui.page import scrolled
 from workbench.gui.preferences import log_folder
 from workbench.gui.style import set_class
@@ -49,6 +50,7 @@ from workbench.gui.visualization.layouts import (
     read_kept,
     read_layout,
 )
+from workbench.gui.visualization.log_messages import SpecContents
 from workbench.gui.visualization.overlays import Overlay, OverlayBar
 from workbench.gui.visualization.signal_catalog import make_catalog
 from workbench.gui.visualization.signal_tree import SignalTree
@@ -152,14 +154,12 @@ class ChartsPage(QWidget):
         parent: the Qt parent; this object is deleted with it.
     """
 
-    layout_opened = pyqtSignal(object)
-    """Path of a layout's file that was opened or saved."""
-
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
         self._store: QSettings = workspace.preferences.store
         self._answers = Answers(workspace.notices.warn, self)
+        self._recent = RecentFiles(workspace.preferences.store, self)
         self._live: SeriesSource = workspace.signals
         self._base: SeriesSource = self._live
         self._own: tuple[Derived, ...] = ()
@@ -169,6 +169,10 @@ class ChartsPage(QWidget):
         self.board = ChartBoard(workspace, self._source)
         self.tree = SignalTree()
         self.overlays = OverlayBar()
+        self.limits = QPushButton()
+        self.limits.setAccessibleName("Limits of a spec: draw them no more")
+        self.limits.setToolTip("Draw the limits of this spec no more")
+        self.limits.hide()
         self.new_signal = QPushButton("Derived si&gnal…")
         self.new_signal.setToolTip("Make a signal from others by an expression")
         self.presets = QComboBox()
@@ -195,6 +199,7 @@ class ChartsPage(QWidget):
         self.board.changed.connect(self._keep)
         self.board.view_changed.connect(self._show_view)
         self.board.used.connect(self.tree.set_target)
+        self.limits.clicked.connect(lambda: self.show_limits(None))
         self.overlays.changed.connect(self._show_overlays)
         self.overlays.align_wanted.connect(self._align)
         self.presets.activated.connect(lambda _: self._show_preset(self.presets.currentText()))
@@ -232,12 +237,19 @@ class ChartsPage(QWidget):
         overlay.derive((*DERIVED, *self._own))
         self.overlays.add(overlay)
 
+    def show_limits(self, limits: SpecContents | None) -> None:
+        """Draw the limits of a spec on what they judge, None for none."""
+        self.board.show_limits(limits)
+        self.limits.setVisible(limits is not None)
+        if limits is not None:
+            self.limits.setText(f"Limits of {limits.path.name} ✕")
+
     def open_layout(self, path: Path) -> None:
         """Read a layout's file and show it; what is wrong with it is told."""
 
         def show(layout: Layout) -> None:
             self.show_layout(layout)
-            self.layout_opened.emit(path)
+            self._recent.add(FileKind.LAYOUT, str(path))
 
         self._answers.expect(self._workspace.errands.run(partial(read_layout, path)), show)
 
@@ -248,7 +260,7 @@ class ChartsPage(QWidget):
 
         def tell(_: object) -> None:
             self._workspace.notices.inform(f"Saved {path}")
-            self.layout_opened.emit(path)
+            self._recent.add(FileKind.LAYOUT, str(path))
 
         write = partial(_write_text, path, layout_text(self.layout_shown))
         self._answers.expect(self._workspace.errands.run(write), tell)
@@ -350,7 +362,20 @@ class ChartsPage(QWidget):
             action = self.file_menu.addAction(text)
             if action is not None:
                 action.triggered.connect(do)
+        self._recent_menu = QMenu("&Recent", self.file_menu)
+        self.file_menu.addMenu(self._recent_menu)
+        self.file_menu.aboutToShow.connect(self._fill_recent)
         self.files.setMenu(self.file_menu)
+
+    def _fill_recent(self) -> None:
+        """List the layouts that were opened or saved, and are still there."""
+        self._recent_menu.clear()
+        paths = [each.path for each in self._recent.files() if each.kind is FileKind.LAYOUT]
+        self._recent_menu.setEnabled(bool(paths))
+        for path in paths:
+            action = self._recent_menu.addAction(path.replace("&", "&&"))
+            if action is not None:
+                action.triggered.connect(partial(self.open_layout, Path(path)))
 
     def _ask_open(self) -> None:
         folder = str(log_folder(self._workspace.preferences))
@@ -408,7 +433,7 @@ class ChartsPage(QWidget):
         self.line.setSpacing(8)
         for widget in (
             *(self.signals_shown, label, self.presets, self.files, self.add, self.pause),
-            *(self.marks, self.clear_marks),
+            *(self.marks, self.clear_marks, self.limits),
         ):
             self.line.addWidget(widget)
         self.line.addStretch(1)

@@ -14,9 +14,9 @@ from workbench.logs.spectrum import DETRENDS, WINDOWS, Welch
 MOST_CHARTS = 8
 VERSION = 1
 """Of the files."""
-TIME, SPECTRUM, XY = "time", "spectrum", "x-y"
-KINDS = (TIME, SPECTRUM, XY)
-"""What charts are drawn over: time, frequency, another signal."""
+TIME, SPECTRUM, XY, STEPS = "time", "spectrum", "x-y", "steps"
+KINDS = (TIME, SPECTRUM, XY, STEPS)
+"""What charts are drawn over: time, frequency, another signal, time after steps of a command."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class ChartSpec:
 
     Attributes:
         title: over it.
-        signals: names of what it shows; of an x-y chart the first one is x.
+        signals: names of what it shows; of an x-y chart the first one is x, of steps the command.
         kind: one of `KINDS`.
         log_x: whether the axis below is logarithmic, which time's is not.
         log_y: whether axes of values are.
@@ -111,6 +111,17 @@ PRESETS: dict[str, Board] = {
         _spectrum("Specific force", "imu", "specific_force.0 specific_force.1 specific_force.2"),
         _spectrum("Rotor speeds", "rotors", "speed.0 speed.1 speed.2 speed.3"),
         _spectrum("Velocity error", "error", "v_x v_y v_z"),
+    ),
+    "Steps": (
+        *(
+            ChartSpec(
+                f"Steps of {axis}", (f"command_velocity.{axis}", f"velocity_data.{axis}"), STEPS
+            )
+            for axis in ("v_x", "v_y", "v_z")
+        ),
+        ChartSpec(
+            "Steps of the yaw rate", ("command_velocity.yaw_rate", "velocity_data.w_z"), STEPS
+        ),
     ),
     "Path": (
         ChartSpec("From above", _names("position_data", "x y"), XY, equal=True),

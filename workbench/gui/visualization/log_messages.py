@@ -1,4 +1,4 @@
-"""What goes between the app and the process that reads a log."""
+"""What goes between the app and the process that reads logs and specs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,3 +39,49 @@ class LogContents:
     times: Mapping[str, np.ndarray]
     values: Mapping[str, np.ndarray]
     topic_of: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class MetricLimit:
+    """What a spec demands of a metric: its name, a smallest and a largest value, in its unit."""
+
+    metric: str
+    least: float
+    most: float
+
+
+@dataclass(frozen=True, eq=False)
+class BaselineBand:
+    """Within what a signal may be: its name in specs, times (n) from the edge [s], and ends (n)."""
+
+    signal: str
+    time: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CaseLimits:
+    """What a case of a spec demands.
+
+    Attributes:
+        name: of the case.
+        signal: that is judged, by its name in specs, "" for none.
+        command: how far it should come, NaN where nothing is said of that.
+        limits: of metrics and statistics.
+        bands: around its baseline.
+    """
+
+    name: str
+    signal: str
+    command: float
+    limits: tuple[MetricLimit, ...]
+    bands: tuple[BaselineBand, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SpecContents:
+    """What a spec demands of flights."""
+
+    path: Path
+    cases: tuple[CaseLimits, ...]

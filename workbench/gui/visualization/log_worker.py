@@ -1,4 +1,4 @@
-"""The process that reads a log, so that the window stays quick: `python -m MODULE FD`."""
+"""The process that reads a log or a spec, so that the window stays quick: `python -m MODULE FD`."""
 
 import contextlib
 import math
@@ -11,7 +11,14 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.visualization.log_messages import LogContents, Progress
+from workbench.gui.visualization.log_messages import (
+    BaselineBand,
+    CaseLimits,
+    LogContents,
+    MetricLimit,
+    Progress,
+    SpecContents,
+)
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.logs.record import read_log
 
@@ -22,6 +29,8 @@ _UNWANTED = re.compile(
     r"^command_velocity\.(lease|axes)$|twist\.angular"
 )
 
+SPECS = (".yaml", ".yml")
+"""Endings of files that are specs; all others are logs."""
 READING = 0.7
 """Share of the time that reading takes; the rest goes into decoding."""
 STEP = 0.01
@@ -90,6 +99,36 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
     )
 
 
+def limits_of(path: Path) -> SpecContents:
+    """Return what a spec demands.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    # they load Drake, which logs are read without
+    from workbench.design.regress.band import band
+    from workbench.design.regress.baseline import curves_file, read_curves
+    from workbench.design.regress.loading import load_spec
+    from workbench.design.regress.signals import AXIS_SIGNALS
+
+    spec = load_spec(path)
+    cases = []
+    for case in spec.content.cases:
+        curves = read_curves(curves_file(spec.path, case.name))
+        bands = [
+            BaselineBand(signal, curve.time, made.low, made.high)
+            for signal, tolerance in case.baseline.items()
+            if (curve := curves.get(signal)) is not None
+            for made in [band(curve, tolerance, curve.time)]
+        ]
+        command = case.amplitude if case.axis else case.command
+        limits = [MetricLimit(name, each.min, each.max) for name, each in case.limits.items()]
+        signal = case.signal or AXIS_SIGNALS.get(case.axis, "")
+        wanted = math.nan if command is None else command
+        cases.append(CaseLimits(case.name, signal, wanted, tuple(limits), tuple(bands)))
+    return SpecContents(path, tuple(cases))
+
+
 def main(connection: Connection) -> None:
     """Read what is asked for, send it, and end; also where nobody listens any more."""
     with contextlib.suppress(EOFError, OSError):
@@ -105,7 +144,9 @@ def main(connection: Connection) -> None:
                 connection.send(Progress(share))
 
         try:
-            connection.send(Answer(asked.number, contents_of(path, tell)))
+            is_spec = path.suffix in SPECS
+            found = limits_of(path) if is_spec else contents_of(path, tell)
+            connection.send(Answer(asked.number, found))
         except WorkbenchError as error:
             connection.send(Refusal(asked.number, str(error)))
         except MemoryError:

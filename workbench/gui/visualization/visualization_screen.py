@@ -18,6 +18,7 @@ from PyQt6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QLabel,
+    QMenu,
     QProgressBar,
     QPushButton,
     QSlider,
@@ -39,7 +40,7 @@ from workbench.gui.visualization.charts_page import ChartsPage
 from workbench.gui.visualization.cloud_page import CloudPage
 from workbench.gui.visualization.event_list import MOST, Event, EventList
 from workbench.gui.visualization.frames_page import FramesPage
-from workbench.gui.visualization.log_messages import LogContents, Progress
+from workbench.gui.visualization.log_messages import LogContents, Progress, SpecContents
 from workbench.gui.workspace import Workspace
 from workbench.ipc.worker_process import WorkerProcess
 from workbench.link.backplane import Published
@@ -51,6 +52,7 @@ STEP = 0.1
 """Time of a single step [s]."""
 PERIOD = 16
 """Between two pictures while it plays [ms]."""
+LOG_FILES, SPEC_FILES = "Logs (*.mcap)", "Specs (*.yaml *.yml)"
 PARTS = 100
 """Of a second that the slider tells apart."""
 
@@ -470,25 +472,35 @@ class VisualizationScreen(Screen):
             self.tabs.addTab(page, name)
         self.open_button = QPushButton("Open lo&g…")
         self.open_button.setToolTip("Show a recorded flight (MCAP) in the same charts")
-        self.overlay_button = QPushButton("Log o&ver it…")
-        self.overlay_button.setToolTip("Draw a recorded flight over what the charts show")
-        for button in (self.open_button, self.overlay_button):
+        self.over_button = QPushButton("O&ver it")
+        self.over_button.setToolTip("Draw a recorded flight, or limits, over what the charts show")
+        over = QMenu(self)
+        for title, opens in (
+            ("Log over it", self.open_overlay),
+            ("Limits of a spec", self.open_spec),
+        ):
+            action = over.addAction(f"{title}…")
+            if action is not None:
+                action.triggered.connect(partial(self._ask, title, opens))
+        self.over_button.setMenu(over)
+        for button in (self.open_button, self.over_button):
             self.charts.line.addWidget(button)
         self.log_bar = LogBar()
         self.log_bar.hide()
         self._reader, self._overlay_reader = LogReader(self), LogReader(self)
+        self._spec_reader = LogReader(self)
         self._reading = QWidget()
         self._path = QLabel()
         self._progress = QProgressBar()
         self.cancel = QPushButton("&Cancel")
         self._lay_out()
         self.open_button.clicked.connect(lambda: self._ask("Open log", self.open_log))
-        self.overlay_button.clicked.connect(lambda: self._ask("Log over it", self.open_overlay))
         self.cancel.clicked.connect(self._cancel)
         self.tabs.currentChanged.connect(lambda _: self.show_view(workspace.flight.view))
         for reader, show in (
             (self._reader, self._show_log),
             (self._overlay_reader, self._show_overlay),
+            (self._spec_reader, self._show_limits),
         ):
             reader.progressed.connect(lambda share: self._progress.setValue(round(100 * share)))
             reader.ready.connect(show)
@@ -508,11 +520,20 @@ class VisualizationScreen(Screen):
     @property
     def is_reading(self) -> bool:
         """Whether a log is being read."""
-        return self._reader.is_reading or self._overlay_reader.is_reading
+        return any(reader.is_reading for reader in self._readers)
 
     def open_log(self, path: Path) -> None:
         """Read a log and show it; what is wrong with it is told."""
         self._read(path, self._reader)
+
+    def open_layout(self, path: Path) -> None:
+        """Show the charts of a layout's file; what is wrong with it is told."""
+        self.tabs.setCurrentWidget(self.charts)
+        self.charts.open_layout(path)
+
+    def open_spec(self, path: Path) -> None:
+        """Draw the limits of a spec on the curves that they judge; what is wrong is told."""
+        self._read(path, self._spec_reader)
 
     def open_overlay(self, path: Path) -> None:
         """Read a log and draw it over what the charts show; what is wrong with it is told."""
@@ -555,13 +576,21 @@ class VisualizationScreen(Screen):
     def close_screen(self) -> None:
         """End what reads logs."""
         self.log_bar.stop()
-        self._reader.close()
-        self._overlay_reader.close()
+        self._close_readers()
+
+    @property
+    def _readers(self) -> tuple[LogReader, ...]:
+        return self._reader, self._overlay_reader, self._spec_reader
+
+    def _close_readers(self) -> None:
+        for reader in self._readers:
+            reader.close()
 
     def _ask(self, title: str, opens: Callable[[Path], None]) -> None:
         """Ask for a log; nothing waits for the answer."""
         folder = str(log_folder(self.workspace.preferences))
-        dialog = QFileDialog(self, title, folder, "Logs (*.mcap);;All files (*)")
+        kinds = SPEC_FILES if opens == self.open_spec else LOG_FILES
+        dialog = QFileDialog(self, title, folder, f"{kinds};;All files (*)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         show_file_dialog(dialog, lambda name: opens(Path(name)))
 
@@ -574,8 +603,7 @@ class VisualizationScreen(Screen):
         reader.read(path)
 
     def _cancel(self) -> None:
-        self._reader.close()
-        self._overlay_reader.close()
+        self._close_readers()
         self._reading.hide()
 
     def _refuse(self, said: str) -> None:
@@ -592,6 +620,10 @@ class VisualizationScreen(Screen):
     def _show_overlay(self, contents: LogContents) -> None:
         self._reading.hide()
         self.charts.add_overlay(contents.path.stem, LogSource(contents))
+
+    def _show_limits(self, spec: SpecContents) -> None:
+        self._reading.hide()
+        self.charts.show_limits(spec)
 
     def _show_log_at(self, time: float) -> None:
         if self.shows_log:
