@@ -91,6 +91,8 @@ def test_shipped_files_are_known_for_what_they_are():
         ("x2.xml", "<mujoco/>", FileKind.MODEL),
         ("e.mcap", "\x89MCAP0", FileKind.LOG),
         ("f.yml", "title: x\n", FileKind.SCENARIO),
+        ("g.layout.yaml", "version: 1\ncharts: []\n", FileKind.LAYOUT),
+        ("h.spec.yaml", "title: x\ncases:\n", FileKind.SPEC),
     ],
 )
 def test_a_file_is_known_by_its_name_and_beginning(file, name, text, kind):

@@ -144,8 +144,8 @@ class StatisticsTable(QTableWidget):
 
     def show_table(self, heads: Mapping[str, str], rows: Sequence[Sequence[str]]) -> None:
         """Show texts below heads, of which is said what they mean."""
-        self._show_heads(heads)
-        if self.rowCount() != len(rows):
+        if list(heads) != self._heads or self.rowCount() != len(rows):
+            self._show_heads(heads)
             self.setRowCount(len(rows))
             self._fit()
         for index, row in enumerate(rows):

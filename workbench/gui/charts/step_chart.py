@@ -10,6 +10,7 @@ from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_responses import StepResponse, step_responses
 from workbench.gui.charts.chart import Chart, Command
 from workbench.gui.charts.curve import COMMAND, LIMIT, CurveSet, CurveStyle, source_of
+from workbench.gui.charts.legend import Entry
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.charts.window_plot import WindowPlot
 from workbench.gui.units import unit_for
@@ -43,6 +44,8 @@ Limits = Callable[[StepResponse], Sequence[LimitLine]]
 class StepChart(WindowPlot):
     """Shows how the second signal answers steps of the first; see `WindowPlot`.
 
+    Steps stand in the table with the newest first; numbers that mean nothing are left out.
+
     Args:
         workspace: colours, units and preferences.
         parent: the Qt parent; this object is deleted with it.
@@ -54,6 +57,7 @@ class StepChart(WindowPlot):
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         self.steps: list[StepResponse] = []
         self._limits: Limits = lambda _: ()
+        self._hidden: set[str] = set()
         super().__init__(workspace, parent)
         self._model.x_name = "Time after the step"
         self._model.hint = "Drag a command here, then what it commands"
@@ -87,6 +91,8 @@ class StepChart(WindowPlot):
             for line in self._limits(step):
                 source = source_of(line.time, line.values)
                 curves.add(line.label, flown.unit, source, LIMIT, CurveStyle.DASHED)
+        for curve in curves:
+            curve.visible = curve.label not in self._hidden
         self._model.curves = curves
         if not self.steps:
             self._model.hint = (
@@ -95,6 +101,18 @@ class StepChart(WindowPlot):
             )
         self._describe()
         Chart._redraw_if_seen(self)
+
+    def toggle_curve(self, index: int) -> None:
+        """Hide a step or a limit, or show it again."""
+        self._hidden ^= {self._entries()[index].label}
+        for curve in self.curves:
+            curve.visible = curve.label not in self._hidden
+        self.redraw()
+
+    def _entries(self) -> list[Entry]:
+        """Return the legend: a limit of two lines stands there once."""
+        found = {each.label: each for each in super()._entries()}
+        return [*found.values()]
 
     def _commands(self) -> list[Command]:
         """Return what can be done; the table is of the metrics."""
@@ -115,7 +133,7 @@ class StepChart(WindowPlot):
         for name in NUMBERS:
             of = unit.symbol if name in _OF_VALUES else "s" if name in _OF_TIME else "%"
             heads[f"{name} {of}".strip()] = "As python-control defines it"
-        rows = []
+        rows: list[list[str]] = []
         for curve, step in zip(self.curves, self.steps, strict=False):
             numbers = step.metrics.numbers
             texts = [
@@ -123,7 +141,7 @@ class StepChart(WindowPlot):
                 for name, value in numbers.items()
             ]
             by = number_text(unit.shown(step.amplitude), 2)
-            rows.append([curve.label, number_text(step.begin, 2), by, *texts])
+            rows.insert(0, [curve.label, number_text(step.begin, 2), by, *texts])
         self.statistics.show_table(heads, rows)
         withheld = [step.metrics.withheld for step in self.steps[-1:]]
         self.statistics.setToolTip("; ".join(filter(None, withheld)))

@@ -169,10 +169,10 @@ class ChartsPage(QWidget):
         self.board = ChartBoard(workspace, self._source)
         self.tree = SignalTree()
         self.overlays = OverlayBar()
-        self.limits = QPushButton()
-        self.limits.setAccessibleName("Limits of a spec: draw them no more")
-        self.limits.setToolTip("Draw the limits of this spec no more")
-        self.limits.hide()
+        self.limits = QWidget()
+        self._limits_of = QLabel()
+        self.no_limits = QPushButton("Remove")
+        self.no_limits.setAccessibleName("Remove the limits of the spec")
         self.new_signal = QPushButton("Derived si&gnal…")
         self.new_signal.setToolTip("Make a signal from others by an expression")
         self.presets = QComboBox()
@@ -199,7 +199,7 @@ class ChartsPage(QWidget):
         self.board.changed.connect(self._keep)
         self.board.view_changed.connect(self._show_view)
         self.board.used.connect(self.tree.set_target)
-        self.limits.clicked.connect(lambda: self.show_limits(None))
+        self.no_limits.clicked.connect(lambda: self.show_limits(None))
         self.overlays.changed.connect(self._show_overlays)
         self.overlays.align_wanted.connect(self._align)
         self.presets.activated.connect(lambda _: self._show_preset(self.presets.currentText()))
@@ -242,7 +242,7 @@ class ChartsPage(QWidget):
         self.board.show_limits(limits)
         self.limits.setVisible(limits is not None)
         if limits is not None:
-            self.limits.setText(f"Limits of {limits.path.name} ✕")
+            self._limits_of.setText(f"limits of  {limits.path.name}")
 
     def open_layout(self, path: Path) -> None:
         """Read a layout's file and show it; what is wrong with it is told."""
@@ -433,7 +433,7 @@ class ChartsPage(QWidget):
         self.line.setSpacing(8)
         for widget in (
             *(self.signals_shown, label, self.presets, self.files, self.add, self.pause),
-            *(self.marks, self.clear_marks, self.limits),
+            *(self.marks, self.clear_marks),
         ):
             self.line.addWidget(widget)
         self.line.addStretch(1)
@@ -456,6 +456,13 @@ class ChartsPage(QWidget):
         box.setSpacing(8)
         box.addLayout(self.line)
         box.addWidget(self.overlays)
+        row = QHBoxLayout(self.limits)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self._limits_of)
+        row.addWidget(self.no_limits)
+        row.addStretch(1)
+        self.limits.hide()
+        box.addWidget(self.limits)
         box.addWidget(split, 1)
 
 

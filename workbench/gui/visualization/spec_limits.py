@@ -27,6 +27,11 @@ _OTHERS = {
 }
 _BOUNDS = ("maximum", "minimum", "final", "mean")
 """Statistics of a signal that are values of it."""
+_UNITS = dict.fromkeys(("overshoot", "undershoot", "steady_state_error"), "%") | dict.fromkeys(
+    ("rise_time", "settling_time", "t90"), "s"
+)
+NEAR = 0.02
+"""Share of a case's command that a step may be off, and be judged by its baseline."""
 FARTHEST = 4.0 * 3600.0
 """Time that lines over time reach to [s]."""
 
@@ -70,7 +75,8 @@ def limits_of_step(spec: SpecContents, signal: str, step: StepResponse) -> Seque
     """Return the limits of the case that judges such a step of a signal of the charts.
 
     It is the case whose command is nearest to the flown one, of the same sign if there is one; its
-    limits are drawn at the flown amplitude. A band of a baseline is drawn as it was recorded.
+    limits are drawn at the flown amplitude. The band around a baseline is drawn as it was recorded,
+    where that is the flown amplitude.
     """
     cases = [
         each
@@ -80,7 +86,8 @@ def limits_of_step(spec: SpecContents, signal: str, step: StepResponse) -> Seque
     if not cases:
         return ()
     case = min(cases, key=lambda each: abs(each.command - step.amplitude))
-    return [*_lines(case, step), *_bands(case)]
+    near = abs(case.command - step.amplitude) <= NEAR * abs(case.command)
+    return [*_lines(case, step), *(_bands(case) if near else ())]
 
 
 def _lines(case: CaseLimits, step: StepResponse) -> Iterator[LimitLine]:
@@ -92,9 +99,9 @@ def _lines(case: CaseLimits, step: StepResponse) -> Iterator[LimitLine]:
         return LimitLine(label, time, np.full(3, value))
 
     for limit in case.limits:
-        ends = ((f"{limit.metric} ≥", limit.least), (f"{limit.metric} ≤", limit.most))
-        for label, value in ends:
-            least = label.endswith("≥")
+        unit = _UNITS.get(limit.metric, "")
+        for sign, value in (("≥", limit.least), ("≤", limit.most)):
+            least, label = sign == "≥", f"{limit.metric} {sign} {value:g} {unit}".strip()
             if not math.isfinite(value) or (least and value <= 0.0):
                 continue
             match limit.metric:
@@ -107,12 +114,12 @@ def _lines(case: CaseLimits, step: StepResponse) -> Iterator[LimitLine]:
                 case "steady_state_value" | "final" | "maximum" | "minimum" | "mean":
                     yield level(label, value)
                 case "steady_state_error" if not least:
-                    for sign in (-1.0, 1.0):
-                        wrong = by * (1.0 + 0.01 * sign * value)
+                    for side in (-1.0, 1.0):
+                        wrong = by * (1.0 + 0.01 * side * value)
                         yield level(label, wrong, (1.0 - LAST_PART) * end)
                 case "settling_time" if not least and value < end:
-                    for sign in (-1.0, 1.0):
-                        yield level(label, by * (1.0 + sign * SETTLED), value)
+                    for side in (-1.0, 1.0):
+                        yield level(label, by * (1.0 + side * SETTLED), value)
                 case "rise_time" if math.isfinite(tenth) and tenth + value < end:
                     edge = tenth + value
                     begin, until = (0.0, edge) if least else (edge, end)
@@ -125,5 +132,5 @@ def _lines(case: CaseLimits, step: StepResponse) -> Iterator[LimitLine]:
 def _bands(case: CaseLimits) -> Iterator[LimitLine]:
     for band in case.bands:
         if chart_signal(band.signal) == chart_signal(case.signal):
-            yield LimitLine("baseline, lowest", band.time, band.low)
-            yield LimitLine("baseline, highest", band.time, band.high)
+            yield LimitLine("baseline", band.time, band.low)
+            yield LimitLine("baseline", band.time, band.high)
