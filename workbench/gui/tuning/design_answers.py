@@ -54,6 +54,8 @@ class DesignAnswers(QObject):
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._known: dict[Asked, Answer] = {}
+        self._newest: dict[tuple[str, About], Answer] = {}
+        self._names: dict[Key, str] = {}
         self._refused: dict[Asked, str] = {}
         self._designs: tuple[Design, ...] = ()
         self._step: Step | None = None
@@ -78,7 +80,7 @@ class DesignAnswers(QObject):
 
     def clear(self) -> None:
         """Forget all: another flight begins, or another controller flies."""
-        self._known, self._refused = {}, {}
+        self._known, self._refused, self._newest, self._names = {}, {}, {}, {}
         for each in self._followers.values():
             each.forget()
         self._rest.start()
@@ -101,22 +103,34 @@ class DesignAnswers(QObject):
             loop: whose curves over frequency are drawn, of those that have it; "" for none.
         """
         self._designs, self._step, self._loop = tuple(designs), step, loop
+        self._names |= {each.key: each.name for each in self._designs}
+        for key in [*self._names][: max(0, len(self._names) - MOST)]:
+            del self._names[key]
+        self._ask(DrawFrequency)  # which nobody else asks about what a slider proposes
         self._rest.start()
 
     def judged(self, design: Design) -> Judged | None:
-        """Return how stable a design is, None while it is not known."""
-        known = self._known.get((design.key, None))
+        """Return how stable a design is, None while it is not known.
+
+        While its gains move faster than answers come, the newest answer stands for it.
+        """
+        known = self._answer(design, None)
         return known if isinstance(known, Judged) else None
 
     def predicted(self, design: Design) -> Predicted | None:
-        """Return the step of a design, None while it is not known."""
-        known = self._known.get((design.key, self._step))
+        """Return the step of a design, likewise."""
+        known = self._answer(design, self._step)
         return known if isinstance(known, Predicted) else None
 
     def curves(self, design: Design) -> FrequencyCurves | None:
-        """Return the loop of a design over frequency, None while it is not known."""
-        known = self._known.get((design.key, self._loop))
+        """Return the loop of a design over frequency, likewise."""
+        known = self._answer(design, self._loop)
         return known if isinstance(known, FrequencyCurves) else None
+
+    def _answer(self, design: Design, about: About) -> Answer | None:
+        if (design.key, about) in self._refused:
+            return None
+        return self._known.get((design.key, about)) or self._newest.get((design.name, about))
 
     def refusal(self, design: Design) -> str:
         """Return why something of a design is not known, "" where it is or will be."""
@@ -141,8 +155,8 @@ class DesignAnswers(QObject):
         done = self._known.keys() | self._refused.keys()
         return [each for each in self._wanted(design) if each not in done]
 
-    def _ask(self) -> None:
-        """Ask the next question of each kind."""
+    def _ask(self, *kinds: type) -> None:
+        """Ask the next question of each kind, or of some kinds."""
         asked: set[type] = set()
         for design in self._designs if self._seen else ():
             for _, about in self._open(design):
@@ -150,14 +164,17 @@ class DesignAnswers(QObject):
                 asks: Question = question
                 if design.controller:
                     asks = AskOther(design.controller, question)
-                if type(asks) not in asked:
+                if type(asks) not in asked and type(asks) in (kinds or self._followers):
                     asked.add(type(asks))
                     self._followers[type(asks)].ask(asks)
 
     def _hear(self, reply: Answer | OtherAnswered) -> None:
         controller = reply.asked.controller if isinstance(reply, OtherAnswered) else ""
         answer = reply.answer if isinstance(reply, OtherAnswered) else reply
-        self._known[_asked(controller, answer)] = answer
+        key, about = _asked(controller, answer)
+        self._known[key, about] = answer
+        if key in self._names:
+            self._newest[self._names[key], about] = answer
         wanted = {each for design in self._designs for each in self._wanted(design)}
         unwanted = [each for each in self._known if each not in wanted]
         for old in unwanted[: max(0, len(self._known) - MOST)]:

@@ -14,9 +14,10 @@ from workbench.analysis.questions import Step
 from workbench.analysis.replies import Predicted, StepNumbers
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.home.clock_card import simulated_text
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card
-from workbench.gui.tuning.designs import Designs
+from workbench.gui.tuning.designs import TRIED, Designs
 from workbench.gui.tuning.excitation_form import ExcitationChoice
 from workbench.gui.tuning.limit_table import STEP_LIMITS, Limit
 from workbench.gui.tuning.limits import Limits
@@ -648,9 +649,18 @@ class ResponseCard(Card):
             self.strip.describe()
 
     def _ghost_names(self, ghosts: Sequence[Response]) -> tuple[str, ...]:
-        return tuple(
-            self._designs.flight_name(each.round.begun, each.round.gains) for each in ghosts
-        )
+        """Return names with the time of flight; of gains of no set the newest says which."""
+        names, told = [], list[Mapping[str, float]]()
+        for each in ghosts:
+            gains, begun = each.round.gains, each.round.begun
+            name = self._designs.flight_name(begun, gains)
+            note = f" ({self._designs.differs(gains)})"
+            names.append(
+                f"{name} {simulated_text(begun, 1)}"
+                + (note if name == TRIED and gains not in told else "")
+            )
+            told.append(gains)
+        return tuple(names)
 
     def _ghosts_said(self, ghosts: Sequence[Response], names: Sequence[str]) -> str:
         """Return which gains made the last responses, beside those that are kept."""
