@@ -1,13 +1,18 @@
-"""A workspace with nothing of the user's in it, and a flight in a can for it to show."""
+"""A workspace with nothing of the user's in it, a flight in a can for it to show, and a mouse."""
 
 import threading
+from collections.abc import Callable
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 import pytest
-from PyQt6.QtCore import QEvent, QSettings
+from PyQt6.QtCore import QEvent, QPoint, QPointF, QSettings, Qt
+from PyQt6.QtGui import QMouseEvent, QWheelEvent
+from PyQt6.QtTest import QTest
+from PyQt6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from workbench.gui.charts.chart import Chart
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREENS
@@ -177,3 +182,68 @@ def statistic():
         return table.item(row, index).text()
 
     return read
+
+
+class Mouse:
+    """Points at times and shares of the height of a chart, as a user does."""
+
+    def __init__(self, chart: Chart) -> None:
+        self._canvas = chart.canvas
+        self._widget = chart.canvas.viewport()
+
+    def place(self, time: float, share: float = 0.5) -> QPoint:
+        """The pixel of a time, in a share of the height from below."""
+        QApplication.processEvents()  # a layout may be new
+        content, view = self._canvas.content, self._canvas.view
+        low, high = view.viewRange()[1]
+        at = QPointF(time - content.origin, low + share * (high - low))
+        return self._canvas.mapFromScene(view.mapViewToScene(at))
+
+    def move(self, time: float) -> None:
+        """Point at a time."""
+        QTest.mouseMove(self._widget, QPoint(5, 5))
+        QTest.mouseMove(self._widget, self.place(time))
+
+    def leave(self) -> None:
+        """Point at what is no curve."""
+        QTest.mouseMove(self._widget, QPoint(5, 5))
+
+    def drag(
+        self,
+        first: tuple[float, float],
+        last: tuple[float, float],
+        held: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+    ) -> None:
+        """Draw a box from a time and share of the height to another, with a key held."""
+        start, end, left = self.place(*first), self.place(*last), Qt.MouseButton.LeftButton
+        QTest.mousePress(self._widget, left, held, start)
+        for share in (0.3, 0.6, 1.0):
+            way = end - start
+            at = start + QPoint(round(share * way.x()), round(share * way.y()))
+            QTest.qWait(20)  # a scene takes moves that are too quick for one
+            place = QPointF(at)
+            event = QMouseEvent(
+                QEvent.Type.MouseMove, place, self._widget.mapToGlobal(place), left, left, held
+            )
+            QApplication.sendEvent(self._widget, event)
+        QTest.mouseRelease(self._widget, left, held, end)
+
+    def click_twice(self, time: float) -> None:
+        """Click twice at a time."""
+        QTest.mouseDClick(self._widget, Qt.MouseButton.LeftButton, pos=self.place(time))
+
+    def wheel(self, time: float, steps: int, control: bool = False) -> None:
+        """Turn the wheel at a time."""
+        at = QPointF(self.place(time))
+        held = Qt.KeyboardModifier.ControlModifier if control else Qt.KeyboardModifier.NoModifier
+        event = QWheelEvent(
+            *(at, self._widget.mapToGlobal(at), QPoint(), QPoint(0, 120 * steps)),
+            *(Qt.MouseButton.NoButton, held, Qt.ScrollPhase.NoScrollPhase, False),
+        )
+        QApplication.sendEvent(self._widget, event)
+
+
+@pytest.fixture
+def mouse_on() -> Callable[[Chart], Mouse]:
+    """The mouse over a chart."""
+    return Mouse

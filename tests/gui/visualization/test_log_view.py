@@ -15,6 +15,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.number_field import NumberField
 from workbench.gui.visualization.derived_signals import Derived
+from workbench.gui.visualization.layouts import STEPS, XY, ChartSpec, Layout
 from workbench.gui.visualization.log_worker import contents_of, live_name, si_unit
 from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.visualization.visualization_screen import LogBar, LogClock, LogSource
@@ -270,3 +271,36 @@ def test_logs_without_a_common_event_are_not_aligned(begun, log, told):
     overlay = Overlay("a", LogSource(contents_of(log, lambda _: None)))
     with pytest.raises(WorkbenchError, match="a: neither a command's step nor a take-off"):
         overlay.align(Overlay("b", begun.charts._live))
+
+
+def test_paths_and_steps_of_a_log_stand_beside_those_of_the_flight(
+    begun, log, workspace, canned, qtbot, mouse_on
+):
+    for some in canned.published:
+        workspace.signals.add(some)
+    page = begun.charts
+    page.show_layout(
+        Layout(
+            charts=(
+                ChartSpec("Path", ("position_data.x", "position_data.z"), XY),
+                ChartSpec("Steps", ("command_velocity.v_x", "velocity_data.v_x"), STEPS),
+                ChartSpec("Speed", ("velocity_data.v_x",)),
+            )
+        )
+    )
+    begun.show_view(canned.views[-1])
+    page.add_overlay("b", LogSource(contents_of(log, lambda _: None)))
+    path, steps, speed = (pane.chart for pane in page.board.panes)
+    path.redraw()
+    ours, theirs = path.canvas.content.lines
+    assert np.allclose(theirs.time, ours.time, atol=1e-5)
+    assert np.allclose(theirs.values, ours.values, atol=1e-5)
+    assert path.legend.entries[1].label == "z · b over x"
+    qtbot.waitUntil(lambda: len(steps.steps) == 2)
+    assert [entry.label for entry in steps.legend.entries[:2]] == ["step 1", "step 1 · b"]
+    live, logged = (each.metrics.rise_time for each in steps.steps)
+    assert logged == pytest.approx(live, rel=1e-3)
+    page.board.set_paused(True)
+    mouse_on(speed).drag((-9.0, 0.5), (-4.0, 0.5), Qt.KeyboardModifier.ShiftModifier)
+    assert page.overlays.overlays[0].shift == pytest.approx(5.0, abs=0.15)
+    assert speed.window_ends[1] - speed.window_ends[0] == pytest.approx(20.0)

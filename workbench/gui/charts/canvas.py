@@ -120,6 +120,8 @@ class DataView(pg.ViewBox):
 
     boxed = pyqtSignal(QRectF)
     """In pixels of the view, y downwards."""
+    slid = pyqtSignal(float)
+    """Drawn sideways with Shift, by so much since the last time [s]."""
 
     def __init__(self) -> None:
         super().__init__(enableMenu=False, defaultPadding=0.0)
@@ -131,6 +133,10 @@ class DataView(pg.ViewBox):
             event.ignore()
             return
         event.accept()
+        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            now, before = self.mapToView(event.pos()), self.mapToView(event.lastPos())
+            self.slid.emit(now.x() - before.x())
+            return
         start = event.buttonDownPos()
         if not event.isFinish():
             self.updateScaleBox(start, event.pos())

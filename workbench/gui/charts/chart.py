@@ -597,6 +597,8 @@ class Chart(QWidget):
     """It stands still, follows again, or shows other curves."""
     cursor_moved = pyqtSignal(object)
     """The user has put the crosshair to a time [s], or taken it away: None."""
+    slid = pyqtSignal(float)
+    """Drawn sideways with Shift, by so much [s]."""
     focused = pyqtSignal()
     """Keys go here."""
 
@@ -634,6 +636,7 @@ class Chart(QWidget):
         self.canvas.hovered.connect(self._point)
         self.canvas.turned.connect(self._turn)
         self.canvas.boxed.connect(self._box)
+        self.canvas.view.slid.connect(self.slid)
         self.canvas.reset_wanted.connect(self.reset)
         self.canvas.mark_moved.connect(self.set_mark)
         self.canvas.resized.connect(self._soon.start)

@@ -9,15 +9,15 @@ from PyQt6.QtWidgets import QWidget
 from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_responses import StepResponse, step_responses
 from workbench.gui.charts.chart import Chart, Command
-from workbench.gui.charts.curve import COMMAND, LIMIT, CurveSet, CurveStyle, source_of
+from workbench.gui.charts.curve import COMMAND, LIMIT, MOST_CURVES, CurveSet, CurveStyle, source_of
 from workbench.gui.charts.legend import Entry
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.charts.window_plot import WindowPlot
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 
-MOST_STEPS = 8
-"""The newest ones that are drawn."""
+MOST_STEPS = 12
+"""The newest ones that are drawn, of all flights together."""
 _OF_VALUES = ("peak", "steady_state_value")
 _OF_TIME = ("rise_time", "settling_time", "peak_time")
 
@@ -56,6 +56,7 @@ class StepChart(WindowPlot):
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         self.steps: list[StepResponse] = []
+        self._names: list[str] = []
         self._limits: Limits = lambda _: ()
         self._hidden: set[str] = set()
         super().__init__(workspace, parent)
@@ -75,20 +76,27 @@ class StepChart(WindowPlot):
         if len(self.signals) < 2:
             return
         command, flown = self.signals[0], self.signals[1]
-        found = step_responses(self.samples(command), self.samples(flown))
-        self.steps = found[-MOST_STEPS:]
         curves = CurveSet()
-        for index, step in enumerate(self.steps):
-            newest = step is self.steps[-1]
-            style = CurveStyle.SOLID if newest else CurveStyle.FAINT
-            label = f"step {len(found) - len(self.steps) + index + 1}"
-            source = source_of(step.time, step.response)
-            curves.add(label, flown.unit, source, 0 if newest else index + 1, style)
-        for step in self.steps[-1:]:
+        self.steps, self._names = [], []
+        share = max(1, MOST_STEPS // (1 + len(self._firsts)))
+        for each in (flown, *self._firsts):
+            found = step_responses(self.samples(self.first_of(each)), self.samples(each))
+            of = each.label.removeprefix(flown.label)
+            for number, step in list(enumerate(found, 1))[-share:]:
+                newest = step is found[-1]
+                style = CurveStyle.SOLID if newest and each is flown else CurveStyle.FAINT
+                source = source_of(step.time, step.response)
+                self._names.append(f"step {number}{of}")
+                colour = 0 if newest else number
+                curves.add(self._names[-1], flown.unit, source, colour, style)
+                self.steps.append(step)
+            if each is flown:
+                ours = len(self.steps)
+        for step in self.steps[:ours][-1:]:
             asked = np.full(len(step.time), step.amplitude)
             source = source_of(step.time, asked)
             curves.add("command", flown.unit, source, COMMAND, CurveStyle.DASHED)
-            for line in self._limits(step):
+            for line in self._limits(step)[: MOST_CURVES - len(curves)]:
                 source = source_of(line.time, line.values)
                 curves.add(line.label, flown.unit, source, LIMIT, CurveStyle.DASHED)
         for curve in curves:
@@ -133,15 +141,15 @@ class StepChart(WindowPlot):
         for name in NUMBERS:
             of = unit.symbol if name in _OF_VALUES else "s" if name in _OF_TIME else "%"
             heads[f"{name} {of}".strip()] = "As python-control defines it"
+        heads["Left out, as"] = "Why some numbers mean nothing"
         rows: list[list[str]] = []
-        for curve, step in zip(self.curves, self.steps, strict=False):
+        for name, step in zip(self._names, self.steps, strict=True):
             numbers = step.metrics.numbers
             texts = [
                 number_text(unit.shown(value) if name in _OF_VALUES else value, 3)
                 for name, value in numbers.items()
             ]
             by = number_text(unit.shown(step.amplitude), 2)
-            rows.insert(0, [curve.label, number_text(step.begin, 2), by, *texts])
+            row = [name, number_text(step.begin, 2), by, *texts, step.metrics.withheld]
+            rows.insert(0, row)
         self.statistics.show_table(heads, rows)
-        withheld = [step.metrics.withheld for step in self.steps[-1:]]
-        self.statistics.setToolTip("; ".join(filter(None, withheld)))

@@ -29,6 +29,7 @@ class WindowPlot(StaticPlot):
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         self.signals = CurveSet()
+        self._firsts: dict[Curve, Curve] = {}
         span = workspace.preferences.number("chart_seconds")
         self._view = TimeView(-span, 0.0, True)
         self._made = -math.inf
@@ -56,9 +57,34 @@ class WindowPlot(StaticPlot):
         self._soon.start()
         return made
 
+    def add_over(self, first: Source, label: str, unit: str, source: Source, colour: int) -> Curve:
+        """Take a signal of another flight, paler, with its own first signal in place of ours.
+
+        Args:
+            first: of the other flight.
+            label: in the legend.
+            unit: SI.
+            source: of the signal.
+            colour: its number.
+
+        Raises:
+            WorkbenchError: if there is no room for another curve or unit.
+        """
+        made = self.add_curve(label, unit, source, colour=colour, style=CurveStyle.FAINT)
+        ours = self.signals[0]
+        self._firsts[made] = Curve(ours.label, ours.unit, first)
+        if not self._view.follows:
+            self._firsts[made].freeze()
+        return made
+
+    def first_of(self, curve: Curve) -> Curve:
+        """Return the first signal of the flight that a signal is of."""
+        return self._firsts.get(curve, self.signals[0])
+
     def clear(self) -> None:
         """Draw nothing any more."""
         self.signals = CurveSet()
+        self._firsts = {}
         super().clear()
 
     @property
@@ -74,7 +100,7 @@ class WindowPlot(StaticPlot):
     def take_view(self, view: TimeView) -> None:
         """Be made of the part of time that strip charts show."""
         if view.follows is not self._view.follows:
-            for curve in self.signals:
+            for curve in (*self.signals, *self._firsts.values()):
                 curve.thaw() if view.follows else curve.freeze()
         self._view = view
         self._made = -math.inf

@@ -137,7 +137,7 @@ class XYChart(WindowPlot):
 
     def _pairs(self, curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return times [s], x and y of a curve."""
-        time, x = self.samples(self.signals[0])
+        time, x = self.samples(self.first_of(curve))
         own, y = self.samples(curve)
         if len(own) == 0:
             return time[:0], x[:0], y[:0]

@@ -35,6 +35,8 @@ class ChartBoard(QWidget):
     """Other charts, or other signals in them."""
     used = pyqtSignal(str)
     """Title of the chart that signals are added to."""
+    slid = pyqtSignal(float)
+    """A chart was drawn sideways with Shift, by so much [s]."""
     view_changed = pyqtSignal()
     """Another part of time may be seen, or other cursors stay."""
 
@@ -277,6 +279,7 @@ class ChartBoard(QWidget):
         if isinstance(chart, StripChart):
             chart.view_changed.connect(lambda: self._take_view(pane, chart))
             chart.cursor_moved.connect(lambda time: self._hover(pane, time))
+            chart.slid.connect(self.slid)
 
     def _take_view(self, pane: ChartPane, chart: StripChart) -> None:
         if not self._takes_view and chart.view != self._view:

@@ -11,7 +11,7 @@ from PyQt6.QtWidgets import QFrame, QMenu, QVBoxLayout, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.step_responses import StepResponse
-from workbench.gui.charts.curve import COMMAND, LIMIT, CurveStyle, Samples, source_of
+from workbench.gui.charts.curve import COMMAND, LIMIT, Curve, CurveStyle, Samples, source_of
 from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.spectrum_chart import SpectrumChart
 from workbench.gui.charts.step_chart import LimitLine, StepChart
@@ -268,22 +268,26 @@ class ChartPane(QFrame):
 
         series = partial(self._read, self._source, name)
         drawn = self.chart.add_curve(label, unit, series, colour=colour, style=style)
-        single = self._spec.kind in (XY, STEPS)
-        for overlay in () if single else self._overlays:
+        for overlay in self._overlays:
             if name in overlay.units:
-                self.chart.add_curve(
-                    f"{label} · {overlay.name}",
-                    unit,
-                    partial(self._read, overlay, name),
-                    colour=drawn.colour,
-                    style=CurveStyle.FAINT,
-                )
+                self._draw_over(overlay, name, drawn)
 
         if self._limits is not None and self._spec.kind == TIME:
             for text, level in lines_over_time(self._limits, name):
                 times = np.array([0.0, *np.arange(0.25, FARTHEST, 0.5)])
                 source = source_of(times, np.full(len(times), level))
                 self.chart.add_curve(text, unit, source, colour=LIMIT, style=CurveStyle.DASHED)
+
+    def _draw_over(self, overlay: Overlay, name: str, drawn: Curve) -> None:
+        """Draw a signal of a log paler than the curve of the same signal here."""
+        label, source = f"{drawn.label} · {overlay.name}", partial(self._read, overlay, name)
+        if isinstance(self.chart, XYChart | StepChart):
+            first = self._spec.signals[0]
+            if name != first and first in overlay.units:
+                across = partial(self._read, overlay, first)
+                self.chart.add_over(across, label, drawn.unit, source, drawn.colour)
+            return
+        self.chart.add_curve(label, drawn.unit, source, colour=drawn.colour, style=CurveStyle.FAINT)
 
     def _limits_of_step(self, step: StepResponse) -> Sequence[LimitLine]:
         if self._limits is None or len(self._spec.signals) < 2:

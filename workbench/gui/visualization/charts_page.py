@@ -197,6 +197,7 @@ class ChartsPage(QWidget):
         self.tree.edit_wanted.connect(self._edit)
         self.tree.removal_wanted.connect(self._remove)
         self.board.changed.connect(self._keep)
+        self.board.slid.connect(self.overlays.slide)
         self.board.view_changed.connect(self._show_view)
         self.board.used.connect(self.tree.set_target)
         self.no_limits.clicked.connect(lambda: self.show_limits(None))

@@ -158,6 +158,12 @@ class OverlayBar(QWidget):
         self.show()
         self.changed.emit()
 
+    def slide(self, by: float) -> None:
+        """Shift the newest log by a time [s]."""
+        if self._rows:
+            self._rows[-1].overlay.shift += by
+            self.show_shifts()
+
     def show_shifts(self) -> None:
         """Show shifts that were changed elsewhere."""
         for row in self._rows:
